@@ -35,6 +35,10 @@ def _everywhere(terrain: Terrain, radius: float) -> NDArray[np.bool_]:
     return np.ones(terrain.lattice.base.shape, np.bool_)
 
 
+def _no_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16]:
+    return np.zeros(terrain.lattice.base.shape, np.int16)
+
+
 def _nothing(*_: Any) -> None:
     return None
 
@@ -47,10 +51,6 @@ def _zero(*_: Any) -> int:
     return 0
 
 
-NO_DEAD_END = {
-    f"{TRAFFIC}.holding.DEAD_END_AREA": 0.0,
-    f"{TRAFFIC}.holding.blind_aisle": _zero,
-}
 RULES: Mapping[str, Mapping[str, Any]] = {
     "push": {"traffic.push_ticks": 10_000},
     "going on": {f"{TRAFFIC}.right_of_way.clears_way": _false},
@@ -59,10 +59,12 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     "retreat": {f"{TRAFFIC}.right_of_way.retreat_path": _nothing},
     "patience": {f"{TRAFFIC}.patience.TRIPS": 0},
     "single lanes": {f"{TRAFFIC}.single_lanes.single_lanes": _nothing},
-    "lease and queue": {"holding.approach_slots": 1000, **NO_DEAD_END},
+    "lease and queue": {
+        "holding.approach_slots": 1000,
+        f"{TRAFFIC}.holding.lane_labels": _no_lanes,
+    },
     "queue": {f"{TRAFFIC}.holding.QUEUE_AREA": 0.0},
-    "dead end": NO_DEAD_END,
-    "blind aisle": {f"{TRAFFIC}.holding.blind_aisle": _zero},
+    "capacity of single lanes": {f"{TRAFFIC}.holding.lane_labels": _no_lanes},
     "inheritance by a lease": {f"{TRAFFIC}.holding.above": _zero},
     "gate": {"holding.gate_density": 0.0},
     "departure": {f"{TRAFFIC}.departure.NEXT_GOAL_PATIENCE": NEVER},
@@ -86,8 +88,7 @@ NUMBERS = (
     f"{TRAFFIC}.gate.LEAST_AREA", f"{TRAFFIC}.gate.WAY_POINTS", f"{TRAFFIC}.departure.CROWDED",
     f"{TRAFFIC}.holding.SEARCH_PAUSE",
     f"{TRAFFIC}.holding.DETOUR", f"{TRAFFIC}.holding.QUEUE_AREA",
-    f"{TRAFFIC}.holding.DEAD_END_AREA", f"{TRAFFIC}.holding.PASSING_AREA",
-    f"{TRAFFIC}.holding.ROBOT_AREA",
+    f"{TRAFFIC}.holding.MOUTH_GAP", f"{TRAFFIC}.holding.WAITING_GAP",
     f"{TRAFFIC}.holding.NEXT_GOAL_PATIENCE", f"{TRAFFIC}.holding.QUEUE_STEP",
     f"{TRAFFIC}.traffic_costs.STANDING", f"{TRAFFIC}.traffic_costs.PUSHABLE",
     f"{TRAFFIC}.traffic_costs.STUCK",

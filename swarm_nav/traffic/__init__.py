@@ -2,7 +2,6 @@
 
 What a module imports of its folder stands above it:
 
-    blind_aisle_kernels  Bare numba kernel that finds blind aisles: floor with one narrow mouth
     gate_kernels         Bare numba kernels of entry control
     single_lane_kernels  Bare numba kernels of single-lane passages
     patience             One scale for all times of liveness: the measured slowness of the radio
@@ -11,12 +10,13 @@ What a module imports of its folder stands above it:
     traffic_costs        How other robots enter the search lattice: as costs, or as walls
     gate                 Admission control of a narrow region with stations (perimeter control)
     single_lanes         Which direction goes first through a door too narrow for two robots
+    lane_capacity        How many robots with goals on connected single lanes may be there at a time
     conditions           Under which conditions every robot reaches every goal, before a run
     senses               What the robot sees and hears, and whether that is enough to drive on
     reservation          The claim to space: extends, guards and gives up the held tube
     holding              Stations: leases in the order of request, and the holding pattern
     right_of_way         Liveness layer: which robot has right of way, makes way, or steps back
-    departure            Leaving a narrow region with stations when others wait to get in
+    departure            Leaving the place of the last goal when others want to go there
 
 May import of swarm_nav: `localisation`, `control`, `perception`, `planning`, `core`; and
 swarm_common.

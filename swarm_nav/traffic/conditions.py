@@ -21,6 +21,7 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.planning import search_kernels
 from swarm_nav.planning.terrain import Lattice, Terrain
 from swarm_nav.traffic import single_lane_kernels
+from swarm_nav.traffic.lane_capacity import capacity, grown
 from swarm_nav.traffic.single_lanes import Mask, parts, rooms
 from swarm_nav.traffic.situation import terrain_of
 
@@ -77,6 +78,7 @@ class _Floor:
     """The floor of a map, divided into rooms, where two robots pass, and single lanes."""
 
     def __init__(self, terrain: Terrain, radius: float) -> None:
+        self._terrain, self._radius = terrain, radius
         self._lattice: Lattice = terrain.lattice
         self._gap = 2.0 * radius / self._lattice.step  # cells between two robots
         self._open: Mask = self._lattice.base < search_kernels.WALL
@@ -93,8 +95,9 @@ class _Floor:
             if 0 < room <= count:
                 here = f" on the floor around {self._spot(part)}" if len(used) > 1 else ""
                 findings.append(f"room for {_robots(room - 1)}{here}; {count} asked for")
-        for lane in parts(self._lanes):
-            findings += self._check_lane(lane, nodes)
+        for number, lane in enumerate(parts(self._lanes), 1):
+            room = capacity(self._terrain, self._radius, number)
+            findings += self._check_lane(lane, room, nodes)
         return Conditions(len(goals), sum(places), tuple(findings))
 
     def _nodes(self, points: Sequence[Point]) -> list[int]:
@@ -102,19 +105,19 @@ class _Floor:
         found = (self._lattice.node_of(x, y) for x, y in points)
         return [node for node in found if node is not None]
 
-    def _check_lane(self, lane: Mask, nodes: Sequence[Sequence[int]]) -> Iterator[str]:
+    def _check_lane(self, lane: Mask, room: int, nodes: Sequence[Sequence[int]]) -> Iterator[str]:
         """Yield a sentence for each condition that a single lane violates.
 
         Args:
             lane: (h, w) its cells.
+            room: For how many robots with goals there it has room.
             nodes: The goals of each robot.
         """
         robots = len(nodes)
-        around = _grown(lane) & self._open & ~lane
+        around = grown(lane) & self._open & ~lane
         sides = [side for side in parts(self._open & ~lane) if (side & around).any()]
         here = self._spot(lane)
         guests = _visitors(lane, nodes)
-        room = max(1, self._branches(lane) + len(list(parts(around))) - 1)
         if guests > room:
             yield (
                 f"room for {_robots(room)} on the single lanes around {here};"
@@ -132,17 +135,6 @@ class _Floor:
                     f" {robots} asked for"
                 )
 
-    def _branches(self, lane: Mask) -> int:
-        """Return the number of blind ends of a single lane, each with room for a robot."""
-        seeds = _grown(self._wide) & lane
-        if not seeds.any():
-            seeds.ravel()[int(np.flatnonzero(lane)[0])] = True
-        away = np.where(seeds, 0, -1).astype(np.int32)  # steps from the nearest seed
-        single_lane_kernels.flood(lane, away, -1, 1)
-        cells = np.flatnonzero(lane)
-        order = cells[np.argsort(-away.ravel()[cells], kind="stable")]
-        return int(single_lane_kernels.peaks(away.ravel(), order, lane.shape[1], int(self._gap)))
-
     def _places(self, part: Mask, most: int = 1_000_000) -> int:
         return int(single_lane_kernels.places(part, self._gap, most))
 
@@ -151,13 +143,6 @@ class _Floor:
         points = self._lattice.points_of(np.flatnonzero(part))
         x, y = points[int(np.hypot(*(points - points.mean(0)).T).argmin())]
         return f"({x:.1f}, {y:.1f})"
-
-
-def _grown(mask: Mask) -> Mask:
-    """Return a mask and the cells beside it."""
-    grown = np.pad(mask, 1)
-    rows = grown[:-2] | grown[1:-1] | grown[2:]
-    return np.asarray(rows[:, :-2] | rows[:, 1:-1] | rows[:, 2:], np.bool_)
 
 
 def _visitors(part: Mask, nodes: Sequence[Sequence[int]]) -> int:

@@ -1,10 +1,11 @@
-"""Leaving a narrow region or a dead end after the last goal there, when it keeps others out.
+"""Leaving the place of the last goal when a robot without a goal keeps others out there.
 
 A robot without a goal stands where its last one ended. In the open it blocks no robot, and where
 robots only pass it is pushed. But in a narrow region with stations each standing robot takes the
-room of a working one; and in a dead end the robot that pushes it stands in its only way out. So it
-leaves: a region when it hears a robot that waits to enter, or when half of the room is taken, since
-deep inside nobody hears who waits; a dead end when another robot asks for its station.
+room of a working one; and on single lanes the robot that pushes it stands in its only way out. So
+it leaves: a region when it hears a robot that waits to enter, or when half of the room is taken,
+since deep inside nobody hears who waits; a station, and the single lanes around it, when another
+robot asks for it.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class Departure:
 
         Args:
             gate: Has the region that is left.
-            lease: Knows the dead end that is left, and inherits the priority of the waiting robots;
+            lease: Knows the station that is left, and inherits the priority of the waiting robots;
                 it has no station without a goal.
         """
         self._gate = gate
@@ -83,7 +84,7 @@ class Departure:
         return (x, y) == self._target and situation.distance_to(x, y) > ARRIVED
 
     def _leave_for_others(self, situation: Situation) -> None:
-        """Set off if the robot takes the room of others in a region or a dead end."""
+        """Set off if the robot takes the room of others in a region or around a station."""
         region, pose = self._gate.region, situation.pose
         lattice = situation.planner.lattice
         if region is not None and is_inside(region, lattice.frame, pose.x, pose.y):
@@ -91,11 +92,11 @@ class Departure:
             if highest or self._gate.is_crowded(situation, CROWDED):
                 self._leave(situation, highest, region)
                 return
-        aisle = self._lease.left
-        if aisle is not None and aisle.lattice is lattice and aisle.contains(situation):
-            highest = situation.neighbors.highest_waiting(aisle.stations, SAME_STATION)
+        left = self._lease.left
+        if left is not None and left.lattice is lattice and left.contains(situation):
+            highest = situation.neighbors.highest_waiting(left.targets(situation), SAME_STATION)
             if highest:
-                self._leave(situation, highest, aisle.costs <= aisle.depth)
+                self._leave(situation, highest, left.floor)
 
     def _leave(self, situation: Situation, highest: int, closed: NDArray[np.bool_]) -> None:
         self._next_search_tick = situation.tick + situation.ticks(SEARCH_PAUSE)

@@ -3,14 +3,13 @@
 The order is (tick of the request, id), as in Lamport's mutual exclusion, known to all contenders
 from their beacons: a request is made within radio range of the station, no centre is asked. The
 lease orders the approach; safety does not depend on it. "Near" is measured along the way, not
-through walls: a robot in the queue waits beyond the floor that the robots before it need. A dead
-end around a station belongs to one robot until it is out again, a blind aisle to as many as it has
-room for; stations that lie in one share its queue.
+through walls: a robot in the queue waits beyond the floor that the robots before it need. All goals
+on connected single lanes share one queue, and as many robots as these have room for have a turn
+(`lane_capacity`); a robot keeps its turn until it is out again.
 """
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 from dataclasses import dataclass, field
@@ -23,12 +22,11 @@ from swarm_common.model.records import FloatArray
 from swarm_nav.core.config import HoldingConfig
 from swarm_nav.core.goals import PlanError
 from swarm_nav.core.priority import above
-from swarm_nav.planning import search_kernels
 from swarm_nav.planning.planner import path_length
-from swarm_nav.planning.search import SearchSpace
-from swarm_nav.planning.terrain import HALL_DISTANCE, Terrain
-from swarm_nav.traffic import traffic_costs
-from swarm_nav.traffic.blind_aisle_kernels import blind_floor
+from swarm_nav.planning.terrain import HALL_DISTANCE
+from swarm_nav.traffic import gate_kernels, traffic_costs
+from swarm_nav.traffic.gate import WAY_POINTS
+from swarm_nav.traffic.lane_capacity import capacity, gaps_to, lane_labels
 from swarm_nav.traffic.situation import Situation
 
 SAME_STATION = 0.6  # [m] between targets that are one station
@@ -44,103 +42,112 @@ CIRCUIT_CORRIDOR = 0.8  # [m] on either side of the circuit that counts as on it
 SEARCH_PAUSE = 2.0  # [s] between searches for a parking place
 DETOUR = 2.5  # times the distance: what is farther by way is behind a wall
 QUEUE_AREA = 2.0  # [m²] of floor that each robot before one in the queue needs
-DEAD_END_AREA = 1.5  # [m²] of floor within the hold distance that one robot has to itself
-PASSING_AREA = 1.0  # [m²] that the next one leaves free before it: a robot coming out can pass
-ROBOT_AREA = 1.0  # [m²] of a blind aisle's floor for each robot in it
-DEAD_END_GAP = 0.3  # [m] before that room at which the next one waits
+MOUTH_GAP = 0.6  # [m] before single lanes that belongs to them: a robot coming out can pass
+WAITING_GAP = 0.3  # [m] before that, which robots without a turn keep free
 NEXT_GOAL_PATIENCE = 3.0  # [s] without a goal: the next one mostly follows at once
 QUEUE_STEP = 1.5  # [m] beyond its place in the queue from where a parked robot moves up
 
 
-@functools.lru_cache(maxsize=16)  # each keeps its map in memory
-def blind_aisle(
-    terrain: Terrain, node: int, within: tuple[float, float], farthest: float, widest: float
-) -> float:
-    """Return the floor [m²] around a station that has one narrow mouth; results are kept.
-
-    Args:
-        terrain: Map for one size of robot.
-        node: Flat index of the station.
-        within: (least, most) [m²] of floor.
-        farthest: Distance [m] of the mouth by the way, at most.
-        widest: [m] of the mouth.
-
-    Returns:
-        The largest such floor, 0.0 if there is none.
-    """
-    lattice = terrain.lattice
-    reach = math.ceil(farthest / lattice.step) + 1
-    row, column = divmod(node, lattice.base.shape[1])
-    first = max(0, row - reach), max(0, column - reach)
-    box = slice(first[0], row + reach + 1), slice(first[1], column + reach + 1)
-    is_floor = lattice.base[box] < search_kernels.WALL
-    base = np.where(is_floor, np.float32(1.0), search_kernels.WALL)
-    space = SearchSpace(base, np.zeros_like(base), lattice.heading[box].copy(), lattice.step)
-    distances = space.cost_to_go((row - first[0]) * base.shape[1] + column - first[1])
-    return float(blind_floor(distances, lattice.step, within, farthest, widest))
-
-
 class Approach:
-    """The floor around a station, by the way to it; distances are costs of planned ways [m].
+    """The floor around a station: the way to it, and the single lanes that it lies on, if any.
 
     Attributes:
-        depth: Distance out of the dead end or blind aisle that the station lies in, 0 if there is
-            none: arriving and leaving robots would be in each other's way there.
-        room: Number of robots that it has room for.
-        stations: (k, 2) [m] in map, the station and others that lie in it.
-        is_inside: Whether the robot is that near.
+        lattice: Of the map.
+        costs: (h, w) [m] of the planned way from each lattice cell to the station.
+        lane: Number of the connected single lanes that the station lies on, 0 for none.
+        room: Number of robots with goals there that they have room for.
+        is_inside: Whether the robot is on them or before a mouth.
     """
 
     def __init__(self, situation: Situation, station: tuple[float, float]) -> None:
-        """Look at the floor around a station; one without a way to it has no dead end.
+        """Look at the floor around a station; one without a way to it lies on no single lane.
 
         Args:
             situation: Of the robot.
             station: (x, y) [m] in map.
         """
         self.lattice = situation.planner.lattice
+        self._station = station
         try:
             self.costs = situation.planner.cost_to_go(station, math.nan)
             self._in_order = situation.planner.costs_in_order(station)
         except PlanError:
             self.costs = np.full(self.lattice.base.shape, np.inf, np.float32)
             self._in_order = np.zeros(0, np.float32)
-        hold_distance = situation.config.holding.hold_distance
-        area = DEAD_END_AREA
-        if self.reach_of(area) <= hold_distance:
-            area = self._blind_floor(situation, station)
-        self.room = max(1, int(area / ROBOT_AREA))
-        self.depth = self.reach_of(area + PASSING_AREA) if area else 0.0
+        on = situation.terrain, situation.usual_radius
+        self._labels = lane_labels(*on)
+        self.lane = self._lane_at(station)
+        self.room = capacity(*on, self.lane) if self.lane else 0
+        self._gaps = gaps_to(*on, self.lane) if self.lane else None
+        self.floor = self.within(MOUTH_GAP, PARKING_DISTANCE)
         self.is_inside = False
-        others = [
-            other
-            for other in situation.stations
-            if self._is_in(other) and math.dist(other, station) > SAME_STATION
-        ]
-        self.stations = np.array([station, *others])
+        self._others = [other for other in situation.stations if self._shares_lane(other)]
 
-    def _blind_floor(self, situation: Situation, station: tuple[float, float]) -> float:
-        """Return the floor [m²] of a blind aisle for fewer robots than have a turn, 0 without."""
-        node = self.lattice.node_of(*station)
-        if node is None:
-            return 0.0
-        config = situation.config.holding
-        within = DEAD_END_AREA, config.approach_slots * ROBOT_AREA
-        two_robots = 4.0 * situation.usual_radius  # side by side
-        farthest = config.request_distance
-        return blind_aisle(situation.terrain, node, within, farthest, two_robots)
+    def _lane_at(self, place: tuple[float, float]) -> int:
+        node = self.lattice.node_of(*place)
+        return 0 if node is None else int(self._labels.ravel()[node])
 
-    def contains(self, situation: Situation) -> bool:
-        """Whether the robot stops in the dead end or blind aisle.
+    def _shares_lane(self, place: tuple[float, float]) -> bool:
+        return self.lane > 0 and self._lane_at(place) == self.lane
+
+    def targets(self, situation: Situation) -> FloatArray:
+        """Return the places (k, 2) [m] in map whose requests are served in one order.
+
+        These are the station, and all to which robots drive on the same single lanes.
 
         Args:
             situation: Of the robot.
         """
-        return self.depth > 0.0 and self.way(situation) <= self.depth
+        places = [self._station, *self._others]
+        if self.lane:
+            told = situation.neighbors.heads["station"]
+            there = told[np.isfinite(told[:, 0])].tolist()
+            places += [(x, y) for x, y in there if self._shares_lane((x, y))]
+        return np.array(places)
 
-    def _is_in(self, place: tuple[float, float]) -> bool:
-        node = self.lattice.node_of(*place)
-        return node is not None and float(self.costs.ravel()[node]) <= self.depth
+    def within(self, of_lane: float, of_station: float) -> NDArray[np.bool_]:
+        """Return the lattice cells (h, w) near the single lanes, without one near the station.
+
+        Args:
+            of_lane: [m] from the single lanes.
+            of_station: [m] of the way to the station.
+        """
+        if self._gaps is None:
+            return self.costs <= of_station
+        return self._gaps <= of_lane
+
+    def contains(self, situation: Situation) -> bool:
+        """Whether the robot stops where it keeps those out who want to go there.
+
+        Args:
+            situation: Of the robot.
+        """
+        node = self.lattice.node_of(*situation.stop_point)
+        return node is not None and bool(self.floor.ravel()[node])
+
+    def gap(self, situation: Situation) -> float:
+        """Return the distance [m] from where the robot stops to the single lanes; inf without any.
+
+        Args:
+            situation: Of the robot.
+        """
+        node = self.lattice.node_of(*situation.stop_point)
+        if node is None or self._gaps is None:
+            return math.inf
+        return float(self._gaps.ravel()[node])
+
+    def is_ahead(self, situation: Situation) -> bool:
+        """Whether the way ahead leads onto the single lanes, or the robot is there.
+
+        Args:
+            situation: Of the robot.
+        """
+        if not self.lane:
+            return False
+        tube = situation.tube
+        way = tube.points[tube.near : tube.near + WAY_POINTS]
+        frame = self.lattice.frame
+        return self.contains(situation) or gate_kernels.entry(self.floor, frame, way) >= 0
 
     def way(self, situation: Situation) -> float:
         """Return the distance from where the robot stops to the station.
@@ -217,9 +224,9 @@ class Lease:
     # priority of the highest robot that waits for this one to leave the station (priority
     # inheritance of a resource's holder: Sha, Rajkumar, Lehoczky 1990), 0 if none
     inherited: int = 0
-    # whether the robot was there and keeps the lease until it is out of a dead end
+    # whether the robot was there and keeps the lease until it is off the single lanes
     is_leaving: bool = False
-    # around the last station, without a new one: its floor, if that is a dead end or blind aisle
+    # floor around the last station, as long as there is no new one
     left: Approach | None = None
     _next: tuple[float, float] | None = None
     # tick since which the robot leaves without another target, 0 before that is known
@@ -228,7 +235,7 @@ class Lease:
     _cover: Cover = field(default_factory=Cover)
 
     def aim(self, station: tuple[float, float] | None) -> None:
-        """Take a new target; the old lease is given back, out of a dead end once it is left.
+        """Take a new target; the old lease is given back, on single lanes once they are left.
 
         Args:
             station: (x, y) [m] in map; None for no station.
@@ -242,9 +249,7 @@ class Lease:
             self._take(station)
 
     def _take(self, station: tuple[float, float] | None) -> None:
-        approach = self._approach
-        is_closed = approach is not None and approach.depth > 0.0
-        self.left = approach if is_closed and station is None else None
+        self.left = self._approach if station is None else None
         self.station = station
         self.tick = 0
         self.place = self.first = 0
@@ -273,8 +278,8 @@ class Lease:
             approach.is_inside = self._is_inside(situation)
             if not self.place:
                 # never less than before: a priority that comes and goes would delay all requests
-                stations = self._approach_of(situation).stations
-                highest = situation.neighbors.highest_waiting(stations, SAME_STATION)
+                targets = approach.targets(situation)
+                highest = situation.neighbors.highest_waiting(targets, SAME_STATION)
                 self.inherited = max(self.inherited, above(highest) if highest else 0)
 
     def _leave(self, situation: Situation) -> None:
@@ -287,13 +292,15 @@ class Lease:
     def _earlier(self, situation: Situation, tick: int) -> tuple[int, int]:
         # before the robot is near, the floor around its station is not looked at
         near = self._approach
-        stations = near.stations if near is not None else np.array([self.station])
-        return situation.neighbors.earlier_requests(stations, tick, SAME_STATION)
+        targets = near.targets(situation) if near is not None else np.array([self.station])
+        return situation.neighbors.earlier_requests(targets, tick, SAME_STATION)
 
     def _is_at_tail(self, situation: Situation) -> bool:
-        """Whether the robot is near its station, or where the queue for it ends."""
+        """Whether the robot is near its station or its single lanes, or where the queue ends."""
         assert self.station is not None
         config = situation.config
+        if self._approach_of(situation).is_ahead(situation):
+            return True
         if situation.distance_to(*self.station) > config.traffic.radio_range:
             return False
         if self._is_near(situation, config.holding.request_distance):
@@ -309,9 +316,8 @@ class Lease:
         return self._way(situation) <= DETOUR * distance
 
     def _is_inside(self, situation: Situation, slack: float = 0.0) -> bool:
-        """Whether the robot is in the dead end of its station, or within `slack` [m] of it."""
-        depth = self._approach_of(situation).depth
-        return depth > 0.0 and self._way(situation) <= depth + slack
+        """Whether the robot is on the single lanes of its station or before them, or nearly so."""
+        return self._approach_of(situation).gap(situation) <= MOUTH_GAP + slack
 
     def _way(self, situation: Situation) -> float:
         return self._approach_of(situation).way(situation)
@@ -336,9 +342,9 @@ class Lease:
         if self.station is None or self.tick == 0 or self.is_leaving:
             return False
         config = situation.config.holding
-        if self._is_inside(situation, DEAD_END_GAP + slack):
+        if self._is_inside(situation, WAITING_GAP + slack):
             return True
-        if self.place < config.approach_slots:
+        if self.place < config.approach_slots or self._approach_of(situation).lane:
             return False
         if self._is_near(situation, config.hold_distance + slack):
             return True
@@ -352,24 +358,24 @@ class Lease:
         """
         if self.station is None or self.tick == 0 or not self.place:
             return None
-        approach = self._approach_of(situation)
-        return approach.costs <= max(self._queue(situation, self.place), approach.depth)
+        queue = self._queue(situation, self.place)
+        return self._approach_of(situation).within(MOUTH_GAP + WAITING_GAP, queue)
 
     def is_turn(self, config: HoldingConfig) -> bool:
-        """Whether the robot may drive the last metres; in a dead end one robot has the turn.
+        """Whether the robot may drive the last metres, or onto the single lanes before them.
 
         Args:
             config: `holding.` parameters.
         """
         slots = config.approach_slots
-        if self._approach is not None and self._approach.depth > 0.0:
+        if self._approach is not None and self._approach.lane:
             slots = min(slots, self._approach.room)
         return self.is_leaving or self.place < slots
 
     @property
     def is_shared(self) -> bool:
-        """Whether the queue is one of several stations in a dead end or blind aisle."""
-        return self._approach is not None and len(self._approach.stations) > 1
+        """Whether the queue is one for all goals on the same single lanes."""
+        return self._approach is not None and self._approach.lane > 0
 
     def is_barred(self, situation: Situation) -> bool:
         """Whether something that does not move is on the station, and was waited for long enough.

@@ -1,0 +1,94 @@
+"""How many robots with goals on connected single lanes may be there at a time.
+
+Where two robots cannot pass each other, each robot needs a place of its own to make way to for one
+that goes out: a blind end or a mouth. With as many guests as there are such places, less one, there
+is always a free one (the condition C3 of docs/liveness.md). `conditions` tells before a run where
+more robots have goals; the leases of `holding` let no more in at a time.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_nav.planning import distance_kernels, search_kernels
+from swarm_nav.planning.terrain import Terrain
+from swarm_nav.traffic import single_lane_kernels
+from swarm_nav.traffic.single_lanes import Mask, parts, rooms
+
+
+@functools.lru_cache(maxsize=4)
+def lane_labels(terrain: Terrain, radius: float) -> NDArray[np.int16]:
+    """Return the number of the connected single lanes that each lattice cell belongs to.
+
+    Args:
+        terrain: Map for one size of robot.
+        radius: [m] safety radius: two robots keep twice that between their centres.
+
+    Returns:
+        (h, w) from 1; 0 where two robots pass each other, and in walls.
+    """
+    lanes = (terrain.lattice.base < search_kernels.WALL) & ~rooms(terrain, radius)
+    labels = np.zeros(lanes.shape, np.int16)
+    single_lane_kernels.label(lanes, labels)
+    return labels
+
+
+@functools.lru_cache(maxsize=4)
+def gaps_to(terrain: Terrain, radius: float, lane: int) -> NDArray[np.float32]:
+    """Return the distance [m] of each lattice cell (h, w) from connected single lanes.
+
+    Args:
+        terrain: See `lane_labels`.
+        radius: See there.
+        lane: Their number.
+    """
+    found = distance_kernels.distance_cells(lane_labels(terrain, radius) == lane)
+    return np.asarray(found * np.float32(terrain.lattice.step), np.float32)
+
+
+@functools.lru_cache(maxsize=64)
+def capacity(terrain: Terrain, radius: float, lane: int) -> int:
+    """Return how many robots that have goals on connected single lanes have room there, from 1.
+
+    Args:
+        terrain: See `lane_labels`.
+        radius: See there.
+        lane: Their number.
+    """
+    is_open = terrain.lattice.base < search_kernels.WALL
+    cells = lane_labels(terrain, radius) == lane
+    mouths = len(list(parts(grown(cells) & is_open & ~cells)))
+    gap = int(2.0 * radius / terrain.lattice.step)
+    return max(1, _blind_ends(cells, rooms(terrain, radius), gap) + mouths - 1)
+
+
+def _blind_ends(lane: Mask, wide: Mask, gap: int) -> int:
+    """Return the number of blind ends of single lanes, each with room for a robot.
+
+    Args:
+        lane: (h, w) their cells.
+        wide: (h, w) cells where two robots pass each other.
+        gap: Cells between two robots.
+    """
+    seeds = grown(wide) & lane
+    if not seeds.any():
+        seeds.ravel()[int(np.flatnonzero(lane)[0])] = True
+    away = np.where(seeds, 0, -1).astype(np.int32)  # steps from the nearest seed
+    single_lane_kernels.flood(lane, away, -1, 1)
+    cells = np.flatnonzero(lane)
+    order = cells[np.argsort(-away.ravel()[cells], kind="stable")]
+    return int(single_lane_kernels.peaks(away.ravel(), order, lane.shape[1], gap))
+
+
+def grown(mask: Mask) -> Mask:
+    """Return a mask (h, w) and the cells beside it.
+
+    Args:
+        mask: (h, w)
+    """
+    wider = np.pad(mask, 1)
+    rows = wider[:-2] | wider[1:-1] | wider[2:]
+    return np.asarray(rows[:, :-2] | rows[:, 1:-1] | rows[:, 2:], np.bool_)
