@@ -64,6 +64,7 @@ RULES: Mapping[str, Mapping[str, Any]] = {
         f"{TRAFFIC}.holding.lane_labels": _no_lanes,
     },
     "queue": {f"{TRAFFIC}.holding.QUEUE_AREA": 0.0},
+    "blind aisle": {f"{TRAFFIC}.holding.blind_aisle": _zero},
     "capacity of single lanes": {f"{TRAFFIC}.holding.lane_labels": _no_lanes},
     "inheritance by a lease": {f"{TRAFFIC}.holding.above": _zero},
     "gate": {"holding.gate_density": 0.0},

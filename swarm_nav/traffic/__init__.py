@@ -2,6 +2,7 @@
 
 What a module imports of its folder stands above it:
 
+    blind_aisle_kernels  Bare numba kernel that finds blind aisles: floor with one narrow mouth
     gate_kernels         Bare numba kernels of entry control
     single_lane_kernels  Bare numba kernels of single-lane passages
     patience             One scale for all times of liveness: the measured slowness of the radio

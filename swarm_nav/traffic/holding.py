@@ -5,11 +5,13 @@ from their beacons: a request is made within radio range of the station, no cent
 lease orders the approach; safety does not depend on it. "Near" is measured along the way, not
 through walls: a robot in the queue waits beyond the floor that the robots before it need. All goals
 on connected single lanes share one queue, and as many robots as these have room for have a turn
-(`lane_capacity`); a robot keeps its turn until it is out again.
+(`lane_capacity`); a robot keeps its turn until it is out again. So do the stations in a blind aisle
+that is wider.
 """
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from dataclasses import dataclass, field
@@ -22,9 +24,12 @@ from swarm_common.model.records import FloatArray
 from swarm_nav.core.config import HoldingConfig
 from swarm_nav.core.goals import PlanError
 from swarm_nav.core.priority import above
+from swarm_nav.planning import search_kernels
 from swarm_nav.planning.planner import path_length
-from swarm_nav.planning.terrain import HALL_DISTANCE
+from swarm_nav.planning.search import SearchSpace
+from swarm_nav.planning.terrain import HALL_DISTANCE, Terrain
 from swarm_nav.traffic import gate_kernels, traffic_costs
+from swarm_nav.traffic.blind_aisle_kernels import blind_floor
 from swarm_nav.traffic.gate import WAY_POINTS
 from swarm_nav.traffic.lane_capacity import capacity, gaps_to, lane_labels
 from swarm_nav.traffic.situation import Situation
@@ -42,10 +47,41 @@ CIRCUIT_CORRIDOR = 0.8  # [m] on either side of the circuit that counts as on it
 SEARCH_PAUSE = 2.0  # [s] between searches for a parking place
 DETOUR = 2.5  # times the distance: what is farther by way is behind a wall
 QUEUE_AREA = 2.0  # [m²] of floor that each robot before one in the queue needs
+LEAST_AISLE = 1.5  # [m²] of floor that a blind aisle has
+PASSING_AREA = 1.0  # [m²] before it that the next one leaves free: a robot coming out can pass
+ROBOT_AREA = 1.0  # [m²] of a blind aisle's floor for each robot in it
 MOUTH_GAP = 0.6  # [m] before single lanes that belongs to them: a robot coming out can pass
 WAITING_GAP = 0.3  # [m] before that, which robots without a turn keep free
 NEXT_GOAL_PATIENCE = 3.0  # [s] without a goal: the next one mostly follows at once
 QUEUE_STEP = 1.5  # [m] beyond its place in the queue from where a parked robot moves up
+
+
+@functools.lru_cache(maxsize=16)  # each keeps its map in memory
+def blind_aisle(
+    terrain: Terrain, node: int, within: tuple[float, float], farthest: float, widest: float
+) -> float:
+    """Return the floor [m²] around a station that has one narrow mouth; results are kept.
+
+    Args:
+        terrain: Map for one size of robot.
+        node: Flat index of the station.
+        within: (least, most) [m²] of floor.
+        farthest: Distance [m] of the mouth by the way, at most.
+        widest: [m] of the mouth.
+
+    Returns:
+        The largest such floor, 0.0 if there is none.
+    """
+    lattice = terrain.lattice
+    reach = math.ceil(farthest / lattice.step) + 1
+    row, column = divmod(node, lattice.base.shape[1])
+    first = max(0, row - reach), max(0, column - reach)
+    box = slice(first[0], row + reach + 1), slice(first[1], column + reach + 1)
+    is_floor = lattice.base[box] < search_kernels.WALL
+    base = np.where(is_floor, np.float32(1.0), search_kernels.WALL)
+    space = SearchSpace(base, np.zeros_like(base), lattice.heading[box].copy(), lattice.step)
+    distances = space.cost_to_go((row - first[0]) * base.shape[1] + column - first[1])
+    return float(blind_floor(distances, lattice.step, within, farthest, widest))
 
 
 class Approach:
@@ -55,8 +91,9 @@ class Approach:
         lattice: Of the map.
         costs: (h, w) [m] of the planned way from each lattice cell to the station.
         lane: Number of the connected single lanes that the station lies on, 0 for none.
-        room: Number of robots with goals there that they have room for.
-        is_inside: Whether the robot is on them or before a mouth.
+        room: Number of robots with goals there that they have room for; without single lanes that
+            of the blind aisle that the station lies in, 0 without either.
+        is_inside: Whether the robot is there, or before a mouth.
     """
 
     def __init__(self, situation: Situation, station: tuple[float, float]) -> None:
@@ -77,18 +114,34 @@ class Approach:
         on = situation.terrain, situation.usual_radius
         self._labels = lane_labels(*on)
         self.lane = self._lane_at(station)
-        self.room = capacity(*on, self.lane) if self.lane else 0
         self._gaps = gaps_to(*on, self.lane) if self.lane else None
+        aisle = 0.0 if self.lane else self._blind_floor(situation, station)
+        self._depth = self.reach_of(aisle + PASSING_AREA) if aisle else 0.0
+        self.room = capacity(*on, self.lane) if self.lane else int(aisle / ROBOT_AREA)
         self.floor = self.within(MOUTH_GAP, PARKING_DISTANCE)
         self.is_inside = False
-        self._others = [other for other in situation.stations if self._shares_lane(other)]
+        self._others = [other for other in situation.stations if self._shares_queue(other)]
+
+    def _blind_floor(self, situation: Situation, station: tuple[float, float]) -> float:
+        """Return the floor [m²] of a blind aisle for fewer robots than have a turn, 0 without."""
+        node = self.lattice.node_of(*station)
+        if node is None:
+            return 0.0
+        config = situation.config.holding
+        within = LEAST_AISLE, config.approach_slots * ROBOT_AREA
+        two_robots = 4.0 * situation.usual_radius  # side by side
+        farthest = config.request_distance
+        return blind_aisle(situation.terrain, node, within, farthest, two_robots)
 
     def _lane_at(self, place: tuple[float, float]) -> int:
         node = self.lattice.node_of(*place)
         return 0 if node is None else int(self._labels.ravel()[node])
 
-    def _shares_lane(self, place: tuple[float, float]) -> bool:
-        return self.lane > 0 and self._lane_at(place) == self.lane
+    def _shares_queue(self, place: tuple[float, float]) -> bool:
+        if self.lane:
+            return self._lane_at(place) == self.lane
+        node = self.lattice.node_of(*place)
+        return node is not None and float(self.costs.ravel()[node]) <= self._depth
 
     def targets(self, situation: Situation) -> FloatArray:
         """Return the places (k, 2) [m] in map whose requests are served in one order.
@@ -99,10 +152,10 @@ class Approach:
             situation: Of the robot.
         """
         places = [self._station, *self._others]
-        if self.lane:
+        if self.room:
             told = situation.neighbors.heads["station"]
             there = told[np.isfinite(told[:, 0])].tolist()
-            places += [(x, y) for x, y in there if self._shares_lane((x, y))]
+            places += [(x, y) for x, y in there if self._shares_queue((x, y))]
         return np.array(places)
 
     def within(self, of_lane: float, of_station: float) -> NDArray[np.bool_]:
@@ -112,9 +165,9 @@ class Approach:
             of_lane: [m] from the single lanes.
             of_station: [m] of the way to the station.
         """
-        if self._gaps is None:
-            return self.costs <= of_station
-        return self._gaps <= of_lane
+        if self._gaps is not None:
+            return self._gaps <= of_lane
+        return self.costs <= max(of_station, self._depth)
 
     def contains(self, situation: Situation) -> bool:
         """Whether the robot stops where it keeps those out who want to go there.
@@ -126,15 +179,17 @@ class Approach:
         return node is not None and bool(self.floor.ravel()[node])
 
     def gap(self, situation: Situation) -> float:
-        """Return the distance [m] from where the robot stops to the single lanes; inf without any.
+        """Return the distance [m] from where the robot stops to the shared floor; inf without any.
 
         Args:
             situation: Of the robot.
         """
         node = self.lattice.node_of(*situation.stop_point)
-        if node is None or self._gaps is None:
+        if node is None or not self.room:
             return math.inf
-        return float(self._gaps.ravel()[node])
+        if self._gaps is not None:
+            return float(self._gaps.ravel()[node]) - MOUTH_GAP
+        return float(self.costs.ravel()[node]) - self._depth
 
     def is_ahead(self, situation: Situation) -> bool:
         """Whether the way ahead leads onto the single lanes, or the robot is there.
@@ -317,7 +372,7 @@ class Lease:
 
     def _is_inside(self, situation: Situation, slack: float = 0.0) -> bool:
         """Whether the robot is on the single lanes of its station or before them, or nearly so."""
-        return self._approach_of(situation).gap(situation) <= MOUTH_GAP + slack
+        return self._approach_of(situation).gap(situation) <= slack
 
     def _way(self, situation: Situation) -> float:
         return self._approach_of(situation).way(situation)
@@ -368,14 +423,14 @@ class Lease:
             config: `holding.` parameters.
         """
         slots = config.approach_slots
-        if self._approach is not None and self._approach.lane:
+        if self._approach is not None and self._approach.room:
             slots = min(slots, self._approach.room)
         return self.is_leaving or self.place < slots
 
     @property
     def is_shared(self) -> bool:
         """Whether the queue is one for all goals on the same single lanes."""
-        return self._approach is not None and self._approach.lane > 0
+        return self._approach is not None and self._approach.room > 0
 
     def is_barred(self, situation: Situation) -> bool:
         """Whether something that does not move is on the station, and was waited for long enough.
