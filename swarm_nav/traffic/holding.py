@@ -5,8 +5,9 @@ from their beacons: a request is made within radio range of the station, no cent
 lease orders the approach; safety does not depend on it. "Near" is measured along the way, not
 through walls: a robot in the queue waits beyond the floor that the robots before it need. All goals
 on connected single lanes share one queue, and as many robots as these have room for have a turn
-(`lane_capacity`); a robot keeps its turn until it is out again. So do the stations in a blind aisle
-that is wider.
+(`lane_capacity`), if all who wait at their mouths hear each other; a robot keeps its turn until it
+is out again. Elsewhere a dead end belongs to one robot, and a blind aisle to as many as it has room
+for; the stations in one share its queue.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from swarm_nav.planning.terrain import HALL_DISTANCE, Terrain
 from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.blind_aisle_kernels import blind_floor
 from swarm_nav.traffic.gate import WAY_POINTS
-from swarm_nav.traffic.lane_capacity import capacity, gaps_to, lane_labels
+from swarm_nav.traffic.lane_capacity import capacity, extent, gaps_to, lane_labels
 from swarm_nav.traffic.situation import Situation
 
 SAME_STATION = 0.6  # [m] between targets that are one station
@@ -47,7 +48,8 @@ CIRCUIT_CORRIDOR = 0.8  # [m] on either side of the circuit that counts as on it
 SEARCH_PAUSE = 2.0  # [s] between searches for a parking place
 DETOUR = 2.5  # times the distance: what is farther by way is behind a wall
 QUEUE_AREA = 2.0  # [m²] of floor that each robot before one in the queue needs
-LEAST_AISLE = 1.5  # [m²] of floor that a blind aisle has
+LEAST_AISLE = 1.5  # [m²] of floor that a blind aisle has; if it is deeper than the hold distance,
+# a dead end: one robot has it to itself
 PASSING_AREA = 1.0  # [m²] before it that the next one leaves free: a robot coming out can pass
 ROBOT_AREA = 1.0  # [m²] of a blind aisle's floor for each robot in it
 MOUTH_GAP = 0.6  # [m] before single lanes that belongs to them: a robot coming out can pass
@@ -114,16 +116,31 @@ class Approach:
         on = situation.terrain, situation.usual_radius
         self._labels = lane_labels(*on)
         self.lane = self._lane_at(station)
+        # a queue needs contenders that hear each other, from before any mouth to before any other
+        most = situation.config.traffic.radio_range - 2.0 * (MOUTH_GAP + WAITING_GAP)
+        if self.lane and extent(*on, self.lane) > most:
+            self.lane = 0
         self._gaps = gaps_to(*on, self.lane) if self.lane else None
-        aisle = 0.0 if self.lane else self._blind_floor(situation, station)
+        aisle = 0.0 if self.lane else self._closed_floor(situation, station)
         self._depth = self.reach_of(aisle + PASSING_AREA) if aisle else 0.0
-        self.room = capacity(*on, self.lane) if self.lane else int(aisle / ROBOT_AREA)
+        own = max(1, int(aisle / ROBOT_AREA)) if aisle else 0
+        self.room = capacity(*on, self.lane) if self.lane else own
         self.floor = self.within(MOUTH_GAP, PARKING_DISTANCE)
         self.is_inside = False
         self._others = [other for other in situation.stations if self._shares_queue(other)]
 
-    def _blind_floor(self, situation: Situation, station: tuple[float, float]) -> float:
-        """Return the floor [m²] of a blind aisle for fewer robots than have a turn, 0 without."""
+    def _closed_floor(self, situation: Situation, station: tuple[float, float]) -> float:
+        """Return the floor [m²] of a dead end, or of a blind aisle for few robots.
+
+        Args:
+            situation: Of the robot.
+            station: (x, y) [m] in map.
+
+        Returns:
+            0 without either.
+        """
+        if self.reach_of(LEAST_AISLE) > situation.config.holding.hold_distance:
+            return LEAST_AISLE
         node = self.lattice.node_of(*station)
         if node is None:
             return 0.0

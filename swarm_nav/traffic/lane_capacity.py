@@ -50,6 +50,19 @@ def gaps_to(terrain: Terrain, radius: float, lane: int) -> NDArray[np.float32]:
 
 
 @functools.lru_cache(maxsize=64)
+def extent(terrain: Terrain, radius: float, lane: int) -> float:
+    """Return the diagonal [m] of the box around connected single lanes.
+
+    Args:
+        terrain: See `lane_labels`.
+        radius: See there.
+        lane: Their number.
+    """
+    cells = np.argwhere(lane_labels(terrain, radius) == lane)
+    return float(np.hypot(*np.ptp(cells, axis=0))) * terrain.lattice.step
+
+
+@functools.lru_cache(maxsize=64)
 def capacity(terrain: Terrain, radius: float, lane: int) -> int:
     """Return how many robots that have goals on connected single lanes have room there, from 1.
 
