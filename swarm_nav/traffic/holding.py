@@ -125,7 +125,6 @@ class Approach:
         self._depth = self.reach_of(aisle + PASSING_AREA) if aisle else 0.0
         own = max(1, int(aisle / ROBOT_AREA)) if aisle else 0
         self.room = capacity(*on, self.lane) if self.lane else own
-        self.floor = self.within(MOUTH_GAP, PARKING_DISTANCE)
         self.is_inside = False
         self._others = [other for other in situation.stations if self._shares_queue(other)]
 
@@ -185,6 +184,11 @@ class Approach:
         if self._gaps is not None:
             return self._gaps <= of_lane
         return self.costs <= max(of_station, self._depth)
+
+    @property
+    def floor(self) -> NDArray[np.bool_]:
+        """The lattice cells (h, w) where a robot keeps those out who want to go there."""
+        return self.within(MOUTH_GAP, PARKING_DISTANCE)
 
     def contains(self, situation: Situation) -> bool:
         """Whether the robot stops where it keeps those out who want to go there.
@@ -371,10 +375,12 @@ class Lease:
         """Whether the robot is near its station or its single lanes, or where the queue ends."""
         assert self.station is not None
         config = situation.config
-        if self._approach_of(situation).is_ahead(situation):
-            return True
         if situation.distance_to(*self.station) > config.traffic.radio_range:
             return False
+        node = situation.planner.lattice.node_of(*self.station)
+        labels = lane_labels(situation.terrain, situation.usual_radius).ravel()
+        if node is not None and labels[node] and self._approach_of(situation).is_ahead(situation):
+            return True
         if self._is_near(situation, config.holding.request_distance):
             return True
         place, _ = self._earlier(situation, situation.tick)
