@@ -234,6 +234,10 @@ class Approach:
         node = self.lattice.node_of(*situation.stop_point)
         return math.inf if node is None else float(self.costs.ravel()[node])
 
+    def forget_queue(self) -> None:
+        """Free what only `reach_of` needs, once the robot does not queue here any more."""
+        self._in_order = np.zeros(0, np.float32)
+
     def reach_of(self, area: float) -> float:
         """Return the distance within which there are `area` [m²] of floor.
 
@@ -326,6 +330,8 @@ class Lease:
 
     def _take(self, station: tuple[float, float] | None) -> None:
         self.left = self._approach if station is None else None
+        if self.left is not None:
+            self.left.forget_queue()
         self.station = station
         self.tick = 0
         self.place = self.first = 0
