@@ -222,8 +222,9 @@ class Approach:
             return False
         tube = situation.tube
         way = tube.points[tube.near : tube.near + WAY_POINTS]
-        frame = self.lattice.frame
-        return self.contains(situation) or gate_kernels.entry(self.floor, frame, way) >= 0
+        floor, node = self.floor, self.lattice.node_of(*situation.stop_point)
+        is_there = node is not None and bool(floor.ravel()[node])
+        return is_there or gate_kernels.entry(floor, self.lattice.frame, way) >= 0
 
     def way(self, situation: Situation) -> float:
         """Return the distance from where the robot stops to the station.
