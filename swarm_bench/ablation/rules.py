@@ -25,7 +25,6 @@ from swarm_common.model.errors import UnknownNameError
 from swarm_nav.core.config import NavConfig, parameter_values
 from swarm_nav.planning.terrain import Terrain
 
-NEVER = 1e5  # [s] longer than any run
 BASE = "as it is"
 TRAFFIC, BEHAVIOUR = "swarm_nav.traffic", "swarm_nav.behaviour"
 RESAMPLES = 2000  # of the bootstrap
@@ -68,32 +67,28 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     "capacity of single lanes": {f"{TRAFFIC}.holding.lane_labels": _no_lanes},
     "inheritance by a lease": {f"{TRAFFIC}.holding.above": _zero},
     "gate": {"holding.gate_density": 0.0},
-    "departure": {f"{TRAFFIC}.departure.NEXT_GOAL_PATIENCE": NEVER},
+    "departure": {f"{TRAFFIC}.departure.parking_path": _nothing},
     "lanes": {"planner.lane_weight": 0.0},
     "keeping a route": {f"{BEHAVIOUR}.route.KEEP_COST": 0.0},
 }
 """How each rule is switched off: parameters, and constants or functions of modules."""
 
 NUMBERS = (
-    "traffic.push_ticks", "traffic.moving_patience", "traffic.release_time",
-    "traffic.replan_blocked", "traffic.stuck_time", "traffic.retreat_time",
+    "traffic.push_ticks", "traffic.retry_time", "traffic.wait_time", "traffic.stuck_time",
     "holding.request_distance", "holding.hold_distance", "holding.approach_slots",
     "holding.search_distance", "holding.gate_density", "holding.region_density",
     "planner.lane_weight", "planner.lane_width", "planner.replan_period",
-    f"{TRAFFIC}.right_of_way.REFUGE_COST", f"{TRAFFIC}.right_of_way.RETREAT_DISTANCE",
-    f"{TRAFFIC}.right_of_way.RETRY_TIME",
-    f"{TRAFFIC}.right_of_way.WAY_AHEAD", f"{TRAFFIC}.right_of_way.GAIN",
-    f"{TRAFFIC}.right_of_way.GO_ON_PATIENCE", f"{TRAFFIC}.right_of_way.INTENT_POINTS_CLEARED",
+    f"{TRAFFIC}.right_of_way.RETREAT_DISTANCE",
+    f"{TRAFFIC}.right_of_way.FORESIGHT",
     f"{TRAFFIC}.patience.TRIPS",
     f"{TRAFFIC}.single_lanes.MOUTH", f"{TRAFFIC}.single_lanes.WAY_POINTS",
-    f"{TRAFFIC}.gate.LEAST_AREA", f"{TRAFFIC}.gate.WAY_POINTS", f"{TRAFFIC}.departure.CROWDED",
-    f"{TRAFFIC}.holding.SEARCH_PAUSE",
+    f"{TRAFFIC}.gate.LEAST_AREA", f"{TRAFFIC}.departure.CROWDED",
     f"{TRAFFIC}.holding.DETOUR", f"{TRAFFIC}.holding.QUEUE_AREA",
     f"{TRAFFIC}.holding.MOUTH_GAP", f"{TRAFFIC}.holding.WAITING_GAP",
-    f"{TRAFFIC}.holding.NEXT_GOAL_PATIENCE", f"{TRAFFIC}.holding.QUEUE_STEP",
-    f"{TRAFFIC}.traffic_costs.STANDING", f"{TRAFFIC}.traffic_costs.PUSHABLE",
-    f"{TRAFFIC}.traffic_costs.STUCK",
-    f"{BEHAVIOUR}.route.REPLAN_PAUSE", f"{BEHAVIOUR}.route.KEEP_COST",
+    f"{TRAFFIC}.holding.QUEUE_STEP",
+    f"{TRAFFIC}.traffic_costs.PASSING", f"{TRAFFIC}.traffic_costs.STANDING",
+    f"{TRAFFIC}.traffic_costs.BARRED", f"{TRAFFIC}.traffic_costs.TAKEN",
+    f"{BEHAVIOUR}.route.KEEP_COST",
 )  # fmt: skip
 
 

@@ -16,8 +16,6 @@ from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import QUEUE_STEP, HoldingPattern, Lease
 from swarm_nav.traffic.situation import Situation
 
-GATE_RECHECK = 5.0  # [s] after which a robot that waits outside looks whether it still has to
-
 
 class BehaviorExecutor:
     """Lets the state choose path and twist, and notices when the state is over."""
@@ -161,13 +159,15 @@ class BehaviorExecutor:
     def _hold(self, task: GoalProgress) -> None:
         s = self._s
         task.note_holding(s)
-        if self._gate.is_closed and (s.tick + s.robot_id) % s.ticks(GATE_RECHECK) == 0:
+        period = s.ticks(s.config.traffic.stuck_time)
+        if self._gate.is_closed and (s.tick + s.robot_id) % period == 0:
             self._recheck_gate(task)
         has_turn = self._has_turn() or self._lease.is_barred(s) or self._moves_up()
         if has_turn and not self._gate.is_closed:
             self._state_machine.switch(Event.STATION_GRANTED)
         else:
-            closed = self._gate.region if self._gate.is_closed else self._lease.kept_free(s)
+            region = self._gate.region if self._gate.is_closed else None
+            closed = self._lease.kept_free(s) if region is None else region > 0
             self._holding.update(s, closed)
 
     def _moves_up(self) -> bool:

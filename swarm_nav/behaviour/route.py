@@ -15,8 +15,6 @@ from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.holding import SAME_STATION
 from swarm_nav.traffic.situation import Situation
 
-REPLAN_PAUSE = 1.2  # [s] between replans of a blocked robot; shorter ones are never granted
-OBSTACLE_PATIENCE = 1.0  # [s] before another way around a sensed obstacle is looked for
 KEEP_COST = 0.8  # [m] that a new path must save
 BARRED_PATIENCE = 10.0  # [s] of waiting in vain after which the place ahead costs more
 BARRED_TIME = 60.0  # [s] for which it costs more
@@ -60,13 +58,12 @@ class Route:
         since = s.tick - self.last_plan_tick
         if not task.is_planned or self._is_period_over(task, since):
             return True
-        if since < s.patience(REPLAN_PAUSE):
+        retry = s.retry_ticks
+        if since < retry:  # a shorter request is never granted
             return False
         gap = math.dist(s.stop_point, task.place)
         ends_short = s.tube.is_complete and gap > 0.6 * s.config.goal_checker.xy_goal_tolerance
-        is_blocked = s.blocked_ticks >= s.patience(s.config.traffic.replan_blocked)
-        is_barred = s.obstacle_ticks >= s.ticks(OBSTACLE_PATIENCE)
-        return ends_short or is_blocked or is_barred
+        return ends_short or max(s.blocked_ticks, s.obstacle_ticks) >= retry
 
     def _is_period_over(self, task: GoalProgress, since: int) -> bool:
         """Whether a periodic plan is due; robots take turns, a given path is not replanned."""
@@ -115,7 +112,7 @@ class Route:
         oldest = s.tick - s.ticks(BARRED_TIME)
         self._barred = [item for item in self._barred if item[0] > oldest]
         places = np.array(self._barred).reshape(-1, 3)[:, 1:]
-        cost = traffic_costs.OBSTACLE * len(places)
+        cost = traffic_costs.BARRED * len(places)
         traffic_costs.stamp(extra, s, places, BARRED_RADIUS, cost)
 
     def _path_to(self, task: GoalProgress, extra: NDArray[np.float32]) -> FloatArray:

@@ -160,18 +160,14 @@ class TrafficConfig:
     dead_ticks: int = 100  # ticks without a beacon after which a silent robot has stopped
     radio_range: float = 6.0  # [m] within which beacons are heard
     push_ticks: int = 3  # ticks of being blocked before the blocker makes way
-    moving_patience: float = 1.5  # [s] blocked by a robot that drives on or is stuck, likewise
-    release_time: float = 1.2  # [s] without a pusher before a robot stops making way
-    replan_blocked: float = 0.8  # [s] blocked before another way is looked for
-    stuck_time: float = 4.0  # [s] blocked or still before a refuge or a claim is given up
-    retreat_time: float = 5.0  # [s] that a retreat lasts
+    retry_time: float = 1.0  # [s] blocked, or not pushed any more, before a robot tries another way
+    wait_time: float = 2.0  # [s] blocked on a detour, or without a goal, before a robot moves on
+    stuck_time: float = 4.0  # [s] without moving before a refuge or a claim is given up
     patience: float = 600.0  # [s] without any progress before a goal is given up
 
     def __post_init__(self) -> None:
         _positive("traffic.", self, "safety_margin", "held_length", "wanted_length", "radio_range")
-        _positive("traffic.", self, "release_time", "replan_blocked", "stuck_time")
-        _positive("traffic.", self, "moving_patience")
-        _positive("traffic.", self, "retreat_time", "patience")
+        _positive("traffic.", self, "retry_time", "wait_time", "stuck_time", "patience")
         if not 0.1 <= self.held_length <= 0.8:
             raise ConfigError(f"traffic.held_length is {self.held_length} m; from 0.1 to 0.8")
         if not 0.1 <= self.wanted_length <= 0.4:

@@ -125,10 +125,11 @@ def _drive_sideways() -> None:
 
 
 def _pass_gate(situation: Situation) -> None:
-    region = np.ones(situation.planner.lattice.base.shape, np.bool_)
+    region = np.ones(situation.planner.lattice.base.shape, np.int16)
     gate = Gate(region)
     gate.update(situation, has_turn=True, is_driving=True, priority=1)
-    gate_kernels.entry(region, situation.planner.lattice.frame, situation.tube.points)
+    for cells in (region, region > 0):
+        gate_kernels.entry(cells, situation.planner.lattice.frame, situation.tube.points)
     gate._ahead(situation, 1)
     gate._look_at(situation)
     gate._seen_inside(situation)

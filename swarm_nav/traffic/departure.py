@@ -10,23 +10,17 @@ robot asks for it.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_nav.core.priority import above
 from swarm_nav.traffic.gate import ADMITTED, Gate, is_inside
-from swarm_nav.traffic.holding import (
-    NEXT_GOAL_PATIENCE,
-    SAME_STATION,
-    SEARCH_PAUSE,
-    Lease,
-    parking_path,
-)
+from swarm_nav.traffic.holding import ARRIVED, SAME_STATION, Lease, parking_path
 from swarm_nav.traffic.situation import Situation
 
-EXIT_DISTANCE = 40.0  # [m] of driving to a place outside
 CROWDED = 0.5  # share of a region's room that is taken when a robot leaves it unasked
-ARRIVED = 0.3  # [m] from the parking place
 
 
 class Departure:
@@ -66,7 +60,7 @@ class Departure:
         tick = situation.tick
         if self._idle_since < 0:
             self._idle_since = tick
-            self._next_search_tick = tick + situation.ticks(NEXT_GOAL_PATIENCE)
+            self._next_search_tick = tick + situation.wait_ticks
         if self._is_leaving(situation):
             return True
         self._give_up()
@@ -78,7 +72,7 @@ class Departure:
         self._target, self._lease.inherited = None, 0
 
     def _is_leaving(self, situation: Situation) -> bool:
-        if self._target is None or situation.blocked_ticks > situation.ticks(SEARCH_PAUSE):
+        if self._target is None or situation.blocked_ticks > situation.wait_ticks:
             return False
         x, y = situation.tube.points[-1]
         return (x, y) == self._target and situation.distance_to(x, y) > ARRIVED
@@ -90,7 +84,7 @@ class Departure:
         if region is not None and is_inside(region, lattice.frame, pose.x, pose.y):
             highest = _highest_at_gate(situation)
             if highest or self._gate.is_crowded(situation, CROWDED):
-                self._leave(situation, highest, region)
+                self._leave(situation, highest, region > 0)
                 return
         left = self._lease.left
         if left is not None and left.lattice is lattice and left.contains(situation):
@@ -99,8 +93,8 @@ class Departure:
                 self._leave(situation, highest, left.floor)
 
     def _leave(self, situation: Situation, highest: int, closed: NDArray[np.bool_]) -> None:
-        self._next_search_tick = situation.tick + situation.ticks(SEARCH_PAUSE)
-        way = parking_path(situation, list(situation.stations), closed, EXIT_DISTANCE)
+        self._next_search_tick = situation.tick + situation.wait_ticks
+        way = parking_path(situation, list(situation.stations), closed, math.inf)
         if way is not None and len(way) >= 2:
             situation.tube.adopt(way)
             x, y = situation.tube.points[-1]

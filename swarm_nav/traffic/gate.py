@@ -29,15 +29,14 @@ from swarm_nav.core.priority import SENIORITY
 from swarm_nav.planning import distance_kernels, search_kernels
 from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
-from swarm_nav.traffic import gate_kernels, single_lane_kernels
+from swarm_nav.traffic import gate_kernels
+from swarm_nav.traffic.single_lane_kernels import label_at
+from swarm_nav.traffic.single_lanes import WAY_POINTS
 from swarm_nav.traffic.situation import Situation
 
 NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
 LEAST_AREA = 16.0  # [m²] of a region; fewer robots than that has room for are led by the lease
 SEEN_TICKS = 150  # for which a robot counts as inside since it was seen there
-WAY_POINTS = 60  # path points, 3 m, in which the region's border is looked for
-
-NO_PARTS = np.zeros((0, 0), np.int16)
 
 is_inside = gate_kernels.is_inside.py_func  # for one point cheaper than the call of a kernel
 
@@ -45,8 +44,8 @@ is_inside = gate_kernels.is_inside.py_func  # for one point cheaper than the cal
 @functools.lru_cache(maxsize=4)
 def narrow_region(
     terrain: Terrain, stations: tuple[tuple[float, float], ...]
-) -> NDArray[np.bool_] | None:
-    """Return the lattice cells of narrow regions with stations; the last few results are kept.
+) -> NDArray[np.int16] | None:
+    """Return the parts of narrow regions with stations; the last few results are kept.
 
     A cell is narrow if it is farther than `HALL_DISTANCE` from all places with such clearance.
 
@@ -55,7 +54,8 @@ def narrow_region(
         stations: (x, y) [m] in map.
 
     Returns:
-        (h, w); None if there is no such region, and on a map without an open place to wait in.
+        (h, w) number of the part that each lattice cell belongs to from 1, 0 outside; None if there
+        is no such region, and on a map without an open place to wait in.
     """
     lattice = terrain.lattice
     is_hall = lattice.clearance >= HALL_DISTANCE
@@ -64,7 +64,8 @@ def narrow_region(
     from_hall = distance_kernels.distance_cells(is_hall) * lattice.step
     is_free = lattice.base < search_kernels.WALL
     narrow = is_free & (from_hall > HALL_DISTANCE)
-    region = np.zeros_like(narrow)
+    region = np.zeros(narrow.shape, np.int16)
+    count = 0
     for x, y in stations:
         node = lattice.node_of(x, y)
         if node is None:
@@ -73,8 +74,9 @@ def narrow_region(
         if narrow[row, column] and not region[row, column]:
             part = _component(lattice, narrow, row, column)
             if part.sum() * lattice.step**2 >= LEAST_AREA:
-                region |= part
-    return region if region.any() else None
+                count += 1
+                region[part] = count
+    return region if count else None
 
 
 def _component(
@@ -90,16 +92,15 @@ def _component(
 class Gate:
     """One robot's admission to the narrow region ahead of it."""
 
-    region: NDArray[np.bool_] | None
+    region: NDArray[np.int16] | None  # see `narrow_region`
     asked_tick: int = 0  # tick since which it waits or asks, 0 if it does not
     is_admitted: bool = False  # whether it may enter, or is inside
     first: int = 0  # id of the highest robot that it waits for, 0 for none
     _area: float = 0.0  # [m²] of the region within radio range of where its way enters it
     _part: int = 0  # of the region, in which its way leads
     _part_area: float = 0.0  # [m²]
-    _parts: tuple[NDArray[np.bool_] | None, NDArray[np.int16]] = (None, NO_PARTS)
     # points of a path, from one index to before another, that lie outside a region
-    _outside: tuple[FloatArray | None, NDArray[np.bool_] | None, int, int] = (None, None, 0, 0)
+    _outside: tuple[FloatArray | None, NDArray[np.int16] | None, int, int] = (None, None, 0, 0)
 
     @property
     def announced(self) -> int:
@@ -176,14 +177,9 @@ class Gate:
 
     def _choose_part(self, situation: Situation, x: float, y: float) -> None:
         """Note in which part of the region a point lies, and how large that is."""
-        region, parts = self._parts
-        if self.region is not None and region is not self.region:
-            parts = np.zeros(self.region.shape, np.int16)
-            single_lane_kernels.label(self.region, parts)
-            self._parts = self.region, parts
         lattice = situation.planner.lattice
-        self._part = int(single_lane_kernels.label_at(parts, lattice.frame, x, y))
-        self._part_area = float(np.count_nonzero(parts == self._part)) * lattice.step**2
+        self._part = int(label_at(self.region, lattice.frame, x, y))
+        self._part_area = float(np.count_nonzero(self.region == self._part)) * lattice.step**2
 
     def is_crowded(self, situation: Situation, share: float) -> bool:
         """Whether others take a share of the room in the part of the region where the robot is.
@@ -200,7 +196,7 @@ class Gate:
         """Return how many others were seen in the part of the region not long ago."""
         frame, since = situation.planner.lattice.frame, situation.tick - SEEN_TICKS
         known, own_id = situation.neighbors.sightings, situation.robot_id
-        return int(gate_kernels.count_seen(self._parts[1], self._part, frame, known, since, own_id))
+        return int(gate_kernels.count_seen(self.region, self._part, frame, known, since, own_id))
 
     def recheck(self, situation: Situation, way: FloatArray) -> None:
         """Ask no more if the way to the goal does not lead through the region any longer.
@@ -225,6 +221,6 @@ class Gate:
             situation.planner.lattice.frame,
             neighbors.gate_columns,
             (neighbors.ids, neighbors.priorities, neighbors.gone),
-            (priority & SENIORITY, situation.robot_id),
+            (priority & SENIORITY, situation.robot_id, situation.wait_ticks),
         )
         return int(count), bool(is_highest)

@@ -13,9 +13,7 @@ from swarm_nav.core.order_kernels import outranks
 from swarm_nav.core.priority import SENIORITY
 from swarm_nav.perception.absence_kernels import Sightings
 from swarm_nav.planning.distance_kernels import Floats, Frame
-from swarm_nav.traffic.single_lane_kernels import label_at
-
-BLOCKED = 30  # ticks for which a robot on its way to the mouth has been blocked that no more counts
+from swarm_nav.traffic.single_lane_kernels import Labels, label_at
 
 
 class GateColumns(NamedTuple):
@@ -35,11 +33,11 @@ class Robots(NamedTuple):
 
 
 @njit(cache=True)
-def is_inside(region: Mask, frame: Frame, x: float, y: float) -> bool:
+def is_inside(region: Labels | Mask, frame: Frame, x: float, y: float) -> bool:
     """Return whether a point lies in a cell of the region.
 
     Args:
-        region: (height, width).
+        region: (height, width) number of the part that each cell belongs to, 0 outside.
         frame: Of the region.
         x: [m] in map.
         y: [m] in map.
@@ -47,15 +45,15 @@ def is_inside(region: Mask, frame: Frame, x: float, y: float) -> bool:
     origin_x, origin_y, step = frame
     i = int((y - origin_y) / step)
     j = int((x - origin_x) / step)
-    return 0 <= i < region.shape[0] and 0 <= j < region.shape[1] and region[i, j]
+    return 0 <= i < region.shape[0] and 0 <= j < region.shape[1] and region[i, j] > 0
 
 
 @njit(cache=True)
-def entry(region: Mask, frame: Frame, way: Floats) -> int:
+def entry(region: Labels | Mask, frame: Frame, way: Floats) -> int:
     """Return the index of the first point of a path that lies in the region, -1 if none does.
 
     Args:
-        region: (height, width).
+        region: (height, width) number of the part that each cell belongs to, 0 outside.
         frame: Of the region.
         way: (n, 2) [m] in map.
     """
@@ -67,11 +65,11 @@ def entry(region: Mask, frame: Frame, way: Floats) -> int:
 
 @njit(cache=True)
 def count_ahead(
-    region: Mask,
+    region: Labels,
     frame: Frame,
     columns: tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.uint32]],
     robots: tuple[NDArray[np.uint32], NDArray[np.int64], NDArray[np.bool_]],
-    own: tuple[int, int],
+    own: tuple[int, int, int],
 ) -> tuple[int, bool, int]:
     """Count the robots that go before this one.
 
@@ -79,11 +77,12 @@ def count_ahead(
     blocked on their way.
 
     Args:
-        region: (height, width).
+        region: (height, width) number of the part that each cell belongs to, 0 outside.
         frame: Of the region.
         columns: `GateColumns` as a plain tuple.
         robots: `Robots` as a plain tuple.
-        own: Seniority and id of this robot.
+        own: Seniority and id of this robot, and for how many ticks one that counts may have been
+            blocked on its way to the mouth.
 
     Returns:
         Their number, whether none of those with a goal ranks above this robot, and the id of the
@@ -91,7 +90,7 @@ def count_ahead(
     """
     poses, gate_ticks, blocked = GateColumns(*columns)
     ids, priorities, gone = Robots(*robots)
-    seniority, own_id = own
+    seniority, own_id, patience = own
     count = 0
     is_highest = True
     first = 0
@@ -104,7 +103,7 @@ def count_ahead(
         ranks_above = outranks(theirs, ids[k], seniority, own_id)
         if ranks_above and not gone[k] and priorities[k] > SENIORITY:  # that has a goal
             is_highest = False
-        if inside or (blocked[k] <= BLOCKED and (gate_ticks[k] == 1 or ranks_above)):
+        if inside or (blocked[k] <= patience and (gate_ticks[k] == 1 or ranks_above)):
             count += 1
             if theirs > highest:
                 first, highest = np.int64(ids[k]), theirs
@@ -113,7 +112,7 @@ def count_ahead(
 
 @njit(cache=True)
 def count_seen(
-    parts: NDArray[np.int16], part: int, frame: Frame, known: Sightings, since: int, own_id: int
+    parts: Labels, part: int, frame: Frame, known: Sightings, since: int, own_id: int
 ) -> int:
     """Return how many other robots are in a part of the region, as far as anybody told.
 
@@ -134,11 +133,11 @@ def count_seen(
 
 
 @njit(cache=True)
-def cells_within(region: Mask, frame: Frame, centre: tuple[float, float], reach: float) -> int:
+def cells_within(region: Labels, frame: Frame, centre: tuple[float, float], reach: float) -> int:
     """Return how many of the region's cells have their middle within reach of a point.
 
     Args:
-        region: (height, width).
+        region: (height, width) number of the part that each cell belongs to, 0 outside.
         frame: Of the region.
         centre: x, y [m] in map.
         reach: [m].
@@ -152,7 +151,7 @@ def cells_within(region: Mask, frame: Frame, centre: tuple[float, float], reach:
     count = 0
     for i in range(max(0, row - span), min(height, row + span + 1)):
         for j in range(max(0, column - span), min(width, column + span + 1)):
-            if region[i, j]:
+            if region[i, j] > 0:
                 dx = origin_x + (j + 0.5) * step - x
                 dy = origin_y + (i + 0.5) * step - y
                 if dx * dx + dy * dy <= reach * reach:

@@ -31,30 +31,27 @@ from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import HALL_DISTANCE, Terrain
 from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.blind_aisle_kernels import blind_floor
-from swarm_nav.traffic.gate import WAY_POINTS
 from swarm_nav.traffic.lane_capacity import capacity, extent, gaps_to, lane_labels
+from swarm_nav.traffic.single_lanes import WAY_POINTS
 from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.traffic_costs import PARKING_GAP
 
 SAME_STATION = 0.6  # [m] between targets that are one station
-STATION_OVERLAP = 0.25  # [m] less than the reach at which a robot bars a station
-SEEN_FREE = 1.0  # [s] without anything on a station until it counts as free
-PARKING_DISTANCE = 1.1  # [m] of a parking place in a passage from any station
-OPEN_PARKING_DISTANCE = 2.2  # [m] the same in a hall, where the ways to the station are kept free
-PARKING_GAP = 0.1  # [m] beyond the reach between parked robots
+PARKING_DISTANCE = 1.1  # [m] of a parking place in a passage from any station; twice that in a
+# hall, where the ways to the station are kept free
+ARRIVED = 0.3  # [m] from a parking place within which the robot is there
 CIRCUIT_LOOKAHEAD = 4.0  # [m] of circuit driven per plan
 CIRCUIT_RENEW = 1.5  # [m] before the end of a plan at which the next is made
 CIRCUIT_JOIN = 3.0  # [m] from the circuit up to which `auto` joins it
 CIRCUIT_CORRIDOR = 0.8  # [m] on either side of the circuit that counts as on it
-SEARCH_PAUSE = 2.0  # [s] between searches for a parking place
 DETOUR = 2.5  # times the distance: what is farther by way is behind a wall
 QUEUE_AREA = 2.0  # [m²] of floor that each robot before one in the queue needs
 LEAST_AISLE = 1.5  # [m²] of floor that a blind aisle has; if it is deeper than the hold distance,
 # a dead end: one robot has it to itself
-PASSING_AREA = 1.0  # [m²] before it that the next one leaves free: a robot coming out can pass
-ROBOT_AREA = 1.0  # [m²] of a blind aisle's floor for each robot in it
+ROBOT_AREA = 1.0  # [m²] of a blind aisle's floor for each robot in it, and before it for the next
+# one to leave free: a robot coming out can pass
 MOUTH_GAP = 0.6  # [m] before single lanes that belongs to them: a robot coming out can pass
 WAITING_GAP = 0.3  # [m] before that, which robots without a turn keep free
-NEXT_GOAL_PATIENCE = 3.0  # [s] without a goal: the next one mostly follows at once
 QUEUE_STEP = 1.5  # [m] beyond its place in the queue from where a parked robot moves up
 
 
@@ -122,7 +119,7 @@ class Approach:
             self.lane = 0
         self._gaps = gaps_to(*on, self.lane) if self.lane else None
         aisle = 0.0 if self.lane else self._closed_floor(situation, station)
-        self._depth = self.reach_of(aisle + PASSING_AREA) if aisle else 0.0
+        self._depth = self.reach_of(aisle + ROBOT_AREA) if aisle else 0.0
         own = max(1, int(aisle / ROBOT_AREA)) if aisle else 0
         self.room = capacity(*on, self.lane) if self.lane else own
         self.is_inside = False
@@ -278,7 +275,7 @@ class Cover:
         self.looked = tick
         if is_covered:
             self.seen = tick
-        elif tick - self.seen > situation.ticks(SEEN_FREE):
+        elif tick - self.seen > situation.retry_ticks:
             self.since = tick
 
     def lasts(self, situation: Situation) -> bool:
@@ -368,7 +365,7 @@ class Lease:
     def _leave(self, situation: Situation) -> None:
         """Give the station back once the robot is out, or has had no other target for a while."""
         self._left_tick = self._left_tick or situation.tick
-        has_stayed = situation.tick - self._left_tick > situation.ticks(NEXT_GOAL_PATIENCE)
+        has_stayed = situation.tick - self._left_tick > situation.wait_ticks
         if (self._next is None and has_stayed) or not self._is_inside(situation):
             self._take(self._next)
 
@@ -481,7 +478,7 @@ class Lease:
         if situation.distance_to(*self.station) > situation.config.costmap.obstacle_max_range:
             return False
         gaps = situation.obstacle_points() - self.station
-        limit = situation.obstacle_clearance - STATION_OVERLAP
+        limit = situation.obstacle_clearance - situation.config.goal_checker.xy_goal_tolerance
         return len(gaps) > 0 and float(np.hypot(*gaps.T).min()) < limit
 
     def is_covered(self, situation: Situation) -> bool:
@@ -500,10 +497,10 @@ class Lease:
         """
         if self.station is None or self.tick == 0 or self.is_leaving:
             return None
-        neighbors = situation.neighbors
+        neighbors, near = situation.neighbors, situation.config.goal_checker.xy_goal_tolerance
         for row in np.flatnonzero(neighbors.immovable):
             gaps = neighbors.tubes(int(row)) - self.station
-            if float(np.hypot(*gaps.T).min()) < situation.reach(int(row)) - STATION_OVERLAP:
+            if float(np.hypot(*gaps.T).min()) < situation.reach(int(row)) - near:
                 return int(row)
         return None
 
@@ -560,7 +557,7 @@ class HoldingPattern:
         if self.is_on_circuit:
             self._drive_circuit(situation)
         elif situation.tick >= self._next_search_tick and self._needs_place(situation):
-            self._next_search_tick = situation.tick + situation.ticks(SEARCH_PAUSE)
+            self._next_search_tick = situation.tick + situation.wait_ticks
             path = parking_path(situation, self._stations, closed)
             if path is not None and len(path) >= 2:
                 situation.tube.adopt(path)
@@ -570,8 +567,8 @@ class HoldingPattern:
         if self.target is None:
             return True
         if not situation.tube.is_complete:
-            return situation.blocked_ticks > situation.ticks(SEARCH_PAUSE)
-        return situation.distance_to(*self.target) > 0.3
+            return situation.blocked_ticks > situation.wait_ticks
+        return situation.distance_to(*self.target) > ARRIVED
 
     def _nearest_circuit(self, situation: Situation) -> FloatArray | None:
         near = [c for c in self._circuits if _circuit_gap(c, situation)[0] < CIRCUIT_JOIN]
@@ -646,7 +643,7 @@ def parking_path(
     lattice = situation.planner.lattice
     taken = situation.planner.no_extra()
     if stations:
-        traffic_costs.stamp(taken, situation, np.array(stations), OPEN_PARKING_DISTANCE, 1.0)
+        traffic_costs.stamp(taken, situation, np.array(stations), 2.0 * PARKING_DISTANCE, 1.0)
         taken[lattice.clearance <= HALL_DISTANCE] = 0.0
         traffic_costs.stamp(taken, situation, np.array(stations), PARKING_DISTANCE, 1.0)
     neighbors = situation.neighbors

@@ -13,7 +13,6 @@ GROWTH_SLACK = 0.06  # [m] by which tubes are nearer than both radii without any
 WATCHDOG_MOTION = 0.06  # [m]
 WHY = {tube_kernels.ROBOT: "is in the way", tube_kernels.RIGHT_OF_WAY: "has the right of way"}
 COMES = "comes through a single lane"
-DEADLOCK_TIME = 5.0  # [s] blocked that counts as a deadlock once it is over
 
 
 class ReservationManager:
@@ -96,7 +95,7 @@ class ReservationManager:
             if int(s.neighbors.heads["yields_for"][row]) == s.robot_id:
                 s.tube.withdraw()
         elif s.has_grown or reason != tube_kernels.UNCONFIRMED:
-            if s.blocked_ticks > s.ticks(DEADLOCK_TIME):
+            if s.blocked_ticks > s.stuck_ticks:
                 s.counters.deadlocks_resolved += 1
             s.blocked_ticks = 0
             s.blocked_by = 0
@@ -134,11 +133,10 @@ class ReservationManager:
         """Drop a claim that is not being driven, whatever the reason; return whether it was."""
         s = self._s
         is_moving = s.pose.distance(self._watch_pose) > WATCHDOG_MOTION
-        patience = s.patience(s.config.traffic.stuck_time)
         if is_moving or s.tube.stop <= s.tube.near:
             self._watch_pose = s.pose
             self._watch_tick = s.tick
-        elif s.tick - self._watch_tick > patience and abs(s.twist.vx) < 0.02:
+        elif s.tick - self._watch_tick > s.stuck_ticks and abs(s.twist.vx) < 0.02:
             self._watch_tick = s.tick
             s.tube.reset(s.pose)
             return True
@@ -155,7 +153,7 @@ class ReservationManager:
             self._retracting_since = s.tick
         self._retracted_tick = s.tick
         waited = s.tick - self._retracting_since
-        if s.neighbors.deaf_neighbor and waited < s.patience(s.config.traffic.stuck_time):
+        if s.neighbors.deaf_neighbor and waited < s.stuck_ticks:
             keep = 0 if s.is_standing else s.brake_points
             if tube.stop > tube.near + keep:
                 tube.release_ahead(keep)

@@ -18,27 +18,26 @@ from numpy.typing import NDArray
 
 from swarm_common.model.beacon import MODE_YIELD
 from swarm_common.model.records import FloatArray, Mask
+from swarm_nav.control.tube_kernels import INTENT_SPACING, PRIORITY_LENGTH
 from swarm_nav.core.priority import TOP_DEPTH
 from swarm_nav.planning import path_cost_kernels
+from swarm_nav.planning.planner import SPACING
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.gate import is_inside
+from swarm_nav.traffic.single_lane_kernels import FORESIGHT
 from swarm_nav.traffic.single_lanes import rooms
 from swarm_nav.traffic.situation import Situation
 
 LEAST_DEPTH = TOP_DEPTH - 32  # longest chain of robots that push each other, by 32 hops
 REFUGE_MARGIN = 0.03  # [m] that a refuge keeps from the pusher's way beyond the reach; so much
 # more after each refuge at which the pusher was still blocked by this robot
-REFUGE_COST = 12.0  # largest cost of a way to a refuge in a room, and of stepping back
-INTENT_POINTS_CLEARED = 16  # 1.6 m of the pusher's path
 RETREAT_DISTANCE = 0.95  # [m]
-MOVING_SPEED = 0.08  # [m/s] above which a robot is on its way
-RETRY_TIME = 1.0  # [s] between searches for a refuge
-WAY_AHEAD = 32  # points of the own path, 1.6 m, on which a pushed robot may get out of the way
-GAIN = 8  # points of the pusher's way, about 0.8 m, that it gets ahead instead
 Try = tuple[float, bool]  # margin [m] to other robots beyond the reach, whether the way is smooth
 TIGHTER: tuple[Try, ...] = ((0.0, False), (-0.04, False))
 SLACK = 2  # points by which the way may lead towards the pusher
-GO_ON_PATIENCE = 2.0  # [s] that a pushed robot may be blocked on its own way
+INTENT_POINTS = round(FORESIGHT / INTENT_SPACING)  # of the pusher's path that is kept free
+WAY_AHEAD = round(FORESIGHT / SPACING)  # points of the own path that may lead out of its way
+GAIN = round(PRIORITY_LENGTH / INTENT_SPACING)  # points of its way to get ahead instead
 
 
 class RightOfWay:
@@ -80,10 +79,10 @@ class RightOfWay:
         """
         traffic = situation.config.traffic
         # a robot that drives on its own path is not disturbed at once
-        is_moving = not self.is_yielding and situation.twist.vx > MOVING_SPEED
+        is_moving = not self.is_yielding and situation.twist.vx > traffic_costs.MOVING_SPEED
         patience = traffic.push_ticks + situation.radio.extra
         if is_moving:
-            patience = situation.patience(traffic.moving_patience)
+            patience = situation.retry_ticks
         return situation.neighbors.highest_pusher(situation.own_priority, patience, LEAST_DEPTH)
 
     def update(self, situation: Situation) -> bool:
@@ -111,11 +110,10 @@ class RightOfWay:
         Else a robot without a goal would stay in a blind end for ever: its pusher steps back, so
         that it is not pushed any more, and comes again.
         """
-        traffic = situation.config.traffic
-        time = traffic.release_time
+        patience = situation.retry_ticks
         if self._was_stuck and not is_in_room(situation):
-            time += traffic.retreat_time
-        if situation.tick - self._last_pushed_tick > situation.patience(time):
+            patience += situation.stuck_ticks
+        if situation.tick - self._last_pushed_tick > patience:
             self._release(situation)
         elif self.is_stuck and situation.tick >= self._next_search_tick:
             self._search(situation)
@@ -156,8 +154,7 @@ class RightOfWay:
         elif self._blocked_since < 0:
             self._blocked_since = situation.tick
         waited = situation.tick - self._blocked_since if self._blocked_since >= 0 else 0
-        patience = situation.patience(situation.config.traffic.stuck_time)
-        if max(waited, situation.obstacle_ticks) > patience:
+        if max(waited, situation.obstacle_ticks) > situation.stuck_ticks:
             self.is_stuck = self._was_stuck = True
         if situation.tick < self._next_search_tick:
             return
@@ -169,7 +166,7 @@ class RightOfWay:
     def _goes_on(self, situation: Situation, row: int) -> bool:
         """Whether the robot gets out of the pusher's way by going its own, with its priority."""
         if situation.blocked_ticks:
-            if situation.blocked_ticks > situation.patience(GO_ON_PATIENCE):
+            if situation.blocked_ticks > situation.wait_ticks:
                 return False
             blocker = situation.neighbors.row(situation.blocked_by)
             if blocker is None or situation.neighbors.priorities[blocker] >= self.inherited:
@@ -178,7 +175,7 @@ class RightOfWay:
 
     def _search(self, situation: Situation) -> None:
         """Adopt the way to the nearest refuge, or say that there is none."""
-        self._next_search_tick = situation.tick + situation.patience(RETRY_TIME)
+        self._next_search_tick = situation.tick + situation.retry_ticks
         way, reach = self._kept_free
         path = refuge_path(situation, way, reach + self._margin, self.inherited)
         self._is_at_refuge = path is not None and len(path) < 2
@@ -192,8 +189,7 @@ class RightOfWay:
 
     def _consider_retreat(self, situation: Situation) -> None:
         """Step back from a robot that said that it cannot make way."""
-        patience = situation.patience(situation.config.traffic.moving_patience)
-        if situation.blocked_ticks < patience or self.is_retreating:
+        if situation.blocked_ticks < situation.retry_ticks or self.is_retreating:
             return
         row = situation.neighbors.row(situation.blocked_by)
         if row is None or not situation.neighbors.stuck[row] or situation.neighbors.immovable[row]:
@@ -203,9 +199,7 @@ class RightOfWay:
             return
         situation.counters.retreats += 1
         situation.tube.adopt(path)
-        self._retreat_until = situation.tick + situation.patience(
-            situation.config.traffic.retreat_time
-        )
+        self._retreat_until = situation.tick + situation.stuck_ticks
 
 
 def clears_way(situation: Situation, row: int) -> bool:
@@ -223,7 +217,7 @@ def clears_way(situation: Situation, row: int) -> bool:
     way = np.vstack(
         (
             beacon["held"][: beacon["held_size"]][::2],
-            beacon["intent"][: min(int(beacon["intent_size"]), INTENT_POINTS_CLEARED)],
+            beacon["intent"][: min(int(beacon["intent_size"]), INTENT_POINTS)],
         )
     )
     reach = situation.reach(row) + REFUGE_MARGIN
@@ -252,7 +246,7 @@ def way_of(situation: Situation, row: int) -> FloatArray:
         (
             pusher["held"][: pusher["held_size"]],
             pusher["wanted"][: pusher["wanted_size"]],
-            pusher["intent"][: min(int(pusher["intent_size"]), INTENT_POINTS_CLEARED)],
+            pusher["intent"][: min(int(pusher["intent_size"]), INTENT_POINTS)],
         )
     )
 
@@ -290,7 +284,7 @@ def refuge_path(
         if int(neighbors.ids[other]) != situation.yields_for and math.isfinite(float(target[0])):
             traffic_costs.stamp(taken, situation, target, situation.reach(int(other)), 1.0)
     in_room = is_in_room(situation)
-    most = REFUGE_COST if in_room else math.inf
+    most = situation.config.holding.search_distance if in_room else math.inf
     is_higher = neighbors.priorities >= priority
     tries = ((0.003, situation.obstacle_ticks == 0), *TIGHTER)
     anywhere = situation.planner.free_places(taken)
@@ -316,7 +310,7 @@ def place_of_another(
         reach: [m] to keep from that.
         is_higher: (n,) neighbours that cannot be pushed for this.
     """
-    is_wall = is_higher | situation.neighbors.stuck
+    is_wall, most = is_higher | situation.neighbors.stuck, situation.config.holding.search_distance
     taken = situation.planner.no_extra()
     traffic_costs.stamp(taken, situation, way, reach, 1.0)
     here, step = situation.stop_point, situation.planner.lattice.step
@@ -324,7 +318,7 @@ def place_of_another(
     traffic_costs.stamp_tubes(taken, situation, REFUGE_MARGIN, np.where(is_wall, 1.0, 0.0))
     traffic_costs.stamp_obstacles(taken, situation, 1.0)
     places = situation.planner.free_places(taken)
-    return _nearest(situation, places, is_higher, ((0.003, False), *TIGHTER), REFUGE_COST)
+    return _nearest(situation, places, is_higher, ((0.003, False), *TIGHTER), most)
 
 
 def _nearest(
@@ -357,4 +351,5 @@ def retreat_path(situation: Situation) -> FloatArray | None:
     # of robots that inherited the same priority the smaller id may push, see `highest_pusher`
     is_equal = (neighbors.priorities == own) & (neighbors.ids < situation.robot_id)
     extra = traffic_costs.refuge_costs(situation, (neighbors.priorities > own) | is_equal, 0.003)
-    return situation.planner.nearest(situation.stop_point, extra, places, REFUGE_COST, False)
+    most = situation.config.holding.search_distance
+    return situation.planner.nearest(situation.stop_point, extra, places, most, False)

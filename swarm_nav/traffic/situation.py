@@ -145,13 +145,20 @@ class Situation:
 
     ticks = staticmethod(ticks_of)
 
-    def patience(self, seconds: float) -> int:
-        """Return for how many ticks robots wait for each other: more over a slow radio.
+    @property
+    def retry_ticks(self) -> int:
+        """`traffic.retry_time` in ticks: as all these, longer over a slow radio."""
+        return ticks_of(self.config.traffic.retry_time) + self.radio.extra
 
-        Args:
-            seconds: [s] over a radio that is not slow.
-        """
-        return ticks_of(seconds) + self.radio.extra
+    @property
+    def wait_ticks(self) -> int:
+        """`traffic.wait_time` in ticks."""
+        return ticks_of(self.config.traffic.wait_time) + self.radio.extra
+
+    @property
+    def stuck_ticks(self) -> int:
+        """`traffic.stuck_time` in ticks."""
+        return ticks_of(self.config.traffic.stuck_time) + self.radio.extra
 
     @property
     def usual_radius(self) -> float:

@@ -10,12 +10,13 @@ from swarm_nav.planning import distance_kernels
 from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.traffic.situation import Situation
 
-STANDING, MOVING, YIELDING, STUCK, OBSTACLE = 3.0, 0.6, 0.3, 30.0, 50.0  # extra cost per metre
-TAKEN = 300.0  # the same of a place that a robot holds that cannot be pushed
-PUSHABLE = 4.0  # extra cost per metre of a way on which a lower robot must be pushed
-WALKED = 1.0  # extra cost per metre where somebody has walked lately
-MOVING_SPEED = 0.05  # [m/s]
-IMMOVABLE_MARGIN = 0.1  # [m] beyond the reach that a path keeps from robots that cannot be pushed
+# Extra cost per metre of a place
+PASSING = 0.5  # of a robot that drives or makes way, and where somebody has walked lately
+STANDING = 3.0  # of a robot that stands, and of one that has to be pushed
+BARRED = 50.0  # of a robot without a refuge, and of what only the LiDAR sees
+TAKEN = 300.0  # of a robot that cannot be pushed
+MOVING_SPEED = 0.05  # [m/s] above which a robot is on its way
+PARKING_GAP = 0.1  # [m] beyond the reach between parked robots, and to one that cannot be pushed
 
 
 def stamp(
@@ -86,18 +87,18 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
     extra = situation.planner.no_extra()
     neighbors = situation.neighbors
     speeds = np.abs(neighbors.heads["twist"][:, 0].astype(np.float64))
-    values = np.where(speeds > MOVING_SPEED, MOVING, STANDING)
-    values[neighbors.heads["mode"] == MODE_YIELD] = YIELDING
-    values[neighbors.stuck] = STUCK
+    values = np.where(speeds > MOVING_SPEED, PASSING, STANDING)
+    values[neighbors.heads["mode"] == MODE_YIELD] = PASSING
+    values[neighbors.stuck] = BARRED
     # the coarse lattice must not let a path graze a robot that cannot be pushed
-    margins = np.where(neighbors.immovable, IMMOVABLE_MARGIN, 0.0)
+    margins = np.where(neighbors.immovable, PARKING_GAP, 0.0)
     stamp_tubes(extra, situation, margins, values)
     if neighbors.immovable.any():  # what they hold is never granted: the last of all ways
         values[neighbors.immovable] = TAKEN
         stamp_tubes(extra, situation, 0.0, values)
     walked = situation.obstacles.walked(situation.tick)
-    stamp(extra, situation, walked, situation.obstacle_clearance, WALKED)
-    stamp_obstacles(extra, situation, OBSTACLE)
+    stamp(extra, situation, walked, situation.obstacle_clearance, PASSING)
+    stamp_obstacles(extra, situation, BARRED)
     return extra
 
 
@@ -114,6 +115,6 @@ def refuge_costs(
     extra = situation.planner.no_extra()
     neighbors = situation.neighbors
     is_wall = is_higher | neighbors.stuck
-    stamp_tubes(extra, situation, margin, np.where(is_wall, WALL, PUSHABLE))
+    stamp_tubes(extra, situation, margin, np.where(is_wall, WALL, STANDING))
     stamp_obstacles(extra, situation, float(WALL))
     return extra

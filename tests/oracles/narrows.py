@@ -40,7 +40,11 @@ class Neighbor:
 
 
 def count_ahead(
-    region: NDArray[np.bool_], frame: Frame, robots: list[Neighbor], own: tuple[int, int]
+    region: NDArray[np.bool_],
+    frame: Frame,
+    robots: list[Neighbor],
+    own: tuple[int, int],
+    patience: int,
 ) -> tuple[int, bool, int]:
     """Return who is inside, or admitted or ranks above us and is not blocked; and if none does.
 
@@ -52,7 +56,7 @@ def count_ahead(
         if not inside and robot.gate_tick == 0:
             continue
         above = robot.rank > own
-        if inside or (robot.blocked <= 30 and (robot.gate_tick == 1 or above)):
+        if inside or (robot.blocked <= patience and (robot.gate_tick == 1 or above)):
             counted.append(robot.rank)
         is_highest &= not (above and robot.has_goal and not robot.is_gone)
     return len(counted), is_highest, -max(counted)[1] if counted else 0

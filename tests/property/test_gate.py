@@ -11,7 +11,7 @@ from tests.fakes.aisle import HOMES, Census, party
 def test_everybody_gets_through_a_gate_that_is_contested(seed: int) -> None:
     census = Census()
     result = party(seed).run(census.watch())
-    assert len(census.waited) > len(HOMES) / 2  # it was contested
+    assert max(census.waited.values()) > 100  # ticks: it was contested
     assert census.entered == set(range(len(HOMES)))
     assert result.is_flawless, result
     assert 0.1 * max(census.waited.values()) < 0.7 * 600.0

@@ -12,8 +12,8 @@ import pytest
 
 from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_STUCK
 from swarm_common.model.records import Pose, Twist
-from swarm_nav.behaviour.route import REPLAN_PAUSE
 from swarm_nav.control import tube_kernels
+from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import GoalKind, Outcome
 from swarm_nav.core.priority import CLASS_DRIVING, above, base_priority
 from swarm_nav.perception.neighbor_table_kernels import HELD
@@ -185,7 +185,7 @@ def test_replanning_every_tick_is_never_granted_so_routes_pause_longer() -> None
         s.tube.adopt(path)
         assert taken(s) == 0
         s.tube.publish(s.pose, s.tick)
-    assert s.ticks(REPLAN_PAUSE) > s.config.traffic.confirmations + 2
+    assert s.retry_ticks > s.config.traffic.confirmations + 2
 
 
 def test_a_blocked_robot_replans_no_faster_than_it_can_be_granted() -> None:
@@ -193,7 +193,7 @@ def test_a_blocked_robot_replans_no_faster_than_it_can_be_granted() -> None:
     jam.robots[1].deactivate()
     jam.send(0, Pose(5.0, 0.45, 0.0))
     jam.run(200)
-    assert jam.robots[0].status().replans <= 20.0 / REPLAN_PAUSE + 1
+    assert jam.robots[0].status().replans <= 20.0 / NavConfig().traffic.retry_time + 1
 
 
 # 7, 8 ----------------------------------------------------------------------------------------

@@ -49,16 +49,16 @@ def test_constants_are_changed_while_a_run_lasts(monkeypatch: pytest.MonkeyPatch
     seen: list[Any] = []
 
     def run(options: Any) -> str:
-        seen.append((right_of_way.RETRY_TIME, options.parameters))
+        seen.append((right_of_way.RETREAT_DISTANCE, options.parameters))
         return "done"
 
     monkeypatch.setattr(ablation, "run", run)
-    values = {"swarm_nav.traffic.right_of_way.RETRY_TIME": 9.0, "traffic.push_ticks": 7}
+    values = {"swarm_nav.traffic.right_of_way.RETREAT_DISTANCE": 9.0, "traffic.push_ticks": 7}
     job = AblationJob(Variant("both", values), select("circle", [8], [0])[0], is_hall=False)
-    before = right_of_way.RETRY_TIME
+    before = right_of_way.RETREAT_DISTANCE
     assert run_job(job) == ("both", "done")
     assert seen == [(9.0, {"traffic.push_ticks": 7})]
-    assert before == right_of_way.RETRY_TIME
+    assert before == right_of_way.RETREAT_DISTANCE
 
 
 def test_runs_are_compared_seed_by_seed() -> None:

@@ -12,8 +12,6 @@ from swarm_nav.behaviour.route import (
     BARRED_PATIENCE,
     BARRED_RADIUS,
     BARRED_TIME,
-    OBSTACLE_PATIENCE,
-    REPLAN_PAUSE,
     Route,
 )
 from swarm_nav.behaviour.state_machine import StateMachine
@@ -83,11 +81,11 @@ def test_an_open_way_is_planned_once() -> None:
 @pytest.mark.parametrize("reason", ["robot", "obstacle", "end"])
 def test_a_plan_that_leads_nowhere_is_renewed_after_a_pause(reason: str) -> None:
     s, route, task = driving()
-    s.blocked_ticks = s.ticks(s.config.traffic.replan_blocked) if reason == "robot" else 0
-    s.obstacle_ticks = s.ticks(OBSTACLE_PATIENCE) if reason == "obstacle" else 0
+    s.blocked_ticks = s.retry_ticks if reason == "robot" else 0
+    s.obstacle_ticks = s.retry_ticks if reason == "obstacle" else 0
     if reason == "end":
         s.tube.cut()
-    pause = s.ticks(REPLAN_PAUSE)
+    pause = s.retry_ticks
     assert not replans(s, route, task, since=pause - 1)
     assert replans(s, route, task, since=pause)
     assert s.counters.replans == (reason == "end")  # the others keep a path that is as good
@@ -96,7 +94,7 @@ def test_a_plan_that_leads_nowhere_is_renewed_after_a_pause(reason: str) -> None
 @pytest.mark.parametrize("reason", ["obstacle", "silent robot"])
 def test_who_waits_in_vain_tries_another_way_and_forgets_after_a_while(reason: str) -> None:
     s, route, task = driving()
-    patience, pause = s.ticks(BARRED_PATIENCE), s.ticks(REPLAN_PAUSE)
+    patience, pause = s.ticks(BARRED_PATIENCE), s.retry_ticks
     if reason == "obstacle":
         s.obstacle_ticks = patience
     else:
@@ -122,7 +120,7 @@ def test_who_waits_for_a_living_robot_keeps_its_way() -> None:
     s, route, task = driving()
     hear(s, beacon(7, 4.0, 1.0))
     s.blocked_ticks, s.blocked_by = s.ticks(BARRED_PATIENCE), 7
-    replans(s, route, task, since=s.ticks(REPLAN_PAUSE))
+    replans(s, route, task, since=s.retry_ticks)
     assert aside(s) < 0.1
 
 

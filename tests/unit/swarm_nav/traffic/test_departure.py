@@ -8,7 +8,7 @@ from swarm_common.model.records import Pose
 from swarm_nav.core.priority import base_priority
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, is_inside
-from swarm_nav.traffic.holding import NEXT_GOAL_PATIENCE, Lease
+from swarm_nav.traffic.holding import Lease
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import beacon, hear, room, seen, situation
 
@@ -18,8 +18,8 @@ HALL = room(9.0, 9.0)
 def idle_robot(*others: np.void, x: float = 4.5) -> tuple[Departure, Gate, Situation]:
     """Return a robot that stands in or beside a region, 4.0 < x < 5.0 m, and hears others."""
     s = situation(HALL, Pose(x, 4.5, 0.0))
-    region = np.zeros(s.planner.lattice.base.shape, np.bool_)
-    region[:, 40:50] = True
+    region = np.zeros(s.planner.lattice.base.shape, np.int16)
+    region[:, 40:50] = 1
     hear(s, *others)
     gate = Gate(region)
     return Departure(gate, Lease()), gate, s
@@ -36,7 +36,7 @@ def wait(departure: Departure, s: Situation, seconds: float) -> bool:
 
 def test_who_stands_inside_while_somebody_waits_leaves_for_a_place_outside() -> None:
     departure, gate, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
-    assert not wait(departure, s, NEXT_GOAL_PATIENCE - 0.2)
+    assert not wait(departure, s, s.config.traffic.wait_time - 0.2)
     assert wait(departure, s, 0.5)
     x, y = s.tube.points[-1]
     assert gate.region is not None
@@ -60,14 +60,14 @@ def test_outside_or_without_a_region_nobody_leaves() -> None:
 
 def test_a_goal_or_a_pusher_ends_it_and_time_begins_anew() -> None:
     departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
-    assert wait(departure, s, NEXT_GOAL_PATIENCE + 0.5)
+    assert wait(departure, s, s.config.traffic.wait_time + 0.5)
     assert not departure.update(s, False)
-    assert not wait(departure, s, NEXT_GOAL_PATIENCE - 0.2)
+    assert not wait(departure, s, s.config.traffic.wait_time - 0.2)
 
 
 def test_it_is_over_where_it_wanted_to_go() -> None:
     departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
-    assert wait(departure, s, NEXT_GOAL_PATIENCE + 0.5)
+    assert wait(departure, s, s.config.traffic.wait_time + 0.5)
     x, y = s.tube.points[-1]
     s.pose = Pose(float(x), float(y), 0.0)
     assert not departure.update(s, True)
@@ -78,7 +78,7 @@ def test_a_region_half_full_is_left_by_who_hears_nobody_wait() -> None:
     for others, leaves in ((1, False), (2, True)):  # 9 m² have room for three
         departure, _, s = idle_robot()
         hear(s, *seen(s.tick, *((4.5, 1.0 + k) for k in range(others))))
-        assert wait(departure, s, NEXT_GOAL_PATIENCE + 0.5) is leaves
+        assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
 
 
 ALCOVE = room(9.0, 9.0, (0.05, 0.05, 1.25, 4.0), (2.45, 0.05, 8.95, 4.0))
@@ -104,7 +104,7 @@ def test_a_dead_end_is_left_for_who_wants_its_station() -> None:
     """The next robot pushed it, and stood in its way out: 38 of 48 goals in hall 161."""
     asking = beacon(2, 1.85, 5.0, station=STATION, station_tick=50, priority=base_priority(2, 5, 2))
     departure, s = in_alcove(asking)
-    assert wait(departure, s, NEXT_GOAL_PATIENCE + 0.5)
+    assert wait(departure, s, s.config.traffic.wait_time + 0.5)
     assert s.tube.points[-1][1] > 4.0
     departure, s = in_alcove()
-    assert not wait(departure, s, NEXT_GOAL_PATIENCE + 0.5)
+    assert not wait(departure, s, s.config.traffic.wait_time + 0.5)

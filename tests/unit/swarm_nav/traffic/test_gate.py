@@ -25,12 +25,14 @@ HALL = room(9.0, 9.0)
 def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
     rng = np.random.default_rng(seed)
     region = rng.random((30, 40)) < 0.4
+    parts = np.zeros(region.shape, np.int16)
+    label(region, parts)
     places = rng.uniform((-0.9, -0.4), (3.5, 3.0), (12, 2))
     for x, y in places:
         expected = oracle.is_inside(region, FRAME, (x, y))
-        assert kernels.is_inside(region, FRAME, x, y) == expected
+        assert kernels.is_inside(parts, FRAME, x, y) == expected
     inside = [oracle.is_inside(region, FRAME, (x, y)) for x, y in places]
-    assert kernels.entry(region, FRAME, places) == (inside.index(True) if any(inside) else -1)
+    assert kernels.entry(parts, FRAME, places) == (inside.index(True) if any(inside) else -1)
     ticks = rng.choice((0, 1, 50, 60, 70), 12).astype(np.uint32)
     blocked = rng.choice((0, 30, 31), 12).astype(np.uint32)
     gone = rng.random(12) < 0.2
@@ -46,11 +48,9 @@ def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
     ]  # fmt: skip
     priorities = rank * (SENIORITY + 1) + seniority
     counted = kernels.count_ahead(
-        region, FRAME, (poses, ticks, blocked), (ids, priorities, gone), (2, 6)
+        parts, FRAME, (poses, ticks, blocked), (ids, priorities, gone), (2, 6, 30)
     )
-    assert counted == oracle.count_ahead(region, FRAME, robots, (2, -6))
-    parts = np.zeros(region.shape, np.int16)
-    label(region, parts)
+    assert counted == oracle.count_ahead(region, FRAME, robots, (2, -6), 30)
     groups = oracle.components(region)
     numbers = [oracle.part_of(groups, FRAME, (x, y)) for x, y in places]
     assert [label_at(parts, Frame(*FRAME), x, y) for x, y in places] == numbers
@@ -59,7 +59,7 @@ def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
     for part in (1, 2):
         expected = sum(n == part and known.ticks[3 + k] == 9 for k, n in enumerate(numbers[1:], 1))
         assert kernels.count_seen(parts, part, Frame(*FRAME), known, 9, 3) == expected
-    cells = kernels.cells_within(region, FRAME, (1.0, 1.0), 0.83)
+    cells = kernels.cells_within(parts, FRAME, (1.0, 1.0), 0.83)
     assert cells == oracle.cells_within(region, FRAME, (1.0, 1.0), 0.83)
 
 
@@ -73,8 +73,8 @@ def gate_and_robot(*others: np.void) -> tuple[Gate, object]:
     """Return a robot west of a region, with its way into it, and its gate."""
     s = situation(HALL, Pose(3.0, 4.5, 0.0))
     s.tube.adopt(np.column_stack((np.arange(3.0, 6.0, 0.05), np.full(60, 4.5))))
-    region = np.zeros(s.planner.lattice.base.shape, np.bool_)
-    region[:, 50:54] = True  # 3.6 m² of it, more or less, within radio range
+    region = np.zeros(s.planner.lattice.base.shape, np.int16)
+    region[:, 50:54] = 1  # 3.6 m² of it, more or less, within radio range
     if others:
         hear(s, *others)
     return Gate(region), s
@@ -149,7 +149,7 @@ def test_who_waits_away_from_the_mouth_is_admitted_where_there_is_room() -> None
     """Room was counted where it waits: parked 6 m away it saw none, and the aisle stayed empty."""
     gate, s = gate_and_robot(*crowd(9))
     assert gate.region is not None
-    gate.region[:, 50:70] = True
+    gate.region[:, 50:70] = 1
     ask(gate, s)
     assert gate.is_closed
     s.tick += 1
@@ -164,7 +164,7 @@ def test_who_was_seen_inside_beyond_hearing_takes_a_place(inside: int, is_admitt
     """At the mouth of a long aisle only its beginning is heard: 49 robots were in room for 18."""
     gate, s = gate_and_robot()
     assert gate.region is not None
-    gate.region[:, 50:70] = True  # 16 m², room for six
+    gate.region[:, 50:70] = 1  # 16 m², room for six
     hear(s, *crowd(9, 1), *seen(s.tick, *((6.5, 1.0 + 0.9 * k) for k in range(inside))))
     ask(gate, s)
     assert gate.is_admitted is is_admitted
@@ -181,9 +181,9 @@ def test_who_was_seen_inside_beyond_hearing_takes_a_place(inside: int, is_admitt
 def test_who_was_seen_in_another_region_takes_no_place() -> None:
     gate, s = gate_and_robot()
     assert gate.region is not None
-    gate.region[:, 60:80] = True
+    gate.region[:, 60:80] = 2
     hear(s, *crowd(9, 1), *seen(s.tick, *((6.5, 1.0 + 0.8 * k) for k in range(9))))
-    gate.region[:, 50:54] = True
+    gate.region[:, 50:54] = 1
     ask(gate, s)
     assert gate.is_admitted
 
@@ -209,7 +209,7 @@ def test_room_at_the_mouth_is_the_same_wherever_the_robot_asks() -> None:
     for x in (1.0, 4.0):
         gate, s = gate_and_robot(*crowd(9))
         assert gate.region is not None
-        gate.region[:, 50:70] = True
+        gate.region[:, 50:70] = 1
         s.pose = Pose(x, 4.5, 0.0)
         s.tube.adopt(np.column_stack((np.arange(x, 6.0, 0.05), np.full(round((6 - x) * 20), 4.5))))
         gate._look_at(s)

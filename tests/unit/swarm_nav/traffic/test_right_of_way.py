@@ -125,7 +125,7 @@ def test_nobody_is_pushed_without_cause(changes: dict) -> None:
     assert not right.is_yielding
 
 
-@pytest.mark.parametrize(("ticks_blocked", "is_pushed"), [(3, False), (14, False), (15, True)])
+@pytest.mark.parametrize(("ticks_blocked", "is_pushed"), [(3, False), (9, False), (10, True)])
 def test_who_drives_on_is_left_alone_for_a_while(ticks_blocked: int, is_pushed: bool) -> None:
     s, right = situation(HALL, MIDDLE), RightOfWay()
     s.twist = Twist(0.2, 0.0, 0.0)
@@ -176,7 +176,7 @@ def run(s: Situation, right: RightOfWay, count: int, *others: np.void) -> bool:
 def test_a_robot_makes_way_until_nobody_has_pushed_it_for_the_release_time() -> None:
     s, right = pushed()
     free = pushing(3.2, 4.0, blocked_by=0, blocked_ticks=0)
-    release = s.ticks(s.config.traffic.release_time)
+    release = s.retry_ticks
     assert run(s, right, release, free)
     assert not run(s, right, 1, free)
     assert (s.yields_for, right.inherited, right.is_stuck) == (0, 0, False)
@@ -253,7 +253,7 @@ def test_a_pusher_steps_back_from_a_stuck_robot() -> None:
     assert np.hypot(*(s.tube.points[-1] - (4.0, 4.0))) >= 0.9
 
 
-@pytest.mark.parametrize(("flags", "blocked"), [(FLAG_ACTIVE, 50), (STUCK, 14)])
+@pytest.mark.parametrize(("flags", "blocked"), [(FLAG_ACTIVE, 50), (STUCK, 9)])
 def test_nobody_steps_back_early_or_from_a_robot_that_can_move(flags: int, blocked: int) -> None:
     assert not blocked_by_a_stuck_one(flags, blocked)[1].is_yielding
 
@@ -274,7 +274,7 @@ def test_an_equal_with_a_larger_id_does_not_bar_a_retreat(behind: int, steps_bac
 def test_a_retreat_lasts_for_its_time() -> None:
     s, right = blocked_by_a_stuck_one()
     s.blocked_ticks = 0
-    length = s.ticks(s.config.traffic.retreat_time)
+    length = s.stuck_ticks
     stuck = beacon(2, 4.7, 4.0, flags=STUCK)
     assert run(s, right, length - 1, stuck)
     assert not run(s, right, 1, stuck)
@@ -305,11 +305,11 @@ def test_from_a_single_lane_a_refuge_is_in_the_room_behind_however_far() -> None
 def test_in_a_blind_end_a_robot_looks_for_a_way_out_while_its_pusher_steps_back() -> None:
     """Random hall 9 with 20 robots: released as soon as it was not pushed, it stayed for ever."""
     s, right = in_a_dead_end()
-    s.tick += s.patience(s.config.traffic.release_time) + 2
+    s.tick += s.retry_ticks + 2
     hear(s, beacon(2, 7.0, 0.45, priority=HIGH))  # the pusher has stepped back, and gives the way
     right.update(s)
     assert right.is_yielding
     assert s.tube.points[-1][0] > 2.0
-    s.tick += s.patience(s.config.traffic.retreat_time)
+    s.tick += s.stuck_ticks
     hear(s, beacon(2, 7.0, 0.45, priority=HIGH))
     assert not right.update(s)

@@ -34,7 +34,7 @@ def test_a_duration_is_at_least_one_tick(seconds: float, ticks: int) -> None:
 def test_robots_wait_longer_over_a_slow_radio() -> None:
     s = standing()
     s.radio.extra = 7
-    assert s.patience(2.0) == 27
+    assert (s.retry_ticks, s.wait_ticks, s.stuck_ticks) == (17, 27, 47)
     assert s.ticks(2.0) == 20
 
 

@@ -32,9 +32,9 @@ def cost_at(s: Situation, costs: np.ndarray, x: float, y: float) -> float:
     ("fields", "cost"),
     [
         ({}, traffic_costs.STANDING),
-        ({"twist": (0.2, 0.0)}, traffic_costs.MOVING),
-        ({"twist": (0.2, 0.0), "mode": MODE_YIELD}, traffic_costs.YIELDING),
-        ({"flags": FLAG_ACTIVE | FLAG_STUCK}, traffic_costs.STUCK),
+        ({"twist": (0.2, 0.0)}, traffic_costs.PASSING),
+        ({"twist": (0.2, 0.0), "mode": MODE_YIELD}, traffic_costs.PASSING),
+        ({"flags": FLAG_ACTIVE | FLAG_STUCK}, traffic_costs.BARRED),
     ],
 )
 def test_a_robot_costs_by_what_it_does(fields: dict, cost: float) -> None:
@@ -65,14 +65,14 @@ def test_what_a_silent_robot_asked_for_counts_as_held() -> None:
 def test_what_only_the_lidar_sees_costs_most() -> None:
     s = robot(beacon(7, *THERE))
     s.obstacles.points = np.array((THERE,))
-    assert cost_at(s, traffic_costs.congestion(s), *THERE) == traffic_costs.OBSTACLE
+    assert cost_at(s, traffic_costs.congestion(s), *THERE) == traffic_costs.BARRED
 
 
 def test_where_somebody_walked_lately_costs(monkeypatch: pytest.MonkeyPatch) -> None:
     s = robot()
     monkeypatch.setattr(s.obstacles, "walked", lambda tick: np.array((THERE,)))
     costs = traffic_costs.congestion(s)
-    assert cost_at(s, costs, THERE[0] + 0.3, THERE[1]) == traffic_costs.WALKED
+    assert cost_at(s, costs, THERE[0] + 0.3, THERE[1]) == traffic_costs.PASSING
     assert cost_at(s, costs, 6.5, 6.5) == 0.0
 
 
@@ -83,7 +83,7 @@ def test_where_somebody_walked_lately_costs(monkeypatch: pytest.MonkeyPatch) -> 
 def test_who_makes_way_pushes_lower_robots_only(priority: int, flags: int, is_wall: bool) -> None:
     s = robot(beacon(7, *THERE, priority=priority, flags=flags))
     costs = traffic_costs.refuge_costs(s, s.neighbors.priorities >= 9, 0.0)
-    assert cost_at(s, costs, *THERE) == pytest.approx(WALL if is_wall else traffic_costs.PUSHABLE)
+    assert cost_at(s, costs, *THERE) == pytest.approx(WALL if is_wall else traffic_costs.STANDING)
 
 
 def test_a_stamp_raises_and_never_lowers() -> None:
