@@ -82,7 +82,7 @@ NUMBERS = (
     f"{TRAFFIC}.right_of_way.FORESIGHT",
     f"{TRAFFIC}.patience.TRIPS",
     f"{TRAFFIC}.single_lanes.MOUTH", f"{TRAFFIC}.single_lanes.WAY_POINTS",
-    f"{TRAFFIC}.gate.LEAST_AREA", f"{TRAFFIC}.departure.CROWDED",
+    f"{TRAFFIC}.gate.LEAST_AREA", f"{TRAFFIC}.gate.WAY_POINTS", f"{TRAFFIC}.departure.CROWDED",
     f"{TRAFFIC}.holding.DETOUR", f"{TRAFFIC}.holding.QUEUE_AREA",
     f"{TRAFFIC}.holding.MOUTH_GAP", f"{TRAFFIC}.holding.WAITING_GAP",
     f"{TRAFFIC}.holding.QUEUE_STEP",

@@ -31,11 +31,11 @@ from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
 from swarm_nav.traffic import gate_kernels
 from swarm_nav.traffic.single_lane_kernels import label_at
-from swarm_nav.traffic.single_lanes import WAY_POINTS
 from swarm_nav.traffic.situation import Situation
 
 NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
 LEAST_AREA = 16.0  # [m²] of a region; fewer robots than that has room for are led by the lease
+WAY_POINTS = 60  # path points, 3 m, in which the region's border is looked for
 SEEN_TICKS = 150  # for which a robot counts as inside since it was seen there
 
 is_inside = gate_kernels.is_inside.py_func  # for one point cheaper than the call of a kernel

@@ -31,8 +31,8 @@ from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import HALL_DISTANCE, Terrain
 from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.blind_aisle_kernels import blind_floor
+from swarm_nav.traffic.gate import WAY_POINTS
 from swarm_nav.traffic.lane_capacity import capacity, extent, gaps_to, lane_labels
-from swarm_nav.traffic.single_lanes import WAY_POINTS
 from swarm_nav.traffic.situation import Situation
 from swarm_nav.traffic.traffic_costs import PARKING_GAP
 

@@ -21,7 +21,7 @@ from swarm_nav.traffic import single_lane_kernels
 from swarm_nav.traffic.situation import Situation
 
 MOUTH = 1.5  # [m] around a single-lane passage that is kept free, too
-WAY_POINTS = 60  # path points, 3 m, of the own path on which the far end is looked for
+WAY_POINTS = 80  # path points, 4 m, of the own path on which the far end is looked for
 FEWEST_PLACES = 4  # of a room; fewer are a bend or a junction of single lanes
 
 Mask = NDArray[np.bool_]
