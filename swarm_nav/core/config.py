@@ -159,9 +159,9 @@ class TrafficConfig:
     lost_ticks: int = 16  # ticks without a beacon after which a robot is silent: dead, mute or gone
     dead_ticks: int = 100  # ticks without a beacon after which a silent robot has stopped
     radio_range: float = 6.0  # [m] within which beacons are heard
-    push_ticks: int = 3  # ticks of being blocked before the blocker makes way
+    push_ticks: int = 3  # ticks of being blocked before a blocker that stands makes way
     retry_time: float = 1.0  # [s] blocked, or not pushed any more, before a robot tries another way
-    wait_time: float = 2.0  # [s] blocked on a detour, or without a goal, before a robot moves on
+    wait_time: float = 2.0  # [s] before a blocker that drives makes way, or a detour is given up
     stuck_time: float = 4.0  # [s] without moving before a refuge or a claim is given up
     patience: float = 600.0  # [s] without any progress before a goal is given up
 

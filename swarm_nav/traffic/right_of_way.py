@@ -82,7 +82,7 @@ class RightOfWay:
         is_moving = not self.is_yielding and situation.twist.vx > traffic_costs.MOVING_SPEED
         patience = traffic.push_ticks + situation.radio.extra
         if is_moving:
-            patience = situation.retry_ticks
+            patience = situation.wait_ticks
         return situation.neighbors.highest_pusher(situation.own_priority, patience, LEAST_DEPTH)
 
     def update(self, situation: Situation) -> bool:

@@ -125,7 +125,7 @@ def test_nobody_is_pushed_without_cause(changes: dict) -> None:
     assert not right.is_yielding
 
 
-@pytest.mark.parametrize(("ticks_blocked", "is_pushed"), [(3, False), (9, False), (10, True)])
+@pytest.mark.parametrize(("ticks_blocked", "is_pushed"), [(3, False), (19, False), (20, True)])
 def test_who_drives_on_is_left_alone_for_a_while(ticks_blocked: int, is_pushed: bool) -> None:
     s, right = situation(HALL, MIDDLE), RightOfWay()
     s.twist = Twist(0.2, 0.0, 0.0)
