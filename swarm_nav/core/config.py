@@ -161,7 +161,7 @@ class TrafficConfig:
     radio_range: float = 6.0  # [m] within which beacons are heard
     push_ticks: int = 3  # ticks of being blocked before a blocker that stands makes way
     retry_time: float = 1.0  # [s] blocked, or not pushed any more, before a robot tries another way
-    wait_time: float = 2.0  # [s] before a blocker that drives makes way, or a detour is given up
+    wait_time: float = 2.0  # [s] before a blocker that drives makes way, or a pusher steps back
     stuck_time: float = 4.0  # [s] without moving before a refuge or a claim is given up
     patience: float = 600.0  # [s] without any progress before a goal is given up
 

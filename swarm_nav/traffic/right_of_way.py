@@ -189,7 +189,7 @@ class RightOfWay:
 
     def _consider_retreat(self, situation: Situation) -> None:
         """Step back from a robot that said that it cannot make way."""
-        if situation.blocked_ticks < situation.retry_ticks or self.is_retreating:
+        if situation.blocked_ticks < situation.wait_ticks or self.is_retreating:
             return
         row = situation.neighbors.row(situation.blocked_by)
         if row is None or not situation.neighbors.stuck[row] or situation.neighbors.immovable[row]:

@@ -237,7 +237,7 @@ def test_in_a_full_room_the_place_of_a_lower_robot_is_a_refuge(
         assert s.tube.points[-1][0] > 1.5
 
 
-def blocked_by_a_stuck_one(flags: int = STUCK, blocked: int = 16) -> tuple[Situation, RightOfWay]:
+def blocked_by_a_stuck_one(flags: int = STUCK, blocked: int = 20) -> tuple[Situation, RightOfWay]:
     s, right = situation(HALL, MIDDLE), RightOfWay()
     s.blocked_by, s.blocked_ticks = 2, blocked
     hear(s, beacon(2, 4.7, 4.0, flags=flags))
@@ -253,7 +253,7 @@ def test_a_pusher_steps_back_from_a_stuck_robot() -> None:
     assert np.hypot(*(s.tube.points[-1] - (4.0, 4.0))) >= 0.9
 
 
-@pytest.mark.parametrize(("flags", "blocked"), [(FLAG_ACTIVE, 50), (STUCK, 9)])
+@pytest.mark.parametrize(("flags", "blocked"), [(FLAG_ACTIVE, 50), (STUCK, 19)])
 def test_nobody_steps_back_early_or_from_a_robot_that_can_move(flags: int, blocked: int) -> None:
     assert not blocked_by_a_stuck_one(flags, blocked)[1].is_yielding
 
