@@ -264,7 +264,7 @@ def test_an_equal_with_a_larger_id_does_not_bar_a_retreat(behind: int, steps_bac
     lane = room(8.0, 4.0, (0.0, 0.0, 6.0, 1.5), (0.0, 2.4, 6.0, 4.0))  # blind to the left
     s, right = situation(lane, Pose(2.0, 1.95, 0.0), robot_id=5), RightOfWay()
     s.take_priorities(9, 9)
-    s.blocked_by, s.blocked_ticks = 6, 16
+    s.blocked_by, s.blocked_ticks = 6, 20
     stuck = beacon(6, 1.3, 1.95, flags=STUCK)
     hear(s, stuck, beacon(behind, 2.7, 1.95, priority=9))
     right.update(s)
