@@ -3,9 +3,8 @@
 Priorities are static between goals (class, then the longest time without reaching a goal, then
 id) and compared as published one tick ago, including the own one, so that no two robots both
 believe that they win. A robot that blocks a higher one inherits the pusher's priority minus one and
-drives to a
-refuge (priority inheritance, PIBT: Okumura et al. 2022); a pusher whose blocker has no refuge
-steps back (PIBT's backtracking).
+drives to a refuge (priority inheritance, PIBT: Okumura et al. 2022); a pusher whose blocker has no
+refuge steps back (PIBT's backtracking).
 """
 
 from __future__ import annotations
