@@ -5,7 +5,7 @@ robots only pass it is pushed. But in a narrow region with stations each standin
 room of a working one; and on single lanes the robot that pushes it stands in its only way out. So
 it leaves: a region when it hears a robot that waits to enter, or when half of the room is taken,
 since deep inside nobody hears who waits; a station, and the single lanes around it, when another
-robot asks for it.
+robot asks for it; and the way of people, who may have no other.
 """
 
 from __future__ import annotations
@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_nav.core.priority import above
+from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.gate import ADMITTED, Gate, is_inside
 from swarm_nav.traffic.holding import ARRIVED, SAME_STATION, Lease, parking_path
 from swarm_nav.traffic.situation import Situation
 
+PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where they walk it parks
 CROWDED = 0.5  # share of a region's room that is taken when a robot leaves it unasked
 
 
@@ -78,7 +80,7 @@ class Departure:
         return (x, y) == self._target and situation.distance_to(x, y) > ARRIVED
 
     def _leave_for_others(self, situation: Situation) -> None:
-        """Set off if the robot takes the room of others in a region or around a station."""
+        """Set off if the robot takes the room of others in a region, at a station or of people."""
         region, pose = self._gate.region, situation.pose
         lattice = situation.planner.lattice
         if region is not None and is_inside(region, lattice.frame, pose.x, pose.y):
@@ -91,6 +93,13 @@ class Departure:
             highest = situation.neighbors.highest_waiting(left.targets(situation), SAME_STATION)
             if highest:
                 self._leave(situation, highest, left.floor)
+                return
+        walked = situation.obstacles.walked(situation.tick)
+        room = PERSON_ROOM * situation.obstacle_clearance
+        if len(walked) and float(np.hypot(*(walked - (pose.x, pose.y)).T).min()) < room:
+            near = situation.planner.no_extra()
+            traffic_costs.stamp(near, situation, walked, room, 1.0)
+            self._leave(situation, 0, near > 0.0)
 
     def _leave(self, situation: Situation, highest: int, closed: NDArray[np.bool_]) -> None:
         self._next_search_tick = situation.tick + situation.wait_ticks

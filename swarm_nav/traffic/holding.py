@@ -470,16 +470,23 @@ class Lease:
     def _has_something_on_it(self, situation: Situation) -> bool:
         """Whether a silent robot is on the station, or anything that the LiDAR sees.
 
-        A robot that was never heard, because it died before this one came, is only seen.
+        A robot that was never heard, because it died before this one came, is only seen. Who walks
+        to and fro there does not stand on it.
         """
         assert self.station is not None
         if self.is_covered(situation):
             return True
         if situation.distance_to(*self.station) > situation.config.costmap.obstacle_max_range:
             return False
-        gaps = situation.obstacle_points() - self.station
-        limit = situation.obstacle_clearance - situation.config.goal_checker.xy_goal_tolerance
-        return len(gaps) > 0 and float(np.hypot(*gaps.T).min()) < limit
+        clearance = situation.obstacle_clearance
+        limit = clearance - situation.config.goal_checker.xy_goal_tolerance
+        if not self._is_within(situation.obstacle_points(), limit):
+            return False
+        return not self._is_within(situation.obstacles.walked(situation.tick), clearance)
+
+    def _is_within(self, points: FloatArray, limit: float) -> bool:
+        assert self.station is not None
+        return len(points) > 0 and float(np.hypot(*(points - self.station).T).min()) < limit
 
     def is_covered(self, situation: Situation) -> bool:
         """Whether a robot that will not move by itself is on the station, or may be.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from swarm_common.model.records import Pose
 from swarm_nav.core.priority import base_priority
@@ -79,6 +80,21 @@ def test_a_region_half_full_is_left_by_who_hears_nobody_wait() -> None:
         departure, _, s = idle_robot()
         hear(s, *seen(s.tick, *((4.5, 1.0 + k) for k in range(others))))
         assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
+
+
+@pytest.mark.parametrize(("gap", "leaves"), [(0.6, True), (1.5, False)])
+def test_who_stands_in_the_way_of_people_leaves_it(
+    monkeypatch: pytest.MonkeyPatch, gap: float, leaves: bool
+) -> None:
+    """A person was penned in between two robots, on the station of a third, in hall 25."""
+    departure, gate, s = idle_robot(x=6.5)
+    gate.region = None
+    way = np.column_stack((np.full(20, 6.5 + gap), np.linspace(2.5, 6.5, 20)))
+    monkeypatch.setattr(s.obstacles, "walked", lambda tick: way)
+    assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
+    if leaves:
+        ends = np.hypot(*(way - s.tube.points[-1]).T)
+        assert ends.min() > 1.5 * s.obstacle_clearance
 
 
 ALCOVE = room(9.0, 9.0, (0.05, 0.05, 1.25, 4.0), (2.45, 0.05, 8.95, 4.0))

@@ -342,6 +342,18 @@ def test_somebody_who_walks_over_a_station_does_not_bar_it() -> None:
         assert not lease.is_barred(s)
 
 
+def test_who_walks_to_and_fro_on_a_station_does_not_bar_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Somebody penned in between two robots was told to be something that does not move."""
+    s = situation(HALL, NEAR, 1, config(holding__station_patience=20.0))
+    lease = lease_of(s)
+    monkeypatch.setattr(s.obstacles, "walked", lambda tick: np.array((BESIDE_IT,)))
+    watch(s, lease, 30.0, ON_IT)
+    assert not lease.is_barred(s)
+    monkeypatch.setattr(s.obstacles, "walked", lambda tick: np.zeros((0, 2)))
+    watch(s, lease, 21.0, ON_IT)
+    assert lease.is_barred(s), "nobody has walked there for a while"
+
+
 def test_another_try_does_not_wait_anew_for_a_station_that_was_not_seen_free() -> None:
     s = situation(HALL, NEAR, 1, config(holding__station_patience=20.0))
     lease = lease_of(s)
