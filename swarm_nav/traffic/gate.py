@@ -4,9 +4,9 @@ Beyond a density the flow through a narrow region falls as more robots enter it 
 diagram of traffic; perimeter control: Daganzo 2007, Keyvan-Ekbatani et al. 2012). A robot in the
 open whose path leads into such a region counts those that it hears inside, those admitted and those
 that ask with a higher priority; it enters while that is less than the part of the region within
-radio range of where it asked has room for, and while fewer robots than the whole region has room
-for were seen in it by anybody (`swarm_nav.perception.absence`). Otherwise it waits in the open,
-wherever a place is free. Each robot decides alone.
+radio range of where its way enters has room for, and while fewer robots than the whole region has
+room for were seen in it by anybody (`swarm_nav.perception.absence`). Otherwise it waits in the
+open, wherever a place is free. Each robot decides alone.
 
 The gate is subordinate to the priorities. A robot that ranks above all others that are inside,
 admitted or ask, enters however many they are: so the highest robot never waits here, nor does the

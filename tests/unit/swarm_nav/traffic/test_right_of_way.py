@@ -173,7 +173,7 @@ def run(s: Situation, right: RightOfWay, count: int, *others: np.void) -> bool:
     return right.is_yielding
 
 
-def test_a_robot_makes_way_until_nobody_has_pushed_it_for_the_release_time() -> None:
+def test_a_robot_makes_way_until_nobody_has_pushed_it_for_the_retry_time() -> None:
     s, right = pushed()
     free = pushing(3.2, 4.0, blocked_by=0, blocked_ticks=0)
     release = s.retry_ticks
