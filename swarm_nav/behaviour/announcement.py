@@ -45,8 +45,7 @@ MODES = {
     State.RECOVERING: MODE_DRIVE,
     State.BEHAVING: MODE_PAUSE,
 }
-HEARD = slice(word_of("heard"), word_of("sighted_id"))
-SIGHTED = slice(word_of("sighted_id"), None)
+KNOWN = slice(word_of("heard"), None)
 CLAIMS = slice(word_of("held"), word_of("footprint"))
 NOWHERE = (math.nan, math.nan)
 WAITING_TICKS = 10  # ticks of being blocked after which `status` says waiting
@@ -115,8 +114,7 @@ def compose_beacon(
     words = blank_beacon(spec.footprint).copy()
     pack_head(words, head)
     words[CLAIMS] = s.tube.published
-    words[HEARD] = s.neighbors.heard(s.tick)
-    words[SIGHTED] = s.neighbors.sighted(s.tick)
+    words[KNOWN] = s.neighbors.known(s.tick)
     return record_of(words)
 
 

@@ -341,7 +341,7 @@ class Navigator:
         """Take in what the neighbours said; return whether the robot knows enough to drive."""
         s = self._s
         s.neighbors.refresh(s.tick)
-        s.radio.note(s.neighbors.acks, s.tick)
+        s.radio.note(s.neighbors.mean_trip)
         return self._senses.update(is_lost)
 
     def _choose_goal(self) -> None:

@@ -30,6 +30,7 @@ from swarm_nav.perception.neighbor_table_kernels import ID
 
 JUDGED_EVERY = 8  # ticks
 INITIAL_IDS = 128
+SIGHTED_WORDS = 4 * SIGHTINGS  # of a beacon
 
 Words = NDArray[np.uint32]
 NOBODY: Words = np.zeros((0, BEACON_WORDS), np.uint32)
@@ -52,7 +53,6 @@ class Absence:
             own_id: Of this robot; robots check and tell in turn by it.
         """
         self._own_id = own_id
-        self._told: Words = np.zeros(4 * SIGHTINGS, np.uint32)
         self.sightings = _sightings(INITIAL_IDS)
         self._take(NOBODY, np.zeros((0, 3), np.int64))
 
@@ -72,6 +72,7 @@ class Absence:
         ids = words[:, ID]
         self._places = np.full(int(ids.max(initial=0)) + 1, -1, np.int64)
         self._places[ids] = np.arange(len(ids))
+        self._absent = words, facts, self._places  # for calls in every tick
 
     def add(
         self, words: Words, has_parted: NDArray[np.bool_], *, is_obstacle: bool = False
@@ -96,14 +97,14 @@ class Absence:
         places[is_known] = self._places[ids[is_known]]
         return places
 
-    def tell(self, tick: int) -> Words:
-        """Return the sightings for a beacon, its words from `sighted_id` on.
+    def tell(self, tick: int, out: Words) -> None:
+        """Write the sightings for a beacon.
 
         Args:
-            tick: Of the beacon. The next call overwrites what is returned.
+            tick: Of the beacon.
+            out: (SIGHTED_WORDS,) words of the beacon from `sighted_id` on; written.
         """
-        kernels.tell(self.sightings, self._own_id, tick, self._told)
-        return self._told
+        kernels.tell(*self.sightings, self._own_id, tick, out)
 
     def listen(
         self, receptions: Sequence[Reception], position: tuple[float, float], edge: float, tick: int
@@ -120,21 +121,22 @@ class Absence:
             Beacons (k, words) of robots found silent where they were; ids of robots that have left
             the place where they were thought to be.
         """
+        is_changed = False
         for heard in receptions:
-            needed = kernels.note(self.sightings, heard.words, heard.rows)
+            batch = heard.words, heard.rows
+            needed, is_back = kernels.hear(*self.sightings, *self._absent, *batch)
             if needed > len(self.sightings.ticks):
                 self._grow(2 * needed)
-                kernels.note(self.sightings, heard.words, heard.rows)
-        if not len(self._words):
-            return NOBODY, []
-        absent = Absentees(self._words, self._floats, self._facts, self._places)
-        before = self._facts[:, FATE].copy()
-        changes = sum([kernels.listen(absent, heard.words, heard.rows) for heard in receptions])
-        if (tick + self._own_id) % JUDGED_EVERY == 0:
-            changes += kernels.judge(absent, self.sightings, Spot(*position), edge, tick)
-        if not changes:
-            return NOBODY, []
+                kernels.hear(*self.sightings, *self._absent, *batch)
+            is_changed |= is_back
         fates = self._facts[:, FATE]
+        before = fates
+        if len(fates) and (tick + self._own_id) % JUDGED_EVERY == 0:
+            before = fates.copy()
+            absent = Absentees(self._words, self._floats, self._facts, self._places)
+            is_changed |= kernels.judge(absent, self.sightings, Spot(*position), edge, tick) > 0
+        if not is_changed:
+            return NOBODY, []
         silent = self._words[(fates == SILENT) & (before != SILENT)]
         left = self._words[(fates == LEFT) | (fates == MOVED), ID].tolist()
         fates[fates == MOVED] = UNKNOWN

@@ -83,21 +83,33 @@ def nearest_and_farthest(
 
 
 @njit(cache=True)
-def note(known: Sightings, batch: Words, rows: NDArray[np.int64]) -> int:
-    """Take the places of the robots that are heard, and those that they tell of others.
+def hear(
+    ticks: NDArray[np.int64],
+    places: NDArray[np.float32],
+    absent: Words,
+    facts: NDArray[np.int64],
+    absent_places: NDArray[np.int64],
+    batch: Words,
+    rows: NDArray[np.int64],
+) -> tuple[int, bool]:
+    """Take where the robots are that are heard, and those that they tell of, and who is back.
 
     Args:
-        known: Updated with what is newer.
+        ticks: See `Sightings`; updated with what is newer.
+        places: See `Sightings`; updated with what is newer.
+        absent: (m, words) last beacons of the robots that fell silent.
+        facts: (m, 3) what was learned of them; updated.
+        absent_places: Row of each id in `absent`, -1 for others.
         batch: (n, words) beacons.
         rows: (k,) rows of those that were heard.
 
     Returns:
-        The number of rows that `known` has to have; if it has fewer, nothing is lost by a second
-        call.
+        The number of rows that the sightings have to have; if they have fewer, nothing is lost by a
+        second call. Whether any absent robot was heard again.
     """
-    ticks, places = known
     floats = batch.view(np.float32)
     most = 0
+    is_back = False
     for k in rows:
         for place in range(-1, SIGHTINGS):
             robot, tick, at = batch[k, ID], batch[k, TICK], POSE
@@ -111,20 +123,28 @@ def note(known: Sightings, batch: Words, rows: NDArray[np.int64]) -> int:
                 places[robot, 0], places[robot, 1] = floats[k, at], floats[k, at + 1]
                 if place < 0 and batch[k, FLAGS] & np.uint32(FLAG_LEFT):
                     places[robot, :] = NOWHERE
-    return most
+        robot = batch[k, ID]
+        if robot < absent_places.shape[0] and absent_places[robot] >= 0:
+            m = absent_places[robot]
+            if batch[k, TICK] > absent[m, TICK]:
+                facts[m, FATE] = HEARD_AGAIN
+                is_back = True
+    return most, is_back
 
 
 @njit(cache=True)
-def tell(known: Sightings, own_id: int, tick: int, out: Words) -> None:
+def tell(
+    ticks: NDArray[np.int64], places: NDArray[np.float32], own_id: int, tick: int, out: Words
+) -> None:
     """Write the sightings that are due in a beacon: all of other robots, in turn.
 
     Args:
-        known: Sightings.
+        ticks: See `Sightings`.
+        places: See `Sightings`.
         own_id: Of this robot.
         tick: Of the beacon; it decides whose turn it is.
         out: (4 * SIGHTINGS,) words of the beacon from `sighted_id` on; written.
     """
-    ticks, places = known
     out[:] = 0
     count = 0
     for robot in range(ticks.shape[0]):
@@ -144,27 +164,6 @@ def tell(known: Sightings, own_id: int, tick: int, out: Words) -> None:
             out[k], out[SIGHTINGS + k] = robot, ticks[robot]
             floats[2 * SIGHTINGS + 2 * k] = places[robot, 0]
             floats[2 * SIGHTINGS + 2 * k + 1] = places[robot, 1]
-
-
-@njit(cache=True)
-def listen(absent: Absentees, batch: Words, rows: NDArray[np.int64]) -> int:
-    """Return how many absent robots are heard again, and note it.
-
-    Args:
-        absent: Robots that fell silent; their facts are updated.
-        batch: (n, words) beacons.
-        rows: (k,) rows of those that were heard.
-    """
-    found = 0
-    for k in rows:
-        robot = batch[k, ID]
-        if robot >= absent.places.shape[0] or absent.places[robot] < 0:
-            continue
-        m = absent.places[robot]
-        if batch[k, TICK] > absent.words[m, TICK]:
-            absent.facts[m, FATE] = HEARD_AGAIN
-            found += 1
-    return found
 
 
 @njit(cache=True)

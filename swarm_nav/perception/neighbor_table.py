@@ -21,7 +21,7 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_nav.core.config import TrafficConfig
 from swarm_nav.perception import absence_kernels
 from swarm_nav.perception import neighbor_table_kernels as kernels
-from swarm_nav.perception.absence import Absence
+from swarm_nav.perception.absence import SIGHTED_WORDS, Absence
 from swarm_nav.perception.absence_kernels import Sightings
 
 BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a beam does not help to localise
@@ -57,6 +57,8 @@ class NeighborTable:
         priorities: (n,) as published.
         acks: (n,) tick of the newest of our beacons that each neighbour acknowledged; the present
             tick for neighbours that need not hear us.
+        has_immovable: Whether any of the `immovable` ones is there.
+        mean_trip: [ticks] from own beacons to their acknowledgements now, 0 if none counts.
         deaf_neighbor: Id of a near robot that does not hear this one, 0 if all do.
         hearing_reach: [m] within which every robot that is heard has to hear this one: if one of
             them falls silent there, it is within the space that this robot knows.
@@ -86,9 +88,13 @@ class NeighborTable:
         self._notes: NDArray[np.float64] = np.zeros((0, 2))
         self._links: NDArray[np.int64] = np.zeros((0, 4), np.int64)
         self._air = self._words  # of the last merge
-        self._heard: NDArray[np.uint32] = np.zeros(HEARD_ENTRIES, np.uint32)
+        # the end of a beacon: what was heard, and where robots were last
+        self._known: NDArray[np.uint32] = np.zeros(HEARD_ENTRIES + SIGHTED_WORDS, np.uint32)
+        self._heard = self._known[:HEARD_ENTRIES]
         self._heard_tick = -1  # of `_heard`
         self._is_pushed = False  # whether anybody says to be blocked by this robot
+        self.has_immovable = False
+        self.mean_trip = 0.0
         self.deaf_neighbor = 0
         self._allocate(INITIAL_ROWS)
         self._show(0)
@@ -144,7 +150,7 @@ class NeighborTable:
         if most > len(self._words):
             self._allocate(2 * most)
         rest = (self._columns, tick, self._limits, self._heard, (self._left, self._left_count))
-        found = (self._count, 0, False, False)
+        found = (self._count, 0, False, False, False, 0.0)
         for reception, (x, y) in inbox:
             heard = (reception.words, reception.rows)
             own = (x, y, self._own_id, self._limits[0])
@@ -155,7 +161,8 @@ class NeighborTable:
             found = kernels.refresh(
                 words, notes, links, self._count, self._air, self._own_id, *rest
             )
-        count, self.deaf_neighbor, self._is_pushed, self._has_silent = found
+        count, self.deaf_neighbor, self._is_pushed, self._has_silent = found[:4]
+        self.has_immovable, self.mean_trip = found[4:]
         self._heard_tick = tick
         if count != self._count or self._is_new:
             self._show(count)
@@ -291,24 +298,17 @@ class NeighborTable:
         self._fetch()
         return (self.ids, self.acks, self.gone, self.priorities, *self._claims)
 
-    def heard(self, tick: int) -> NDArray[np.uint32]:
-        """Return the acknowledgements for a beacon; the next call overwrites them.
-
-        Args:
-            tick: Of the beacon.
-        """
-        if tick != self._heard_tick:
-            self._heard_tick = tick
-            kernels.acknowledge(self._words, self._notes, self._count, tick, self._heard)
-        return self._heard
-
-    def sighted(self, tick: int) -> NDArray[np.uint32]:
-        """Return where robots were last, for a beacon: its words from `sighted_id` on.
+    def known(self, tick: int) -> NDArray[np.uint32]:
+        """Return the words of a beacon from `heard` on: acknowledgements, and who was where last.
 
         Args:
             tick: Of the beacon. The next call overwrites what is returned.
         """
-        return self._absence.tell(tick)
+        if tick != self._heard_tick:
+            self._heard_tick = tick
+            kernels.acknowledge(self._words, self._notes, self._count, tick, self._heard)
+        self._absence.tell(tick, self._known[HEARD_ENTRIES:])
+        return self._known
 
     @property
     def sightings(self) -> Sightings:

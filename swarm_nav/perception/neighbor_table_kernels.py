@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.beacon import FLAG_DEAF, FLAG_LEFT, HEARD_ENTRIES, word_of
+from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_DEAF, FLAG_LEFT, HEARD_ENTRIES, word_of
 from swarm_common.model.records import FloatArray, Mask
 from swarm_common.process.numba_compat import njit
 from swarm_nav.core.priority import DEPTH_BITS, ID_MASK, TOP_DEPTH
@@ -44,6 +44,7 @@ RAY_SPACING = 0.05  # [m] of rays at a place that they must not miss a LiDAR's h
 RAY_NOISE = 0.03  # [m]
 PASSED_TICKS = 3  # age up to which a beacon tells where a robot is now
 PASSED_GAP = 0.08  # [m] that the centres of no two robots can have: their bodies would be one
+LONGEST_TRIP = 60  # ticks; an older acknowledgement means a robot that does not answer
 ROTATING = 8  # entries that are shared out in turn when there are more robots than entries
 
 Words = NDArray[np.uint32]
@@ -220,7 +221,7 @@ def take_in(
     limits: tuple[int, float, tuple[int, float, int]],
     out: Words,
     left: tuple[Words, Ints],
-) -> tuple[int, int, bool, bool]:
+) -> tuple[int, int, bool, bool, bool, float]:
     """Do `merge` and `refresh` in one call, as they are done together in almost every tick.
 
     Args:
@@ -244,6 +245,25 @@ def take_in(
 
 
 @njit(cache=True)
+def mean_trip(acks: Ints, tick: int) -> float:
+    """Return the mean age [ticks] of the acknowledgements; 0 if none counts.
+
+    Args:
+        acks: (n,) tick of the newest own beacon that each neighbour has acknowledged. One of now
+            is none that was needed.
+        tick: Now.
+    """
+    total = 0
+    count = 0
+    for row in range(acks.shape[0]):
+        age = tick - acks[row]
+        if 0 < age <= LONGEST_TRIP:
+            total += age
+            count += 1
+    return total / count if count else 0.0
+
+
+@njit(cache=True)
 def refresh(
     words: Words,
     notes: FloatArray,
@@ -256,7 +276,7 @@ def refresh(
     limits: tuple[int, float, tuple[int, float, int]],
     out: Words,
     left: tuple[Words, Ints],
-) -> tuple[int, int, bool, bool]:
+) -> tuple[int, int, bool, bool, bool, float]:
     """Remove the rows of robots that may have left, and compute the columns of the others.
 
     A robot that has been silent for more than lost_ticks may have left if it was heard beyond the
@@ -277,14 +297,15 @@ def refresh(
             of robots of which no place is left.
 
     Returns:
-        Number of rows, id as of `deaf_neighbor`, whether any robot says that we block it, and
-        whether any is silent.
+        Number of rows, id as of `deaf_neighbor`, whether any robot says that we block it, whether
+        any is silent, whether any is silent or inactive, and the mean round trip [ticks].
     """
     ids, ages, gone, priorities, acks = columns
     lost_ticks, edge, unheard = limits
     kept = 0
     is_pushed = False
     has_silent = False
+    is_any_inactive = False
     for row in range(count):
         age = tick - np.int64(words[row, TICK])
         if age > lost_ticks:
@@ -306,6 +327,7 @@ def refresh(
             words[kept, PRIORITY + 1]
         )
         is_pushed |= words[kept, BLOCKED_BY] == own_id
+        is_any_inactive |= words[kept, FLAGS] & np.uint32(FLAG_ACTIVE) == 0
         is_deaf = words[kept, FLAGS] & np.uint32(FLAG_DEAF)
         entry = links[kept, HEARD_OURS]
         if gone[kept] or is_deaf:
@@ -314,7 +336,9 @@ def refresh(
             acks[kept] = tick - ((tick - entry) & 0xFFFF) if entry else UNHEARD
         kept += 1
     acknowledge(words, notes, kept, tick, out)
-    return kept, deaf_neighbor(ids[:kept], acks, notes, tick, unheard), is_pushed, has_silent
+    deaf = deaf_neighbor(ids[:kept], acks, notes, tick, unheard)
+    trip = mean_trip(acks[:kept], tick)
+    return kept, deaf, is_pushed, has_silent, has_silent or is_any_inactive, trip
 
 
 @njit(cache=True)
@@ -728,23 +752,3 @@ def highest_waiting(
         if _is_any(stations, floats[row, STATION], floats[row, STATION + 1], same):
             highest = max(highest, priorities[row])
     return highest
-
-
-@njit(cache=True)
-def mean_trip(acks: Ints, tick: int, longest: int) -> float:
-    """Return the mean age [ticks] of the acknowledgements; 0 if none counts.
-
-    Args:
-        acks: (n,) tick of the newest own beacon that each neighbour has acknowledged. One of now
-            is none that was needed.
-        tick: Now.
-        longest: [ticks] age of the oldest that count.
-    """
-    total = 0
-    count = 0
-    for row in range(acks.shape[0]):
-        age = tick - acks[row]
-        if 0 < age <= longest:
-            total += age
-            count += 1
-    return total / count if count else 0.0

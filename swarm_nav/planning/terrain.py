@@ -12,7 +12,7 @@ import dataclasses
 import functools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,11 +76,11 @@ class Lattice:
     heading: NDArray[np.float32]
     parking: NDArray[np.uint8]  # 1 where a waiting robot stands out of the lanes
     slots: Slots | None = None  # where a long robot only drives straight through; None for others
+    frame: Frame = field(init=False)  # where the nodes lie
 
-    @property
-    def frame(self) -> Frame:
-        """Where the nodes lie."""
-        return Frame(self.origin_x, self.origin_y, self.step)
+    def __post_init__(self) -> None:
+        """Put the frame together once: every tick of every robot asks for it."""
+        object.__setattr__(self, "frame", Frame(self.origin_x, self.origin_y, self.step))
 
     def node_of(self, x: float, y: float, extra: NDArray[np.float32] | None = None) -> int | None:
         """Return the open node nearest to a point within two cells.

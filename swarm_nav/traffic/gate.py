@@ -99,6 +99,7 @@ class Gate:
     _area: float = 0.0  # [m²] of the region within radio range of where its way enters it
     _part: int = 0  # of the region, in which its way leads
     _part_area: float = 0.0  # [m²]
+    _measured: NDArray[np.int16] | None = None  # the region whose part that is
     # points of a path, from one index to before another, that lie outside a region
     _outside: tuple[FloatArray | None, NDArray[np.int16] | None, int, int] = (None, None, 0, 0)
 
@@ -178,8 +179,10 @@ class Gate:
     def _choose_part(self, situation: Situation, x: float, y: float) -> None:
         """Note in which part of the region a point lies, and how large that is."""
         lattice = situation.planner.lattice
-        self._part = int(label_at(self.region, lattice.frame, x, y))
-        self._part_area = float(np.count_nonzero(self.region == self._part)) * lattice.step**2
+        part = int(label_at(self.region, lattice.frame, x, y))
+        if part != self._part or self.region is not self._measured:
+            self._part, self._measured = part, self.region
+            self._part_area = float(np.count_nonzero(self.region == part)) * lattice.step**2
 
     def is_crowded(self, situation: Situation, share: float) -> bool:
         """Whether others take a share of the room in the part of the region where the robot is.

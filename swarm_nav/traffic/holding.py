@@ -103,7 +103,6 @@ class Approach:
             station: (x, y) [m] in map.
         """
         self.lattice = situation.planner.lattice
-        self._station = station
         try:
             self.costs = situation.planner.cost_to_go(station, math.nan)
             self._in_order = situation.planner.costs_in_order(station)
@@ -123,7 +122,8 @@ class Approach:
         own = max(1, int(aisle / ROBOT_AREA)) if aisle else 0
         self.room = capacity(*on, self.lane) if self.lane else own
         self.is_inside = False
-        self._others = [other for other in situation.stations if self._shares_queue(other)]
+        others = [other for other in situation.stations if self._shares_queue(other)]
+        self._own_targets = np.array([station, *others])
 
     def _closed_floor(self, situation: Situation, station: tuple[float, float]) -> float:
         """Return the floor [m²] of a dead end, or of a blind aisle for few robots.
@@ -164,12 +164,12 @@ class Approach:
         Args:
             situation: Of the robot.
         """
-        places = [self._station, *self._others]
-        if self.room:
-            told = situation.neighbors.heads["station"]
-            there = told[np.isfinite(told[:, 0])].tolist()
-            places += [(x, y) for x, y in there if self._shares_queue((x, y))]
-        return np.array(places)
+        if not self.room:
+            return self._own_targets
+        told = situation.neighbors.heads["station"]
+        there = told[np.isfinite(told[:, 0])].tolist()
+        shared = [(x, y) for x, y in there if self._shares_queue((x, y))]
+        return np.array([*self._own_targets, *shared]) if shared else self._own_targets
 
     def within(self, of_lane: float, of_station: float) -> NDArray[np.bool_]:
         """Return the lattice cells (h, w) near the single lanes, without one near the station.
@@ -178,9 +178,14 @@ class Approach:
             of_lane: [m] from the single lanes.
             of_station: [m] of the way to the station.
         """
+        field, most = self._measure(of_lane, of_station)
+        return field <= most
+
+    def _measure(self, of_lane: float, of_station: float) -> tuple[NDArray[np.float32], float]:
+        """Return what says how near each lattice cell (h, w) [m] is, and up to where it counts."""
         if self._gaps is not None:
-            return self._gaps <= of_lane
-        return self.costs <= max(of_station, self._depth)
+            return self._gaps, of_lane
+        return self.costs, max(of_station, self._depth)
 
     @property
     def floor(self) -> NDArray[np.bool_]:
@@ -193,8 +198,14 @@ class Approach:
         Args:
             situation: Of the robot.
         """
-        node = self.lattice.node_of(*situation.stop_point)
-        return node is not None and bool(self.floor.ravel()[node])
+        return self._is_on_floor(self.lattice.node_of(*situation.stop_point))
+
+    def _is_on_floor(self, node: int | None) -> bool:
+        """Whether a node is one of the `floor`, without looking at all of them."""
+        if node is None:
+            return False
+        field, most = self._measure(MOUTH_GAP, PARKING_DISTANCE)
+        return bool((field.ravel()[node : node + 1] <= most)[0])
 
     def gap(self, situation: Situation) -> float:
         """Return the distance [m] from where the robot stops to the shared floor; inf without any.
@@ -202,8 +213,8 @@ class Approach:
         Args:
             situation: Of the robot.
         """
-        node = self.lattice.node_of(*situation.stop_point)
-        if node is None or not self.room:
+        node = self.lattice.node_of(*situation.stop_point) if self.room else None
+        if node is None:
             return math.inf
         if self._gaps is not None:
             return float(self._gaps.ravel()[node]) - MOUTH_GAP
@@ -219,9 +230,9 @@ class Approach:
             return False
         tube = situation.tube
         way = tube.points[tube.near : tube.near + WAY_POINTS]
-        floor, node = self.floor, self.lattice.node_of(*situation.stop_point)
-        is_there = node is not None and bool(floor.ravel()[node])
-        return is_there or gate_kernels.entry(floor, self.lattice.frame, way) >= 0
+        if self._is_on_floor(self.lattice.node_of(*situation.stop_point)):
+            return True
+        return bool(gate_kernels.entry(self.floor, self.lattice.frame, way) >= 0)
 
     def way(self, situation: Situation) -> float:
         """Return the distance from where the robot stops to the station.
@@ -311,6 +322,7 @@ class Lease:
     _left_tick: int = 0
     _approach: Approach | None = None
     _cover: Cover = field(default_factory=Cover)
+    _alone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # (1, 2) the station
 
     def aim(self, station: tuple[float, float] | None) -> None:
         """Take a new target; the old lease is given back, on single lanes once they are left.
@@ -331,6 +343,7 @@ class Lease:
         if self.left is not None:
             self.left.forget_queue()
         self.station = station
+        self._alone = np.array([station] if station is not None else []).reshape(-1, 2)
         self.tick = 0
         self.place = self.first = 0
         self.inherited = 0
@@ -372,7 +385,7 @@ class Lease:
     def _earlier(self, situation: Situation, tick: int) -> tuple[int, int]:
         # before the robot is near, the floor around its station is not looked at
         near = self._approach
-        targets = near.targets(situation) if near is not None else np.array([self.station])
+        targets = near.targets(situation) if near is not None else self._alone
         return situation.neighbors.earlier_requests(targets, tick, SAME_STATION)
 
     def _is_at_tail(self, situation: Situation) -> bool:
@@ -505,6 +518,8 @@ class Lease:
         if self.station is None or self.tick == 0 or self.is_leaving:
             return None
         neighbors, near = situation.neighbors, situation.config.goal_checker.xy_goal_tolerance
+        if not neighbors.has_immovable:
+            return None
         for row in np.flatnonzero(neighbors.immovable):
             gaps = neighbors.tubes(int(row)) - self.station
             if float(np.hypot(*gaps.T).min()) < situation.reach(int(row)) - near:

@@ -8,15 +8,9 @@ moved.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from swarm_nav.perception.neighbor_table_kernels import mean_trip
-
 USUAL_TRIP = 3.75  # ticks from a beacon to its acknowledgement up to which no radio is slow
 TRIPS = 2  # round trips until a robot that makes way is granted anything
 WEIGHT = 0.02  # of the newest tick in the mean
-LONGEST_TRIP = 60  # ticks; an older acknowledgement means a robot that does not answer
 
 
 class Patience:
@@ -30,14 +24,12 @@ class Patience:
         self.extra = 0
         self._trip = 0.0
 
-    def note(self, acks: NDArray[np.int64], tick: int) -> None:
-        """Take the ticks (n,) of own beacons that the neighbours have acknowledged by `tick`.
+    def note(self, mean: float) -> None:
+        """Take the mean round trip of a tick.
 
         Args:
-            acks: (n,) ticks.
-            tick: Now.
+            mean: [ticks] from own beacons to their acknowledgements; 0 if none counts.
         """
-        mean = float(mean_trip(acks, tick, LONGEST_TRIP))
         if mean > 0.0:
             self._trip += WEIGHT * (mean - self._trip)
             self.extra = round(TRIPS * max(0.0, self._trip - USUAL_TRIP))

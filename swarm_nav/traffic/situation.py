@@ -107,7 +107,7 @@ class Situation:
         """
         old, self.config = self.config, config
         traffic = config.traffic
-        self.radius = self.body_radius + traffic.safety_margin
+        self.radius = self.usual_radius
         self.neighbors.configure(traffic)
         self.obstacles.configure(config.costmap)
         self.tube.configure(traffic.confirmations, traffic.held_length, traffic.wanted_length)
