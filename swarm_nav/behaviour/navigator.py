@@ -353,11 +353,13 @@ class Navigator:
             s,
             has_turn=self._task is not None and self._lease.is_turn(self.config.holding),
             is_driving=self._state is State.DRIVING,
-            priority=max(
-                base_priority(CLASS_DRIVING, goal_manager.last_goal_tick, s.robot_id),
-                self._lease.inherited,
-            ),
+            priority=self._driving_priority,
         )
+
+    def _driving_priority(self) -> int:
+        """Return the robot's priority while it drives, with what it inherits for its lease."""
+        own = base_priority(CLASS_DRIVING, self._goal_manager.last_goal_tick, self._s.robot_id)
+        return max(own, self._lease.inherited)
 
     def _guard_reservation(self) -> None:
         """Give up space that an obstacle or another robot is in, or that is not driven."""

@@ -15,11 +15,7 @@ from numpy.typing import NDArray
 from swarm_common.model.beacon import BEACON_WORDS, SIGHTINGS, Reception
 from swarm_nav.perception import absence_kernels as kernels
 from swarm_nav.perception.absence_kernels import (
-    FATE,
-    LEFT,
-    MOVED,
     NEVER,
-    PARTED,
     SILENT,
     UNKNOWN,
     Absentees,
@@ -30,9 +26,11 @@ from swarm_nav.perception.neighbor_table_kernels import ID
 
 JUDGED_EVERY = 8  # ticks
 INITIAL_IDS = 128
+INITIAL_ROWS = 32
 SIGHTED_WORDS = 4 * SIGHTINGS  # of a beacon
 
 Words = NDArray[np.uint32]
+Heard = tuple[Reception, tuple[float, float]]  # a batch, and the own position (x, y) [m] in map
 NOBODY: Words = np.zeros((0, BEACON_WORDS), np.uint32)
 
 
@@ -53,26 +51,35 @@ class Absence:
             own_id: Of this robot; robots check and tell in turn by it.
         """
         self._own_id = own_id
-        self.sightings = _sightings(INITIAL_IDS)
-        self._take(NOBODY, np.zeros((0, 3), np.int64))
+        self._count = 0  # of absent robots
+        self._take(_sightings(INITIAL_IDS))
+        self._take_absent(_absentees(INITIAL_ROWS, INITIAL_IDS))
+
+    def _take(self, sightings: Sightings) -> None:
+        self.sightings, self._known = sightings, tuple(sightings)
+
+    def _take_absent(self, absent: Absentees) -> None:
+        self._absent, self._plain = absent, tuple(absent)
 
     def __len__(self) -> int:
-        return len(self._words)
+        return self._count
 
     def _grow(self, ids: int) -> None:
         """Have room for sightings of ids below `ids`."""
         known = _sightings(ids)
         known.ticks[: len(self.sightings.ticks)] = self.sightings.ticks
         known.places[: len(self.sightings.places)] = self.sightings.places
-        self.sightings = known
+        self._take(known)
 
-    def _take(self, words: Words, facts: NDArray[np.int64]) -> None:
-        self._words, self._facts = words, facts
-        self._floats = words.view(np.float32)
-        ids = words[:, ID]
-        self._places = np.full(int(ids.max(initial=0)) + 1, -1, np.int64)
-        self._places[ids] = np.arange(len(ids))
-        self._absent = words, facts, self._places  # for calls in every tick
+    def _have_room(self, rows: int, ids: int) -> None:
+        """Have room for absent robots, with ids below `ids`."""
+        old = self._absent
+        if rows <= len(old.words) and ids <= len(old.rows):
+            return
+        new = _absentees(max(2 * rows, len(old.words)), max(2 * ids, len(old.rows)))
+        for name in ("words", "facts", "rows"):
+            getattr(new, name)[: len(getattr(old, name))] = getattr(old, name)
+        self._take_absent(new)
 
     def add(
         self, words: Words, has_parted: NDArray[np.bool_], *, is_obstacle: bool = False
@@ -84,18 +91,9 @@ class Absence:
             has_parted: (n,) whether each was driving out of range.
             is_obstacle: Whether they fell silent well within range, and are obstacles already.
         """
-        is_new = self._places_of(words[:, ID]) < 0
-        if is_new.any():
-            facts = np.full((np.count_nonzero(is_new), 3), NEVER, np.int64)
-            facts[:, FATE] = SILENT if is_obstacle else UNKNOWN
-            facts[:, PARTED] = has_parted[is_new]
-            self._take(np.vstack((self._words, words[is_new])), np.vstack((self._facts, facts)))
-
-    def _places_of(self, ids: NDArray[np.uint32]) -> NDArray[np.int64]:
-        places = np.full(len(ids), -1, np.int64)
-        is_known = ids < len(self._places)
-        places[is_known] = self._places[ids[is_known]]
-        return places
+        self._have_room(self._count + len(words), int(words[:, ID].max(initial=0)) + 1)
+        fate = SILENT if is_obstacle else UNKNOWN
+        self._count = kernels.add(self._absent, self._count, words, has_parted, fate)
 
     def tell(self, tick: int, out: Words) -> None:
         """Write the sightings for a beacon.
@@ -104,15 +102,15 @@ class Absence:
             tick: Of the beacon.
             out: (SIGHTED_WORDS,) words of the beacon from `sighted_id` on; written.
         """
-        kernels.tell(*self.sightings, self._own_id, tick, out)
+        kernels.tell(self._known, self._own_id, tick, out)
 
     def listen(
-        self, receptions: Sequence[Reception], position: tuple[float, float], edge: float, tick: int
+        self, inbox: Sequence[Heard], position: tuple[float, float], edge: float, tick: int
     ) -> tuple[Words, list[int]]:
         """Take the beacons of a tick, and find out what became of robots that are not heard.
 
         Args:
-            receptions: Batches of this tick.
+            inbox: Batches of this tick.
             position: Own (x, y) [m] in map.
             edge: [m] within which a robot that lives is heard.
             tick: Now.
@@ -122,28 +120,31 @@ class Absence:
             the place where they were thought to be.
         """
         is_changed = False
-        for heard in receptions:
+        for heard, _ in inbox:
             batch = heard.words, heard.rows
-            needed, is_back = kernels.hear(*self.sightings, *self._absent, *batch)
+            needed, is_back = kernels.hear(self._known, self._plain, *batch)
             if needed > len(self.sightings.ticks):
                 self._grow(2 * needed)
-                kernels.hear(*self.sightings, *self._absent, *batch)
+                kernels.hear(self._known, self._plain, *batch)
             is_changed |= is_back
-        fates = self._facts[:, FATE]
-        before = fates
-        if len(fates) and (tick + self._own_id) % JUDGED_EVERY == 0:
-            before = fates.copy()
-            absent = Absentees(self._words, self._floats, self._facts, self._places)
-            is_changed |= kernels.judge(absent, self.sightings, Spot(*position), edge, tick) > 0
+        if self._count and (tick + self._own_id) % JUDGED_EVERY == 0:
+            spot = Spot(*position)
+            is_changed |= kernels.judge(
+                self._absent, self._count, self.sightings, spot, edge, tick
+            )
         if not is_changed:
             return NOBODY, []
-        silent = self._words[(fates == SILENT) & (before != SILENT)]
-        left = self._words[(fates == LEFT) | (fates == MOVED), ID].tolist()
-        fates[fates == MOVED] = UNKNOWN
-        stays = (fates == UNKNOWN) | (fates == SILENT)
-        self._take(self._words[stays], self._facts[stays])
-        return silent, left
+        silent = np.zeros((self._count, BEACON_WORDS), np.uint32)
+        left = np.zeros(self._count, np.int64)
+        self._count, *sizes = kernels.sort_out(self._absent, self._count, silent, left)
+        return silent[: sizes[0]], left[: sizes[1]].tolist()
 
 
 def _sightings(ids: int) -> Sightings:
     return Sightings(np.full(ids, NEVER, np.int64), np.zeros((ids, 2), np.float32))
+
+
+def _absentees(rows: int, ids: int) -> Absentees:
+    words = np.zeros((rows, BEACON_WORDS), np.uint32)
+    facts = np.zeros((rows, 3), np.int64)
+    return Absentees(words, words.view(np.float32), facts, np.full(ids, -1, np.int64))

@@ -27,7 +27,7 @@ from swarm_nav.perception.neighbor_table_kernels import (
 SIGHTED_ID, SIGHTED_TICK, SIGHTED_AT = map(word_of, ("sighted_id", "sighted_tick", "sighted_at"))
 SINCE, FATE, PARTED = range(3)  # columns of the facts
 NEVER = -(1 << 40)  # a tick before all others
-UNKNOWN, HEARD_AGAIN, LEFT, SILENT, MOVED = range(5)  # fates
+UNKNOWN, HEARD_AGAIN, LEFT, FELL_SILENT, SILENT, MOVED = range(6)  # fates
 DECIDE_TICKS = 40  # within hearing of a place after which its silence counts as a death
 PARTED_TICKS = 600  # the same for one that did not stay there: then it counts as left after all
 ELSEWHERE = 0.2  # [m] from all that a robot claimed, at which it claims something else
@@ -39,12 +39,12 @@ Words = NDArray[np.uint32]
 
 
 class Absentees(NamedTuple):
-    """The robots that fell silent, one a row."""
+    """The robots that fell silent, one a row; there may be more rows than robots."""
 
     words: Words  # (m, words) last beacons
     floats: NDArray[np.float32]  # the same memory
     facts: NDArray[np.int64]  # (m, 3) what was learned since
-    places: NDArray[np.int64]  # row of each id, -1 for others
+    rows: NDArray[np.int64]  # row of each id, -1 for others
 
 
 class Sightings(NamedTuple):
@@ -52,6 +52,11 @@ class Sightings(NamedTuple):
 
     ticks: NDArray[np.int64]  # of the beacon that said so, NEVER for none
     places: NDArray[np.float32]  # (ids, 2) [m] in map
+
+
+# for calls in every tick: numba's dispatcher takes longer for a `NamedTuple`
+PlainSightings = tuple[NDArray[np.int64], NDArray[np.float32]]
+PlainAbsentees = tuple[Words, NDArray[np.float32], NDArray[np.int64], NDArray[np.int64]]
 
 
 class Spot(NamedTuple):
@@ -83,30 +88,50 @@ def nearest_and_farthest(
 
 
 @njit(cache=True)
+def add(
+    absent: Absentees, count: int, words: Words, has_parted: NDArray[np.bool_], fate: int
+) -> int:
+    """Write beacons of robots that are not heard any more behind the others.
+
+    Args:
+        absent: With room for them.
+        count: Of the absent ones until now.
+        words: (n, words); robots that are absent already are left out.
+        has_parted: (n,) whether each was driving out of range.
+        fate: Of all of them.
+
+    Returns:
+        How many are absent now.
+    """
+    for k in range(words.shape[0]):
+        robot = words[k, ID]
+        if absent.rows[robot] < 0:
+            absent.rows[robot] = count
+            absent.words[count] = words[k]
+            absent.facts[count, SINCE], absent.facts[count, FATE] = NEVER, fate
+            absent.facts[count, PARTED] = has_parted[k]
+            count += 1
+    return count
+
+
+@njit(cache=True)
 def hear(
-    ticks: NDArray[np.int64],
-    places: NDArray[np.float32],
-    absent: Words,
-    facts: NDArray[np.int64],
-    absent_places: NDArray[np.int64],
-    batch: Words,
-    rows: NDArray[np.int64],
+    known: PlainSightings, absent: PlainAbsentees, batch: Words, rows: NDArray[np.int64]
 ) -> tuple[int, bool]:
     """Take where the robots are that are heard, and those that they tell of, and who is back.
 
     Args:
-        ticks: See `Sightings`; updated with what is newer.
-        places: See `Sightings`; updated with what is newer.
-        absent: (m, words) last beacons of the robots that fell silent.
-        facts: (m, 3) what was learned of them; updated.
-        absent_places: Row of each id in `absent`, -1 for others.
+        known: Fields of `Sightings`, updated with what is newer.
+        absent: Fields of `Absentees`; their facts are updated.
         batch: (n, words) beacons.
         rows: (k,) rows of those that were heard.
 
     Returns:
-        The number of rows that the sightings have to have; if they have fewer, nothing is lost by a
-        second call. Whether any absent robot was heard again.
+        The number of rows that `known` has to have; if it has fewer, nothing is lost by a second
+        call. Whether any absent robot was heard again.
     """
+    ticks, places = known
+    words, _, facts, row_of = absent
     floats = batch.view(np.float32)
     most = 0
     is_back = False
@@ -124,27 +149,25 @@ def hear(
                 if place < 0 and batch[k, FLAGS] & np.uint32(FLAG_LEFT):
                     places[robot, :] = NOWHERE
         robot = batch[k, ID]
-        if robot < absent_places.shape[0] and absent_places[robot] >= 0:
-            m = absent_places[robot]
-            if batch[k, TICK] > absent[m, TICK]:
+        if robot < row_of.shape[0] and row_of[robot] >= 0:
+            m = row_of[robot]
+            if batch[k, TICK] > words[m, TICK]:
                 facts[m, FATE] = HEARD_AGAIN
                 is_back = True
     return most, is_back
 
 
 @njit(cache=True)
-def tell(
-    ticks: NDArray[np.int64], places: NDArray[np.float32], own_id: int, tick: int, out: Words
-) -> None:
+def tell(known: PlainSightings, own_id: int, tick: int, out: Words) -> None:
     """Write the sightings that are due in a beacon: all of other robots, in turn.
 
     Args:
-        ticks: See `Sightings`.
-        places: See `Sightings`.
+        known: Fields of `Sightings`.
         own_id: Of this robot.
         tick: Of the beacon; it decides whose turn it is.
         out: (4 * SIGHTINGS,) words of the beacon from `sighted_id` on; written.
     """
+    ticks, places = known
     out[:] = 0
     count = 0
     for robot in range(ticks.shape[0]):
@@ -167,8 +190,10 @@ def tell(
 
 
 @njit(cache=True)
-def judge(absent: Absentees, known: Sightings, own: Spot, edge: float, tick: int) -> int:
-    """Decide what became of absent robots; return how many changed.
+def judge(
+    absent: Absentees, count: int, known: Sightings, own: Spot, edge: float, tick: int
+) -> bool:
+    """Decide what became of absent robots; return whether anything did.
 
     An absent robot is where anybody saw it last. If that is not where this robot believes it to be,
     it has moved, and nothing is known of what it claimed there but its place. Silent is one that
@@ -177,14 +202,15 @@ def judge(absent: Absentees, known: Sightings, own: Spot, edge: float, tick: int
 
     Args:
         absent: Robots that fell silent; changed.
+        count: Of them.
         known: Sightings of all robots.
         own: Where this robot is.
         edge: [m] within which a robot that lives is heard.
         tick: Now.
     """
     words, floats, facts, _ = absent
-    found = 0
-    for m in range(words.shape[0]):
+    is_any = False
+    for m in range(count):
         if facts[m, FATE] == HEARD_AGAIN:
             continue
         robot = words[m, ID]
@@ -196,16 +222,54 @@ def judge(absent: Absentees, known: Sightings, own: Spot, edge: float, tick: int
                 for at in (POSE, HELD):
                     floats[m, at], floats[m, at + 1] = x, y
                 facts[m, SINCE], facts[m, PARTED], facts[m, FATE] = NEVER, 1, MOVED
-                found += 1
+                is_any = True
                 continue
         if nearest_and_farthest(words[m], floats[m], own.x, own.y)[1] > edge - 0.01:
             facts[m, SINCE] = NEVER
         elif facts[m, SINCE] == NEVER:
             facts[m, SINCE] = tick
         elif facts[m, FATE] == UNKNOWN and tick - facts[m, SINCE] >= DECIDE_TICKS:
-            facts[m, FATE] = SILENT
-            found += 1
+            facts[m, FATE] = FELL_SILENT
+            is_any = True
         elif facts[m, PARTED] and tick - facts[m, SINCE] >= PARTED_TICKS:
             facts[m, FATE] = LEFT
-            found += 1
-    return found
+            is_any = True
+    return is_any
+
+
+@njit(cache=True)
+def sort_out(
+    absent: Absentees, count: int, silent: Words, left: NDArray[np.int64]
+) -> tuple[int, int, int]:
+    """Take out the robots of which it is known what became of them.
+
+    Args:
+        absent: Robots that fell silent; changed.
+        count: Of them.
+        silent: (count, words) written: beacons of those found silent where they were; they stay.
+        left: (count,) written: ids of those that are not where they were thought to be.
+
+    Returns:
+        How many are absent still, and how many are in `silent` and in `left`.
+    """
+    kept, silent_count, left_count = 0, 0, 0
+    for m in range(count):
+        robot, fate = absent.words[m, ID], absent.facts[m, FATE]
+        if fate == FELL_SILENT:
+            silent[silent_count] = absent.words[m]
+            silent_count += 1
+            fate = SILENT
+        elif fate == LEFT or fate == MOVED:
+            left[left_count] = robot
+            left_count += 1
+            fate = UNKNOWN if fate == MOVED else LEFT
+        if fate != UNKNOWN and fate != SILENT:
+            absent.rows[robot] = -1
+            continue
+        absent.facts[m, FATE] = fate
+        if kept < m:
+            absent.words[kept] = absent.words[m]
+            absent.facts[kept] = absent.facts[m]
+        absent.rows[robot] = kept
+        kept += 1
+    return kept, silent_count, left_count

@@ -21,7 +21,7 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_nav.core.config import TrafficConfig
 from swarm_nav.perception import absence_kernels
 from swarm_nav.perception import neighbor_table_kernels as kernels
-from swarm_nav.perception.absence import SIGHTED_WORDS, Absence
+from swarm_nav.perception.absence import SIGHTED_WORDS, Absence, Heard
 from swarm_nav.perception.absence_kernels import Sightings
 
 BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a beam does not help to localise
@@ -83,7 +83,7 @@ class NeighborTable:
         self._position = (0.0, 0.0)
         self._left_count = np.zeros(1, np.int64)
         self._has_silent = False  # whether any row is gone
-        self._inbox: list[tuple[Reception, tuple[float, float]]] = []
+        self._inbox: list[Heard] = []
         self._words: NDArray[np.uint32] = np.zeros((0, BEACON_WORDS), np.uint32)
         self._notes: NDArray[np.float64] = np.zeros((0, 2))
         self._links: NDArray[np.int64] = np.zeros((0, 4), np.int64)
@@ -143,10 +143,12 @@ class NeighborTable:
         """
         inbox, self._inbox = self._inbox, []
         if self._remembers_absent:
-            self._ask_for_absent([reception for reception, _ in inbox], tick)
+            self._ask_for_absent(inbox, tick)
         if self._has_silent and tick % PASSED_EVERY == 0:
             self.passed_by()
-        most = self._count + sum([len(reception.rows) for reception, _ in inbox])
+        most = self._count
+        for reception, _ in inbox:
+            most += len(reception.rows)
         if most > len(self._words):
             self._allocate(2 * most)
         rest = (self._columns, tick, self._limits, self._heard, (self._left, self._left_count))
@@ -172,13 +174,13 @@ class NeighborTable:
                 self._absence.add(words, self._have_parted(words))
             self._left_count[0] = 0
 
-    def _ask_for_absent(self, receptions: list[Reception], tick: int) -> None:
+    def _ask_for_absent(self, inbox: list[Heard], tick: int) -> None:
         """Take back robots that seem not to have left, with the next batch, until they have."""
         if self._has_silent:  # before anything of their space is given up
             self._fetch()
             words = self._words[: self._count][self.gone]
             self._absence.add(words, np.zeros(len(words), np.bool_), is_obstacle=True)
-        silent, left = self._absence.listen(receptions, self._position, self._hearing[0], tick)
+        silent, left = self._absence.listen(inbox, self._position, self._hearing[0], tick)
         if len(silent):
             self._inbox.append((Reception(silent, np.arange(len(silent))), self._position))
         for robot in left:

@@ -19,6 +19,7 @@ Plain corridors are left alone: they have no station to wait for, and robots onl
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -121,7 +122,12 @@ class Gate:
         self.is_admitted = False
 
     def update(
-        self, situation: Situation, *, has_turn: bool, is_driving: bool, priority: int
+        self,
+        situation: Situation,
+        *,
+        has_turn: bool,
+        is_driving: bool,
+        priority: Callable[[], int],
     ) -> None:
         """Ask, wait or be admitted.
 
@@ -129,7 +135,8 @@ class Gate:
             situation: Of the robot.
             has_turn: Whether the robot is on its way to a goal, and waits for no station's lease.
             is_driving: Whether the current path is the one to the goal: only that one counts.
-            priority: Of the robot while it drives, with what it inherits as holder of a lease.
+            priority: Returns that of the robot while it drives, with what it inherits as holder of
+                a lease; called only when the robot asks.
         """
         config = situation.config.holding
         if self.region is None or config.gate_density <= 0.0:
@@ -146,7 +153,7 @@ class Gate:
                 return
             self.asked_tick = situation.tick
             self._look_at(situation)
-        ahead, is_highest = self._ahead(situation, priority)
+        ahead, is_highest = self._ahead(situation, priority())
         self.is_admitted = is_highest or (
             ahead < max(1.0, config.gate_density * self._area)
             and self._seen_inside(situation) < max(1.0, config.region_density * self._part_area)

@@ -489,11 +489,14 @@ class Lease:
         assert self.station is not None
         if self.is_covered(situation):
             return True
+        points = situation.obstacle_points()
+        if not len(points):
+            return False
         if situation.distance_to(*self.station) > situation.config.costmap.obstacle_max_range:
             return False
         clearance = situation.obstacle_clearance
         limit = clearance - situation.config.goal_checker.xy_goal_tolerance
-        if not self._is_within(situation.obstacle_points(), limit):
+        if not self._is_within(points, limit):
             return False
         return not self._is_within(situation.obstacles.walked(situation.tick), clearance)
 

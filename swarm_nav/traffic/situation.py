@@ -226,7 +226,7 @@ class Situation:
 
     def obstacle_points(self) -> FloatArray:
         """Return the unexplained points (k, 2) in map."""
-        return np.ascontiguousarray(self.obstacles.points)
+        return self.obstacles.points
 
 
 def terrain_of(config: NavConfig, spec: RobotSpec, grid: Grid) -> Terrain:

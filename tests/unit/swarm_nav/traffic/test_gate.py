@@ -83,7 +83,7 @@ def gate_and_robot(*others: np.void) -> tuple[Gate, object]:
 def ask(
     gate: Gate, s: object, *, has_turn: bool = True, is_driving: bool = True, priority: int = 5
 ) -> None:
-    gate.update(s, has_turn=has_turn, is_driving=is_driving, priority=priority)
+    gate.update(s, has_turn=has_turn, is_driving=is_driving, priority=lambda: priority)
 
 
 def crowd(priority: int, count: int = 12) -> list[np.void]:
