@@ -45,7 +45,8 @@ MODES = {
     State.RECOVERING: MODE_DRIVE,
     State.BEHAVING: MODE_PAUSE,
 }
-KNOWN = slice(word_of("heard"), None)
+HEARD = slice(word_of("heard"), word_of("sighted_id"))
+SIGHTED = slice(word_of("sighted_id"), None)
 CLAIMS = slice(word_of("held"), word_of("footprint"))
 NOWHERE = (math.nan, math.nan)
 WAITING_TICKS = 10  # ticks of being blocked after which `status` says waiting
@@ -114,7 +115,8 @@ def compose_beacon(
     words = blank_beacon(spec.footprint).copy()
     pack_head(words, head)
     words[CLAIMS] = s.tube.published
-    words[KNOWN] = s.neighbors.known(s.tick)
+    words[HEARD] = s.neighbors.heard(s.tick)
+    words[SIGHTED] = s.neighbors.sighted(s.tick)
     return record_of(words)
 
 

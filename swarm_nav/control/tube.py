@@ -137,12 +137,16 @@ class Tube:
         """Ask for nothing in the next beacon."""
         self.is_withdrawn = True
 
-    def publish(self, pose: Pose, tick: int) -> None:
-        """Write the blocks of a beacon to `published`, and remember the request.
+    def publish(self, pose: Pose, tick: int) -> tuple[NDArray[np.float32], ...]:
+        """Return the blocks of a beacon, and remember the request.
 
         Args:
             pose: Of the robot, in map.
             tick: Of the beacon.
+
+        Returns:
+            (held, wanted, intent), each (n, 2) float32 [m] in map: views of `published` that the
+            next call overwrites.
         """
         end = self.stop
         if self.is_withdrawn:
@@ -156,6 +160,7 @@ class Tube:
             self.points, (pose.x, pose.y), (self.near, self.stop, end), held, wanted, intent
         )  # fmt: skip
         self.published_held, self.published_sizes = (held, sizes[0]), sizes
+        return held[: sizes[0]], wanted[: sizes[1]], intent[: sizes[2]]
 
     def _note_request(self, tick: int, end: int) -> None:
         if self._noted == REMEMBERED:

@@ -101,11 +101,12 @@ def _fall_silent(robot: Navigator) -> None:
     beacon = robot.tick(TICKS).beacon
     neighbors = NeighborTable(9, TrafficConfig())
     neighbors.receive(np.array([beacon]), 0.0, 9.0)
-    for tick in (TICKS, *range(TICKS + 40, TICKS + 40 + JUDGED_EVERY), TICKS + 200, TICKS + 201):
+    looks = [TICKS + wait + k for wait in (40, 200) for k in range(JUDGED_EVERY)]
+    for tick in (TICKS, *looks):
         neighbors.refresh(tick)
         neighbors.receive(np.zeros(0, beacon.dtype), 2.0, 2.0)
     neighbors.receive(np.array([beacon]), 2.0, 2.0)
-    for tick in (TICKS + 202, TICKS + 400):
+    for tick in (TICKS + 300, TICKS + 400):
         neighbors.refresh(tick)
     neighbors.passed_by()
     neighbors.row(2)
@@ -127,7 +128,7 @@ def _drive_sideways() -> None:
 def _pass_gate(situation: Situation) -> None:
     region = np.ones(situation.planner.lattice.base.shape, np.int16)
     gate = Gate(region)
-    gate.update(situation, has_turn=True, is_driving=True, priority=1)
+    gate.update(situation, has_turn=True, is_driving=True, priority=lambda: 1)
     for cells in (region, region > 0):
         gate_kernels.entry(cells, situation.planner.lattice.frame, situation.tube.points)
     gate._ahead(situation, 1)

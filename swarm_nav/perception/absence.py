@@ -27,7 +27,6 @@ from swarm_nav.perception.neighbor_table_kernels import ID
 JUDGED_EVERY = 8  # ticks
 INITIAL_IDS = 128
 INITIAL_ROWS = 32
-SIGHTED_WORDS = 4 * SIGHTINGS  # of a beacon
 
 Words = NDArray[np.uint32]
 Heard = tuple[Reception, tuple[float, float]]  # a batch, and the own position (x, y) [m] in map
@@ -51,6 +50,7 @@ class Absence:
             own_id: Of this robot; robots check and tell in turn by it.
         """
         self._own_id = own_id
+        self._told: Words = np.zeros(4 * SIGHTINGS, np.uint32)
         self._count = 0  # of absent robots
         self._take(_sightings(INITIAL_IDS))
         self._take_absent(_absentees(INITIAL_ROWS, INITIAL_IDS))
@@ -95,14 +95,14 @@ class Absence:
         fate = SILENT if is_obstacle else UNKNOWN
         self._count = kernels.add(self._absent, self._count, words, has_parted, fate)
 
-    def tell(self, tick: int, out: Words) -> None:
-        """Write the sightings for a beacon.
+    def tell(self, tick: int) -> Words:
+        """Return the sightings for a beacon, its words from `sighted_id` on.
 
         Args:
-            tick: Of the beacon.
-            out: (SIGHTED_WORDS,) words of the beacon from `sighted_id` on; written.
+            tick: Of the beacon. The next call overwrites what is returned.
         """
-        kernels.tell(self._known, self._own_id, tick, out)
+        kernels.tell(self._known, self._own_id, tick, self._told)
+        return self._told
 
     def listen(
         self, inbox: Sequence[Heard], position: tuple[float, float], edge: float, tick: int
@@ -129,9 +129,7 @@ class Absence:
             is_changed |= is_back
         if self._count and (tick + self._own_id) % JUDGED_EVERY == 0:
             spot = Spot(*position)
-            is_changed |= kernels.judge(
-                self._absent, self._count, self.sightings, spot, edge, tick
-            )
+            is_changed |= kernels.judge(self._absent, self._count, self.sightings, spot, edge, tick)
         if not is_changed:
             return NOBODY, []
         silent = np.zeros((self._count, BEACON_WORDS), np.uint32)

@@ -21,7 +21,7 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_nav.core.config import TrafficConfig
 from swarm_nav.perception import absence_kernels
 from swarm_nav.perception import neighbor_table_kernels as kernels
-from swarm_nav.perception.absence import SIGHTED_WORDS, Absence, Heard
+from swarm_nav.perception.absence import Absence, Heard
 from swarm_nav.perception.absence_kernels import Sightings
 
 BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a beam does not help to localise
@@ -88,9 +88,7 @@ class NeighborTable:
         self._notes: NDArray[np.float64] = np.zeros((0, 2))
         self._links: NDArray[np.int64] = np.zeros((0, 4), np.int64)
         self._air = self._words  # of the last merge
-        # the end of a beacon: what was heard, and where robots were last
-        self._known: NDArray[np.uint32] = np.zeros(HEARD_ENTRIES + SIGHTED_WORDS, np.uint32)
-        self._heard = self._known[:HEARD_ENTRIES]
+        self._heard: NDArray[np.uint32] = np.zeros(HEARD_ENTRIES, np.uint32)
         self._heard_tick = -1  # of `_heard`
         self._is_pushed = False  # whether anybody says to be blocked by this robot
         self.has_immovable = False
@@ -300,17 +298,24 @@ class NeighborTable:
         self._fetch()
         return (self.ids, self.acks, self.gone, self.priorities, *self._claims)
 
-    def known(self, tick: int) -> NDArray[np.uint32]:
-        """Return the words of a beacon from `heard` on: acknowledgements, and who was where last.
+    def heard(self, tick: int) -> NDArray[np.uint32]:
+        """Return the acknowledgements for a beacon; the next call overwrites them.
 
         Args:
-            tick: Of the beacon. The next call overwrites what is returned.
+            tick: Of the beacon.
         """
         if tick != self._heard_tick:
             self._heard_tick = tick
             kernels.acknowledge(self._words, self._notes, self._count, tick, self._heard)
-        self._absence.tell(tick, self._known[HEARD_ENTRIES:])
-        return self._known
+        return self._heard
+
+    def sighted(self, tick: int) -> NDArray[np.uint32]:
+        """Return where robots were last, for a beacon: its words from `sighted_id` on.
+
+        Args:
+            tick: Of the beacon. The next call overwrites what is returned.
+        """
+        return self._absence.tell(tick)
 
     @property
     def sightings(self) -> Sightings:
