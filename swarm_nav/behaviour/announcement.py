@@ -161,9 +161,13 @@ def compose_status(
         where = "on the circuit" if holding.is_on_circuit else "parked"
         detail = f"{where}, {_queue(lease, gate, station or 'its goal')}"
     elif state is State.YIELDING:
-        detail = f"makes way for Srobot{s.yields_for}" if s.yields_for else "steps back"
+        detail = "steps back" if deciders.right.is_retreating else "leaves for others"
+        if s.yields_for:
+            detail = f"makes way for Srobot{s.yields_for}"
         if s.blocked_ticks > WAITING_TICKS:
             detail += f", waits {_blocker(s)}"
+        elif s.obstacle_ticks > WAITING_TICKS:
+            detail += ", waits before an obstacle"
         elif deciders.right.is_stuck:
             detail += ", finds no place"
     elif state is State.BEHAVING and is_by_hand:

@@ -183,5 +183,4 @@ class GoalProgress:
 
 def _cannot_go_on(situation: Situation) -> bool:
     """Whether another robot or an obstacle keeps the robot from the last centimetres."""
-    waited = max(situation.blocked_ticks, situation.obstacle_ticks)
-    return situation.is_standing and waited >= situation.config.traffic.push_ticks
+    return situation.is_standing and situation.waited_ticks >= situation.config.traffic.push_ticks

@@ -63,7 +63,7 @@ class Route:
             return False
         gap = math.dist(s.stop_point, task.place)
         ends_short = s.tube.is_complete and gap > 0.6 * s.config.goal_checker.xy_goal_tolerance
-        return ends_short or max(s.blocked_ticks, s.obstacle_ticks) >= retry
+        return ends_short or s.waited_ticks >= retry
 
     def _is_period_over(self, task: GoalProgress, since: int) -> bool:
         """Whether a periodic plan is due; robots take turns, a given path is not replanned."""

@@ -74,7 +74,7 @@ class Departure:
         self._target, self._lease.inherited = None, 0
 
     def _is_leaving(self, situation: Situation) -> bool:
-        if self._target is None or situation.blocked_ticks > situation.wait_ticks:
+        if self._target is None or situation.waited_ticks > situation.wait_ticks:
             return False
         x, y = situation.tube.points[-1]
         return (x, y) == self._target and situation.distance_to(x, y) > ARRIVED

@@ -592,7 +592,7 @@ class HoldingPattern:
         if self.target is None:
             return True
         if not situation.tube.is_complete:
-            return situation.blocked_ticks > situation.wait_ticks
+            return situation.waited_ticks > situation.wait_ticks
         return situation.distance_to(*self.target) > ARRIVED
 
     def _nearest_circuit(self, situation: Situation) -> FloatArray | None:

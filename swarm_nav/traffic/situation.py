@@ -161,6 +161,11 @@ class Situation:
         return ticks_of(self.config.traffic.stuck_time) + self.radio.extra
 
     @property
+    def waited_ticks(self) -> int:
+        """Ticks for which the tube could not grow, because of a robot or of anything else."""
+        return max(self.blocked_ticks, self.obstacle_ticks)
+
+    @property
     def usual_radius(self) -> float:
         """Safety radius [m] of a robot that knows where it is."""
         return self.body_radius + self.config.traffic.safety_margin

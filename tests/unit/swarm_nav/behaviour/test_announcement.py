@@ -166,7 +166,10 @@ def test_the_status_says_what_the_robot_waits_for() -> None:
     assert status(s, State.YIELDING).detail == waits
     s.blocked_ticks, s.obstacle_ticks = 0, 11
     assert status(s, State.DRIVING).detail == "before an obstacle"
-    assert status(s, State.YIELDING).detail == "makes way for Srobot8"
+    waits = "makes way for Srobot8, waits before an obstacle"
+    assert status(s, State.YIELDING).detail == waits
+    s.yields_for = s.obstacle_ticks = 0
+    assert status(s, State.YIELDING).detail == "leaves for others"
     assert status(s, State.HOLDING, place=0).detail == "parked, waits until loader_1 is free"
     assert status(s, State.DRIVING, is_active=False).state == "inactive"
 

@@ -74,6 +74,18 @@ def test_it_is_over_where_it_wanted_to_go() -> None:
     assert not departure.update(s, True)
 
 
+@pytest.mark.parametrize("why", ["blocked_ticks", "obstacle_ticks"])
+def test_a_way_that_is_barred_for_long_is_given_up(why: str) -> None:
+    """Random hall 127: before a dead robot, one stood on its way out for ever, above all others."""
+    departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
+    assert wait(departure, s, s.config.traffic.wait_time + 0.5)
+    hear(s, beacon(2, 2.0, 4.5))  # so that it does not set off anew at once
+    setattr(s, why, s.wait_ticks)
+    assert departure.update(s, True)
+    setattr(s, why, s.wait_ticks + 1)
+    assert not departure.update(s, True)
+
+
 def test_a_region_half_full_is_left_by_who_hears_nobody_wait() -> None:
     """Deep in an aisle nobody hears who waits at the mouth: 24 of 60 robots stayed in it."""
     for others, leaves in ((1, False), (2, True)):  # 9 m² have room for three

@@ -242,6 +242,17 @@ def test_park_drives_to_a_place_off_lanes_and_stations() -> None:
     assert s.planner.lattice.parking.ravel()[node] == 1
 
 
+def test_a_parking_place_behind_an_obstacle_is_given_up() -> None:
+    s, here = holding("park")
+    first = here.target
+    s.tick, s.obstacle_ticks = s.tick + 100, s.wait_ticks
+    here.update(s)
+    assert here.target is first
+    s.obstacle_ticks += 1
+    here.update(s)
+    assert here.target is not first
+
+
 def test_parked_robots_keep_apart_and_off_each_others_targets() -> None:
     s = situation(HALL, NEAR)
     free = parking_path(s, [STATION])
