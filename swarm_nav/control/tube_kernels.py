@@ -248,8 +248,7 @@ def extend(
     heads = words.view(np.float32)
     far = air.view(np.float32)
     origin = points[stop]
-    prefix = np.zeros(ids.shape[0], np.int64)
-    exempt = gone.copy()
+    prefix = np.full(ids.shape[0], -1)
     near = gone.copy()
     for j in range(ids.shape[0]):
         reach = radius + heads[j, RADIUS]
@@ -257,14 +256,6 @@ def extend(
         near[j] = gap < REASONABLE_REACH + reach
         if gap < hearing_reach and not gone[j]:  # G3
             confirmed = min(confirmed, acknowledged(requests, acks[j]))
-        if not near[j]:
-            continue
-        beacon = heads[j] if links[j, SOURCE] == OWN else far[links[j, PLACE]]
-        prefix[j] = grantable_prefix(
-            beacon, np.int64(words[j, WANTED_SIZE]), last_point(words[j, HELD_SIZE]),
-            own_held, own_held_size, reach, yield_slack,
-        )  # fmt: skip
-        exempt[j] = intent_gap(beacon, words[j], origin) < reach * reach
     for k in range(stop + 1, last + 1):
         p = points[k]
         before = points[k - 1]
@@ -288,14 +279,19 @@ def extend(
             else:
                 # G2
                 wins = outranks(priority, own_id, priorities[j], ids[j])
+                if not wins and prefix[j] < 0:
+                    prefix[j] = grantable_prefix(
+                        beacon, np.int64(words[j, WANTED_SIZE]), last_point(words[j, HELD_SIZE]),
+                        own_held, own_held_size, reach, yield_slack,
+                    )  # fmt: skip
                 is_free = admissible(p, before, beacon, held, reach, slack, wins, prefix[j])
             if not is_free:
                 return k - 1, ROBOT, j
             if (  # G5
                 words[j, BLOCKED_TICKS] >= push_ticks
-                and not exempt[j]
                 and may_hold_up(priorities[j], ids[j], gone[j], rank)
                 and intent_gap(beacon, words[j], p) < reach * reach
+                and not intent_gap(beacon, words[j], origin) < reach * reach  # there already
             ):
                 return k - 1, RIGHT_OF_WAY, j
         if k > confirmed:  # G1, or G3: not requested, or not acknowledged

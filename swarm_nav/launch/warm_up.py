@@ -78,7 +78,7 @@ def warm_up() -> None:
     situation.planner.cost_of(np.zeros((2, 2)), extra)
     way = np.zeros((2, 2), np.float32)
     path_cost_kernels.clears(np.zeros((3, 2)), way, situation.radius, SLACK, GAIN)
-    situation.neighbors.highest_waiting(np.ones((1, 2)), 1.0)
+    situation.neighbors.queue(np.ones((1, 2)), 1, 1.0)
     _pass_gate(situation)
     _pass_door(situation)
     _drive_sideways()

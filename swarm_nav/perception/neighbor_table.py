@@ -358,10 +358,8 @@ class NeighborTable:
         )
         return row if row >= 0 else None
 
-    def earlier_requests(
-        self, stations: NDArray[np.float64], tick: int, same: float
-    ) -> tuple[int, int]:
-        """Count the robots that asked for one of some stations before this one.
+    def queue(self, stations: NDArray[np.float64], tick: int, same: float) -> tuple[int, int, int]:
+        """Look at the robots that asked for one of some stations.
 
         Args:
             stations: (k, 2) [m] in map.
@@ -369,25 +367,14 @@ class NeighborTable:
             same: [m] within which two stations are the same.
 
         Returns:
-            Their number, and the id of the first of them, 0 if there is none.
+            The number of those that asked before this robot, the id of the first of them, and the
+            highest priority of all; 0 for none.
         """
-        count, first = kernels.earlier_requests(
-            self._words, self._floats, self.gone, stations, tick, self._own_id, same
-        )
-        return int(count), int(first)
-
-    def highest_waiting(self, stations: NDArray[np.float64], same: float) -> int:
-        """Return the highest priority of the robots that want one of some stations, 0 without any.
-
-        Args:
-            stations: (k, 2) [m] in map.
-            same: [m] within which two stations are the same.
-        """
-        return int(
-            kernels.highest_waiting(
-                self._words, self._floats, self.gone, self.priorities, stations, same
-            )
-        )
+        count, first, highest = kernels.queue(
+            self._words, self._floats, self.gone, self.priorities, stations, tick, self._own_id,
+            same,
+        )  # fmt: skip
+        return int(count), int(first), int(highest)
 
     def tubes(self, row: int) -> NDArray[np.float32]:
         """Return the held points of one robot, and its requested ones if it is gone.

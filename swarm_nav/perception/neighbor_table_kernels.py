@@ -680,75 +680,52 @@ def _is_any(stations: NDArray[np.float64], x: float, y: float, same: float) -> b
 
 
 @njit(cache=True)
-def earlier_requests(
-    words: Words,
-    floats: Floats,
-    gone: Mask,
-    stations: NDArray[np.float64],
-    tick: int,
-    own_id: int,
-    same: float,
-) -> tuple[int, int]:
-    """Count the robots that asked for a station before (tick, own_id), in lexicographic order.
-
-    Args:
-        words: (n, words) uint32, the neighbours' beacons.
-        floats: (n, words) the same memory as float32.
-        gone: (n,) whether each is silent.
-        stations: (k, 2) [m] in map, for any of which the requests count.
-        tick: Of the own request.
-        own_id: Of this robot.
-        same: [m] within which two stations are the same.
-
-    Returns:
-        The number of such robots, and the id of the first of them, 0 for none.
-    """
-    count = 0
-    first = 0
-    first_asked = np.int64(0)
-    for row in range(gone.shape[0]):
-        asked = np.int64(words[row, STATION_TICK])
-        if asked == 0 or gone[row] or asked > tick:
-            continue
-        if asked == tick and words[row, ID] >= own_id:
-            continue
-        if _is_any(stations, floats[row, STATION], floats[row, STATION + 1], same):
-            count += 1
-            robot = np.int64(words[row, ID])
-            if count == 1 or asked < first_asked or (asked == first_asked and robot < first):
-                first, first_asked = robot, asked
-    return count, first
-
-
-@njit(cache=True)
-def highest_waiting(
+def queue(
     words: Words,
     floats: Floats,
     gone: Mask,
     priorities: Ints,
     stations: NDArray[np.float64],
+    tick: int,
+    own_id: int,
     same: float,
-) -> int:
-    """Return the highest priority of the robots that asked for a station, 0 if there are none.
+) -> tuple[int, int, int]:
+    """Look at the robots that asked for a station: those before (tick, own_id), and the highest.
 
-    Only priorities of their own count, told by the id in them: one that was inherited may come
-    from the very robot that asks, and would go round for ever.
+    Requests are in lexicographic order of tick and id. Only priorities of their own count, told by
+    the id in them: one that was inherited may come from the very robot that asks, and would go
+    round for ever.
 
     Args:
         words: (n, words) uint32, the neighbours' beacons.
         floats: (n, words) the same memory as float32.
         gone: (n,) whether each is silent.
         priorities: (n,) as published.
-        stations: (k, 2) [m] in map.
+        stations: (k, 2) [m] in map, for any of which the requests count.
+        tick: Of the own request.
+        own_id: Of this robot.
         same: [m] within which two stations are the same.
+
+    Returns:
+        The number of robots before it, the id of the first of them, and the highest priority of all
+        that asked; 0 for none.
     """
+    count = 0
+    first = 0
+    first_asked = np.int64(0)
     highest = 0
     for row in range(gone.shape[0]):
-        if words[row, STATION_TICK] == 0 or gone[row]:
+        asked = np.int64(words[row, STATION_TICK])
+        if asked == 0 or gone[row]:
             continue
+        if not _is_any(stations, floats[row, STATION], floats[row, STATION + 1], same):
+            continue
+        robot = np.int64(words[row, ID])
         owner = ID_MASK - ((priorities[row] >> DEPTH_BITS) & ID_MASK)
-        if owner != np.int64(words[row, ID]) % (ID_MASK + 1):
-            continue
-        if _is_any(stations, floats[row, STATION], floats[row, STATION + 1], same):
+        if owner == robot % (ID_MASK + 1):
             highest = max(highest, priorities[row])
-    return highest
+        if asked < tick or (asked == tick and robot < own_id):
+            count += 1
+            if count == 1 or asked < first_asked or (asked == first_asked and robot < first):
+                first, first_asked = robot, asked
+    return count, first, highest

@@ -90,7 +90,8 @@ class Departure:
                 return
         left = self._lease.left
         if left is not None and left.lattice is lattice and left.contains(situation):
-            highest = situation.neighbors.highest_waiting(left.targets(situation), SAME_STATION)
+            targets = left.targets(situation)
+            _, _, highest = situation.neighbors.queue(targets, situation.tick, SAME_STATION)
             if highest:
                 self._leave(situation, highest, left.floor)
                 return

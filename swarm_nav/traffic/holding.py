@@ -364,16 +364,13 @@ class Lease:
             self.tick = situation.tick
         self.place, self.first = (0, 0)
         if self.tick:
-            self.place, self.first = self._earlier(situation, self.tick)
-        if self.tick:
+            self.place, self.first, highest = self._requests(situation, self.tick)
             self._cover.update(situation, self.station, self._has_something_on_it(situation))
             approach = self._approach_of(situation)
             approach.is_inside = self._is_inside(situation)
-            if not self.place:
+            if highest and not self.place:
                 # never less than before: a priority that comes and goes would delay all requests
-                targets = approach.targets(situation)
-                highest = situation.neighbors.highest_waiting(targets, SAME_STATION)
-                self.inherited = max(self.inherited, above(highest) if highest else 0)
+                self.inherited = max(self.inherited, above(highest))
 
     def _leave(self, situation: Situation) -> None:
         """Give the station back once the robot is out, or has had no other target for a while."""
@@ -382,11 +379,12 @@ class Lease:
         if (self._next is None and has_stayed) or not self._is_inside(situation):
             self._take(self._next)
 
-    def _earlier(self, situation: Situation, tick: int) -> tuple[int, int]:
+    def _requests(self, situation: Situation, tick: int) -> tuple[int, int, int]:
+        """Return how many asked before a tick, the first of them, and the highest who asked."""
         # before the robot is near, the floor around its station is not looked at
         near = self._approach
         targets = near.targets(situation) if near is not None else self._alone
-        return situation.neighbors.earlier_requests(targets, tick, SAME_STATION)
+        return situation.neighbors.queue(targets, tick, SAME_STATION)
 
     def _is_at_tail(self, situation: Situation) -> bool:
         """Whether the robot is near its station or its single lanes, or where the queue ends."""
@@ -400,7 +398,7 @@ class Lease:
             return True
         if self._is_near(situation, config.holding.request_distance):
             return True
-        place, _ = self._earlier(situation, situation.tick)
+        place, _, _ = self._requests(situation, situation.tick)
         return place > 0 and self._way(situation) <= self._queue(situation, place + 1)
 
     def _is_near(self, situation: Situation, distance: float) -> bool:

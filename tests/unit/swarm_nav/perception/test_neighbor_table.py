@@ -499,11 +499,11 @@ def test_earlier_requests_for_the_same_station_count() -> None:
     heard(here, 20, asking(2, 10, 3.0), asking(3, 12, 3.0), asking(4, 11, 3.3), asking(6, 12, 3.0),
           asking(7, 3, 5.0), asking(8, 0, 3.0), asking(9, 11, np.nan))  # fmt: skip
     here.refresh(21)
-    assert here.earlier_requests(np.array(((3.0, 0.0),)), 12, 0.6) == (3, 2)
-    assert here.earlier_requests(np.array(((3.0, 0.0),)), 10, 0.6) == (1, 2)
-    assert here.earlier_requests(np.array(((5.0, 0.0),)), 9, 0.6) == (1, 7)
-    assert here.earlier_requests(np.array(((9.0, 0.0),)), 9, 0.6) == (0, 0)
-    assert here.earlier_requests(np.array(((3.0, 0.0), (5.0, 0.0))), 12, 0.6) == (4, 7)
+    assert here.queue(np.array(((3.0, 0.0),)), 12, 0.6)[:2] == (3, 2)
+    assert here.queue(np.array(((3.0, 0.0),)), 10, 0.6)[:2] == (1, 2)
+    assert here.queue(np.array(((5.0, 0.0),)), 9, 0.6)[:2] == (1, 7)
+    assert here.queue(np.array(((9.0, 0.0),)), 9, 0.6)[:2] == (0, 0)
+    assert here.queue(np.array(((3.0, 0.0), (5.0, 0.0))), 12, 0.6)[:2] == (4, 7)
 
 
 def test_the_highest_that_waits_for_a_station_counts() -> None:
@@ -515,17 +515,17 @@ def test_the_highest_that_waits_for_a_station_counts() -> None:
         return record
 
     own = [base_priority(2, 100 - robot, robot) for robot in range(6)]
-    assert here.highest_waiting(np.array(((3.0, 0.0),)), 0.6) == 0
+    assert here.queue(np.array(((3.0, 0.0),)), 9, 0.6)[2] == 0
     heard(here, 20, asking(2, 10, 3.0, own[2]), asking(3, 12, 3.3, own[3]),
           asking(4, 0, 3.0, own[4]), asking(5, 9, 5.0, own[5]))  # fmt: skip
     here.refresh(21)
-    assert here.highest_waiting(np.array(((3.0, 0.0),)), 0.6) == own[3]
+    assert here.queue(np.array(((3.0, 0.0),)), 9, 0.6)[2] == own[3]
     # who was pushed by the holder of the station must not lend it its own priority back
     heard(here, 21, asking(3, 12, 3.3, base_priority(2, 50, 9) - 1))
     here.refresh(22)
-    assert here.highest_waiting(np.array(((3.0, 0.0),)), 0.6) == own[2]
+    assert here.queue(np.array(((3.0, 0.0),)), 9, 0.6)[2] == own[2]
     here.refresh(60)
-    assert here.highest_waiting(np.array(((3.0, 0.0),)), 0.6) == 0
+    assert here.queue(np.array(((3.0, 0.0),)), 9, 0.6)[2] == 0
 
 
 @pytest.mark.parametrize("removed", [2, 5, 9])
