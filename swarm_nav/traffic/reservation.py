@@ -51,6 +51,7 @@ class ReservationManager:
         if is_listening or span[1] <= span[0]:
             s.blocked_ticks = s.obstacle_ticks = 0
             s.blocked_by = 0
+            s.has_grown = False
             return
         last, ahead = self._single_lanes.barrier(s, span[1])
         if last <= span[0]:

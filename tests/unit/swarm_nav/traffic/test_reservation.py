@@ -34,6 +34,15 @@ def test_requested_space_that_nobody_holds_is_taken() -> None:
     assert s.has_grown
 
 
+def test_a_whole_path_that_is_held_does_not_grow() -> None:
+    """A robot without a refuge said so in one tick of ten, and did not look for one in between."""
+    s, reservation = on_a_path()
+    reservation.extend()
+    s.tube.stop = len(s.tube.points) - 1
+    reservation.extend()
+    assert not s.has_grown
+
+
 def test_nothing_is_taken_while_the_robot_listens() -> None:
     s, reservation = on_a_path()
     s.listening_since = s.tick - s.config.traffic.listen_ticks + 1
