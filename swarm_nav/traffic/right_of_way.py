@@ -182,9 +182,11 @@ class RightOfWay:
             self._margin = REFUGE_MARGIN
             self.is_stuck = self._was_stuck = True
             return
-        if len(path) >= 2:
-            situation.tube.adopt(path)
-            self._blocked_since = -1
+        if self._is_at_refuge:
+            self.is_stuck = False
+            return
+        situation.tube.adopt(path)
+        self._blocked_since = -1
 
     def _consider_retreat(self, situation: Situation) -> None:
         """Step back from a robot that said that it cannot make way."""

@@ -200,6 +200,24 @@ def test_a_robot_without_a_refuge_says_that_it_is_stuck() -> None:
     assert refuge_path(s, way_of(s, 0), s.reach(0) + REFUGE_MARGIN, right.inherited) is None
 
 
+@pytest.mark.parametrize(
+    ("place", "moves", "is_stuck"),
+    [(MIDDLE, False, True), (MIDDLE, True, False), (Pose(4.05, 6.05, 0.0), False, False)],
+)
+def test_who_has_no_refuge_is_stuck_until_it_moves_or_stands_in_one(
+    place: Pose, moves: bool, is_stuck: bool
+) -> None:
+    s, right = pushed()
+    right.is_stuck, s.has_grown = True, moves
+    s.pose = place
+    s.tube.reset(place)
+    is_elsewhere = place != MIDDLE
+    s.tick += s.retry_ticks - (not is_elsewhere)  # in the middle just before the next search
+    hear(s, pushing(3.2, 4.0))
+    right.update(s)
+    assert right.is_stuck == is_stuck
+
+
 def test_who_is_blocked_on_the_way_to_its_refuge_for_long_is_stuck() -> None:
     s, right = pushed()
     s.priority = right.inherited
