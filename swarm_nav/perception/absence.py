@@ -52,14 +52,14 @@ class Absence:
         self._own_id = own_id
         self._told: Words = np.zeros(4 * SIGHTINGS, np.uint32)
         self._count = 0  # of absent robots
-        self._take(_sightings(INITIAL_IDS))
-        self._take_absent(_absentees(INITIAL_ROWS, INITIAL_IDS))
+        self._use_sightings(_sightings(INITIAL_IDS))
+        self._use_absent(_absentees(INITIAL_ROWS, INITIAL_IDS))
 
-    def _take(self, sightings: Sightings) -> None:
-        self.sightings, self._known = sightings, tuple(sightings)
+    def _use_sightings(self, sightings: Sightings) -> None:
+        self.sightings, self._plain_sightings = sightings, tuple(sightings)
 
-    def _take_absent(self, absent: Absentees) -> None:
-        self._absent, self._plain = absent, tuple(absent)
+    def _use_absent(self, absent: Absentees) -> None:
+        self._absent, self._plain_absent = absent, tuple(absent)
 
     def __len__(self) -> int:
         return self._count
@@ -69,7 +69,7 @@ class Absence:
         known = _sightings(ids)
         known.ticks[: len(self.sightings.ticks)] = self.sightings.ticks
         known.places[: len(self.sightings.places)] = self.sightings.places
-        self._take(known)
+        self._use_sightings(known)
 
     def _have_room(self, rows: int, ids: int) -> None:
         """Have room for absent robots, with ids below `ids`."""
@@ -79,7 +79,7 @@ class Absence:
         new = _absentees(max(2 * rows, len(old.words)), max(2 * ids, len(old.rows)))
         for name in ("words", "facts", "rows"):
             getattr(new, name)[: len(getattr(old, name))] = getattr(old, name)
-        self._take_absent(new)
+        self._use_absent(new)
 
     def add(
         self, words: Words, has_parted: NDArray[np.bool_], *, is_obstacle: bool = False
@@ -101,7 +101,7 @@ class Absence:
         Args:
             tick: Of the beacon. The next call overwrites what is returned.
         """
-        kernels.tell(self._known, self._own_id, tick, self._told)
+        kernels.tell(self._plain_sightings, self._own_id, tick, self._told)
         return self._told
 
     def listen(
@@ -122,10 +122,10 @@ class Absence:
         is_changed = False
         for heard, _ in inbox:
             batch = heard.words, heard.rows
-            needed, is_back = kernels.hear(self._known, self._plain, *batch)
+            needed, is_back = kernels.hear(self._plain_sightings, self._plain_absent, *batch)
             if needed > len(self.sightings.ticks):
                 self._grow(2 * needed)
-                kernels.hear(self._known, self._plain, *batch)
+                kernels.hear(self._plain_sightings, self._plain_absent, *batch)
             is_changed |= is_back
         if self._count and (tick + self._own_id) % JUDGED_EVERY == 0:
             spot = Spot(*position)
