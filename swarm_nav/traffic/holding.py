@@ -657,7 +657,7 @@ def parking_path(
 ) -> FloatArray | None:
     """Return the way (n, 2) to the nearest free parking place, None if there is none.
 
-    Without one in reach, the robot waits beside a wall where another can pass it.
+    Without one in reach, the robot waits beside a wall where another can pass it, at any distance.
 
     Args:
         situation: Of the robot.
@@ -687,7 +687,7 @@ def parking_path(
     if way is not None:
         return way
     places = situation.planner.free_places(taken, _beside_walls(situation))
-    return situation.planner.nearest(situation.stop_point, extra, places, limit)
+    return situation.planner.nearest(situation.stop_point, extra, places, math.inf)
 
 
 def _beside_walls(situation: Situation) -> NDArray[np.uint8]:
@@ -695,8 +695,7 @@ def _beside_walls(situation: Situation) -> NDArray[np.uint8]:
     lattice = situation.planner.lattice
     lanes = lane_labels(situation.terrain, situation.usual_radius)
     is_near = lattice.clearance < situation.terrain.radius + NODE_MARGIN + lattice.step
-    beside: NDArray[np.uint8] = (is_near & (lanes == 0)).astype(np.uint8)
-    return beside
+    return (is_near & (lanes == 0)).astype(np.uint8)
 
 
 _CIRCUIT_SPACING = 0.25  # [m] between the points of a closed circuit
