@@ -28,7 +28,7 @@ from swarm_nav.core.priority import above
 from swarm_nav.planning import search_kernels
 from swarm_nav.planning.planner import path_length
 from swarm_nav.planning.search import SearchSpace
-from swarm_nav.planning.terrain import HALL_DISTANCE, NODE_MARGIN, Terrain
+from swarm_nav.planning.terrain import HALL_DISTANCE, Terrain
 from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.blind_aisle_kernels import blind_floor
 from swarm_nav.traffic.gate import WAY_POINTS
@@ -655,9 +655,7 @@ def parking_path(
     closed: NDArray[np.bool_] | None = None,
     reach: float | None = None,
 ) -> FloatArray | None:
-    """Return the way (n, 2) to the nearest free parking place, None if there is none.
-
-    Without one in reach, the robot waits beside a wall where another can pass it, at any distance.
+    """Return the way (n, 2) to the nearest free parking place, None if there is none in reach.
 
     Args:
         situation: Of the robot.
@@ -680,22 +678,10 @@ def parking_path(
         )
     if closed is not None:
         taken[closed] = 1.0
+    places = situation.planner.free_places(taken, lattice.parking)
     extra = traffic_costs.congestion(situation)
     limit = situation.config.holding.search_distance if reach is None else reach
-    places = situation.planner.free_places(taken, lattice.parking)
-    way = situation.planner.nearest(situation.stop_point, extra, places, limit)
-    if way is not None:
-        return way
-    places = situation.planner.free_places(taken, _beside_walls(situation))
-    return situation.planner.nearest(situation.stop_point, extra, places, math.inf)
-
-
-def _beside_walls(situation: Situation) -> NDArray[np.uint8]:
-    """Return 1 on the lattice cells (h, w) next to a wall that are not on a single lane."""
-    lattice = situation.planner.lattice
-    lanes = lane_labels(situation.terrain, situation.usual_radius)
-    is_near = lattice.clearance < situation.terrain.radius + NODE_MARGIN + lattice.step
-    return (is_near & (lanes == 0)).astype(np.uint8)
+    return situation.planner.nearest(situation.stop_point, extra, places, limit)
 
 
 _CIRCUIT_SPACING = 0.25  # [m] between the points of a closed circuit
