@@ -10,6 +10,8 @@ from __future__ import annotations
 import contextlib
 import importlib
 import itertools
+import math
+import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -21,13 +23,13 @@ from swarm_bench.halls.halls import run_hall
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.stage import RunOptions
+from swarm_bench.suite.summary import mean_interval
 from swarm_common.model.errors import UnknownNameError
 from swarm_nav.core.config import NavConfig, parameter_values
 from swarm_nav.planning.terrain import Terrain
 
 BASE = "as it is"
 TRAFFIC, BEHAVIOUR = "swarm_nav.traffic", "swarm_nav.behaviour"
-RESAMPLES = 2000  # of the bootstrap
 
 
 def _everywhere(terrain: Terrain, radius: float) -> NDArray[np.bool_]:
@@ -235,18 +237,16 @@ def _change(ratios: Sequence[float]) -> str:
     """Return the mean of ratios as a change, with the 95 % interval of a bootstrap over seeds."""
     if not ratios:
         return "-"
-    logs = np.log(np.asarray(ratios))
-    text = f"{_percent(float(logs.mean()))}"
+    logs = [math.log(ratio) for ratio in ratios]
+    text = _percent(statistics.fmean(logs))
     if len(ratios) < 2:
         return text
-    rng = np.random.default_rng(0)
-    means = rng.choice(logs, (RESAMPLES, len(logs))).mean(1)
-    low, high = np.percentile(means, (2.5, 97.5))
-    return f"{text} [{_percent(float(low))}..{_percent(float(high))}]"
+    low, high = mean_interval(logs)
+    return f"{text} [{_percent(low)}..{_percent(high)}]"
 
 
 def _percent(log: float) -> str:
-    return f"{100.0 * (np.exp(log) - 1.0):+.0f} %"
+    return f"{100.0 * math.expm1(log):+.0f} %"
 
 
 def jobs_of(

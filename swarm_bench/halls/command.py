@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from swarm_bench.halls.halls import DRAWN, hall_runs, run_hall
+from swarm_bench.halls.report import halls_markdown
+from swarm_bench.runs.document import replace_part
 from swarm_bench.runs.stage import parse_parameters
 from swarm_bench.suite.command import Jobs, JsonLines, Settings, bench_app, exit_code, new_console
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes
@@ -30,6 +33,9 @@ def halls(
     set_: Settings = None,
     jobs: Jobs = 1,
     json_: JsonLines = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Document whose part to write.")
+    ] = None,
 ) -> None:
     """Run random missions in random halls: each seed is a hall with doors, aisles and stations.
 
@@ -43,4 +49,6 @@ def halls(
     console = new_console()
     results = Sweep(options, jobs, runner=run_hall).run(json_, console)
     console.print(summary_table(results))
+    if output is not None:
+        replace_part(output, "halls", halls_markdown(results))
     exit_code(results)

@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from swarm_bench.runs.document import replace_part
 from swarm_bench.runs.result import RunResult
 from swarm_bench.suite import store
 from swarm_bench.suite.machine import machine_line
@@ -35,6 +36,10 @@ Jobs = Annotated[int, typer.Option(help="Number of processes.")]
 JsonLines = Annotated[
     Path | None,
     typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
+]
+Document = Annotated[
+    Path,
+    typer.Option("-o", "--output", help="Document whose part `suite` to write, or a new one."),
 ]
 Settings = Annotated[
     list[str] | None,
@@ -113,7 +118,7 @@ def suite(
     json_: Annotated[
         Path, typer.Option("--json", help="File of JSON lines; runs in it are not repeated.")
     ],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Markdown file to write.")],
+    output: Document,
     jobs: Jobs = 1,
     seeds: Annotated[
         str, typer.Option(help=f"Of the bench runs; {SUITE}: as many as each scenario says.")
@@ -140,7 +145,7 @@ def suite(
 @bench_app.command("report-traffic")
 def report_traffic(
     files: Annotated[list[Path], typer.Argument(help="Files of `swarm-bench traffic --json`.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Markdown file to write.")],
+    output: Document,
     machine: Annotated[
         str,
         typer.Option(help="Machine of the measurement.  [default: this one]", show_default=False),
@@ -156,11 +161,14 @@ def report_traffic(
 
 
 def _write_report(results: Sequence[RunResult], output: Path, machine: str) -> None:
-    command = shlex.join(["swarm-bench", *sys.argv[1:]])
+    """Write the part `suite` of a document, or a document of nothing else if there is none yet."""
+    text = traffic_report(results, machine, shlex.join(["swarm-bench", *sys.argv[1:]]))
     try:
-        output.write_text(traffic_report(results, machine, command), encoding="utf-8")
+        if not output.exists():
+            output.write_text("# Traffic, measured\n\n<!-- suite -->\n<!-- /suite -->\n", "utf-8")
     except OSError as cause:
         raise ConfigError(f"cannot write {output}: {cause}") from cause
+    replace_part(output, "suite", text)
 
 
 def exit_code(results: Sequence[RunResult]) -> None:

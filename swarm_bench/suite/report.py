@@ -1,4 +1,4 @@
-"""docs/traffic.md: the suite's tables as Markdown, written from results and nothing else."""
+"""The suite's tables as Markdown, for docs/traffic.md: from results and nothing else."""
 
 from __future__ import annotations
 
@@ -9,13 +9,11 @@ from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import ENGINE as ROS
 from swarm_bench.runs.scenario import Target
 from swarm_bench.suite.summary import Row, summarise
-from swarm_bench.suite.table import number
+from swarm_bench.suite.table import contacts_text, number
 
 OURS = "ours"
 SHOWN = 20  # flaws that are listed one by one
 HEAD = """\
-# Traffic, measured
-
 The tables were written by a command, none by hand:
 
 ```
@@ -28,8 +26,9 @@ Machine: {machine}.
   also called contacts.
 - **Makespan**: simulated seconds until the last goal was reached, median [smallest..largest] of
   the complete runs. A run in which nobody reaches a goal for 600 s counts as deadlocked and ends.
+- **Mean**: of the makespans, with the 95 % interval of a bootstrap over seeds.
 - **Worst wait**: time for which the robot that waited most in any run stood because of others or
-  held.
+  held; over the wait of the median robot of its run, in the median of the runs.
 - **Clearance**: smallest true distance of any robot from anything.
 - **Near misses**: episodes in which a robot came nearer than 0.03 m to something without contact.
 - **Held gap**: smallest distance between the tubes that two robots held, less the sum of their
@@ -100,12 +99,14 @@ COLUMNS: dict[str, Callable[[Row], str]] = {
     "collisions (robots + environment)": lambda row: row.collisions_text,
     "goals": lambda row: f"{row.goals_reached}/{row.goals_sent}",
     "makespan [s]": lambda row: row.makespan_text,
+    "mean, 95 % [s]": lambda row: row.mean_text,
     "target [s]": lambda row: _target_text(row),
     "goals/min": lambda row: number(row.median("throughput_per_minute"), 1),
     "deadlocks resolved": lambda row: str(row.total("deadlocks_resolved")),
     "pushes": lambda row: str(row.total("pushes")),
     "retreats": lambda row: str(row.total("retreats")),
     "worst wait [s]": lambda row: number(row.most("wait_worst"), 0),
+    "worst over median wait": lambda row: number(row.wait_ratio, 1),
     "clearance [m]": lambda row: number(row.least("min_clearance")),
     "near misses": lambda row: str(row.total("near_misses")),
     "held gap [m]": lambda row: number(row.least("min_held_slack")),
@@ -164,15 +165,14 @@ def _comparison_cell(row: Row, seeds: set[int]) -> str:
     if not part.runs:
         return "-"
     share = 100.0 * part.goals_reached / max(1, part.goals_sent)
-    contacts = "1 contact" if part.collisions == 1 else f"{part.collisions} contacts"
-    return f"{share:.0f} %, {contacts}, {part.makespan_text}"
+    return f"{share:.0f} %, {contacts_text(part.collisions)}, {part.makespan_text}"
 
 
 def _flaws(rows: Sequence[Row]) -> str:
     """Return a list of the flaws, empty without any."""
     lines = [
         f"- {row.label}, {run.robots} robots, seed {run.seed} ({run.engine}): "
-        f"{run.robot_robot + run.robot_world} contacts, "
+        f"{contacts_text(run.robot_robot + run.robot_world)}, "
         f"goals {run.goals_reached}/{run.goals_sent}"
         + "".join(f"; {note}" for note in (run.first_collision, run.first_miss) if note)
         + "\n"

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.result_builder import conditions
 from swarm_bench.runs.scenario import Scenario, load_scenario, scenario_names
 from swarm_bench.runs.stage import RunOptions
+
+RESAMPLES = 2000  # of the bootstrap
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +90,22 @@ class Row:
         missing = len(self.runs) - len(known)
         return f"{text}, {missing} incomplete" if missing else text
 
+    @property
+    def mean_text(self) -> str:
+        """Mean of the complete runs' makespans, with its interval if there are several."""
+        known = self.makespans
+        if not known:
+            return "-"
+        low, high = mean_interval(known)
+        text = f"{statistics.fmean(known):.0f}"
+        return f"{text} [{low:.0f}..{high:.0f}]" if len(known) > 1 else text
+
+    @property
+    def wait_ratio(self) -> float | None:
+        """Worst over median wait of a run's robots, in the median of the runs."""
+        ratios = [run.wait_worst / run.wait_median for run in self.runs if run.wait_median]
+        return statistics.median(ratios) if ratios else None
+
     def total(self, name: str) -> int:
         """Return the sum of a counter over the runs.
 
@@ -142,6 +162,17 @@ def summarise(results: Iterable[RunResult]) -> list[Row]:
         Row(tuple(sorted(runs, key=lambda run: run.seed)), known.get(runs[0].scenario))
         for runs in groups.values()
     ]
+
+
+def mean_interval(values: Sequence[float]) -> tuple[float, float]:
+    """Return the 95 % interval of a mean, by bootstrap: the same for the same values.
+
+    Args:
+        values: (n,) of n independent runs, one or more.
+    """
+    draws = np.random.default_rng(0).choice(np.asarray(values), (RESAMPLES, len(values)))
+    low, high = np.percentile(draws.mean(1), (2.5, 97.5))
+    return float(low), float(high)
 
 
 def _is_number(value: object) -> bool:

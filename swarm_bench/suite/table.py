@@ -79,6 +79,15 @@ def _cells(row: Row) -> tuple[str, ...]:
     )
 
 
+def contacts_text(count: int) -> str:
+    """Return a number of contact episodes in words.
+
+    Args:
+        count: Of any kind.
+    """
+    return "1 contact" if count == 1 else f"{count} contacts"
+
+
 def number(value: float | None, digits: int = 3) -> str:
     """Return a number for a table, - for None.
 

@@ -9,12 +9,14 @@ import pytest
 
 from swarm_bench.halls.hall_maker import DEAD_GAP, MISSIONS, HallRequest, make_hall
 from swarm_bench.halls.halls import DRAWN, SIZES, TROUBLES, build_hall, hall_of, hall_runs, run_hall
+from swarm_bench.halls.report import halls_markdown
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_nav.core.config import CostmapConfig, PlannerConfig
 from swarm_nav.core.goals import PlanError
 from swarm_nav.planning.planner import Planner
 from swarm_nav.planning.terrain import terrain_for
+from tests.fakes.results import result
 
 WISH = HallRequest(robots=12, radius=0.24, reach=0.57)
 
@@ -95,3 +97,22 @@ def test_a_run_counts_goals_like_any_other() -> None:
 def test_homes_have_headings() -> None:
     hall, _ = make_hall(WISH, 1)
     assert all(isinstance(pose, Pose) and math.isfinite(pose.yaw) for pose in hall.homes)
+
+
+def test_the_table_of_halls_tells_what_was_missed_and_whether_that_was_told_before() -> None:
+    told = "room for 2 robots on the single lanes around (7.5, 12.6); 18 have goals there"
+    text = halls_markdown(
+        [
+            result(scenario="hall, dead", robots=12, seed=11, makespan=100.0, wait_worst=30.0),
+            result(scenario="hall", robots=20, seed=2, goals_reached=159, makespan=None),
+            result(scenario="hall", robots=20, seed=7, goals_reached=9, no_guarantee=told,
+                   makespan=None, robot_robot=1, first_collision="Srobot1 hit Srobot2"),
+        ]
+    )  # fmt: skip
+    assert "| 12 robots | 1 | 0 | 160/160 | 1 | 1 | 1 | 100 [100..100] | 30 |" in text
+    assert "| 20 robots | 2 | 1 | 168/320 | 0 | 1 | 0 | - | 5 |" in text
+    assert "| dead | 1 | 0 |" in text
+    assert "| all | 3 | 1 | 328/480 | 1 | 2 | 1 |" in text
+    assert "- 2 (20 robots): 159 of 160 goals; **all conditions held**" in text
+    assert "- 7 (20 robots): 9 of 160 goals, **1 contact** (Srobot1 hit Srobot2); told" in text
+    assert "- 11 " not in text

@@ -18,6 +18,7 @@ from swarm_bench.suite import store
 from swarm_bench.suite.command import bench_app
 from swarm_bench.suite.report import traffic_report
 from swarm_bench.suite.selection import select, suite_sweeps
+from swarm_bench.suite.summary import summarise
 from swarm_bench.suite.sweep import Sweep
 from swarm_bench.suite.table import summary_table
 from swarm_common.model.errors import ConfigError
@@ -92,12 +93,12 @@ def test_the_document_has_rows_targets_flaws_and_a_comparison() -> None:
     assert "swarm-bench suite" not in text
     assert "collisions (robots + environment)" in text
     assert (
-        "| slim_blockage | 20 | 3 | 0+0 | 480/480 | 601 [600..602] | ≤ 650, stretch 450: met"
-        in text
+        "| slim_blockage | 20 | 3 | 0+0 | 480/480 | 601 [600..602] | 601 [600..602] "
+        "| ≤ 650, stretch 450: met" in text
     )
     assert "| slim_blockage | 20 | 1 | 0+0 | 160/160 | 640 [640..640]" in text  # on the graph
     assert "| slim_blockage | 20 | 2 | 12 %, 4 contacts, - | 100 %, 0 contacts" in text
-    assert "| circle | 40 | 1 | 0+0 | 39/40 | - | ≤ 125: missed |" in text
+    assert "| circle | 40 | 1 | 0+0 | 39/40 | - | - | ≤ 125: missed |" in text
     assert "Srobot3 missed home of Srobot23" in text
 
 
@@ -157,6 +158,28 @@ def test_a_document_names_the_files_that_it_was_made_from(
     words = ["report-traffic", "own.jsonl", "-o", "own.md", "--machine", "mine"]
     monkeypatch.setattr("sys.argv", ["swarm-bench", *words])
     bench_app(words, standalone_mode=False)
+    bench_app(words, standalone_mode=False)  # into the document that is there now
     text = (tmp_path / "own.md").read_text(encoding="utf-8")
+    assert text.count("<!-- suite -->") == 1
     assert "\nswarm-bench report-traffic own.jsonl -o own.md --machine mine\n" in text
     assert "swarm-bench suite" not in text
+
+
+def test_a_document_without_the_part_is_left_alone(tmp_path: Path) -> None:
+    with open_to_append(tmp_path / "own.jsonl") as file:
+        append_json_line(file, result().as_json())
+    own = tmp_path / "own.md"
+    own.write_text("# Mine\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match="has no part 'suite'"):
+        bench_app(
+            ["report-traffic", str(tmp_path / "own.jsonl"), "-o", str(own)], standalone_mode=False
+        )
+    assert own.read_text(encoding="utf-8") == "# Mine\n"
+
+
+def test_a_mean_has_an_interval_if_there_are_several_runs() -> None:
+    (row,) = summarise([result(seed=k, makespan=100.0 + 10.0 * (k % 2)) for k in range(20)])
+    assert row.mean_text == "105 [103..107]"
+    assert row.wait_ratio == 5.0
+    (alone,) = summarise([result(makespan=100.0, wait_median=0.0)])
+    assert (alone.mean_text, alone.wait_ratio) == ("100", None)
