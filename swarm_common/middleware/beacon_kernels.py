@@ -14,6 +14,7 @@ from swarm_common.model.beacon import (
     MODE_DONE,
     MOST_ID,
     NO_ROBOT,
+    SIGHTED_ASKS,
     SIGHTINGS,
     WANTED_POINTS,
     word_of,
@@ -94,7 +95,7 @@ def fault(words: NDArray[np.uint32], now: int) -> int:
         if np.uint32(0x7F800000) >= words[k] & np.uint32(0x7FFFFFFF) > MOST_COORDINATE:
             return BAD_NUMBER
     for k in range(SIGHTINGS):
-        if words[SIGHTED_ID + k] > MOST_ID:
+        if words[SIGHTED_ID + k] >= 2 * SIGHTED_ASKS:
             return BAD_ID
         if words[SIGHTED_TICK + k] > now:
             return BAD_STAMP

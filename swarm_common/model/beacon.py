@@ -24,6 +24,7 @@ INTENT_POINTS = 31  # capacity of the announced path
 FOOTPRINT_POINTS = 8
 HEARD_ENTRIES = 48  # robots whose beacons can be acknowledged at a time
 SIGHTINGS = 2  # robots of which a beacon tells where they were last
+SIGHTED_ASKS = 1 << 16  # in `sighted_id`: the robot had asked for a station
 NO_ROBOT = 0  # ids start at 1
 MOST_ID = 0xFFFF  # an acknowledgement has 16 bits for it
 

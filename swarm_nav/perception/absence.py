@@ -69,6 +69,7 @@ class Absence:
         known = _sightings(ids)
         known.ticks[: len(self.sightings.ticks)] = self.sightings.ticks
         known.places[: len(self.sightings.places)] = self.sightings.places
+        known.asks[: len(self.sightings.asks)] = self.sightings.asks
         self._use_sightings(known)
 
     def _have_room(self, rows: int, ids: int) -> None:
@@ -139,7 +140,8 @@ class Absence:
 
 
 def _sightings(ids: int) -> Sightings:
-    return Sightings(np.full(ids, NEVER, np.int64), np.zeros((ids, 2), np.float32))
+    never = np.full(ids, NEVER, np.int64)
+    return Sightings(never, np.zeros((ids, 2), np.float32), np.zeros(ids, np.bool_))
 
 
 def _absentees(rows: int, ids: int) -> Absentees:

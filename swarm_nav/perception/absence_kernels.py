@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.beacon import FLAG_LEFT, NO_ROBOT, SIGHTINGS, word_of
+from swarm_common.model.beacon import FLAG_LEFT, NO_ROBOT, SIGHTED_ASKS, SIGHTINGS, word_of
 from swarm_common.process.numba_compat import njit
 from swarm_nav.perception.neighbor_table_kernels import (
     FLAGS,
@@ -19,6 +19,7 @@ from swarm_nav.perception.neighbor_table_kernels import (
     HELD_SIZE,
     ID,
     POSE,
+    STATION_TICK,
     TICK,
     WANTED,
     WANTED_SIZE,
@@ -52,10 +53,11 @@ class Sightings(NamedTuple):
 
     ticks: NDArray[np.int64]  # of the beacon that said so, NEVER for none
     places: NDArray[np.float32]  # (ids, 2) [m] in map
+    asks: NDArray[np.bool_]  # whether it had asked for a station
 
 
 # for calls in every tick: numba's dispatcher takes longer for a `NamedTuple`
-PlainSightings = tuple[NDArray[np.int64], NDArray[np.float32]]
+PlainSightings = tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.bool_]]
 PlainAbsentees = tuple[Words, NDArray[np.float32], NDArray[np.int64], NDArray[np.int64]]
 
 
@@ -130,7 +132,7 @@ def hear(
         The number of rows that `known` has to have; if it has fewer, nothing is lost by a second
         call. Whether any absent robot was heard again.
     """
-    ticks, places = known
+    ticks, places, asks = known
     words, _, facts, row_of = absent
     floats = batch.view(np.float32)
     most = 0
@@ -138,13 +140,16 @@ def hear(
     for k in rows:
         for place in range(-1, SIGHTINGS):
             robot, tick, at = batch[k, ID], batch[k, TICK], POSE
+            has_asked = batch[k, STATION_TICK] > 0
             if place >= 0:
                 robot, tick = batch[k, SIGHTED_ID + place], batch[k, SIGHTED_TICK + place]
                 at = SIGHTED_AT + 2 * place
+                has_asked = robot & np.uint32(SIGHTED_ASKS) != 0
+                robot &= np.uint32(SIGHTED_ASKS - 1)
             most = max(most, np.int64(robot) + 1)
             is_known = robot != NO_ROBOT and robot < ticks.shape[0]
             if is_known and np.int64(tick) > ticks[robot]:
-                ticks[robot] = tick
+                ticks[robot], asks[robot] = tick, has_asked
                 places[robot, 0], places[robot, 1] = floats[k, at], floats[k, at + 1]
                 if place < 0 and batch[k, FLAGS] & np.uint32(FLAG_LEFT):
                     places[robot, :] = NOWHERE
@@ -167,7 +172,7 @@ def tell(known: PlainSightings, own_id: int, tick: int, out: Words) -> None:
         tick: Of the beacon; it decides whose turn it is.
         out: (4 * SIGHTINGS,) words of the beacon from `sighted_id` on; written.
     """
-    ticks, places = known
+    ticks, places, asks = known
     out[:] = 0
     count = 0
     for robot in range(ticks.shape[0]):
@@ -184,7 +189,8 @@ def tell(known: PlainSightings, own_id: int, tick: int, out: Words) -> None:
         turn += 1
         k = (turn - first) % count
         if k < SIGHTINGS:
-            out[k], out[SIGHTINGS + k] = robot, ticks[robot]
+            out[k] = robot + SIGHTED_ASKS if asks[robot] else robot
+            out[SIGHTINGS + k] = ticks[robot]
             floats[2 * SIGHTINGS + 2 * k] = places[robot, 0]
             floats[2 * SIGHTINGS + 2 * k + 1] = places[robot, 1]
 

@@ -206,7 +206,8 @@ class Gate:
         """Return how many others were seen in the part of the region not long ago."""
         frame, since = situation.planner.lattice.frame, situation.tick - SEEN_TICKS
         known, own_id = situation.neighbors.sightings, situation.robot_id
-        return int(gate_kernels.count_seen(self.region, self._part, frame, known, since, own_id))
+        seen = gate_kernels.count_seen(self.region, self._part, frame, known, since, own_id, False)
+        return int(seen)
 
     def recheck(self, situation: Situation, way: FloatArray) -> None:
         """Ask no more if the way to the goal does not lead through the region any longer.

@@ -112,20 +112,29 @@ def count_ahead(
 
 @njit(cache=True)
 def count_seen(
-    parts: Labels, part: int, frame: Frame, known: Sightings, since: int, own_id: int
+    parts: Labels,
+    part: int,
+    frame: Frame,
+    known: Sightings,
+    since: int,
+    own_id: int,
+    must_ask: bool,
 ) -> int:
-    """Return how many other robots are in a part of the region, as far as anybody told.
+    """Return how many other robots are in a part of the floor, as far as anybody told.
 
     Args:
         parts: (height, width) number of the part that each cell belongs to, 0 outside.
-        part: The one to be looked at.
+        part: That is looked at.
         frame: Of the parts.
         known: Sightings of all robots.
         since: Tick before which a sighting does not count.
         own_id: Of this robot.
+        must_ask: Whether only those count that had asked for a station.
     """
     count = 0
     for robot in range(known.ticks.shape[0]):
+        if must_ask and not known.asks[robot]:
+            continue
         if known.ticks[robot] >= since and robot != own_id:
             place = known.places[robot]
             count += label_at(parts, frame, place[0], place[1]) == part

@@ -31,7 +31,7 @@ from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import HALL_DISTANCE, Terrain
 from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.blind_aisle_kernels import blind_floor
-from swarm_nav.traffic.gate import WAY_POINTS
+from swarm_nav.traffic.gate import SEEN_TICKS, WAY_POINTS
 from swarm_nav.traffic.lane_capacity import capacity, extent, gaps_to, lane_labels
 from swarm_nav.traffic.situation import Situation
 from swarm_nav.traffic.traffic_costs import PARKING_GAP
@@ -83,6 +83,17 @@ def blind_aisle(
     return float(blind_floor(distances, lattice.step, within, farthest, widest))
 
 
+def is_large(situation: Situation, lane: int) -> bool:
+    """Whether robots before two mouths of connected single lanes may not hear each other.
+
+    Args:
+        situation: Of the robot.
+        lane: Number of the single lanes, 0 for none.
+    """
+    most = situation.config.traffic.radio_range - 2.0 * (MOUTH_GAP + WAITING_GAP)
+    return lane > 0 and extent(situation.terrain, situation.usual_radius, lane) > most
+
+
 class Approach:
     """The floor around a station: the way to it, and the single lanes that it lies on, if any.
 
@@ -112,10 +123,7 @@ class Approach:
         on = situation.terrain, situation.usual_radius
         self._labels = lane_labels(*on)
         self.lane = self._lane_at(station)
-        # a queue needs contenders that hear each other, from before any mouth to before any other
-        most = situation.config.traffic.radio_range - 2.0 * (MOUTH_GAP + WAITING_GAP)
-        if self.lane and extent(*on, self.lane) > most:
-            self.lane = 0
+        self.is_large = is_large(situation, self.lane)
         self._gaps = gaps_to(*on, self.lane) if self.lane else None
         aisle = 0.0 if self.lane else self._closed_floor(situation, station)
         self._depth = self.reach_of(aisle + ROBOT_AREA) if aisle else 0.0
@@ -191,6 +199,19 @@ class Approach:
     def floor(self) -> NDArray[np.bool_]:
         """The lattice cells (h, w) where a robot keeps those out who want to go there."""
         return self.within(MOUTH_GAP, PARKING_DISTANCE)
+
+    def is_full(self, situation: Situation) -> bool:
+        """Whether others take all the room of large single lanes, as far as anybody saw.
+
+        Args:
+            situation: Of the robot.
+        """
+        if not self.is_large:
+            return False
+        frame, since = self.lattice.frame, situation.tick - SEEN_TICKS
+        known, own_id = situation.neighbors.sightings, situation.robot_id
+        seen = gate_kernels.count_seen(self._labels, self.lane, frame, known, since, own_id, True)
+        return int(seen) >= self.room
 
     def contains(self, situation: Situation) -> bool:
         """Whether the robot stops where it keeps those out who want to go there.
@@ -321,6 +342,8 @@ class Lease:
     # tick since which the robot leaves without another target, 0 before that is known
     _left_tick: int = 0
     _approach: Approach | None = None
+    _is_full: bool = False  # whether others take all the room of its single lanes
+    _is_through: bool = False  # whether it is on its large single lanes
     _cover: Cover = field(default_factory=Cover)
     _alone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # (1, 2) the station
 
@@ -349,6 +372,7 @@ class Lease:
         self.inherited = 0
         self.is_leaving = False
         self._approach = None
+        self._is_full = self._is_through = False
 
     def update(self, situation: Situation) -> None:
         """Request within range of the station and work out the place in the queue.
@@ -368,6 +392,8 @@ class Lease:
             self._cover.update(situation, self.station, self._has_something_on_it(situation))
             approach = self._approach_of(situation)
             approach.is_inside = self._is_inside(situation)
+            self._is_through = approach.is_large and self._is_inside(situation, -MOUTH_GAP)
+            self._is_full = not self._is_through and approach.is_full(situation)
             if highest and not self.place:
                 # never less than before: a priority that comes and goes would delay all requests
                 self.inherited = max(self.inherited, above(highest))
@@ -390,12 +416,15 @@ class Lease:
         """Whether the robot is near its station or its single lanes, or where the queue ends."""
         assert self.station is not None
         config = situation.config
-        if situation.distance_to(*self.station) > config.traffic.radio_range:
-            return False
         node = situation.planner.lattice.node_of(*self.station)
         labels = lane_labels(situation.terrain, situation.usual_radius).ravel()
-        if node is not None and labels[node] and self._approach_of(situation).is_ahead(situation):
+        lane = 0 if node is None else int(labels[node])
+        is_far = situation.distance_to(*self.station) > config.traffic.radio_range
+        may_ask = lane > 0 and (not is_far or is_large(situation, lane))
+        if may_ask and self._approach_of(situation).is_ahead(situation):
             return True
+        if is_far:
+            return False
         if self._is_near(situation, config.holding.request_distance):
             return True
         place, _, _ = self._requests(situation, situation.tick)
@@ -437,7 +466,8 @@ class Lease:
         config = situation.config.holding
         if self._is_inside(situation, WAITING_GAP + slack):
             return True
-        if self.place < config.approach_slots or self._approach_of(situation).lane:
+        approach = self._approach_of(situation)
+        if self.place < config.approach_slots or (approach.lane and not approach.is_large):
             return False
         if self._is_near(situation, config.hold_distance + slack):
             return True
@@ -463,7 +493,8 @@ class Lease:
         slots = config.approach_slots
         if self._approach is not None and self._approach.room:
             slots = min(slots, self._approach.room)
-        return self.is_leaving or self.place < slots
+        has_turn = self.place < slots and not self._is_full
+        return self.is_leaving or self._is_through or has_turn
 
     @property
     def is_shared(self) -> bool:

@@ -19,6 +19,7 @@ from swarm_common.model.beacon import (
     BEACON_SIZE,
     FLAG_LEFT,
     MOST_ID,
+    SIGHTED_ASKS,
     BeaconArray,
     empty_beacons,
     serialize_beacon,
@@ -84,7 +85,8 @@ def check_sense(name: str, value: object) -> None:
             assert np.isfinite(value[part][:size]).all()
         assert np.isfinite([*value["pose"], *value["twist"], value["radius"]]).all()
         assert np.isfinite(value["sighted_at"]).all()
-        assert max(value["id"], *value["sighted_id"]) <= MOST_ID  # rows are kept for each id
+        told = value["sighted_id"] % SIGHTED_ASKS
+        assert max(value["id"], *told) <= MOST_ID  # rows are kept for each id
     elif name == "scan":
         assert isinstance(value, Scan)
         assert len(value.ranges)
@@ -217,7 +219,7 @@ def test_a_beacon_with_an_absurd_number_is_rejected(member: str, value: float) -
 @pytest.mark.parametrize(
     ("member", "value", "fault"),
     [
-        ("sighted_id", MOST_ID + 1, "id"),
+        ("sighted_id", 2 * SIGHTED_ASKS, "id"),
         ("sighted_id", 2**32 - 1, "id"),
         ("sighted_tick", NOW + 1, "stamp"),
         ("sighted_tick", 2**32 - 1, "stamp"),
@@ -236,8 +238,9 @@ def test_a_beacon_with_an_absurd_sighting_is_rejected(
 
 def test_what_is_told_of_a_robot_that_was_taken_out_is_heard() -> None:
     told = beacons(1)
-    told["sighted_id"], told["sighted_tick"], told["sighted_at"] = MOST_ID, NOW, NOWHERE
-    assert read_beacon(serialize_beacon(told[0]), 10, NOW)["sighted_id"][0] == MOST_ID
+    word = MOST_ID | SIGHTED_ASKS
+    told["sighted_id"], told["sighted_tick"], told["sighted_at"] = word, NOW, NOWHERE
+    assert read_beacon(serialize_beacon(told[0]), 10, NOW)["sighted_id"][0] == word
 
 
 def test_what_the_sizes_leave_out_of_a_beacon_may_be_anything() -> None:

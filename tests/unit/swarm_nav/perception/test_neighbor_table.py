@@ -12,6 +12,7 @@ from swarm_common.model.beacon import (
     FLAG_LEFT,
     FLAG_STUCK,
     HEARD_ENTRIES,
+    SIGHTED_ASKS,
     SIGHTINGS,
     reception_of,
     word_of,
@@ -160,6 +161,7 @@ def test_what_is_known_of_robots_is_passed_on() -> None:
     """Robot 4 never met those that robot 1 met, and is told of each within a round."""
     first, second = neighbors(), NeighborTable(4, TrafficConfig())
     met = [beacon(robot, 1.0, float(robot)) for robot in (200, 2, 90)]
+    met[1]["station_tick"] = 8  # robot 2 has asked for a station
     heard(first, 10, *met)
     first.refresh(11)
     told = set()
@@ -176,9 +178,11 @@ def test_what_is_known_of_robots_is_passed_on() -> None:
                 shown["sighted_id"], shown["sighted_tick"], shown["sighted_at"], strict=True
             )
         }
-    assert told == {(200, 10, 1.0, 200.0), (2, 10, 1.0, 2.0), (90, 10, 1.0, 90.0)}
+    asking = 2 | SIGHTED_ASKS
+    assert told == {(200, 10, 1.0, 200.0), (asking, 10, 1.0, 2.0), (90, 10, 1.0, 90.0)}
     again = {int(robot) for tick in range(4) for robot in second.sighted(tick)[:SIGHTINGS]}
-    assert again == {1, 2, 90, 200}
+    assert again == {1, asking, 90, 200}
+    assert np.flatnonzero(second.sightings.asks).tolist() == [2]
     assert not neighbors().sighted(7).any()
 
 

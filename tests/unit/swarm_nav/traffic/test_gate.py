@@ -54,11 +54,18 @@ def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
     groups = oracle.components(region)
     numbers = [oracle.part_of(groups, FRAME, (x, y)) for x, y in places]
     assert [label_at(parts, Frame(*FRAME), x, y) for x, y in places] == numbers
-    known = Sightings(np.full(20, NEVER), np.zeros((20, 2), np.float32))
+    known = Sightings(np.full(20, NEVER), np.zeros((20, 2), np.float32), rng.random(20) < 0.5)
     known.ticks[3:15], known.places[3:15] = rng.choice((5, 9), 12), places
     for part in (1, 2):
-        expected = sum(n == part and known.ticks[3 + k] == 9 for k, n in enumerate(numbers[1:], 1))
-        assert kernels.count_seen(parts, part, Frame(*FRAME), known, 9, 3) == expected
+        seen = [
+            3 + k
+            for k, number in enumerate(numbers)
+            if k and number == part and known.ticks[3 + k] == 9
+        ]
+        asking = [robot for robot in seen if known.asks[robot]]
+        frame = Frame(*FRAME)
+        assert kernels.count_seen(parts, part, frame, known, 9, 3, False) == len(seen)
+        assert kernels.count_seen(parts, part, frame, known, 9, 3, True) == len(asking)
     cells = kernels.cells_within(parts, FRAME, (1.0, 1.0), 0.83)
     assert cells == oracle.cells_within(region, FRAME, (1.0, 1.0), 0.83)
 

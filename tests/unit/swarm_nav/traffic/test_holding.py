@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from swarm_common.model.beacon import FLAG_CIRCUIT
+from swarm_common.model.beacon import FLAG_CIRCUIT, SIGHTED_ASKS
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_nav.core.config import HoldingConfig, NavConfig
 from swarm_nav.traffic.holding import PARKING_DISTANCE, HoldingPattern, Lease, parking_path
 from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import RADIUS, beacon, config, hear, room, situation
+from tests.fakes.navigation import RADIUS, beacon, config, hear, room, seen, situation
 
 HALL = room(12.0, 12.0)
 STATION = (6.0, 1.0)
@@ -212,6 +212,59 @@ def test_a_blind_aisle_is_given_back_once_the_robot_is_out() -> None:
     s.tube.reset(s.pose)
     lease.update(s)
     assert lease.station == (9.0, 2.0)
+
+
+LONG = room(14.0, 9.0, (0.0, 0.0, 8.0, 4.0), (0.0, 5.0, 8.0, 9.0))  # 1 m wide, 8 m deep, blind
+END = (0.8, 4.5)
+
+
+def before_long_aisle(*others: np.void) -> tuple[Situation, Lease]:
+    """Return a robot whose station is out of its radio's range, and its lease."""
+    s = situation(LONG, Pose(10.0, 4.5, math.pi), robot_id=5)
+    s.tube.adopt(np.column_stack((np.arange(10.0, END[0], -0.05), np.full(184, 4.5))))
+    hear(s, *others) if others else None
+    lease = Lease()
+    lease.aim(END)
+    lease.update(s)
+    return s, lease
+
+
+def on_the_way(asks: bool, x: float = 2.0) -> np.void:
+    """Return a robot that tells of another one, out of hearing, in the long aisle."""
+    (teller,) = seen(95, (x, 4.5))
+    teller["sighted_id"][0] |= SIGHTED_ASKS if asks else 0
+    return teller
+
+
+def test_a_turn_on_long_single_lanes_is_asked_for_before_they_begin() -> None:
+    s, lease = before_long_aisle()
+    assert s.distance_to(*END) > s.config.traffic.radio_range
+    assert lease.tick == 100
+    assert lease.is_turn(s.config.holding)
+
+
+@pytest.mark.parametrize(("asks", "x"), [(True, 2.0), (False, 2.0), (True, 10.0)])
+def test_who_asked_and_was_seen_on_single_lanes_out_of_hearing_takes_room(
+    asks: bool, x: float
+) -> None:
+    """Seven robots were in an aisle for one, which is longer than those outside hear."""
+    s, lease = before_long_aisle(on_the_way(asks, x))
+    assert lease.place == 0
+    is_there = asks and x < 8.0
+    assert lease.is_turn(s.config.holding) is not is_there
+    s.pose = Pose(7.0, 4.5, math.pi)  # who is on the lanes goes on
+    s.tube.reset(s.pose)
+    lease.update(s)
+    assert lease.is_turn(s.config.holding)
+
+
+def test_who_waits_for_long_single_lanes_leaves_room_for_those_before_it() -> None:
+    def too_near(ahead: int) -> bool:
+        others = (waiting(robot, 50, END) for robot in range(20, 20 + ahead))
+        s, lease = before_long_aisle(*others)
+        return lease.is_too_near(s)
+
+    assert [too_near(ahead) for ahead in (1, 12)] == [False, True]
 
 
 def pattern(with_circuit: bool = True) -> HoldingPattern:
