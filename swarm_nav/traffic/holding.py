@@ -125,6 +125,8 @@ class Approach:
         self.lane = self._lane_at(station)
         self.is_large = is_large(situation, self.lane)
         self._gaps = gaps_to(*on, self.lane) if self.lane else None
+        cells = np.count_nonzero(self._labels == self.lane) if self.is_large else 0
+        self._lane_area = cells * self.lattice.step**2
         aisle = 0.0 if self.lane else self._closed_floor(situation, station)
         self._depth = self.reach_of(aisle + ROBOT_AREA) if aisle else 0.0
         own = max(1, int(aisle / ROBOT_AREA)) if aisle else 0
@@ -187,7 +189,8 @@ class Approach:
             of_station: [m] of the way to the station.
         """
         field, most = self._measure(of_lane, of_station)
-        return field <= most
+        near = field <= most
+        return near | (self.costs <= of_station) if self.is_large else near
 
     def _measure(self, of_lane: float, of_station: float) -> tuple[NDArray[np.float32], float]:
         """Return what says how near each lattice cell (h, w) [m] is, and up to where it counts."""
@@ -269,13 +272,14 @@ class Approach:
         self._in_order = np.zeros(0, np.float32)
 
     def reach_of(self, area: float) -> float:
-        """Return the distance within which there are `area` [m²] of floor.
+        """Return the distance within which there are `area` [m²] of floor, beyond large lanes.
 
         Args:
             area: [m²]
         """
         if not len(self._in_order):
             return 0.0
+        area += self._lane_area
         cells = min(int(area / self.lattice.step**2), len(self._in_order) - 1)
         return float(self._in_order[cells])
 
@@ -394,7 +398,9 @@ class Lease:
             approach.is_inside = self._is_inside(situation)
             self._is_through = approach.is_large and self._is_inside(situation, -MOUTH_GAP)
             self._is_full = not self._is_through and approach.is_full(situation)
-            if highest and not self.place:
+            if self._is_full:
+                self.inherited = 0  # who waits for robots on the lanes ranks below these
+            elif highest and (self._is_through or not self.place):
                 # never less than before: a priority that comes and goes would delay all requests
                 self.inherited = max(self.inherited, above(highest))
 
@@ -467,7 +473,11 @@ class Lease:
         if self._is_inside(situation, WAITING_GAP + slack):
             return True
         approach = self._approach_of(situation)
-        if self.place < config.approach_slots or (approach.lane and not approach.is_large):
+        if approach.is_large:
+            may_approach = self.is_turn(config)
+        else:
+            may_approach = self.place < config.approach_slots or approach.lane > 0
+        if may_approach:
             return False
         if self._is_near(situation, config.hold_distance + slack):
             return True
@@ -479,7 +489,7 @@ class Lease:
         Args:
             situation: Of the robot.
         """
-        if self.station is None or self.tick == 0 or not self.place:
+        if self.station is None or self.tick == 0 or not (self.place or self._is_full):
             return None
         queue = self._queue(situation, self.place)
         return self._approach_of(situation).within(MOUTH_GAP + WAITING_GAP, queue)

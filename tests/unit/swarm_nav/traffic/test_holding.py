@@ -11,6 +11,7 @@ from swarm_common.model.beacon import FLAG_CIRCUIT, SIGHTED_ASKS
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_nav.core.config import HoldingConfig, NavConfig
+from swarm_nav.core.priority import CLASS_HOLDING, base_priority
 from swarm_nav.traffic.holding import PARKING_DISTANCE, HoldingPattern, Lease, parking_path
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import RADIUS, beacon, config, hear, room, seen, situation
@@ -248,14 +249,19 @@ def test_who_asked_and_was_seen_on_single_lanes_out_of_hearing_takes_room(
     asks: bool, x: float
 ) -> None:
     """Seven robots were in an aisle for one, which is longer than those outside hear."""
-    s, lease = before_long_aisle(on_the_way(asks, x))
+    rank = base_priority(CLASS_HOLDING, 0, 7)
+    later = beacon(7, 12.0, 2.0, station=END, station_tick=150, priority=rank)
+    s, lease = before_long_aisle(on_the_way(asks, x), later)
     assert lease.place == 0
     is_there = asks and x < 8.0
     assert lease.is_turn(s.config.holding) is not is_there
-    s.pose = Pose(7.0, 4.5, math.pi)  # who is on the lanes goes on
+    assert (lease.kept_free(s) is not None) is is_there  # it does not park there meanwhile
+    assert (lease.inherited == 0) is is_there  # and ranks below who has to come out
+    s.pose = Pose(7.0, 4.5, math.pi)  # who is on the lanes goes on, above those who wait
     s.tube.reset(s.pose)
     lease.update(s)
     assert lease.is_turn(s.config.holding)
+    assert lease.inherited > 0
 
 
 def test_who_waits_for_long_single_lanes_leaves_room_for_those_before_it() -> None:
