@@ -189,7 +189,7 @@ class HoldingConfig:
     search_distance: float = 8.0  # [m] of driving to a parking place
     gate_density: float = 0.25  # [1/m²] of robots at the mouth of a narrow region; 0: no gate
     region_density: float = 0.38  # [1/m²] of robots in all of a narrow region with stations
-    station_patience: float = 120.0  # [s] that something that stands may block a station
+    station_patience: float = 120.0  # [s] that what stands, or went out of sight, bars a station
 
     def __post_init__(self) -> None:
         if self.mode not in ("circuit", "park", "auto"):

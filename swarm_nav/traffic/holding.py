@@ -5,9 +5,10 @@ from their beacons: a request is made within radio range of the station, no cent
 lease orders the approach; safety does not depend on it. "Near" is measured along the way, not
 through walls: a robot in the queue waits beyond the floor that the robots before it need. All goals
 on connected single lanes share one queue, and as many robots as these have room for have a turn
-(`lane_capacity`), if all who wait at their mouths hear each other; a robot keeps its turn until it
-is out again. Elsewhere a dead end belongs to one robot, and a blind aisle to as many as it has room
-for; the stations in one share its queue.
+(`lane_capacity`); a robot keeps its turn until it is out again. Where the lanes are so large that
+those who wait may not hear each other, whoever was seen there and has asked takes room, too, and
+ranks above those who wait. Elsewhere a dead end belongs to one robot, and a blind aisle to as many
+as it has room for; the stations in one share its queue.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import HALL_DISTANCE, Terrain
 from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.blind_aisle_kernels import blind_floor
-from swarm_nav.traffic.gate import SEEN_TICKS, WAY_POINTS
+from swarm_nav.traffic.gate import WAY_POINTS
 from swarm_nav.traffic.lane_capacity import capacity, extent, gaps_to, lane_labels
 from swarm_nav.traffic.situation import Situation
 from swarm_nav.traffic.traffic_costs import PARKING_GAP
@@ -211,7 +212,9 @@ class Approach:
         """
         if not self.is_large:
             return False
-        frame, since = self.lattice.frame, situation.tick - SEEN_TICKS
+        # deep inside nobody sees a robot until it comes out; one that never does has died
+        patience = situation.ticks(situation.config.holding.station_patience)
+        frame, since = self.lattice.frame, situation.tick - patience
         known, own_id = situation.neighbors.sightings, situation.robot_id
         seen = gate_kernels.count_seen(self._labels, self.lane, frame, known, since, own_id, True)
         return int(seen) >= self.room
