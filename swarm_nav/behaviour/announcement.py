@@ -244,6 +244,8 @@ def _queue(lease: Lease, gate: Gate, station: str) -> str:
     if lease.first:
         where = f"{station} or others in its aisle" if lease.is_shared else station
         return f"waits for Srobot{lease.first}, {lease.place} before it at {where}"
+    if lease.is_full:
+        return f"waits for room on the single lanes at {station}"
     return f"waits until {station} is free"
 
 

@@ -343,13 +343,14 @@ class Lease:
     inherited: int = 0
     # whether the robot was there and keeps the lease until it is off the single lanes
     is_leaving: bool = False
+    # whether others, who may be out of hearing, take all the room of its large single lanes
+    is_full: bool = False
     # floor around the last station, as long as there is no new one
     left: Approach | None = None
     _next: tuple[float, float] | None = None
     # tick since which the robot leaves without another target, 0 before that is known
     _left_tick: int = 0
     _approach: Approach | None = None
-    _is_full: bool = False  # whether others take all the room of its single lanes
     _is_through: bool = False  # whether it is on its large single lanes
     _cover: Cover = field(default_factory=Cover)
     _alone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # (1, 2) the station
@@ -379,7 +380,7 @@ class Lease:
         self.inherited = 0
         self.is_leaving = False
         self._approach = None
-        self._is_full = self._is_through = False
+        self.is_full = self._is_through = False
 
     def update(self, situation: Situation) -> None:
         """Request within range of the station and work out the place in the queue.
@@ -400,8 +401,8 @@ class Lease:
             approach = self._approach_of(situation)
             approach.is_inside = self._is_inside(situation)
             self._is_through = approach.is_large and self._is_inside(situation, -MOUTH_GAP)
-            self._is_full = not self._is_through and approach.is_full(situation)
-            if self._is_full:
+            self.is_full = not self._is_through and approach.is_full(situation)
+            if self.is_full:
                 self.inherited = 0  # who waits for robots on the lanes ranks below these
             elif highest and (self._is_through or not self.place):
                 # never less than before: a priority that comes and goes would delay all requests
@@ -492,7 +493,7 @@ class Lease:
         Args:
             situation: Of the robot.
         """
-        if self.station is None or self.tick == 0 or not (self.place or self._is_full):
+        if self.station is None or self.tick == 0 or not (self.place or self.is_full):
             return None
         queue = self._queue(situation, self.place)
         return self._approach_of(situation).within(MOUTH_GAP + WAITING_GAP, queue)
@@ -506,7 +507,7 @@ class Lease:
         slots = config.approach_slots
         if self._approach is not None and self._approach.room:
             slots = min(slots, self._approach.room)
-        has_turn = self.place < slots and not self._is_full
+        has_turn = self.place < slots and not self.is_full
         return self.is_leaving or self._is_through or has_turn
 
     @property

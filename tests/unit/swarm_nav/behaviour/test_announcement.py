@@ -141,10 +141,15 @@ def test_only_an_active_navigator_says_so() -> None:
 
 
 def status(  # type: ignore[no-untyped-def]
-    s: Situation, state: State, is_active: bool = True, place: int = 2, gate: Gate | None = None
+    s: Situation,
+    state: State,
+    is_active: bool = True,
+    place: int = 2,
+    gate: Gate | None = None,
+    is_full: bool = False,
 ):
     sites = Sites(stations={"loader_1": Pose(*STATION, 0.0)})
-    lease = Lease(STATION, 70, place, 9 if place else 0)
+    lease = Lease(STATION, 70, place, 9 if place else 0, is_full=is_full)
     return compose_status(
         s, deciders(s, state, lease, gate), is_active, None, sites, 1.3, is_pausing=False
     )
@@ -171,6 +176,8 @@ def test_the_status_says_what_the_robot_waits_for() -> None:
     s.yields_for = s.obstacle_ticks = 0
     assert status(s, State.YIELDING).detail == "leaves for others"
     assert status(s, State.HOLDING, place=0).detail == "parked, waits until loader_1 is free"
+    waits = "parked, waits for room on the single lanes at loader_1"
+    assert status(s, State.HOLDING, place=0, is_full=True).detail == waits
     assert status(s, State.DRIVING, is_active=False).state == "inactive"
 
 

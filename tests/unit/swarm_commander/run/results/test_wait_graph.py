@@ -13,6 +13,7 @@ from swarm_commander.run.results.wait_graph import WaitGraph, waits_for
         ("waiting", "for Srobot12, which is in the way", "Srobot12"),
         ("holding", "parked, waits for Srobot3, 2 before it at loader_1", "Srobot3"),
         ("holding", "parked, waits until loader_1 is free", ""),
+        ("holding", "parked, waits for room on the single lanes at loader_1", ""),
         ("yielding", "makes way for Srobot8", ""),
         ("yielding", "makes way for Srobot8, waits for Srobot7, which is in the way", "Srobot7"),
         ("waiting", "before an obstacle", ""),
