@@ -29,7 +29,7 @@ from swarm_nav.core.priority import above
 from swarm_nav.planning import search_kernels
 from swarm_nav.planning.planner import path_length
 from swarm_nav.planning.search import SearchSpace
-from swarm_nav.planning.terrain import HALL_DISTANCE, Terrain
+from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
 from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.blind_aisle_kernels import blind_floor
 from swarm_nav.traffic.gate import WAY_POINTS
@@ -352,6 +352,7 @@ class Lease:
     _left_tick: int = 0
     _approach: Approach | None = None
     _is_through: bool = False  # whether it is on its large single lanes
+    _lane_there: tuple[Lattice | None, int] = (None, 0)  # single lanes of the station, by the map
     _cover: Cover = field(default_factory=Cover)
     _alone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # (1, 2) the station
 
@@ -381,6 +382,7 @@ class Lease:
         self.is_leaving = False
         self._approach = None
         self.is_full = self._is_through = False
+        self._lane_there = None, 0
 
     def update(self, situation: Situation) -> None:
         """Request within range of the station and work out the place in the queue.
@@ -426,9 +428,7 @@ class Lease:
         """Whether the robot is near its station or its single lanes, or where the queue ends."""
         assert self.station is not None
         config = situation.config
-        node = situation.planner.lattice.node_of(*self.station)
-        labels = lane_labels(situation.terrain, situation.usual_radius).ravel()
-        lane = 0 if node is None else int(labels[node])
+        lane = self._lane(situation)
         is_far = situation.distance_to(*self.station) > config.traffic.radio_range
         may_ask = lane > 0 and (not is_far or is_large(situation, lane))
         if may_ask and self._approach_of(situation).is_ahead(situation):
@@ -439,6 +439,16 @@ class Lease:
             return True
         place, _, _ = self._requests(situation, situation.tick)
         return place > 0 and self._way(situation) <= self._queue(situation, place + 1)
+
+    def _lane(self, situation: Situation) -> int:
+        """Return the number of the single lanes that the station lies on, 0 for none."""
+        assert self.station is not None
+        lattice = situation.planner.lattice
+        if self._lane_there[0] is not lattice:
+            node = lattice.node_of(*self.station)
+            labels = lane_labels(situation.terrain, situation.usual_radius).ravel()
+            self._lane_there = lattice, 0 if node is None else int(labels[node])
+        return self._lane_there[1]
 
     def _is_near(self, situation: Situation, distance: float) -> bool:
         """Whether the station is within `distance` [m], and not behind a wall."""
