@@ -10,7 +10,7 @@ from rich.markup import escape
 
 from swarm_bench.ablation.rules import BASE, ablation_markdown, jobs_of, run_job, variants
 from swarm_bench.halls.halls import DRAWN, NONE, hall_runs
-from swarm_bench.runs.document import replace_part
+from swarm_bench.runs.document import check_part, replace_part
 from swarm_bench.runs.json_lines import collected, read_json_lines, taken_over
 from swarm_bench.runs.result import RunResult, result_from_json
 from swarm_bench.suite.command import Jobs, JsonLines, bench_app, new_console
@@ -35,7 +35,7 @@ def ablate(
     jobs: Jobs = 1,
     json_: JsonLines = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Document whose part to write.")
+        Path | None, typer.Option("-o", "--output", help="Document whose part `ablation` to write.")
     ] = None,
 ) -> None:
     """Measure what each liveness rule pays: off, and each number halved and doubled."""
@@ -46,6 +46,8 @@ def ablate(
     in_halls = [] if halls == NO_ROWS else hall_runs(
         parse_seeds(halls) or range(10), parse_sizes(robots), DRAWN, NONE
     )  # fmt: skip
+    if output is not None:
+        check_part(output, "ablation")
     console = new_console()
     results: list[tuple[str, RunResult]] = []
     if json_ is not None and json_.is_file():

@@ -9,7 +9,7 @@ import typer
 
 from swarm_bench.halls.halls import DRAWN, hall_runs, run_hall
 from swarm_bench.halls.report import halls_markdown
-from swarm_bench.runs.document import replace_part
+from swarm_bench.runs.document import check_part, replace_part
 from swarm_bench.runs.stage import parse_parameters
 from swarm_bench.suite.command import Jobs, JsonLines, Settings, bench_app, exit_code, new_console
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes
@@ -34,7 +34,7 @@ def halls(
     jobs: Jobs = 1,
     json_: JsonLines = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Document whose part to write.")
+        Path | None, typer.Option("-o", "--output", help="Document whose part `halls` to write.")
     ] = None,
 ) -> None:
     """Run random missions in random halls: each seed is a hall with doors, aisles and stations.
@@ -46,6 +46,8 @@ def halls(
         parameters=parse_parameters(set_ or []),
     )  # fmt: skip
     check_jobs(jobs, ros=False, method="ours")
+    if output is not None:
+        check_part(output, "halls")
     console = new_console()
     results = Sweep(options, jobs, runner=run_hall).run(json_, console)
     console.print(summary_table(results))

@@ -19,18 +19,40 @@ def replace_part(path: Path, name: str, text: str) -> None:
     Raises:
         ConfigError: If the file cannot be read or written, or does not have both lines once.
     """
+    head, tail = _around_part(path, name)
+    try:
+        path.write_text(f"{head}\n{text.strip()}\n\n{tail}", encoding="utf-8")
+    except OSError as cause:
+        raise ConfigError(f"cannot write to {path}: {cause}") from cause
+
+
+def check_part(path: Path, name: str) -> None:
+    """Look for a part of a file before long runs whose results are put there.
+
+    Args:
+        path: The file.
+        name: Of the part.
+
+    Raises:
+        ConfigError: As of `replace_part`, if the file cannot be read or has no such part.
+    """
+    _around_part(path, name)
+
+
+def _around_part(path: Path, name: str) -> tuple[str, str]:
+    """Return what comes before a part, with its first line, and from its last line on."""
     begin, end = f"<!-- {name} -->\n", f"<!-- /{name} -->"
     try:
         content = path.read_text(encoding="utf-8")
-        head, found, rest = content.partition(begin)
-        _, closed, tail = rest.partition(end)
-        if not found or not closed or begin in rest:
-            raise ConfigError(
-                f"{path} has no part '{name}': it needs a line {begin.strip()} and a line {end}"
-            )
-        path.write_text(f"{head}{begin}\n{text.strip()}\n\n{end}{tail}", encoding="utf-8")
     except (OSError, UnicodeDecodeError) as cause:
         raise ConfigError(f"cannot write to {path}: {cause}") from cause
+    head, found, rest = content.partition(begin)
+    _, closed, tail = rest.partition(end)
+    if not found or not closed or begin in rest:
+        raise ConfigError(
+            f"{path} has no part '{name}': it needs a line {begin.strip()} and a line {end}"
+        )
+    return f"{head}{begin}", f"{end}{tail}"
 
 
 def table_line(cells: Iterable[str]) -> str:

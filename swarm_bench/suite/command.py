@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from swarm_bench.runs.document import replace_part
+from swarm_bench.runs.document import check_part, replace_part
 from swarm_bench.runs.result import RunResult
 from swarm_bench.suite import store
 from swarm_bench.suite.machine import machine_line
@@ -135,6 +135,8 @@ def suite(
     sweeps = suite_sweeps(seeds, baseline_seeds, ros_seeds, ros_most, jobs)
     for sweep in sweeps:
         sweep.check()
+    if output.exists():
+        check_part(output, "suite")
     console = new_console()
     results = [result for sweep in sweeps for result in sweep.run(json_, console)]
     console.print(summary_table(results))

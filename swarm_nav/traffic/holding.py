@@ -84,6 +84,18 @@ def blind_aisle(
     return float(blind_floor(distances, lattice.step, within, farthest, widest))
 
 
+def lane_at(situation: Situation, place: tuple[float, float]) -> int:
+    """Return the number of the connected single lanes that a place lies on, 0 for none.
+
+    Args:
+        situation: Of the robot.
+        place: (x, y) [m] in map.
+    """
+    node = situation.planner.lattice.node_of(*place)
+    labels = lane_labels(situation.terrain, situation.usual_radius)
+    return 0 if node is None else int(labels.ravel()[node])
+
+
 def is_large(situation: Situation, lane: int) -> bool:
     """Whether robots before two mouths of connected single lanes may not hear each other.
 
@@ -123,7 +135,7 @@ class Approach:
             self._in_order = np.zeros(0, np.float32)
         on = situation.terrain, situation.usual_radius
         self._labels = lane_labels(*on)
-        self.lane = self._lane_at(station)
+        self.lane = lane_at(situation, station)
         self.is_large = is_large(situation, self.lane)
         self._gaps = gaps_to(*on, self.lane) if self.lane else None
         cells = np.count_nonzero(self._labels == self.lane) if self.is_large else 0
@@ -133,7 +145,7 @@ class Approach:
         own = max(1, int(aisle / ROBOT_AREA)) if aisle else 0
         self.room = capacity(*on, self.lane) if self.lane else own
         self.is_inside = False
-        others = [other for other in situation.stations if self._shares_queue(other)]
+        others = [other for other in situation.stations if self._shares_queue(situation, other)]
         self._own_targets = np.array([station, *others])
 
     def _closed_floor(self, situation: Situation, station: tuple[float, float]) -> float:
@@ -157,13 +169,9 @@ class Approach:
         farthest = config.request_distance
         return blind_aisle(situation.terrain, node, within, farthest, two_robots)
 
-    def _lane_at(self, place: tuple[float, float]) -> int:
-        node = self.lattice.node_of(*place)
-        return 0 if node is None else int(self._labels.ravel()[node])
-
-    def _shares_queue(self, place: tuple[float, float]) -> bool:
+    def _shares_queue(self, situation: Situation, place: tuple[float, float]) -> bool:
         if self.lane:
-            return self._lane_at(place) == self.lane
+            return lane_at(situation, place) == self.lane
         node = self.lattice.node_of(*place)
         return node is not None and float(self.costs.ravel()[node]) <= self._depth
 
@@ -179,11 +187,13 @@ class Approach:
             return self._own_targets
         told = situation.neighbors.heads["station"]
         there = told[np.isfinite(told[:, 0])].tolist()
-        shared = [(x, y) for x, y in there if self._shares_queue((x, y))]
+        shared = [(x, y) for x, y in there if self._shares_queue(situation, (x, y))]
         return np.array([*self._own_targets, *shared]) if shared else self._own_targets
 
     def within(self, of_lane: float, of_station: float) -> NDArray[np.bool_]:
-        """Return the lattice cells (h, w) near the single lanes, without one near the station.
+        """Return the lattice cells (h, w) near the single lanes; near the station without lanes.
+
+        Where the lanes are large, those near the station count, too.
 
         Args:
             of_lane: [m] from the single lanes.
@@ -445,9 +455,7 @@ class Lease:
         assert self.station is not None
         lattice = situation.planner.lattice
         if self._lane_there[0] is not lattice:
-            node = lattice.node_of(*self.station)
-            labels = lane_labels(situation.terrain, situation.usual_radius).ravel()
-            self._lane_there = lattice, 0 if node is None else int(labels[node])
+            self._lane_there = lattice, lane_at(situation, self.station)
         return self._lane_there[1]
 
     def _is_near(self, situation: Situation, distance: float) -> bool:

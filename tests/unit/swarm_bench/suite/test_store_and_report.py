@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from swarm_bench.cli import _load
 from swarm_bench.runs.json_lines import append_json_line, open_to_append
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import result_of_report, up_flags
@@ -183,3 +184,21 @@ def test_a_mean_has_an_interval_if_there_are_several_runs() -> None:
     assert row.wait_ratio == 5.0
     (alone,) = summarise([result(makespan=100.0, wait_median=0.0)])
     assert (alone.mean_text, alone.wait_ratio) == ("100", None)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["halls", "--seeds", "0"],
+        ["ablate", "--only", "gate"],
+        ["suite", "--json", "own.jsonl", "--ros-seeds", "none"],
+    ],
+)
+def test_a_part_that_is_missing_is_told_before_anything_runs(
+    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.md").write_text("# Mine\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match="has no part"):
+        _load()([*words, "-o", "own.md"], standalone_mode=False)
+    assert not (tmp_path / "own.jsonl").exists()
