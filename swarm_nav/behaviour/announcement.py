@@ -32,7 +32,8 @@ from swarm_nav.core.goals import Feedback, Status
 from swarm_nav.core.priority import CLASS_DONE, CLASS_DRIVING, CLASS_HOLDING, base_priority
 from swarm_nav.core.states import State
 from swarm_nav.traffic.gate import Gate
-from swarm_nav.traffic.holding import SAME_STATION, HoldingPattern, Lease
+from swarm_nav.traffic.holding import HoldingPattern
+from swarm_nav.traffic.lease import SAME_STATION, Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.situation import Situation

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from swarm_common.model.records import CONTROL_PERIOD, Twist
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
@@ -13,7 +16,8 @@ from swarm_nav.control.controller import Controller
 from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
 from swarm_nav.core.states import Event, State
 from swarm_nav.traffic.gate import Gate
-from swarm_nav.traffic.holding import QUEUE_STEP, HoldingPattern, Lease
+from swarm_nav.traffic.holding import HoldingPattern
+from swarm_nav.traffic.lease import QUEUE_STEP, Lease
 from swarm_nav.traffic.situation import Situation
 
 
@@ -166,9 +170,12 @@ class BehaviorExecutor:
         if has_turn and not self._gate.is_closed:
             self._state_machine.switch(Event.STATION_GRANTED)
         else:
-            region = self._gate.region if self._gate.is_closed else None
-            closed = self._lease.kept_free(s) if region is None else region > 0
-            self._holding.update(s, closed)
+            self._holding.update(s, self._kept_free)
+
+    def _kept_free(self) -> NDArray[np.bool_] | None:
+        """Return the lattice cells (h, w) where a robot that waits must not park."""
+        region = self._gate.region if self._gate.is_closed else None
+        return self._lease.kept_free(self._s) if region is None else region > 0
 
     def _moves_up(self) -> bool:
         """Whether the queue is much shorter now: the robot may wait nearer to the station."""

@@ -8,7 +8,7 @@ from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.core.goals import NO_POSES_CODES, ErrorCode, Goal, GoalEnded, GoalKind, Outcome
 from swarm_nav.core.states import Event, State
 from swarm_nav.traffic.departure import Departure
-from swarm_nav.traffic.holding import Lease
+from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.situation import Situation
 

@@ -33,7 +33,8 @@ from swarm_nav.core.states import State
 from swarm_nav.localisation.localiser import START_DEVIATION, make_localiser
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, narrow_region
-from swarm_nav.traffic.holding import HoldingPattern, Lease
+from swarm_nav.traffic.holding import HoldingPattern
+from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.reservation import ReservationManager
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.senses import Senses

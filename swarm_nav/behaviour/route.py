@@ -12,7 +12,7 @@ from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.traffic import traffic_costs
-from swarm_nav.traffic.holding import SAME_STATION
+from swarm_nav.traffic.lease import SAME_STATION
 from swarm_nav.traffic.situation import Situation
 
 KEEP_COST = 0.8  # [m] that a new path must save

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from swarm_nav.core.priority import above
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.gate import ADMITTED, Gate, is_inside
-from swarm_nav.traffic.holding import ARRIVED, SAME_STATION, Lease, parking_path
+from swarm_nav.traffic.holding import ARRIVED, parking_path
+from swarm_nav.traffic.lease import SAME_STATION, Lease
 from swarm_nav.traffic.situation import Situation
 
 PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where they walk it parks

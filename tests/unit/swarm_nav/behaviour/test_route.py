@@ -19,7 +19,8 @@ from swarm_nav.core.goals import ErrorCode, Goal, GoalEnded, GoalKind
 from swarm_nav.core.states import State
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate
-from swarm_nav.traffic.holding import HoldingPattern, Lease
+from swarm_nav.traffic.holding import HoldingPattern
+from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import beacon, hear, room, situation

@@ -9,7 +9,7 @@ from swarm_common.model.records import Pose
 from swarm_nav.core.priority import base_priority
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, is_inside
-from swarm_nav.traffic.holding import Lease
+from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import beacon, hear, room, seen, situation
 

@@ -1,4 +1,4 @@
-"""Leases in the order of request, and where a robot waits for its turn."""
+"""Where a robot waits for its turn."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from swarm_common.model.beacon import FLAG_CIRCUIT, SIGHTED_ASKS
-from swarm_common.model.grid import Grid
+from swarm_common.model.beacon import FLAG_CIRCUIT
 from swarm_common.model.records import Pose
-from swarm_nav.core.config import HoldingConfig, NavConfig
-from swarm_nav.core.priority import CLASS_HOLDING, base_priority
-from swarm_nav.traffic.holding import PARKING_DISTANCE, HoldingPattern, Lease, parking_path
+from swarm_nav.core.config import NavConfig
+from swarm_nav.traffic.holding import PARKING_DISTANCE, HoldingPattern, parking_path
 from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import RADIUS, beacon, config, hear, room, seen, situation
+from tests.fakes.navigation import RADIUS, beacon, config, hear, room, situation
 
 HALL = room(12.0, 12.0)
 STATION = (6.0, 1.0)
@@ -22,255 +20,8 @@ RING = ((3.0, 3.0), (9.0, 3.0), (9.0, 9.0), (3.0, 9.0))
 NEAR = Pose(6.0, 2.8, 0.0)
 
 
-def waiting(robot: int, tick: int, station: tuple[float, float] = STATION) -> np.void:
-    return beacon(robot, 2.0, 10.0, station=station, station_tick=tick)
-
-
-def lease_of(s: Situation, *others: np.void) -> Lease:
-    lease = Lease()
-    lease.aim(STATION)
-    hear(s, *others) if others else None
-    lease.update(s)
-    return lease
-
-
-def test_a_lease_is_requested_within_reach_of_the_station_and_keeps_its_tick() -> None:
-    s = situation(HALL, Pose(6.0, 1.1 + HoldingConfig().request_distance, 0.0))
-    lease = lease_of(s)
-    assert lease.tick == 0
-    s.pose = NEAR
-    s.tick = 150
-    lease.update(s)
-    assert lease.tick == 150
-    s.tick = 200
-    lease.update(s)
-    assert lease.tick == 150
-
-
-def test_the_place_is_the_number_of_earlier_requests_for_the_same_station() -> None:
-    s = situation(HALL, NEAR, robot_id=5)
-    lease = lease_of(
-        s,
-        waiting(2, 50),
-        waiting(3, 100),  # the same tick, smaller id
-        waiting(7, 100),  # the same tick, larger id
-        waiting(8, 101),
-        waiting(9, 0),  # has not requested yet
-        waiting(10, 40, (6.0, 9.0)),  # another station
-    )
-    assert lease.place == 2
-
-
-def test_a_gone_robot_holds_no_lease() -> None:
-    s = situation(HALL, NEAR, robot_id=5)
-    hear(s, waiting(2, 50), tick=60)
-    lease = Lease()
-    lease.aim(STATION)
-    lease.update(s)
-    assert lease.place == 0
-
-
-def test_all_contenders_agree_on_one_order() -> None:
-    requests = {2: 90, 3: 70, 4: 90, 5: 80}
-    places = {}
-    for robot, tick in requests.items():
-        s = situation(HALL, NEAR, robot_id=robot)
-        s.tick = tick
-        lease = lease_of(s)
-        s.tick = 100
-        hear(s, *(waiting(other, t) for other, t in requests.items() if other != robot))
-        lease.update(s)
-        places[robot] = lease.place
-    assert places == {3: 0, 5: 1, 2: 2, 4: 3}
-
-
-def test_a_new_target_gives_the_lease_back_and_the_same_one_keeps_it() -> None:
-    lease = lease_of(situation(HALL, NEAR))
-    lease.aim(STATION)
-    assert lease.tick == 100
-    lease.aim((1.0, 1.0))
-    assert (lease.tick, lease.place) == (0, 0)
-    lease.aim(None)
-    assert lease.station is None
-
-
-@pytest.mark.parametrize(("place", "slots", "turn"), [(0, 1, True), (1, 1, False), (2, 3, True)])
-def test_as_many_as_there_are_slots_may_approach(place: int, slots: int, turn: bool) -> None:
-    lease = Lease(STATION, 10, place)
-    assert lease.is_turn(HoldingConfig(approach_slots=slots)) is turn
-
-
-def test_a_station_behind_a_wall_is_not_near() -> None:
-    """A robot in the next room would get its turn and then drive a long way through the queue."""
-    two_rooms = room(12.0, 12.0, (0.0, 4.0, 11.0, 4.2))
-    behind = situation(two_rooms, Pose(2.0, 5.0, 0.0))
-    before = situation(two_rooms, Pose(2.0, 3.0, 0.0))
-    for s, is_near in ((behind, False), (before, True)):
-        lease = Lease()
-        lease.aim((2.0, 1.5))
-        lease.update(s)
-        assert (lease.tick > 0) is is_near
-
-
-@pytest.mark.parametrize(("ahead", "holds"), [(2, False), (6, False), (30, True)])
-def test_a_long_queue_holds_farther_from_the_station(ahead: int, holds: bool) -> None:
-    s = situation(HALL, Pose(6.0, 4.9, 0.0), robot_id=60)
-    lease = lease_of(s, *(waiting(robot, 50) for robot in range(1, ahead + 1)))
-    assert lease.place == ahead
-    assert lease.is_too_near(s) is holds
-    free = lease.kept_free(s)
-    assert free is not None
-    assert free.ravel()[s.planner.lattice.node_of(*s.stop_point)] == holds
-
-
-def test_who_comes_to_the_tail_of_a_queue_joins_it() -> None:
-    s = situation(HALL, Pose(6.0, 6.0, 0.0), robot_id=60)
-    assert lease_of(s).tick == 0
-    lease = lease_of(s, *(waiting(robot, 50) for robot in range(1, 41)))
-    assert (lease.tick, lease.place) == (100, 40)
-
-
-ALCOVE = room(8.0, 8.0, (1.2, 6.4, 1.3, 8.0))  # 1.2 m wide and 1.6 m deep, in a corner
-DEAD_END = (0.45, 7.5)
-
-
-def in_alcove(robot: int, *others: np.void, pose: Pose) -> tuple[Situation, Lease]:
-    s = situation(ALCOVE, pose, robot_id=robot)
-    hear(s, *others) if others else None
-    lease = Lease()
-    lease.aim(DEAD_END)
-    lease.update(s)
-    return s, lease
-
-
-def test_a_dead_end_belongs_to_one_robot() -> None:
-    first = waiting(2, 50, DEAD_END)
-    s, lease = in_alcove(5, first, pose=Pose(0.9, 5.0, 0.0))
-    assert lease.place == 1
-    assert not lease.is_turn(s.config.holding)
-    s.pose = Pose(0.65, 6.6, 0.0)
-    s.tube.reset(s.pose)
-    assert lease.is_too_near(s)
-    assert lease_of(situation(HALL, NEAR, robot_id=5), waiting(2, 50)).is_turn(s.config.holding)
-
-
-@pytest.mark.parametrize("following", [(6.0, 2.0), None])
-def test_a_dead_end_is_given_back_once_the_robot_is_out(
-    following: tuple[float, float] | None,
-) -> None:
-    """Given back at the goal, the next robot would meet the one that leaves in the dead end."""
-    s, lease = in_alcove(5, pose=Pose(*DEAD_END, 0.0))
-    lease.aim(None)
-    lease.aim(following)
-    s.tick = 120
-    lease.update(s)
-    assert (lease.station, lease.tick) == (DEAD_END, 100)
-    assert lease.is_turn(s.config.holding)
-    if following is None:
-        s.tick = 200  # nobody waits longer for a robot that has nothing to do
-    else:
-        s.pose = Pose(4.0, 3.0, 0.0)
-        s.tube.reset(s.pose)
-    lease.update(s)
-    assert (lease.station, lease.tick > 0) == (following, following is not None)
-
-
-# aisles 1.6 m wide: a blind one, 5 m deep, and one that is open on both sides
-BLIND = room(12.0, 9.0, (0.0, 0.0, 5.0, 4.0), (0.0, 5.6, 5.0, 9.0))
-OPEN = room(16.0, 9.0, (4.0, 0.0, 9.0, 4.0), (4.0, 5.6, 9.0, 9.0))
-
-
-def in_aisle(grid: Grid, deep: float, *others: np.void) -> tuple[Situation, Lease]:
-    s = situation(grid, Pose(deep + 1.0, 4.8, 0.0), robot_id=5)
-    s.stations = ((deep, 4.8), (deep + 1.5, 4.8))
-    hear(s, *others) if others else None
-    lease = Lease()
-    lease.aim(s.stations[0])
-    lease.update(s)
-    return s, lease
-
-
-@pytest.mark.parametrize(("grid", "deep", "is_blind"), [(BLIND, 0.6, True), (OPEN, 5.8, False)])
-def test_the_stations_of_a_blind_aisle_share_its_room(
-    grid: Grid, deep: float, is_blind: bool
-) -> None:
-    """Three at each of two stations did not get out of each other's way in a blind aisle."""
-    here = waiting(2, 50, (deep, 4.8)), waiting(3, 60, (deep + 1.5, 4.8))
-    s, lease = in_aisle(grid, deep, *here)
-    assert lease.place == (2 if is_blind else 1)
-    assert lease.is_shared is is_blind
-    assert lease.is_turn(s.config.holding) is not is_blind
-    assert lease.is_too_near(s) is is_blind
-    assert in_aisle(grid, deep, here[1])[1].is_turn(s.config.holding)
-
-
-def test_a_blind_aisle_is_given_back_once_the_robot_is_out() -> None:
-    s, lease = in_aisle(BLIND, 0.6)
-    lease.aim((9.0, 2.0))
-    lease.update(s)
-    assert lease.is_leaving
-    s.pose = Pose(8.0, 4.8, 0.0)
-    s.tube.reset(s.pose)
-    lease.update(s)
-    assert lease.station == (9.0, 2.0)
-
-
-LONG = room(14.0, 9.0, (0.0, 0.0, 8.0, 4.0), (0.0, 5.0, 8.0, 9.0))  # 1 m wide, 8 m deep, blind
-END = (0.8, 4.5)
-
-
-def before_long_aisle(*others: np.void) -> tuple[Situation, Lease]:
-    """Return a robot whose station is out of its radio's range, and its lease."""
-    s = situation(LONG, Pose(10.0, 4.5, math.pi), robot_id=5)
-    s.tube.adopt(np.column_stack((np.arange(10.0, END[0], -0.05), np.full(184, 4.5))))
-    hear(s, *others) if others else None
-    lease = Lease()
-    lease.aim(END)
-    lease.update(s)
-    return s, lease
-
-
-def on_the_way(asks: bool, x: float = 2.0) -> np.void:
-    """Return a robot that tells of another one, out of hearing, in the long aisle."""
-    (teller,) = seen(95, (x, 4.5))
-    teller["sighted_id"][0] |= SIGHTED_ASKS if asks else 0
-    return teller
-
-
-def test_a_turn_on_long_single_lanes_is_asked_for_before_they_begin() -> None:
-    s, lease = before_long_aisle()
-    assert s.distance_to(*END) > s.config.traffic.radio_range
-    assert lease.tick == 100
-    assert lease.is_turn(s.config.holding)
-
-
-@pytest.mark.parametrize(("asks", "x"), [(True, 2.0), (False, 2.0), (True, 10.0)])
-def test_who_asked_and_was_seen_on_single_lanes_out_of_hearing_takes_room(
-    asks: bool, x: float
-) -> None:
-    """Seven robots were in an aisle for one, which is longer than those outside hear."""
-    rank = base_priority(CLASS_HOLDING, 0, 7)
-    later = beacon(7, 12.0, 2.0, station=END, station_tick=150, priority=rank)
-    s, lease = before_long_aisle(on_the_way(asks, x), later)
-    assert lease.place == 0
-    is_there = asks and x < 8.0
-    assert lease.is_turn(s.config.holding) is not is_there
-    assert (lease.kept_free(s) is not None) is is_there  # it does not park there meanwhile
-    assert (lease.inherited == 0) is is_there  # and ranks below who has to come out
-    s.pose = Pose(7.0, 4.5, math.pi)  # who is on the lanes goes on, above those who wait
-    s.tube.reset(s.pose)
-    lease.update(s)
-    assert lease.is_turn(s.config.holding)
-    assert lease.inherited > 0
-
-
-def test_who_waits_for_long_single_lanes_leaves_room_for_those_before_it() -> None:
-    def too_near(ahead: int) -> bool:
-        others = (waiting(robot, 50, END) for robot in range(20, 20 + ahead))
-        s, lease = before_long_aisle(*others)
-        return lease.is_too_near(s)
-
-    assert [too_near(ahead) for ahead in (1, 12)] == [False, True]
+def nowhere() -> None:
+    """Keep nothing free."""
 
 
 def pattern(with_circuit: bool = True) -> HoldingPattern:
@@ -285,7 +36,7 @@ def holding(
     if others:
         hear(s, *others)
     here.enter(s)
-    here.update(s)
+    here.update(s, nowhere)
     return s, here
 
 
@@ -305,10 +56,10 @@ def test_a_parking_place_behind_an_obstacle_is_given_up() -> None:
     s, here = holding("park")
     first = here.target
     s.tick, s.obstacle_ticks = s.tick + 100, s.wait_ticks
-    here.update(s)
+    here.update(s, nowhere)
     assert here.target is first
     s.obstacle_ticks += 1
-    here.update(s)
+    here.update(s, nowhere)
     assert here.target is not first
 
 
@@ -342,7 +93,7 @@ def test_the_circuit_goes_on_before_its_plan_ends() -> None:
     s, here = holding("circuit", Pose(6.0, 3.0, 0.0))
     s.tube.near = s.tube.stop = len(s.tube.points) - 10
     s.tick += 20
-    here.update(s)
+    here.update(s, nowhere)
     assert s.tube.length_ahead() > 2.0
 
 
@@ -366,7 +117,7 @@ def test_a_circuit_that_cannot_be_reached_leads_to_a_parking_place() -> None:
     here = HoldingPattern({"ring": ring}, [STATION])
     here.enter(s)
     for _ in range(5):
-        here.update(s)
+        here.update(s, nowhere)
         s.tick += 20
     assert not here.is_on_circuit
     assert here.target is not None
@@ -377,62 +128,3 @@ def test_leaving_gives_up_the_pattern() -> None:
     here.leave()
     assert here.target is None
     assert not here.is_on_circuit
-
-
-def watch(s: Situation, lease: Lease, seconds: float, *marks: tuple[float, float]) -> None:
-    """Let time pass while the LiDAR sees something."""
-    s.obstacles.points = np.array(marks).reshape(-1, 2)
-    for _ in range(s.ticks(seconds)):
-        s.tick += 1
-        lease.update(s)
-
-
-ON_IT, BESIDE_IT = (6.0, 1.1), (6.0, 1.3)
-
-
-def test_what_the_lidar_sees_on_a_station_for_long_bars_it() -> None:
-    s = situation(HALL, NEAR, 1, config(holding__station_patience=20.0))
-    lease = lease_of(s)
-    watch(s, lease, 30.0, BESIDE_IT)
-    assert not lease.is_barred(s)
-    watch(s, lease, 19.0, ON_IT)
-    assert not lease.is_barred(s)
-    watch(s, lease, 2.0, ON_IT)
-    assert lease.is_barred(s)
-    watch(s, lease, 2.0)
-    assert not lease.is_barred(s), "it is free again"
-
-
-def test_somebody_who_walks_over_a_station_does_not_bar_it() -> None:
-    s = situation(HALL, NEAR, 1, config(holding__station_patience=20.0))
-    lease = lease_of(s)
-    for _ in range(30):
-        watch(s, lease, 3.0, ON_IT)
-        watch(s, lease, 1.5)
-        assert not lease.is_barred(s)
-
-
-def test_who_walks_to_and_fro_on_a_station_does_not_bar_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Somebody penned in between two robots was told to be something that does not move."""
-    s = situation(HALL, NEAR, 1, config(holding__station_patience=20.0))
-    lease = lease_of(s)
-    monkeypatch.setattr(s.obstacles, "walked", lambda tick: np.array((BESIDE_IT,)))
-    watch(s, lease, 30.0, ON_IT)
-    assert not lease.is_barred(s)
-    monkeypatch.setattr(s.obstacles, "walked", lambda tick: np.zeros((0, 2)))
-    watch(s, lease, 21.0, ON_IT)
-    assert lease.is_barred(s), "nobody has walked there for a while"
-
-
-def test_another_try_does_not_wait_anew_for_a_station_that_was_not_seen_free() -> None:
-    s = situation(HALL, NEAR, 1, config(holding__station_patience=20.0))
-    lease = lease_of(s)
-    watch(s, lease, 21.0, ON_IT)
-    lease.aim(None)
-    watch(s, lease, 1.0, ON_IT)
-    lease.aim(STATION)
-    watch(s, lease, 0.1, ON_IT)
-    assert lease.is_barred(s)
-    lease.aim((6.0, 9.0))
-    watch(s, lease, 0.1, ON_IT)
-    assert not lease.is_barred(s)

@@ -1,0 +1,290 @@
+"""The floor around a station: the way to it, and who else needs that floor.
+
+All goals on connected single lanes share one queue, and as many robots as these have room for have
+a turn (`lane_capacity`). Elsewhere a dead end belongs to one robot, and a blind aisle to as many as
+it has room for; the stations in one share its queue. `lease` keeps the queue.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.records import FloatArray
+from swarm_nav.core.goals import PlanError
+from swarm_nav.planning import search_kernels
+from swarm_nav.planning.search import SearchSpace
+from swarm_nav.planning.terrain import Terrain
+from swarm_nav.traffic import gate_kernels
+from swarm_nav.traffic.blind_aisle_kernels import blind_floor
+from swarm_nav.traffic.gate import WAY_POINTS
+from swarm_nav.traffic.lane_capacity import capacity, extent, gaps_to, lane_labels
+from swarm_nav.traffic.situation import Situation
+
+PARKING_DISTANCE = 1.1  # [m] of a parking place in a passage from any station; twice that in a
+# hall, where the ways to the station are kept free
+LEAST_AISLE = 1.5  # [m²] of floor that a blind aisle has; if it is deeper than the hold distance,
+# a dead end: one robot has it to itself
+ROBOT_AREA = 1.0  # [m²] of a blind aisle's floor for each robot in it, and before it for the next
+# one to leave free: a robot coming out can pass
+MOUTH_GAP = 0.6  # [m] before single lanes that belongs to them: a robot coming out can pass
+WAITING_GAP = 0.3  # [m] before that, which robots without a turn keep free
+
+
+@functools.lru_cache(maxsize=16)  # each keeps its map in memory
+def blind_aisle(
+    terrain: Terrain, node: int, within: tuple[float, float], farthest: float, widest: float
+) -> float:
+    """Return the floor [m²] around a station that has one narrow mouth; results are kept.
+
+    Args:
+        terrain: Map for one size of robot.
+        node: Flat index of the station.
+        within: (least, most) [m²] of floor.
+        farthest: Distance [m] of the mouth by the way, at most.
+        widest: [m] of the mouth.
+
+    Returns:
+        The largest such floor, 0.0 if there is none.
+    """
+    lattice = terrain.lattice
+    reach = math.ceil(farthest / lattice.step) + 1
+    row, column = divmod(node, lattice.base.shape[1])
+    first = max(0, row - reach), max(0, column - reach)
+    box = slice(first[0], row + reach + 1), slice(first[1], column + reach + 1)
+    is_floor = lattice.base[box] < search_kernels.WALL
+    base = np.where(is_floor, np.float32(1.0), search_kernels.WALL)
+    space = SearchSpace(base, np.zeros_like(base), lattice.heading[box].copy(), lattice.step)
+    distances = space.cost_to_go((row - first[0]) * base.shape[1] + column - first[1])
+    return float(blind_floor(distances, lattice.step, within, farthest, widest))
+
+
+def lane_at(situation: Situation, place: tuple[float, float]) -> int:
+    """Return the number of the connected single lanes that a place lies on, 0 for none.
+
+    Args:
+        situation: Of the robot.
+        place: (x, y) [m] in map.
+    """
+    node = situation.planner.lattice.node_of(*place)
+    labels = lane_labels(situation.terrain, situation.usual_radius)
+    return 0 if node is None else int(labels.ravel()[node])
+
+
+def is_large(situation: Situation, lane: int) -> bool:
+    """Whether robots before two mouths of connected single lanes may not hear each other.
+
+    Args:
+        situation: Of the robot.
+        lane: Number of the single lanes, 0 for none.
+    """
+    most = situation.config.traffic.radio_range - 2.0 * (MOUTH_GAP + WAITING_GAP)
+    return lane > 0 and extent(situation.terrain, situation.usual_radius, lane) > most
+
+
+class Approach:
+    """The floor around a station: the way to it, and the single lanes that it lies on, if any.
+
+    Attributes:
+        lattice: Of the map.
+        costs: (h, w) [m] of the planned way from each lattice cell to the station.
+        lane: Number of the connected single lanes that the station lies on, 0 for none.
+        room: Number of robots with goals there that they have room for; without single lanes that
+            of the blind aisle that the station lies in, 0 without either.
+        is_inside: Whether the robot is there, or before a mouth.
+    """
+
+    def __init__(self, situation: Situation, station: tuple[float, float]) -> None:
+        """Look at the floor around a station; one without a way to it lies on no single lane.
+
+        Args:
+            situation: Of the robot.
+            station: (x, y) [m] in map.
+        """
+        self.lattice = situation.planner.lattice
+        try:
+            self.costs = situation.planner.cost_to_go(station, math.nan)
+            self._in_order = situation.planner.costs_in_order(station)
+        except PlanError:
+            self.costs = np.full(self.lattice.base.shape, np.inf, np.float32)
+            self._in_order = np.zeros(0, np.float32)
+        on = situation.terrain, situation.usual_radius
+        self._labels = lane_labels(*on)
+        self.lane = lane_at(situation, station)
+        self.is_large = is_large(situation, self.lane)
+        self._gaps = gaps_to(*on, self.lane) if self.lane else None
+        cells = np.count_nonzero(self._labels == self.lane) if self.is_large else 0
+        self._lane_area = cells * self.lattice.step**2
+        aisle = 0.0 if self.lane else self._closed_floor(situation, station)
+        self._depth = self.reach_of(aisle + ROBOT_AREA) if aisle else 0.0
+        own = max(1, int(aisle / ROBOT_AREA)) if aisle else 0
+        self.room = capacity(*on, self.lane) if self.lane else own
+        self.is_inside = False
+        self._floor: NDArray[np.bool_] | None = None
+        self._sharing: dict[tuple[float, float], bool] = {}  # by place
+        others = [other for other in situation.stations if self._shares_queue(situation, other)]
+        self._own_targets = self._targets = np.array([station, *others])
+        self._told = b""  # stations of the neighbours, of which `_targets` are
+
+    def _closed_floor(self, situation: Situation, station: tuple[float, float]) -> float:
+        """Return the floor [m²] of a dead end, or of a blind aisle for few robots.
+
+        Args:
+            situation: Of the robot.
+            station: (x, y) [m] in map.
+
+        Returns:
+            0 without either.
+        """
+        if self.reach_of(LEAST_AISLE) > situation.config.holding.hold_distance:
+            return LEAST_AISLE
+        node = self.lattice.node_of(*station)
+        if node is None:
+            return 0.0
+        config = situation.config.holding
+        within = LEAST_AISLE, config.approach_slots * ROBOT_AREA
+        two_robots = 4.0 * situation.usual_radius  # side by side
+        farthest = config.request_distance
+        return blind_aisle(situation.terrain, node, within, farthest, two_robots)
+
+    def _shares_queue(self, situation: Situation, place: tuple[float, float]) -> bool:
+        """Whether a place has one queue with the station; each place is looked up once."""
+        known = self._sharing.get(place)
+        if known is None:
+            if self.lane:
+                known = lane_at(situation, place) == self.lane
+            else:
+                node = self.lattice.node_of(*place)
+                known = node is not None and float(self.costs.ravel()[node]) <= self._depth
+            self._sharing[place] = known
+        return known
+
+    def targets(self, situation: Situation) -> FloatArray:
+        """Return the places (k, 2) [m] in map whose requests are served in one order.
+
+        These are the station, and all to which robots drive on the same single lanes.
+
+        Args:
+            situation: Of the robot.
+        """
+        if not self.room:
+            return self._own_targets
+        told = situation.neighbors.heads["station"]
+        raw = told.tobytes()
+        if raw != self._told:  # seldom: robots keep to a station for long
+            self._told = raw
+            there = {(x, y) for x, y in told.tolist() if math.isfinite(x)}
+            shared = sorted(place for place in there if self._shares_queue(situation, place))
+            self._targets = np.array([*self._own_targets, *shared])
+        return self._targets
+
+    def within(self, of_lane: float, of_station: float) -> NDArray[np.bool_]:
+        """Return the lattice cells (h, w) near the single lanes; near the station without lanes.
+
+        Where the lanes are large, those near the station count, too.
+
+        Args:
+            of_lane: [m] from the single lanes.
+            of_station: [m] of the way to the station.
+        """
+        field, most = self._measure(of_lane, of_station)
+        near = field <= most
+        return near | (self.costs <= of_station) if self.is_large else near
+
+    def _measure(self, of_lane: float, of_station: float) -> tuple[NDArray[np.float32], float]:
+        """Return what says how near each lattice cell (h, w) [m] is, and up to where it counts."""
+        if self._gaps is not None:
+            return self._gaps, of_lane
+        return self.costs, max(of_station, self._depth)
+
+    @property
+    def floor(self) -> NDArray[np.bool_]:
+        """The lattice cells (h, w) where a robot keeps those out who want to go there."""
+        if self._floor is None:
+            self._floor = self.within(MOUTH_GAP, PARKING_DISTANCE)
+        return self._floor
+
+    def is_full(self, situation: Situation) -> bool:
+        """Whether others take all the room of large single lanes, as far as anybody saw.
+
+        Args:
+            situation: Of the robot.
+        """
+        if not self.is_large:
+            return False
+        # deep inside nobody sees a robot until it comes out; one that never does has died
+        patience = situation.ticks(situation.config.holding.station_patience)
+        frame, since = self.lattice.frame, situation.tick - patience
+        known, own_id = situation.neighbors.sightings, situation.robot_id
+        seen = gate_kernels.count_seen(self._labels, self.lane, frame, known, since, own_id, True)
+        return int(seen) >= self.room
+
+    def contains(self, situation: Situation) -> bool:
+        """Whether the robot stops where it keeps those out who want to go there.
+
+        Args:
+            situation: Of the robot.
+        """
+        return self._is_on_floor(self.lattice.node_of(*situation.stop_point))
+
+    def _is_on_floor(self, node: int | None) -> bool:
+        """Whether a node is one of the `floor`, without looking at all of them."""
+        if node is None:
+            return False
+        field, most = self._measure(MOUTH_GAP, PARKING_DISTANCE)
+        return bool((field.ravel()[node : node + 1] <= most)[0])
+
+    def gap(self, situation: Situation) -> float:
+        """Return the distance [m] from where the robot stops to the shared floor; inf without any.
+
+        Args:
+            situation: Of the robot.
+        """
+        node = self.lattice.node_of(*situation.stop_point) if self.room else None
+        if node is None:
+            return math.inf
+        if self._gaps is not None:
+            return float(self._gaps.ravel()[node]) - MOUTH_GAP
+        return float(self.costs.ravel()[node]) - self._depth
+
+    def is_ahead(self, situation: Situation) -> bool:
+        """Whether the way ahead leads onto the single lanes, or the robot is there.
+
+        Args:
+            situation: Of the robot.
+        """
+        if not self.lane:
+            return False
+        tube = situation.tube
+        way = tube.points[tube.near : tube.near + WAY_POINTS]
+        if self._is_on_floor(self.lattice.node_of(*situation.stop_point)):
+            return True
+        return bool(gate_kernels.entry(self.floor, self.lattice.frame, way) >= 0)
+
+    def way(self, situation: Situation) -> float:
+        """Return the distance from where the robot stops to the station.
+
+        Args:
+            situation: Of the robot.
+        """
+        node = self.lattice.node_of(*situation.stop_point)
+        return math.inf if node is None else float(self.costs.ravel()[node])
+
+    def forget_queue(self) -> None:
+        """Free what only `reach_of` needs, once the robot does not queue here any more."""
+        self._in_order = np.zeros(0, np.float32)
+
+    def reach_of(self, area: float) -> float:
+        """Return the distance within which there are `area` [m²] of floor, beyond large lanes.
+
+        Args:
+            area: [m²]
+        """
+        if not len(self._in_order):
+            return 0.0
+        area += self._lane_area
+        cells = min(int(area / self.lattice.step**2), len(self._in_order) - 1)
+        return float(self._in_order[cells])

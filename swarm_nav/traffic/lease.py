@@ -1,0 +1,324 @@
+"""Leases of stations, in the order of request.
+
+The order is (tick of the request, id), as in Lamport's mutual exclusion, known to all contenders
+from their beacons: a request is made within radio range of the station, no centre is asked. The
+lease orders the approach; safety does not depend on it. "Near" is measured along the way, not
+through walls: a robot in the queue waits beyond the floor that the robots before it need. A robot
+on single lanes keeps its turn until it is out again (`approach` says who shares a queue). Where the
+lanes are so large that those who wait may not hear each other, whoever was seen there and has asked
+takes room, too, and ranks above those who wait.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.records import FloatArray
+from swarm_nav.core.config import HoldingConfig
+from swarm_nav.core.priority import above
+from swarm_nav.planning.terrain import Lattice
+from swarm_nav.traffic.approach import MOUTH_GAP, WAITING_GAP, Approach, is_large, lane_at
+from swarm_nav.traffic.situation import Situation
+
+SAME_STATION = 0.6  # [m] between targets that are one station
+DETOUR = 2.5  # times the distance: what is farther by way is behind a wall
+QUEUE_AREA = 2.0  # [m²] of floor that each robot before one in the queue needs
+QUEUE_STEP = 1.5  # [m] beyond its place in the queue from where a parked robot moves up
+
+
+@dataclass(slots=True)
+class Cover:
+    """Since when something has been on a station; another try of the goal does not wait anew.
+
+    A station out of the LiDAR's reach counts as free, unless a silent robot is known to be on it.
+    """
+
+    station: tuple[float, float] = (math.inf, math.inf)  # (x, y) in map
+    since: int = 0  # tick at which it last counted as free, or was first looked at
+    seen: int = 0  # tick at which something was on it
+    looked: int = 0  # tick at which it was looked at
+
+    def update(self, situation: Situation, station: tuple[float, float], is_covered: bool) -> None:
+        """Take what is known in this tick.
+
+        Args:
+            situation: Of the robot.
+            station: (x, y) [m] in map.
+            is_covered: Whether something is on it.
+        """
+        tick = situation.tick
+        is_other = math.dist(station, self.station) > SAME_STATION
+        if is_other or tick - self.looked > self._patience(situation):
+            self.station, self.since, self.seen = station, tick, tick  # long ago, or elsewhere
+        self.looked = tick
+        if is_covered:
+            self.seen = tick
+        elif tick - self.seen > situation.retry_ticks:
+            self.since = tick
+
+    def lasts(self, situation: Situation) -> bool:
+        """Whether the station has been covered for longer than `holding.station_patience`.
+
+        Args:
+            situation: Of the robot.
+        """
+        is_known = situation.tick == self.looked
+        return is_known and self.seen - self.since > self._patience(situation)
+
+    def _patience(self, situation: Situation) -> int:
+        return situation.ticks(situation.config.holding.station_patience)
+
+
+@dataclass(slots=True)
+class Lease:
+    """The station that the robot is on its way to."""
+
+    station: tuple[float, float] | None = None  # (x, y) in map, None without a goal
+    tick: int = 0  # tick of the request, 0 before it was made
+    place: int = 0  # number of earlier requests known
+    first: int = 0  # id of the robot that asked first, 0 if that is this one
+    # priority of the highest robot that waits for this one to leave the station (priority
+    # inheritance of a resource's holder: Sha, Rajkumar, Lehoczky 1990), 0 if none
+    inherited: int = 0
+    # whether the robot was there and keeps the lease until it is off the single lanes
+    is_leaving: bool = False
+    # whether others, who may be out of hearing, take all the room of its large single lanes
+    is_full: bool = False
+    # floor around the last station, as long as there is no new one
+    left: Approach | None = None
+    _next: tuple[float, float] | None = None
+    # tick since which the robot leaves without another target, 0 before that is known
+    _left_tick: int = 0
+    _approach: Approach | None = None
+    _is_through: bool = False  # whether it is on its large single lanes
+    _lane_there: tuple[Lattice | None, int] = (None, 0)  # single lanes of the station, by the map
+    _cover: Cover = field(default_factory=Cover)
+    _alone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # (1, 2) the station
+
+    def aim(self, station: tuple[float, float] | None) -> None:
+        """Take a new target; the old lease is given back, on single lanes once they are left.
+
+        Args:
+            station: (x, y) [m] in map; None for no station.
+        """
+        if station == self.station:
+            self.is_leaving = False
+        elif self.is_leaving or (self._approach is not None and self._approach.is_inside):
+            self.is_leaving = True
+            self._next, self._left_tick = station, 0
+        else:
+            self._take(station)
+
+    def _take(self, station: tuple[float, float] | None) -> None:
+        self.left = self._approach if station is None else None
+        if self.left is not None:
+            self.left.forget_queue()
+        self.station = station
+        self._alone = np.array([station] if station is not None else []).reshape(-1, 2)
+        self.tick = 0
+        self.place = self.first = 0
+        self.inherited = 0
+        self.is_leaving = False
+        self._approach = None
+        self.is_full = self._is_through = False
+        self._lane_there = None, 0
+
+    def update(self, situation: Situation) -> None:
+        """Request within range of the station and work out the place in the queue.
+
+        Args:
+            situation: Of the robot.
+        """
+        if self.is_leaving:
+            self._leave(situation)
+        if self.station is None:
+            return
+        if self.tick == 0 and self._is_at_tail(situation):
+            self.tick = situation.tick
+        self.place, self.first = (0, 0)
+        if self.tick:
+            self.place, self.first, highest = self._requests(situation, self.tick)
+            self._cover.update(situation, self.station, self._has_something_on_it(situation))
+            approach = self._approach_of(situation)
+            approach.is_inside = self._is_inside(situation)
+            self._is_through = approach.is_large and self._is_inside(situation, -MOUTH_GAP)
+            self.is_full = not self._is_through and approach.is_full(situation)
+            if self.is_full:
+                self.inherited = 0  # who waits for robots on the lanes ranks below these
+            elif highest and (self._is_through or not self.place):
+                # never less than before: a priority that comes and goes would delay all requests
+                self.inherited = max(self.inherited, above(highest))
+
+    def _leave(self, situation: Situation) -> None:
+        """Give the station back once the robot is out, or has had no other target for a while."""
+        self._left_tick = self._left_tick or situation.tick
+        has_stayed = situation.tick - self._left_tick > situation.wait_ticks
+        if (self._next is None and has_stayed) or not self._is_inside(situation):
+            self._take(self._next)
+
+    def _requests(self, situation: Situation, tick: int) -> tuple[int, int, int]:
+        """Return how many asked before a tick, the first of them, and the highest who asked."""
+        # before the robot is near, the floor around its station is not looked at
+        near = self._approach
+        targets = near.targets(situation) if near is not None else self._alone
+        return situation.neighbors.queue(targets, tick, SAME_STATION)
+
+    def _is_at_tail(self, situation: Situation) -> bool:
+        """Whether the robot is near its station or its single lanes, or where the queue ends."""
+        assert self.station is not None
+        config = situation.config
+        lane = self._lane(situation)
+        is_far = situation.distance_to(*self.station) > config.traffic.radio_range
+        may_ask = lane > 0 and (not is_far or is_large(situation, lane))
+        if may_ask and self._approach_of(situation).is_ahead(situation):
+            return True
+        if is_far:
+            return False
+        if self._is_near(situation, config.holding.request_distance):
+            return True
+        place, _, _ = self._requests(situation, situation.tick)
+        return place > 0 and self._way(situation) <= self._queue(situation, place + 1)
+
+    def _lane(self, situation: Situation) -> int:
+        """Return the number of the single lanes that the station lies on, 0 for none."""
+        assert self.station is not None
+        lattice = situation.planner.lattice
+        if self._lane_there[0] is not lattice:
+            self._lane_there = lattice, lane_at(situation, self.station)
+        return self._lane_there[1]
+
+    def _is_near(self, situation: Situation, distance: float) -> bool:
+        """Whether the station is within `distance` [m], and not behind a wall."""
+        assert self.station is not None
+        if situation.distance_to(*self.station) > distance:
+            return False
+        return self._way(situation) <= DETOUR * distance
+
+    def _is_inside(self, situation: Situation, slack: float = 0.0) -> bool:
+        """Whether the robot is on the single lanes of its station or before them, or nearly so."""
+        return self._approach_of(situation).gap(situation) <= slack
+
+    def _way(self, situation: Situation) -> float:
+        return self._approach_of(situation).way(situation)
+
+    def _queue(self, situation: Situation, place: int) -> float:
+        """Return the distance [m] that `place` robots of the queue need."""
+        return self._approach_of(situation).reach_of(place * QUEUE_AREA)
+
+    def _approach_of(self, situation: Situation) -> Approach:
+        assert self.station is not None
+        if self._approach is None or self._approach.lattice is not situation.planner.lattice:
+            self._approach = Approach(situation, self.station)
+        return self._approach
+
+    def is_too_near(self, situation: Situation, slack: float = 0.0) -> bool:
+        """Whether the robot is nearer to the station than its place in the queue allows.
+
+        Args:
+            situation: Of the robot.
+            slack: Distance [m] by which it is to be beyond its place.
+        """
+        if self.station is None or self.tick == 0 or self.is_leaving:
+            return False
+        config = situation.config.holding
+        if self._is_inside(situation, WAITING_GAP + slack):
+            return True
+        approach = self._approach_of(situation)
+        if approach.is_large:
+            may_approach = self.is_turn(config)
+        else:
+            may_approach = self.place < config.approach_slots or approach.lane > 0
+        if may_approach:
+            return False
+        if self._is_near(situation, config.hold_distance + slack):
+            return True
+        return self._way(situation) <= self._queue(situation, self.place) + slack
+
+    def kept_free(self, situation: Situation) -> NDArray[np.bool_] | None:
+        """Return the lattice cells that those earlier in the queue need, None without any.
+
+        Args:
+            situation: Of the robot.
+        """
+        if self.station is None or self.tick == 0 or not (self.place or self.is_full):
+            return None
+        queue = self._queue(situation, self.place)
+        return self._approach_of(situation).within(MOUTH_GAP + WAITING_GAP, queue)
+
+    def is_turn(self, config: HoldingConfig) -> bool:
+        """Whether the robot may drive the last metres, or onto the single lanes before them.
+
+        Args:
+            config: `holding.` parameters.
+        """
+        slots = config.approach_slots
+        if self._approach is not None and self._approach.room:
+            slots = min(slots, self._approach.room)
+        has_turn = self.place < slots and not self.is_full
+        return self.is_leaving or self._is_through or has_turn
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether the queue is one for all goals on the same single lanes."""
+        return self._approach is not None and self._approach.room > 0
+
+    def is_barred(self, situation: Situation) -> bool:
+        """Whether something that does not move is on the station, and was waited for long enough.
+
+        Args:
+            situation: Of the robot.
+        """
+        return self.tick > 0 and not self.is_leaving and self._cover.lasts(situation)
+
+    def _has_something_on_it(self, situation: Situation) -> bool:
+        """Whether a silent robot is on the station, or anything that the LiDAR sees.
+
+        A robot that was never heard, because it died before this one came, is only seen. Who walks
+        to and fro there does not stand on it.
+        """
+        assert self.station is not None
+        if self.is_covered(situation):
+            return True
+        points = situation.obstacle_points()
+        if not len(points):
+            return False
+        if situation.distance_to(*self.station) > situation.config.costmap.obstacle_max_range:
+            return False
+        clearance = situation.obstacle_clearance
+        limit = clearance - situation.config.goal_checker.xy_goal_tolerance
+        if not self._is_within(points, limit):
+            return False
+        return not self._is_within(situation.obstacles.walked(situation.tick), clearance)
+
+    def _is_within(self, points: FloatArray, limit: float) -> bool:
+        assert self.station is not None
+        return len(points) > 0 and float(np.hypot(*(points - self.station).T).min()) < limit
+
+    def is_covered(self, situation: Situation) -> bool:
+        """Whether a robot that will not move by itself is on the station, or may be.
+
+        Args:
+            situation: Of the robot.
+        """
+        return self.covering(situation) is not None
+
+    def covering(self, situation: Situation) -> int | None:
+        """Return the row of a neighbour that will not move by itself and may be on the station.
+
+        Args:
+            situation: Of the robot.
+        """
+        if self.station is None or self.tick == 0 or self.is_leaving:
+            return None
+        neighbors, near = situation.neighbors, situation.config.goal_checker.xy_goal_tolerance
+        if not neighbors.has_immovable:
+            return None
+        for row in np.flatnonzero(neighbors.immovable):
+            gaps = neighbors.tubes(int(row)) - self.station
+            if float(np.hypot(*gaps.T).min()) < situation.reach(int(row)) - near:
+                return int(row)
+        return None
