@@ -21,7 +21,7 @@ from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic import gate_kernels
 from swarm_nav.traffic.blind_aisle_kernels import blind_floor
 from swarm_nav.traffic.gate import WAY_POINTS
-from swarm_nav.traffic.lane_capacity import capacity, extent, gaps_to, lane_labels
+from swarm_nav.traffic.lane_capacity import capacity, extent, gaps_to, lane_labels, ways_to
 from swarm_nav.traffic.situation import Situation
 
 PARKING_DISTANCE = 1.1  # [m] of a parking place in a passage from any station; twice that in a
@@ -116,8 +116,9 @@ class Approach:
         self.lane = lane_at(situation, station)
         self.is_large = is_large(situation, self.lane)
         self._gaps = gaps_to(*on, self.lane) if self.lane else None
-        cells = np.count_nonzero(self._labels == self.lane) if self.is_large else 0
-        self._lane_area = cells * self.lattice.step**2
+        self._ways = self.costs  # along which the queue is measured
+        if self.is_large:
+            self._ways, self._in_order = ways_to(*on, self.lane)
         aisle = 0.0 if self.lane else self._closed_floor(situation, station)
         self._depth = self.reach_of(aisle + ROBOT_AREA) if aisle else 0.0
         own = max(1, int(aisle / ROBOT_AREA)) if aisle else 0
@@ -181,21 +182,18 @@ class Approach:
             self._targets = np.array([*self._own_targets, *shared])
         return self._targets
 
-    def within(self, of_lane: float, of_station: float) -> NDArray[np.bool_]:
-        """Return the lattice cells (h, w) near the single lanes; near the station without lanes.
-
-        Where the lanes are large, those near the station count, too.
+    def kept_free(self, queue: float) -> NDArray[np.bool_]:
+        """Return the lattice cells (h, w) where nobody parks who has no turn.
 
         Args:
-            of_lane: [m] from the single lanes.
-            of_station: [m] of the way to the station.
+            queue: [m] that those who are before it need.
         """
-        field, most = self._measure(of_lane, of_station)
+        field, most = self._measure(MOUTH_GAP + WAITING_GAP, queue)
         near = field <= most
-        return near | (self.costs <= of_station) if self.is_large else near
+        return near | (self._ways <= queue) if self.is_large else near
 
     def _measure(self, of_lane: float, of_station: float) -> tuple[NDArray[np.float32], float]:
-        """Return what says how near each lattice cell (h, w) [m] is, and up to where it counts."""
+        """Return how near each lattice cell (h, w) [m] is, and up to where it counts."""
         if self._gaps is not None:
             return self._gaps, of_lane
         return self.costs, max(of_station, self._depth)
@@ -204,7 +202,8 @@ class Approach:
     def floor(self) -> NDArray[np.bool_]:
         """The lattice cells (h, w) where a robot keeps those out who want to go there."""
         if self._floor is None:
-            self._floor = self.within(MOUTH_GAP, PARKING_DISTANCE)
+            field, most = self._measure(MOUTH_GAP, PARKING_DISTANCE)
+            self._floor = field <= most
         return self._floor
 
     def is_full(self, situation: Situation) -> bool:
@@ -273,18 +272,26 @@ class Approach:
         node = self.lattice.node_of(*situation.stop_point)
         return math.inf if node is None else float(self.costs.ravel()[node])
 
+    def way_to_queue(self, situation: Situation) -> float:
+        """Return the distance [m] from where the robot stops to large single lanes; else `way`.
+
+        Args:
+            situation: Of the robot.
+        """
+        node = self.lattice.node_of(*situation.stop_point)
+        return math.inf if node is None else float(self._ways.ravel()[node])
+
     def forget_queue(self) -> None:
         """Free what only `reach_of` needs, once the robot does not queue here any more."""
         self._in_order = np.zeros(0, np.float32)
 
     def reach_of(self, area: float) -> float:
-        """Return the distance within which there are `area` [m²] of floor, beyond large lanes.
+        """Return the `way_to_queue` [m] within which there are `area` [m²] of floor.
 
         Args:
             area: [m²]
         """
         if not len(self._in_order):
             return 0.0
-        area += self._lane_area
         cells = min(int(area / self.lattice.step**2), len(self._in_order) - 1)
         return float(self._in_order[cells])

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_nav.planning import distance_kernels, search_kernels
+from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic import single_lane_kernels
 from swarm_nav.traffic.single_lanes import Mask, parts, rooms
@@ -49,6 +50,31 @@ def gaps_to(terrain: Terrain, radius: float, lane: int) -> NDArray[np.float32]:
     return np.asarray(found * np.float32(terrain.lattice.step), np.float32)
 
 
+@functools.lru_cache(maxsize=16)
+def ways_to(
+    terrain: Terrain, radius: float, lane: int
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the cost of driving to connected single lanes.
+
+    Args:
+        terrain: See `lane_labels`.
+        radius: See there.
+        lane: Their number.
+
+    Returns:
+        (h, w) [m] from each lattice cell, inf where there is no way; and for one mouth, if all have
+        the same floor before them, the ways from its cells (n,) in rising order.
+    """
+    lattice = terrain.lattice
+    is_lane = lane_labels(terrain, radius) == lane
+    base, against = lattice.base.copy(), lattice.lane.copy()
+    base[is_lane] = against[is_lane] = 0.0
+    space = SearchSpace(base, against, lattice.heading, lattice.step, lattice.slots)
+    ways = space.cost_to_go(int(np.flatnonzero(is_lane)[0]))
+    beyond = np.sort(ways[np.isfinite(ways) & ~is_lane])
+    return ways, beyond[:: max(1, mouths(terrain, radius, lane))]
+
+
 @functools.lru_cache(maxsize=64)
 def extent(terrain: Terrain, radius: float, lane: int) -> float:
     """Return the diagonal [m] of the box around connected single lanes.
@@ -71,11 +97,24 @@ def capacity(terrain: Terrain, radius: float, lane: int) -> int:
         radius: See there.
         lane: Their number.
     """
+    cells = lane_labels(terrain, radius) == lane
+    gap = int(2.0 * radius / terrain.lattice.step)
+    blind_ends = _blind_ends(cells, rooms(terrain, radius), gap)
+    return max(1, blind_ends + mouths(terrain, radius, lane) - 1)
+
+
+@functools.lru_cache(maxsize=64)
+def mouths(terrain: Terrain, radius: float, lane: int) -> int:
+    """Return the number of mouths of connected single lanes.
+
+    Args:
+        terrain: See `lane_labels`.
+        radius: See there.
+        lane: Their number.
+    """
     is_open = terrain.lattice.base < search_kernels.WALL
     cells = lane_labels(terrain, radius) == lane
-    mouths = len(list(parts(grown(cells) & is_open & ~cells)))
-    gap = int(2.0 * radius / terrain.lattice.step)
-    return max(1, _blind_ends(cells, rooms(terrain, radius), gap) + mouths - 1)
+    return len(list(parts(grown(cells) & is_open & ~cells)))
 
 
 def _blind_ends(lane: Mask, wide: Mask, gap: int) -> int:

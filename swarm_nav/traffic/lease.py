@@ -27,6 +27,7 @@ from swarm_nav.traffic.situation import Situation
 SAME_STATION = 0.6  # [m] between targets that are one station
 DETOUR = 2.5  # times the distance: what is farther by way is behind a wall
 QUEUE_AREA = 2.0  # [m²] of floor that each robot before one in the queue needs
+LANE_QUEUE_AREA = 4.0  # [m²] likewise before each mouth of large single lanes: others come out
 QUEUE_STEP = 1.5  # [m] beyond its place in the queue from where a parked robot moves up
 
 
@@ -147,8 +148,8 @@ class Lease:
             approach.is_inside = self._is_inside(situation)
             self._is_through = approach.is_large and self._is_inside(situation, -MOUTH_GAP)
             self.is_full = not self._is_through and approach.is_full(situation)
-            if self.is_full:
-                self.inherited = 0  # who waits for robots on the lanes ranks below these
+            if not self.is_turn(situation.config.holding):
+                self.inherited = 0  # who waits ranks below those that it waits for
             elif highest and (self._is_through or not self.place):
                 # never less than before: a priority that comes and goes would delay all requests
                 self.inherited = max(self.inherited, above(highest))
@@ -181,7 +182,7 @@ class Lease:
         if self._is_near(situation, config.holding.request_distance):
             return True
         place, _, _ = self._requests(situation, situation.tick)
-        return place > 0 and self._way(situation) <= self._queue(situation, place + 1)
+        return place > 0 and self._way_to_queue(situation) <= self._queue(situation, place + 1)
 
     def _lane(self, situation: Situation) -> int:
         """Return the number of the single lanes that the station lies on, 0 for none."""
@@ -196,18 +197,21 @@ class Lease:
         assert self.station is not None
         if situation.distance_to(*self.station) > distance:
             return False
-        return self._way(situation) <= DETOUR * distance
+        return self._approach_of(situation).way(situation) <= DETOUR * distance
 
     def _is_inside(self, situation: Situation, slack: float = 0.0) -> bool:
         """Whether the robot is on the single lanes of its station or before them, or nearly so."""
         return self._approach_of(situation).gap(situation) <= slack
 
-    def _way(self, situation: Situation) -> float:
-        return self._approach_of(situation).way(situation)
+    def _way_to_queue(self, situation: Situation) -> float:
+        return self._approach_of(situation).way_to_queue(situation)
 
     def _queue(self, situation: Situation, place: int) -> float:
-        """Return the distance [m] that `place` robots of the queue need."""
-        return self._approach_of(situation).reach_of(place * QUEUE_AREA)
+        """Return the distance [m] that `place` robots need, and those on large single lanes."""
+        approach = self._approach_of(situation)
+        if approach.is_large:
+            return approach.reach_of((place + approach.room) * LANE_QUEUE_AREA)
+        return approach.reach_of(place * QUEUE_AREA)
 
     def _approach_of(self, situation: Situation) -> Approach:
         assert self.station is not None
@@ -236,7 +240,7 @@ class Lease:
             return False
         if self._is_near(situation, config.hold_distance + slack):
             return True
-        return self._way(situation) <= self._queue(situation, self.place) + slack
+        return self._way_to_queue(situation) <= self._queue(situation, self.place) + slack
 
     def kept_free(self, situation: Situation) -> NDArray[np.bool_] | None:
         """Return the lattice cells that those earlier in the queue need, None without any.
@@ -247,7 +251,7 @@ class Lease:
         if self.station is None or self.tick == 0 or not (self.place or self.is_full):
             return None
         queue = self._queue(situation, self.place)
-        return self._approach_of(situation).within(MOUTH_GAP + WAITING_GAP, queue)
+        return self._approach_of(situation).kept_free(queue)
 
     def is_turn(self, config: HoldingConfig) -> bool:
         """Whether the robot may drive the last metres, or onto the single lanes before them.

@@ -153,14 +153,16 @@ class RightOfWay:
         elif self._blocked_since < 0:
             self._blocked_since = situation.tick
         waited = situation.tick - self._blocked_since if self._blocked_since >= 0 else 0
-        if max(waited, situation.obstacle_ticks) > situation.stuck_ticks:
+        is_barred = max(waited, situation.obstacle_ticks) > situation.stuck_ticks
+        if is_barred:
             self.is_stuck = self._was_stuck = True
+            self._margin = REFUGE_MARGIN
         if situation.tick < self._next_search_tick:
             return
         if situation.tube.is_complete or self.is_stuck:
             if self._is_at_refuge:  # and in the way there, as the pusher says
                 self._margin += REFUGE_MARGIN
-            self._search(situation)
+            self._search(situation, smooth=not is_barred)
 
     def _goes_on(self, situation: Situation, row: int) -> bool:
         """Whether the robot gets out of the pusher's way by going its own, with its priority."""
@@ -172,11 +174,11 @@ class RightOfWay:
                 return False
         return clears_way(situation, row)
 
-    def _search(self, situation: Situation) -> None:
+    def _search(self, situation: Situation, *, smooth: bool = True) -> None:
         """Adopt the way to the nearest refuge, or say that there is none."""
         self._next_search_tick = situation.tick + situation.retry_ticks
         way, reach = self._kept_free
-        path = refuge_path(situation, way, reach + self._margin, self.inherited)
+        path = refuge_path(situation, way, reach + self._margin, self.inherited, smooth)
         self._is_at_refuge = path is not None and len(path) < 2
         if path is None:
             self._margin = REFUGE_MARGIN
@@ -253,7 +255,7 @@ def way_of(situation: Situation, row: int) -> FloatArray:
 
 
 def refuge_path(
-    situation: Situation, way: FloatArray, reach: float, priority: int
+    situation: Situation, way: FloatArray, reach: float, priority: int, smooth: bool = True
 ) -> FloatArray | None:
     """Return the way (n, 2) from the stop point to the nearest place out of a pusher's way.
 
@@ -261,14 +263,16 @@ def refuge_path(
     robot would push it again, in a blind end without a way out. From a single lane it may be any
     distance away, since all who stand there have to leave; in a room others make room. Robots that
     rank at least `priority` and stuck ones are walls; lower ones may be pushed. Tries a smooth path
-    with a margin first, then tighter ones; None if there is no refuge. A smooth one may cut a
-    corner by what only the LiDAR sees: where that bars the way, there is none.
+    with a margin first, then tighter ones; None if there is no refuge. A smooth one cuts corners
+    and keeps off walls, which may lead nearer to a robot beside it or to what only the LiDAR sees:
+    where that bars the way, there is none.
 
     Args:
         situation: Of the robot.
         way: (n, 2) [m] in map that the pusher needs.
         reach: [m] to keep from that.
         priority: That the robot makes way with.
+        smooth: Whether the first try is for a smooth path.
     """
     neighbors = situation.neighbors
     taken = situation.planner.no_extra()
@@ -287,7 +291,7 @@ def refuge_path(
     in_room = is_in_room(situation)
     most = situation.config.holding.search_distance if in_room else math.inf
     is_higher = neighbors.priorities >= priority
-    tries = ((0.003, situation.obstacle_ticks == 0), *TIGHTER)
+    tries = ((0.003, smooth and situation.obstacle_ticks == 0), *TIGHTER)
     anywhere = situation.planner.free_places(taken)
     in_rooms = anywhere & rooms(situation.terrain, situation.usual_radius)
     for places in (in_rooms, anywhere) if (in_rooms != anywhere).any() else (anywhere,):

@@ -459,6 +459,23 @@ def test_a_thing_on_the_way_to_a_refuge_is_not_waited_for() -> None:
     assert not np.array_equal(first, s.tube.points)
 
 
+def test_a_smooth_way_to_a_refuge_that_a_robot_bars_is_not_tried_again() -> None:
+    """It kept off the wall and so led 1 cm nearer to the robot beside it: 35 stood for ever."""
+    s = situation(HALL, Pose(4.0, 4.0, 0.0))
+    right = RightOfWay()
+    pusher = {"intent": [(3.3 + 0.1 * k, 4.0) for k in range(20)]}
+    hear(s, blocked_by_us(3.2, 2, **pusher))
+    right.update(s)
+    first = s.tube.points.copy()
+    for waited in (1, s.stuck_ticks + 1):
+        s.tick += waited
+        s.blocked_ticks += waited
+        hear(s, blocked_by_us(3.2, 2, **pusher))
+        right.update(s)
+    assert right.is_stuck
+    assert not np.array_equal(first, s.tube.points)
+
+
 def test_refuge_search_is_deterministic() -> None:
     paths = []
     for _ in range(2):

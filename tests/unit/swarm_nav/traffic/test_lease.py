@@ -272,6 +272,25 @@ def test_who_waits_for_long_single_lanes_leaves_room_for_those_before_it() -> No
     assert [too_near(ahead) for ahead in (1, 12)] == [False, True]
 
 
+THROUGH = room(20.0, 9.0, (4.0, 0.0, 15.0, 4.0), (4.0, 5.0, 15.0, 9.0))  # 1 m wide, 11 m long
+AT_WEST_END = (5.0, 4.5)
+
+
+def test_the_queue_for_large_single_lanes_begins_beyond_all_of_their_mouths() -> None:
+    """Nine robots that waited before the far mouth kept in those that came out."""
+    s = situation(THROUGH, Pose(16.3, 4.5, math.pi), robot_id=60)
+    s.tube.adopt(np.column_stack((np.arange(16.3, 5.0, -0.05), np.full(226, 4.5))))
+    hear(s, *(waiting(robot, 50, AT_WEST_END) for robot in range(1, 7)))
+    lease = Lease()
+    lease.aim(AT_WEST_END)
+    lease.update(s)
+    assert lease.place == 6
+    assert lease.is_too_near(s)
+    free = lease.kept_free(s)
+    assert free is not None
+    assert free.ravel()[s.planner.lattice.node_of(*s.stop_point)]
+
+
 def watch(s: Situation, lease: Lease, seconds: float, *marks: tuple[float, float]) -> None:
     """Let time pass while the LiDAR sees something."""
     s.obstacles.points = np.array(marks).reshape(-1, 2)
