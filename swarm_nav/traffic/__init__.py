@@ -15,7 +15,9 @@ What a module imports of its folder stands above it:
     conditions           Under which conditions every robot reaches every goal, before a run
     senses               What the robot sees and hears, and whether that is enough to drive on
     reservation          The claim to space: extends, guards and gives up the held tube
-    holding              Stations: leases in the order of request, and the holding pattern
+    approach             The floor around a station: the way to it, and who else needs that floor
+    lease                Leases of stations, in the order of request
+    holding              Where a robot waits until it is its turn at a station
     right_of_way         Liveness layer: which robot has right of way, makes way, or steps back
     departure            Leaving the place of the last goal when others want to go there
 

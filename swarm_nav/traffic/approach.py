@@ -92,6 +92,7 @@ class Approach:
         lattice: Of the map.
         costs: (h, w) [m] of the planned way from each lattice cell to the station.
         lane: Number of the connected single lanes that the station lies on, 0 for none.
+        is_large: Whether robots before two of their mouths may not hear each other.
         room: Number of robots with goals there that they have room for; without single lanes that
             of the blind aisle that the station lies in, 0 without either.
         is_inside: Whether the robot is there, or before a mouth.
@@ -105,6 +106,7 @@ class Approach:
             station: (x, y) [m] in map.
         """
         self.lattice = situation.planner.lattice
+        self._radius = situation.usual_radius
         try:
             self.costs = situation.planner.cost_to_go(station, math.nan)
             self._in_order = situation.planner.costs_in_order(station)
@@ -129,6 +131,15 @@ class Approach:
         others = [other for other in situation.stations if self._shares_queue(situation, other)]
         self._own_targets = self._targets = np.array([station, *others])
         self._told = b""  # stations of the neighbours, of which `_targets` are
+
+    def is_of(self, situation: Situation) -> bool:
+        """Whether map and safety radius are still those that were looked at.
+
+        Args:
+            situation: Of the robot.
+        """
+        is_same = self.lattice is situation.planner.lattice
+        return is_same and self._radius == situation.usual_radius
 
     def _closed_floor(self, situation: Situation, station: tuple[float, float]) -> float:
         """Return the floor [m²] of a dead end, or of a blind aisle for few robots.
@@ -287,6 +298,8 @@ class Approach:
 
     def reach_of(self, area: float) -> float:
         """Return the `way_to_queue` [m] within which there are `area` [m²] of floor.
+
+        Before large single lanes that is before each mouth, if all have the same floor.
 
         Args:
             area: [m²]

@@ -90,7 +90,7 @@ class Departure:
                 self._leave(situation, highest, region > 0)
                 return
         left = self._lease.left
-        if left is not None and left.lattice is lattice and left.contains(situation):
+        if left is not None and left.is_of(situation) and left.contains(situation):
             targets = left.targets(situation)
             _, _, highest = situation.neighbors.queue(targets, situation.tick, SAME_STATION)
             if highest:

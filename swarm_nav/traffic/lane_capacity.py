@@ -3,7 +3,7 @@
 Where two robots cannot pass each other, each robot needs a place of its own to make way to for one
 that goes out: a blind end or a mouth. With as many guests as there are such places, less one, there
 is always a free one (the condition C3 of docs/liveness.md). `conditions` tells before a run where
-more robots have goals; the leases of `holding` let no more in at a time.
+more robots have goals; the leases of `lease` let no more in at a time.
 """
 
 from __future__ import annotations
@@ -70,9 +70,13 @@ def ways_to(
     base, against = lattice.base.copy(), lattice.lane.copy()
     base[is_lane] = against[is_lane] = 0.0
     space = SearchSpace(base, against, lattice.heading, lattice.step, lattice.slots)
-    ways = space.cost_to_go(int(np.flatnonzero(is_lane)[0]))
+    ways = np.full(base.shape, np.inf, np.float32)
+    apart = np.flatnonzero(is_lane)  # without a way from those before that stays on the lanes
+    while len(apart):
+        ways = np.minimum(ways, space.cost_to_go(int(apart[0])))
+        apart = apart[ways.ravel()[apart] > 0.0]
     beyond = np.sort(ways[np.isfinite(ways) & ~is_lane])
-    return ways, beyond[:: max(1, mouths(terrain, radius, lane))]
+    return ways, beyond[:: max(1, mouths(terrain, radius, lane))].copy()
 
 
 @functools.lru_cache(maxsize=64)

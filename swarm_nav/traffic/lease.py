@@ -96,7 +96,8 @@ class Lease:
     _left_tick: int = 0
     _approach: Approach | None = None
     _is_through: bool = False  # whether it is on its large single lanes
-    _lane_there: tuple[Lattice | None, int] = (None, 0)  # single lanes of the station, by the map
+    # single lanes of the station, by map and radius
+    _lane_there: tuple[Lattice | None, float, int] = (None, 0.0, 0)
     _cover: Cover = field(default_factory=Cover)
     _alone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # (1, 2) the station
 
@@ -126,7 +127,7 @@ class Lease:
         self.is_leaving = False
         self._approach = None
         self.is_full = self._is_through = False
-        self._lane_there = None, 0
+        self._lane_there = None, 0.0, 0
 
     def update(self, situation: Situation) -> None:
         """Request within range of the station and work out the place in the queue.
@@ -151,7 +152,7 @@ class Lease:
             if not self.is_turn(situation.config.holding):
                 self.inherited = 0  # who waits ranks below those that it waits for
             elif highest and (self._is_through or not self.place):
-                # never less than before: a priority that comes and goes would delay all requests
+                # never less while it has its turn: a change would delay all requests
                 self.inherited = max(self.inherited, above(highest))
 
     def _leave(self, situation: Situation) -> None:
@@ -174,11 +175,10 @@ class Lease:
         config = situation.config
         lane = self._lane(situation)
         is_far = situation.distance_to(*self.station) > config.traffic.radio_range
-        may_ask = lane > 0 and (not is_far or is_large(situation, lane))
-        if may_ask and self._approach_of(situation).is_ahead(situation):
-            return True
-        if is_far:
+        if is_far and not is_large(situation, lane):
             return False
+        if lane and self._approach_of(situation).is_ahead(situation):
+            return True
         if self._is_near(situation, config.holding.request_distance):
             return True
         place, _, _ = self._requests(situation, situation.tick)
@@ -188,9 +188,10 @@ class Lease:
         """Return the number of the single lanes that the station lies on, 0 for none."""
         assert self.station is not None
         lattice = situation.planner.lattice
-        if self._lane_there[0] is not lattice:
-            self._lane_there = lattice, lane_at(situation, self.station)
-        return self._lane_there[1]
+        radius = situation.usual_radius
+        if self._lane_there[0] is not lattice or self._lane_there[1] != radius:
+            self._lane_there = lattice, radius, lane_at(situation, self.station)
+        return self._lane_there[2]
 
     def _is_near(self, situation: Situation, distance: float) -> bool:
         """Whether the station is within `distance` [m], and not behind a wall."""
@@ -215,7 +216,7 @@ class Lease:
 
     def _approach_of(self, situation: Situation) -> Approach:
         assert self.station is not None
-        if self._approach is None or self._approach.lattice is not situation.planner.lattice:
+        if self._approach is None or not self._approach.is_of(situation):
             self._approach = Approach(situation, self.station)
         return self._approach
 

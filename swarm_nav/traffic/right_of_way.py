@@ -56,6 +56,7 @@ class RightOfWay:
         self._blocked_since = -1
         self._is_diverted = False
         self._was_stuck = False  # since it was pushed
+        self._was_barred = False  # likewise: it stood on its way to a refuge for long
         self._is_at_refuge = False  # by the last search
         self._margin = REFUGE_MARGIN
         self._kept_free: tuple[FloatArray, float] = np.zeros((0, 2)), 0.0  # pusher's way and reach
@@ -120,7 +121,7 @@ class RightOfWay:
     def _release(self, situation: Situation) -> None:
         self.inherited = 0
         situation.yields_for = 0
-        self.is_stuck = self._was_stuck = False
+        self.is_stuck = self._was_stuck = self._was_barred = False
         self._blocked_since = -1
         if self._is_diverted:
             self._is_diverted = False
@@ -140,7 +141,7 @@ class RightOfWay:
         if is_new:
             situation.counters.pushes += 1
             situation.yields_for = pusher_id
-            self.is_stuck = self._was_stuck = False
+            self.is_stuck = self._was_stuck = self._was_barred = False
             self._is_at_refuge = False
             self._margin = REFUGE_MARGIN
             self._blocked_since = -1
@@ -153,16 +154,14 @@ class RightOfWay:
         elif self._blocked_since < 0:
             self._blocked_since = situation.tick
         waited = situation.tick - self._blocked_since if self._blocked_since >= 0 else 0
-        is_barred = max(waited, situation.obstacle_ticks) > situation.stuck_ticks
-        if is_barred:
-            self.is_stuck = self._was_stuck = True
-            self._margin = REFUGE_MARGIN
+        if max(waited, situation.obstacle_ticks) > situation.stuck_ticks:
+            self.is_stuck = self._was_stuck = self._was_barred = True
         if situation.tick < self._next_search_tick:
             return
         if situation.tube.is_complete or self.is_stuck:
             if self._is_at_refuge:  # and in the way there, as the pusher says
                 self._margin += REFUGE_MARGIN
-            self._search(situation, smooth=not is_barred)
+            self._search(situation)
 
     def _goes_on(self, situation: Situation, row: int) -> bool:
         """Whether the robot gets out of the pusher's way by going its own, with its priority."""
@@ -174,10 +173,11 @@ class RightOfWay:
                 return False
         return clears_way(situation, row)
 
-    def _search(self, situation: Situation, *, smooth: bool = True) -> None:
+    def _search(self, situation: Situation) -> None:
         """Adopt the way to the nearest refuge, or say that there is none."""
         self._next_search_tick = situation.tick + situation.retry_ticks
         way, reach = self._kept_free
+        smooth = not self._was_barred
         path = refuge_path(situation, way, reach + self._margin, self.inherited, smooth)
         self._is_at_refuge = path is not None and len(path) < 2
         if path is None:

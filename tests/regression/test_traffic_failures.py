@@ -467,13 +467,14 @@ def test_a_smooth_way_to_a_refuge_that_a_robot_bars_is_not_tried_again() -> None
     hear(s, blocked_by_us(3.2, 2, **pusher))
     right.update(s)
     first = s.tube.points.copy()
-    for waited in (1, s.stuck_ticks + 1):
+    for waited in (1, s.stuck_ticks + 1, s.retry_ticks, s.retry_ticks):
         s.tick += waited
         s.blocked_ticks += waited
         hear(s, blocked_by_us(3.2, 2, **pusher))
         right.update(s)
+        is_the_same = np.array_equal(first, s.tube.points)
+        assert is_the_same is (waited == 1)
     assert right.is_stuck
-    assert not np.array_equal(first, s.tube.points)
 
 
 def test_refuge_search_is_deterministic() -> None:

@@ -218,10 +218,11 @@ LONG = room(14.0, 9.0, (0.0, 0.0, 8.0, 4.0), (0.0, 5.0, 8.0, 9.0))  # 1 m wide, 
 END = (0.8, 4.5)
 
 
-def before_long_aisle(*others: np.void) -> tuple[Situation, Lease]:
+def before_long_aisle(*others: np.void, x: float = 10.0) -> tuple[Situation, Lease]:
     """Return a robot whose station is out of its radio's range, and its lease."""
-    s = situation(LONG, Pose(10.0, 4.5, math.pi), robot_id=5)
-    s.tube.adopt(np.column_stack((np.arange(10.0, END[0], -0.05), np.full(184, 4.5))))
+    s = situation(LONG, Pose(x, 4.5, math.pi), robot_id=5)
+    way = np.arange(x, END[0], -0.05)
+    s.tube.adopt(np.column_stack((way, np.full(len(way), 4.5))))
     hear(s, *others) if others else None
     lease = Lease()
     lease.aim(END)
@@ -266,10 +267,22 @@ def test_who_asked_and_was_seen_on_single_lanes_out_of_hearing_takes_room(
 def test_who_waits_for_long_single_lanes_leaves_room_for_those_before_it() -> None:
     def too_near(ahead: int) -> bool:
         others = (waiting(robot, 50, END) for robot in range(20, 20 + ahead))
-        s, lease = before_long_aisle(*others)
+        s, lease = before_long_aisle(*others, x=11.0)
         return lease.is_too_near(s)
 
     assert [too_near(ahead) for ahead in (1, 12)] == [False, True]
+
+
+def test_a_smaller_margin_that_leaves_no_single_lanes_is_taken() -> None:
+    """The look-up of lanes that are not there any more ended the process."""
+    wider = room(20.0, 9.0, (0.0, 0.0, 8.0, 4.0), (0.0, 5.4, 8.0, 9.0))
+    s = situation(wider, Pose(18.0, 5.0, math.pi), parameters=config(traffic__safety_margin=0.1))
+    lease = Lease()
+    lease.aim((1.5, 5.0))
+    for margin in (0.1, 0.05):
+        s.configure(config(traffic__safety_margin=margin))
+        lease.update(s)
+    assert lease.tick == 0
 
 
 THROUGH = room(20.0, 9.0, (4.0, 0.0, 15.0, 4.0), (4.0, 5.0, 15.0, 9.0))  # 1 m wide, 11 m long
