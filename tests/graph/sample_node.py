@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from typing import Any
 
 import rclpy
@@ -27,8 +28,10 @@ def refuse_negative(parameters: list[Any]) -> SetParametersResult:
 
 
 def wait(handle: Any) -> Wait.Result:
-    """Answer a Wait goal with one feedback message."""
-    handle.publish_feedback(Wait.Feedback())
+    """Answer a Wait goal with feedback; what is sent before clients are matched is lost."""
+    for _ in range(10):
+        handle.publish_feedback(Wait.Feedback())
+        time.sleep(0.05)
     handle.succeed()
     return Wait.Result(error_msg="waited")
 
