@@ -27,7 +27,6 @@ from swarm_nav.traffic.situation import Situation
 SAME_STATION = 0.6  # [m] between targets that are one station
 DETOUR = 2.5  # times the distance: what is farther by way is behind a wall
 QUEUE_AREA = 2.0  # [m²] of floor that each robot before one in the queue needs
-LANE_QUEUE_AREA = 4.0  # [m²] likewise before each mouth of large single lanes: others come out
 QUEUE_STEP = 1.5  # [m] beyond its place in the queue from where a parked robot moves up
 
 
@@ -210,9 +209,8 @@ class Lease:
     def _queue(self, situation: Situation, place: int) -> float:
         """Return the distance [m] that `place` robots need, and those on large single lanes."""
         approach = self._approach_of(situation)
-        if approach.is_large:
-            return approach.reach_of((place + approach.room) * LANE_QUEUE_AREA)
-        return approach.reach_of(place * QUEUE_AREA)
+        robots = place + approach.room if approach.is_large else place
+        return approach.reach_of(robots * QUEUE_AREA)
 
     def _approach_of(self, situation: Situation) -> Approach:
         assert self.station is not None
