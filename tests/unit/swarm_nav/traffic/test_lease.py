@@ -83,6 +83,20 @@ def test_all_contenders_agree_on_one_order() -> None:
     assert places == {3: 0, 5: 1, 2: 2, 4: 3}
 
 
+def test_who_has_no_turn_inherits_nothing() -> None:
+    """One that had lost its turn kept the priority: it stood in single lanes and was not pushed."""
+    s = situation(HALL, NEAR, 5, config(holding__approach_slots=1))
+    rank = base_priority(CLASS_HOLDING, 0, 7)
+    later = beacon(7, 2.0, 10.0, station=STATION, station_tick=150, priority=rank)
+    lease = lease_of(s, later)
+    assert lease.inherited > rank
+    s.tick += 1
+    hear(s, later, waiting(2, 50))
+    lease.update(s)
+    assert lease.place == 1
+    assert lease.inherited == 0
+
+
 def test_a_new_target_gives_the_lease_back_and_the_same_one_keeps_it() -> None:
     lease = lease_of(situation(HALL, NEAR))
     lease.aim(STATION)
