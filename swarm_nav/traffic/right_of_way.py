@@ -265,7 +265,7 @@ def refuge_path(
     rank at least `priority` and stuck ones are walls; lower ones may be pushed. Tries a smooth path
     with a margin first, then tighter ones; None if there is no refuge. A smooth one cuts corners
     and keeps off walls, which may lead nearer to a robot beside it or to what only the LiDAR sees:
-    where that bars the way, there is none.
+    where that bars the way, none is tried.
 
     Args:
         situation: Of the robot.
