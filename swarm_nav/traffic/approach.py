@@ -188,7 +188,7 @@ class Approach:
         raw = told.tobytes()
         if raw != self._told:  # seldom: robots keep to a station for long
             self._told = raw
-            there = {(x, y) for x, y in told.tolist() if math.isfinite(x)}
+            there = {(x, y) for x, y in told.tolist() if math.isfinite(x) and math.isfinite(y)}
             shared = sorted(place for place in there if self._shares_queue(situation, place))
             self._targets = np.array([*self._own_targets, *shared])
         return self._targets
