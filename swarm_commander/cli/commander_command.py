@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import signal
 import time
 from typing import Annotated
 
@@ -27,6 +28,7 @@ from swarm_commander.mission.mission import (
 )
 from swarm_commander.mission.swarm_watch import SwarmWatch
 from swarm_commander.run.domain import domain_id, patience_for
+from swarm_commander.run.processes.signals import SignalCounter
 from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
@@ -114,17 +116,17 @@ class Commander:
                 self._node, name, itinerary, self, announces=not mission.is_single_goal
             )
         self._wait_until_ready()
-        try:
+        with SignalCounter() as signals:  # an exception may be lost or changed in rclpy
             for driver in self._drivers.values():
                 driver.start()
-            while not all(driver.is_over for driver in self._drivers.values()):
+            while not signals.count and not self._are_all_over():
                 rclpy.spin_once(self._node, timeout_sec=0.2)
                 self._watch.check()
                 for driver in self._drivers.values():
                     driver.robot.look()
-        except KeyboardInterrupt:
+        if signals.count:
             self._abandon()
-            raise
+            signal.raise_signal(signals.latest)  # ends this process
         return 1 if self._failed else 0
 
     # Listener
@@ -190,6 +192,9 @@ class Commander:
                 if time.monotonic() > deadline:
                     raise ConfigError(f"{driver.name} takes no goals; is its navigator active?")
                 rclpy.spin_once(self._node, timeout_sec=0.1)
+
+    def _are_all_over(self) -> bool:
+        return all(driver.is_over for driver in self._drivers.values())
 
     def _abandon(self) -> None:
         typer.echo("stopping: goals are cancelled")

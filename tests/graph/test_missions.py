@@ -179,8 +179,24 @@ def test_without_a_mission_the_robots_are_only_watched(robots: Robots, runner: A
     assert (status["robot"], status["goals_reached"], status["goal_map"]) == ("Srobot1", 0, None)
 
 
-def start_commander(*flags: str) -> subprocess.Popen[str]:
-    code = "from swarm_commander.cli.main import commander; commander()"
+COMMANDER = "from swarm_commander.cli.main import commander; commander()"
+# As if converting a message had met the exception.
+CHANGES_EXCEPTIONS = """
+import rclpy
+
+spin_once = rclpy.spin_once
+
+def spin(*args, **options):
+    try:
+        spin_once(*args, **options)
+    except KeyboardInterrupt:
+        raise RuntimeError("error return without exception set")
+
+rclpy.spin_once = spin
+"""
+
+
+def start_commander(*flags: str, code: str = COMMANDER) -> subprocess.Popen[str]:
     return subprocess.Popen(
         (sys.executable, "-c", code, *flags),
         env=ENVIRONMENT,
@@ -225,10 +241,11 @@ def test_the_commander_drives_to_one_goal(robots: Robots) -> None:
     assert "Srobot1  (1.5, -2): reached" in result.stdout
 
 
-def test_ctrl_c_ends_a_mission(robots: Robots, operator: Node) -> None:
+@pytest.mark.parametrize("code", [COMMANDER, CHANGES_EXCEPTIONS + COMMANDER])
+def test_ctrl_c_ends_a_mission(robots: Robots, operator: Node, code: str) -> None:
     """The cancelled goal counted as failed, and was sent again: the robot drove on."""
     robots("1")
-    process = start_commander("Srobot1")
+    process = start_commander("Srobot1", code=code)
     assert process.stdout is not None
     while "holding" not in process.stdout.readline():
         assert process.poll() is None

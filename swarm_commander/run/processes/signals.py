@@ -16,10 +16,12 @@ class SignalCounter:
 
     Attributes:
         count: So far.
+        latest: Number of the latest; 0 before the first.
     """
 
     def __init__(self) -> None:
         self.count = 0
+        self.latest = 0
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> SignalCounter:
@@ -37,5 +39,6 @@ class SignalCounter:
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
-    def _note(self, *_: object) -> None:
+    def _note(self, number: int, _: object) -> None:
         self.count += 1
+        self.latest = number

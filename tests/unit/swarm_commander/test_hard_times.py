@@ -132,6 +132,7 @@ def test_ros_logs_to_the_folder_of_the_run(
     process = up.start()
     wait_for(lambda: len(up.left_running()) >= 4)
     for child in psutil.Process(process.pid).children():
+        wait_for(lambda c=child: "ROS_LOG_DIR" in c.environ())  # a fork has it from its exec on
         assert child.environ()["ROS_LOG_DIR"] == str(up.run_dir / "logs" / "ros")
     process.terminate()
     process.communicate(timeout=60)
