@@ -45,7 +45,9 @@ class Tube:
         self.published: NDArray[np.uint32] = points.view(np.uint32).ravel()
         self.published_held = self._blocks[0], 0  # and how many of its points count
         self.published_sizes = (0, 0, 0)  # points that count of held, wanted, intent
-        self._log: NDArray[np.int64] = np.zeros((REMEMBERED, 2), np.int64)
+        # room for twice as many: it is moved when it is full, not in each tick
+        self._log: NDArray[np.int64] = np.zeros((2 * REMEMBERED, 2), np.int64)
+        self._logged = 0  # rows of the log in use, the latest last
         self.is_reverse = False
         self.reset(pose)
 
@@ -120,14 +122,14 @@ class Tube:
     def span(self) -> tuple[int, int, int]:
         """(stop, last point wanted now, last point requested in enough beacons)."""
         last = min(self.near + self._held_points, len(self.points) - 1)
-        first = self._noted - self._confirmations
-        confirmed = int(self._log[first, 1]) if first >= 0 else -1
+        is_known = self._noted >= self._confirmations
+        confirmed = int(self._log[self._logged - self._confirmations, 1]) if is_known else -1
         return self.stop, max(self.stop, last), confirmed
 
     @property
     def requests(self) -> NDArray[np.int64]:
         """(k, 2): tick and last point of the requests published since the last change."""
-        return self._log[: self._noted]
+        return self._log[self._logged - self._noted : self._logged]
 
     def forget_requests(self) -> None:
         """Discard confirmations, because the request has changed."""
@@ -163,12 +165,13 @@ class Tube:
         return held[: sizes[0]], wanted[: sizes[1]], intent[: sizes[2]]
 
     def _note_request(self, tick: int, end: int) -> None:
-        if self._noted == REMEMBERED:
-            self._log[:-1] = self._log[1:]
-        else:
-            self._noted += 1
-        self._log[self._noted - 1, 0] = tick
-        self._log[self._noted - 1, 1] = end
+        if self._logged == len(self._log):
+            self._log[:REMEMBERED] = self._log[REMEMBERED:]
+            self._logged = REMEMBERED
+        self._log[self._logged, 0] = tick
+        self._log[self._logged, 1] = end
+        self._logged += 1
+        self._noted = min(self._noted + 1, REMEMBERED)
 
     def advance(self, pose: Pose, limit: int) -> None:
         """Move the robot's index to the nearest point from here on.

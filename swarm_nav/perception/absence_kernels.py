@@ -181,18 +181,17 @@ def tell(known: PlainSightings, own_id: int, tick: int, out: Words) -> None:
     if not count:
         return
     floats = out.view(np.float32)
-    first = (tick * SIGHTINGS + own_id * OWN_SHIFT) % count
-    turn = -1
+    k = -((tick * SIGHTINGS + own_id * OWN_SHIFT) % count)  # turn of the first robot
     for robot in range(ticks.shape[0]):
         if ticks[robot] == NEVER or robot == own_id:
             continue
-        turn += 1
-        k = (turn - first) % count
-        if k < SIGHTINGS:
-            out[k] = robot + SIGHTED_ASKS if asks[robot] else robot
-            out[SIGHTINGS + k] = ticks[robot]
-            floats[2 * SIGHTINGS + 2 * k] = places[robot, 0]
-            floats[2 * SIGHTINGS + 2 * k + 1] = places[robot, 1]
+        turn = k if k >= 0 else k + count
+        k += 1
+        if turn < SIGHTINGS:
+            out[turn] = robot + SIGHTED_ASKS if asks[robot] else robot
+            out[SIGHTINGS + turn] = ticks[robot]
+            floats[2 * SIGHTINGS + 2 * turn] = places[robot, 0]
+            floats[2 * SIGHTINGS + 2 * turn + 1] = places[robot, 1]
 
 
 @njit(cache=True)
