@@ -95,7 +95,7 @@ def pack_head(words: NDArray[np.uint32], head: Sequence[float]) -> None:
         words: (BEACON_WORDS,) of one beacon, written.
         head: The numbers, of the kind that each member has: whole ones for integers.
     """
-    _HEAD.pack_into(words, 0, *head)
+    _HEAD.pack_into(words.data, 0, *head)
 
 
 @functools.lru_cache(maxsize=16)
