@@ -100,7 +100,7 @@ class Navigator:
         self._people = NOBODY_NEAR  # at the end of the last tick in which the robot could drive
 
     def _narrow_region(self) -> NDArray[np.int16] | None:
-        return narrow_region(self._s.terrain, self._s.stations)
+        return narrow_region(self._s.terrain, self._s.stations, self._s.usual_radius)
 
     @property
     def config(self) -> NavConfig:

@@ -42,7 +42,7 @@ def prepare(robots: Sequence[NodeSettings], grid: Grid, processes: int) -> Condi
             continue
         seen.add(key)
         stations = tuple((pose.x, pose.y) for pose in robot.sites.stations.values())
-        narrow_region(situation.terrain, stations)
+        narrow_region(situation.terrain, stations, situation.usual_radius)
         single_lanes(situation.terrain, situation.usual_radius)
         if processes >= MANY_PROCESSES:
             _find_ways(situation.planner, robot)

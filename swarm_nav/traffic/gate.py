@@ -32,6 +32,7 @@ from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
 from swarm_nav.traffic import gate_kernels
 from swarm_nav.traffic.single_lane_kernels import label_at
+from swarm_nav.traffic.single_lanes import rooms
 from swarm_nav.traffic.situation import Situation
 
 NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
@@ -44,40 +45,48 @@ is_inside = gate_kernels.is_inside.py_func  # for one point cheaper than the cal
 
 @functools.lru_cache(maxsize=4)
 def narrow_region(
-    terrain: Terrain, stations: tuple[tuple[float, float], ...]
+    terrain: Terrain, stations: tuple[tuple[float, float], ...], radius: float
 ) -> NDArray[np.int16] | None:
     """Return the parts of narrow regions with stations; the last few results are kept.
 
-    A cell is narrow if it is farther than `HALL_DISTANCE` from all places with such clearance.
+    A cell is narrow if it is farther than `HALL_DISTANCE` from all places with such clearance. In
+    halls of narrow ways that is nearly everywhere; so half of it counts first, for stations where
+    two robots pass each other: in an aisle in which none can wait beside them.
 
     Args:
         terrain: Map for one size of robot.
         stations: (x, y) [m] in map.
+        radius: [m] safety radius.
 
     Returns:
         (h, w) number of the part that each lattice cell belongs to from 1, 0 outside; None if there
         is no such region, and on a map without an open place to wait in.
     """
     lattice = terrain.lattice
-    is_hall = lattice.clearance >= HALL_DISTANCE
-    if not stations or not is_hall.any():
-        return None  # no open place to wait in
-    from_hall = distance_kernels.distance_cells(is_hall) * lattice.step
-    is_free = lattice.base < search_kernels.WALL
-    narrow = is_free & (from_hall > HALL_DISTANCE)
-    region = np.zeros(narrow.shape, np.int16)
+    places = [node for x, y in stations if (node := lattice.node_of(x, y)) is not None]
+    region = np.zeros(lattice.base.shape, np.int16)
     count = 0
-    for x, y in stations:
-        node = lattice.node_of(x, y)
-        if node is None:
-            continue
-        row, column = divmod(node, narrow.shape[1])
-        if narrow[row, column] and not region[row, column]:
-            part = _component(lattice, narrow, row, column)
-            if part.sum() * lattice.step**2 >= LEAST_AREA:
-                count += 1
-                region[part] = count
+    passing = rooms(terrain, radius)
+    anywhere = np.ones_like(passing)
+    for width, floor in ((HALL_DISTANCE / 2, passing), (HALL_DISTANCE, anywhere)):
+        narrow = _narrow(lattice, width)
+        for node in places:
+            row, column = divmod(node, narrow.shape[1])
+            if (narrow & floor)[row, column] and not region[row, column]:
+                part = _component(lattice, narrow, row, column)
+                if part.sum() * lattice.step**2 >= LEAST_AREA and not region[part].any():
+                    count += 1
+                    region[part] = count
     return region if count else None
+
+
+def _narrow(lattice: Lattice, width: float) -> NDArray[np.bool_]:
+    """Return the cells (h, w) farther than `width` [m] from all places with such clearance."""
+    is_hall = lattice.clearance >= width
+    if not is_hall.any():
+        return is_hall  # no open place to wait in
+    is_far = distance_kernels.distance_cells(is_hall) * lattice.step > width
+    return np.asarray((lattice.base < search_kernels.WALL) & is_far, np.bool_)
 
 
 def _component(

@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from swarm_common.model.records import Pose
 from swarm_nav.core.priority import SENIORITY
@@ -14,6 +15,7 @@ from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.traffic import gate_kernels as kernels
 from swarm_nav.traffic.gate import ADMITTED, NONE, Gate, narrow_region
 from swarm_nav.traffic.single_lane_kernels import label, label_at
+from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import beacon, hear, room, seen, situation
 from tests.oracles import narrows as oracle
 
@@ -70,10 +72,14 @@ def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
     assert cells == oracle.cells_within(region, FRAME, (1.0, 1.0), 0.83)
 
 
+def region_of(s: Situation, *stations: tuple[float, float]) -> NDArray[np.int16] | None:
+    return narrow_region(s.terrain, stations, s.usual_radius)
+
+
 def test_a_hall_alone_has_no_narrow_region() -> None:
     s = situation(HALL, Pose(4.5, 4.5, 0.0))
-    assert narrow_region(s.terrain, ((4.5, 4.5),)) is None
-    assert narrow_region(s.terrain, ()) is None
+    assert region_of(s, (4.5, 4.5)) is None
+    assert region_of(s) is None
 
 
 def gate_and_robot(*others: np.void) -> tuple[Gate, object]:
@@ -227,7 +233,33 @@ def test_room_at_the_mouth_is_the_same_wherever_the_robot_asks() -> None:
 def test_a_corner_is_no_region() -> None:
     """Any corner within 2 m of two walls counted as narrow, and closed a free station in it."""
     s = situation(HALL, Pose(4.5, 4.5, 0.0))
-    assert narrow_region(s.terrain, ((0.5, 0.5),)) is None
+    assert region_of(s, (0.5, 0.5)) is None
+
+
+AISLES = room(28.0, 4.2, (2.5, 1.4, 25.5, 1.8))  # 1.4 m and 2.4 m wide
+
+
+def test_a_narrow_aisle_is_a_region_where_all_ways_are_narrow() -> None:
+    """Without open floor 4 m wide there was none: 45 robots crowded into one of two lanes."""
+    s = situation(AISLES, Pose(1.0, 3.0, 0.0))
+    region = region_of(s, (14.0, 0.7), (14.0, 3.0))
+    assert region is not None
+    frame = s.planner.lattice.frame
+    places = ((14.0, 0.7), (5.0, 0.7), (14.0, 3.0), (1.0, 0.7))
+    assert [label_at(region, frame, x, y) for x, y in places] == [1, 1, 0, 0]
+
+
+def test_narrow_aisles_come_before_the_narrow_part_of_the_hall_that_has_them() -> None:
+    walls = [(2.5 + x, 1.4, 25.5 + x, 1.8) for x in (0.0, 29.0)]
+    grid = room(58.0, 9.0, *walls, (2.5, 4.2, 29.0, 4.6), (33.0, 4.2, 58.0, 4.6))
+    s = situation(grid, Pose(1.0, 3.0, 0.0))
+    region = region_of(s, (14.0, 3.0), (14.0, 0.7))
+    assert region is not None
+    frame = s.planner.lattice.frame
+    assert [label_at(region, frame, 14.0, y) for y in (3.0, 0.7)] == [0, 1]
+    alone = region_of(s, (14.0, 3.0))
+    assert alone is not None
+    assert label_at(alone, frame, 14.0, 3.0) == label_at(alone, frame, 14.0, 0.7) == 1
 
 
 def test_inside_nothing_is_asked() -> None:
