@@ -32,11 +32,12 @@ from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
 from swarm_nav.traffic import gate_kernels
 from swarm_nav.traffic.single_lane_kernels import label_at
-from swarm_nav.traffic.single_lanes import rooms
+from swarm_nav.traffic.single_lanes import parts, rooms
 from swarm_nav.traffic.situation import Situation
 
 NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
 LEAST_AREA = 16.0  # [m²] of a region; fewer robots than that has room for are led by the lease
+MOST_AREA = 260.0  # [m²] of a region; a larger one has room for a swarm of 100
 WAY_POINTS = 60  # path points, 3 m, in which the region's border is looked for
 SEEN_TICKS = 150  # for which a robot counts as inside since it was seen there
 
@@ -50,8 +51,9 @@ def narrow_region(
     """Return the parts of narrow regions with stations; the last few results are kept.
 
     A cell is narrow if it is farther than `HALL_DISTANCE` from all places with such clearance. In
-    halls of narrow ways that is nearly everywhere; so half of it counts first, for stations where
-    two robots pass each other: in an aisle in which none can wait beside them.
+    halls without open floor that is all of the hall, which never is full. There half the distance
+    counts, for stations where two robots pass each other: in an aisle in which none can wait beside
+    them.
 
     Args:
         terrain: Map for one size of robot.
@@ -63,17 +65,20 @@ def narrow_region(
         is no such region, and on a map without an open place to wait in.
     """
     lattice = terrain.lattice
-    places = [node for x, y in stations if (node := lattice.node_of(x, y)) is not None]
-    region = np.zeros(lattice.base.shape, np.int16)
+    narrow, aisles = (_narrow(lattice, width) for width in (HALL_DISTANCE, HALL_DISTANCE / 2))
+    for part in parts(narrow):
+        if part.sum() * lattice.step**2 <= MOST_AREA:
+            aisles &= ~part
+    region = np.zeros(narrow.shape, np.int16)
     count = 0
-    passing = rooms(terrain, radius)
-    anywhere = np.ones_like(passing)
-    for width, floor in ((HALL_DISTANCE / 2, passing), (HALL_DISTANCE, anywhere)):
-        narrow = _narrow(lattice, width)
-        for node in places:
+    for floor, starts in ((aisles, aisles & rooms(terrain, radius)), (narrow, narrow)):
+        for x, y in stations:
+            node = lattice.node_of(x, y)
+            if node is None:
+                continue
             row, column = divmod(node, narrow.shape[1])
-            if (narrow & floor)[row, column] and not region[row, column]:
-                part = _component(lattice, narrow, row, column)
+            if starts[row, column] and not region[row, column]:
+                part = _component(lattice, floor, row, column)
                 if part.sum() * lattice.step**2 >= LEAST_AREA and not region[part].any():
                     count += 1
                     region[part] = count

@@ -13,7 +13,7 @@ from swarm_nav.core.priority import SENIORITY
 from swarm_nav.perception.absence_kernels import NEVER, Sightings
 from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.traffic import gate_kernels as kernels
-from swarm_nav.traffic.gate import ADMITTED, NONE, Gate, narrow_region
+from swarm_nav.traffic.gate import ADMITTED, MOST_AREA, NONE, Gate, narrow_region
 from swarm_nav.traffic.single_lane_kernels import label, label_at
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import beacon, hear, room, seen, situation
@@ -249,17 +249,20 @@ def test_a_narrow_aisle_is_a_region_where_all_ways_are_narrow() -> None:
     assert [label_at(region, frame, x, y) for x, y in places] == [1, 1, 0, 0]
 
 
-def test_narrow_aisles_come_before_the_narrow_part_of_the_hall_that_has_them() -> None:
+def test_an_aisle_is_a_region_where_the_narrow_part_around_it_never_is_full(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     walls = [(2.5 + x, 1.4, 25.5 + x, 1.8) for x in (0.0, 29.0)]
     grid = room(58.0, 9.0, *walls, (2.5, 4.2, 29.0, 4.6), (33.0, 4.2, 58.0, 4.6))
     s = situation(grid, Pose(1.0, 3.0, 0.0))
-    region = region_of(s, (14.0, 3.0), (14.0, 0.7))
-    assert region is not None
     frame = s.planner.lattice.frame
-    assert [label_at(region, frame, 14.0, y) for y in (3.0, 0.7)] == [0, 1]
-    alone = region_of(s, (14.0, 3.0))
-    assert alone is not None
-    assert label_at(alone, frame, 14.0, 3.0) == label_at(alone, frame, 14.0, 0.7) == 1
+    for most, expected in ((MOST_AREA, [1, 1]), (60.0, [0, 1])):
+        monkeypatch.setattr("swarm_nav.traffic.gate.MOST_AREA", most)
+        narrow_region.cache_clear()
+        region = region_of(s, (14.0, 3.0), (14.0, 0.7))
+        assert region is not None
+        assert [label_at(region, frame, 14.0, y) for y in (3.0, 0.7)] == expected
+    narrow_region.cache_clear()
 
 
 def test_inside_nothing_is_asked() -> None:
