@@ -3,7 +3,8 @@
 python -m tests.fakes.ros_robots COUNT [--fail NAME] [--mute NAME] [--homes]
 
 Time goes on as in lockstep: it stands still while a robot whose mission is active has no goal.
-`--fail` gives a robot whose every goal fails at the first try, `--mute` one that goes silent.
+`--fail` gives a robot whose every goal fails at the first try, `--mute` one that goes silent with
+its first goal.
 With `--homes` they know where they were started: at y = 7, not where they are. Once all are there,
 a line says so.
 """
@@ -30,7 +31,6 @@ from swarm_common.files.resources import find_resource
 from swarm_common.middleware.ros_io import LATCHED, RELIABLE, start_in, time_msg
 
 DRIVE_TICKS = 20
-MUTE_AFTER = 30  # ticks
 
 
 class Robot:
@@ -43,6 +43,7 @@ class Robot:
         self.fails = fails
         self.mission_active = False
         self.goal: Pose2D | None = None
+        self._has_had_goal = False
         self.start_tick = self.tick = 0
         self.reached = self.failed = 0
         self.station = ""
@@ -71,7 +72,7 @@ class Robot:
 
     @property
     def is_silent(self) -> bool:
-        return self.is_mute and self.tick > MUTE_AFTER
+        return self.is_mute and self._has_had_goal
 
     def step(self, tick: int) -> None:
         self.tick = tick
@@ -120,6 +121,7 @@ class Robot:
             self.finish("preempted")
         pose = handle.request.pose
         self.goal = Pose2D(x=pose.pose.position.x, y=pose.pose.position.y, theta=0.0)
+        self._has_had_goal = True
         self.start_tick = max(self.tick, start_in(handle.request.behavior_tree))
         self.publish()
         self._end = Future()
