@@ -64,6 +64,8 @@ def narrow_region(
         (h, w) number of the part that each lattice cell belongs to from 1, 0 outside; None if there
         is no such region, and on a map without an open place to wait in.
     """
+    if not stations:
+        return None
     lattice = terrain.lattice
     narrow, aisles = (_narrow(lattice, width) for width in (HALL_DISTANCE, HALL_DISTANCE / 2))
     for part in parts(narrow):

@@ -7,7 +7,7 @@ import pytest
 
 from swarm_common.model.beacon import HELD_POINTS, INTENT_POINTS, WANTED_POINTS
 from swarm_common.model.records import Pose
-from swarm_nav.control.tube import Tube, padded
+from swarm_nav.control.tube import REMEMBERED, Tube, padded
 from swarm_nav.core.config import TrafficConfig
 
 HOME = Pose(0.0, 0.0, 0.0)
@@ -158,14 +158,16 @@ def test_the_number_of_confirmations_is_a_parameter() -> None:
     assert tube.span[2] == 7
 
 
-def test_requests_are_remembered_with_their_ticks_until_one_changes() -> None:
+@pytest.mark.parametrize("count", [50, 64, 65, 150])
+def test_requests_are_remembered_with_their_ticks_until_one_changes(count: int) -> None:
     tube = tube_along_x()
-    for tick in range(50):
+    for tick in range(count):
         tube.stop = min(tick // 10, 3)
         tube.publish(HOME, tick)
-    assert tube.requests[-1].tolist() == [49, 10]
-    assert tube.requests[:, 0].tolist() == list(range(50 - len(tube.requests), 50))
+    assert tube.requests[-1].tolist() == [count - 1, 10]
+    assert tube.requests[:, 0].tolist() == list(range(count - len(tube.requests), count))
     assert (np.diff(tube.requests[:, 1]) >= 0).all()
+    assert len(tube.requests) == min(count, REMEMBERED)
     tube.forget_requests()
     assert len(tube.requests) == 0
 
