@@ -341,7 +341,8 @@ class Navigator:
     def _sense(self, is_lost: bool) -> bool:
         """Take in what the neighbours said; return whether the robot knows enough to drive."""
         s = self._s
-        s.neighbors.refresh(s.tick)
+        if s.neighbors.refresh(s.tick):
+            s.note_bodies()
         s.radio.note(s.neighbors.mean_trip)
         return self._senses.update(is_lost)
 

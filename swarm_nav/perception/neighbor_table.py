@@ -35,6 +35,7 @@ ACQUAINTING = 4  # ticks in which robots that come into range have heard each ot
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
 PARKED = 0.2  # [m] that the space of a robot that stands is long, at most
 PASSED_EVERY = 8  # ticks between two checks for robots on the place of a silent one
+MOST_BODY = 5.0  # [m] circumscribed radius of a robot
 INITIAL_ROWS = 32
 CLAIM_COLUMNS = kernels.Columns._fields[4:]  # those of beacons
 
@@ -60,6 +61,7 @@ class NeighborTable:
         has_immovable: Whether any of the `immovable` ones is there.
         mean_trip: [ticks] from own beacons to their acknowledgements now, 0 if none counts.
         deaf_neighbor: Id of a near robot that does not hear this one, 0 if all do.
+        largest_body: [m] circumscribed radius of the largest robot heard so far, 0 without any.
         hearing_reach: [m] within which every robot that is heard has to hear this one: if one of
             them falls silent there, it is within the space that this robot knows.
     """
@@ -94,6 +96,7 @@ class NeighborTable:
         self.has_immovable = False
         self.mean_trip = 0.0
         self.deaf_neighbor = 0
+        self.largest_body = 0.0
         self._allocate(INITIAL_ROWS)
         self._show(0)
 
@@ -133,11 +136,14 @@ class NeighborTable:
         if len(reception.rows):
             self._inbox.append((reception, (x, y)))
 
-    def refresh(self, tick: int) -> None:
+    def refresh(self, tick: int) -> bool:
         """Store the received beacons, compute ages and forget robots that left.
 
         Args:
             tick: Now.
+
+        Returns:
+            Whether one of them has a larger body than all before.
         """
         inbox, self._inbox = self._inbox, []
         if self._remembers_absent:
@@ -164,13 +170,28 @@ class NeighborTable:
         count, self.deaf_neighbor, self._is_pushed, self._has_silent = found[:4]
         self.has_immovable, self.mean_trip = found[4:]
         self._heard_tick = tick
+        is_larger = False
         if count != self._count or self._is_new:
             self._show(count)
+            is_larger = self._note_bodies()
         if self._left_count[0]:
             if self._remembers_absent:
                 words = self._left[: self._left_count[0]]
                 self._absence.add(words, self._have_parted(words))
             self._left_count[0] = 0
+        return is_larger
+
+    def _note_bodies(self) -> bool:
+        """Look how large the robots are that are heard; return whether one is larger than all."""
+        corners = self.beacons["footprint"].astype(np.float64)
+        reaches = np.hypot(corners[:, :, 0], corners[:, :, 1]).max(axis=1, initial=0.0)
+        largest = float(
+            reaches[reaches <= MOST_BODY].max(initial=0.0)
+        )  # what is absurd is left out
+        is_larger = largest > self.largest_body
+        if is_larger:
+            self.largest_body = largest
+        return is_larger
 
     def _ask_for_absent(self, inbox: list[Heard], tick: int) -> None:
         """Take back robots that seem not to have left, with the next batch, until they have."""

@@ -8,6 +8,7 @@ gets two-way passages and one sense of circulation around islands without hand-d
 from __future__ import annotations
 
 import contextlib
+import copy
 import dataclasses
 import functools
 import math
@@ -129,6 +130,19 @@ class Lattice:
                 self.origin_y + (rows + 0.5) * self.step,
             )
         )
+
+
+@functools.lru_cache(maxsize=4)
+def as_large_as(terrain: Terrain, radius: float) -> Terrain:
+    """Return a map with the same lattice for a robot of another size; results are kept.
+
+    Args:
+        terrain: For the robot's own size.
+        radius: [m] circumscribed radius of the other.
+    """
+    other = copy.copy(terrain)
+    other.radius = radius
+    return other
 
 
 class Terrain:

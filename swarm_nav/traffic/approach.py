@@ -70,7 +70,7 @@ def lane_at(situation: Situation, place: tuple[float, float]) -> int:
         place: (x, y) [m] in map.
     """
     node = situation.planner.lattice.node_of(*place)
-    labels = lane_labels(situation.terrain, situation.usual_radius)
+    labels = lane_labels(*situation.passing)
     return 0 if node is None else int(labels.ravel()[node])
 
 
@@ -82,7 +82,7 @@ def is_large(situation: Situation, lane: int) -> bool:
         lane: Number of the single lanes, 0 for none.
     """
     most = situation.config.traffic.radio_range - 2.0 * (MOUTH_GAP + WAITING_GAP)
-    return lane > 0 and extent(situation.terrain, situation.usual_radius, lane) > most
+    return lane > 0 and extent(*situation.passing, lane) > most
 
 
 class Approach:
@@ -106,14 +106,13 @@ class Approach:
             station: (x, y) [m] in map.
         """
         self.lattice = situation.planner.lattice
-        self._radius = situation.usual_radius
+        self._passing = on = situation.passing
         try:
             self.costs = situation.planner.cost_to_go(station, math.nan)
             self._in_order = situation.planner.costs_in_order(station)
         except PlanError:
             self.costs = np.full(self.lattice.base.shape, np.inf, np.float32)
             self._in_order = np.zeros(0, np.float32)
-        on = situation.terrain, situation.usual_radius
         self._labels = lane_labels(*on)
         self.lane = lane_at(situation, station)
         self.is_large = is_large(situation, self.lane)
@@ -133,13 +132,12 @@ class Approach:
         self._told = b""  # stations of the neighbours, of which `_targets` are
 
     def is_of(self, situation: Situation) -> bool:
-        """Whether map and safety radius are still those that were looked at.
+        """Whether map and sizes of robots are still those that were looked at.
 
         Args:
             situation: Of the robot.
         """
-        is_same = self.lattice is situation.planner.lattice
-        return is_same and self._radius == situation.usual_radius
+        return self._passing == situation.passing
 
     def _closed_floor(self, situation: Situation, station: tuple[float, float]) -> float:
         """Return the floor [m²] of a dead end, or of a blind aisle for few robots.
@@ -158,7 +156,7 @@ class Approach:
             return 0.0
         config = situation.config.holding
         within = LEAST_AISLE, config.approach_slots * ROBOT_AREA
-        two_robots = 4.0 * situation.usual_radius  # side by side
+        two_robots = 4.0 * situation.passing[1]  # side by side
         farthest = config.request_distance
         return blind_aisle(situation.terrain, node, within, farthest, two_robots)
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from swarm_common.model.records import FloatArray
 from swarm_nav.core.config import HoldingConfig
 from swarm_nav.core.priority import above
-from swarm_nav.planning.terrain import Lattice
+from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic.approach import MOUTH_GAP, WAITING_GAP, Approach, is_large, lane_at
 from swarm_nav.traffic.situation import Situation
 
@@ -95,8 +95,8 @@ class Lease:
     _left_tick: int = 0
     _approach: Approach | None = None
     _is_through: bool = False  # whether it is on its large single lanes
-    # single lanes of the station, by map and radius
-    _lane_there: tuple[Lattice | None, float, int] = (None, 0.0, 0)
+    # single lanes of the station, by `Situation.passing`
+    _lane_there: tuple[tuple[Terrain, float] | None, int] = (None, 0)
     _cover: Cover = field(default_factory=Cover)
     _alone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # (1, 2) the station
 
@@ -126,7 +126,7 @@ class Lease:
         self.is_leaving = False
         self._approach = None
         self.is_full = self._is_through = False
-        self._lane_there = None, 0.0, 0
+        self._lane_there = None, 0
 
     def update(self, situation: Situation) -> None:
         """Request within range of the station and work out the place in the queue.
@@ -186,11 +186,10 @@ class Lease:
     def _lane(self, situation: Situation) -> int:
         """Return the number of the single lanes that the station lies on, 0 for none."""
         assert self.station is not None
-        lattice = situation.planner.lattice
-        radius = situation.usual_radius
-        if self._lane_there[0] is not lattice or self._lane_there[1] != radius:
-            self._lane_there = lattice, radius, lane_at(situation, self.station)
-        return self._lane_there[2]
+        passing = situation.passing
+        if self._lane_there[0] != passing:
+            self._lane_there = passing, lane_at(situation, self.station)
+        return self._lane_there[1]
 
     def _is_near(self, situation: Situation, distance: float) -> bool:
         """Whether the station is within `distance` [m], and not behind a wall."""
@@ -231,11 +230,7 @@ class Lease:
         if self._is_inside(situation, WAITING_GAP + slack):
             return True
         approach = self._approach_of(situation)
-        if approach.is_large:
-            may_approach = self.is_turn(config)
-        else:
-            may_approach = self.place < config.approach_slots or approach.lane > 0
-        if may_approach:
+        if self.is_turn(config) if approach.lane else self.place < config.approach_slots:
             return False
         if self._is_near(situation, config.hold_distance + slack):
             return True

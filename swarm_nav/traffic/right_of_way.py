@@ -233,7 +233,7 @@ def is_in_room(situation: Situation) -> bool:
     Args:
         situation: Of the robot.
     """
-    floor = rooms(situation.terrain, situation.usual_radius)
+    floor = rooms(*situation.passing)
     return bool(is_inside(floor, situation.planner.lattice.frame, *situation.stop_point))
 
 
@@ -293,7 +293,7 @@ def refuge_path(
     is_higher = neighbors.priorities >= priority
     tries = ((0.003, smooth and situation.obstacle_ticks == 0), *TIGHTER)
     anywhere = situation.planner.free_places(taken)
-    in_rooms = anywhere & rooms(situation.terrain, situation.usual_radius)
+    in_rooms = anywhere & rooms(*situation.passing)
     for places in (in_rooms, anywhere) if (in_rooms != anywhere).any() else (anywhere,):
         path = _nearest(situation, places, is_higher, tries, most) if places.any() else None
         if path is not None:

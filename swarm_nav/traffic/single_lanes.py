@@ -100,9 +100,10 @@ class SingleLanes:
             situation: Of the robot.
             last: Index of the last path point that is wanted; (last, -1) if nothing is in the way.
         """
-        if situation.terrain is not self._terrain:
-            self._terrain = situation.terrain
-            self._labels = single_lanes(situation.terrain, situation.usual_radius)
+        terrain, radius = situation.passing
+        if terrain is not self._terrain:
+            self._terrain = terrain
+            self._labels = single_lanes(terrain, radius)
         if self._labels is None:
             return last, -1
         tube, neighbors = situation.tube, situation.neighbors

@@ -16,10 +16,11 @@ from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
 from swarm_nav.planning.oblong import Oblong
 from swarm_nav.planning.planner import SPACING, Planner
-from swarm_nav.planning.terrain import Terrain, terrain_for
+from swarm_nav.planning.terrain import Terrain, as_large_as, terrain_for
 from swarm_nav.traffic.patience import Patience
 
 MARGIN_STEP = 0.02  # [m] in which the announced margin grows: each step must be confirmed
+LARGER = 0.001  # [m] by which the body of a larger robot is wider
 FEWEST_BRAKE_POINTS = 2  # path points kept ahead of a robot that gives up its claim
 
 
@@ -62,6 +63,8 @@ class Situation:
     tube: Tube  # path, held and requested space
     pose: Pose  # in map, by the navigator
     radius: float  # [m] safety radius: `body_radius` plus the margin, by `take_margin`
+    # map and safety radius that tell where two robots pass each other, by `note_bodies`
+    passing: tuple[Terrain, float]
     oblong: Oblong | None = None  # outline of a long robot, which plans with it; None for others
     stations: tuple[tuple[float, float], ...] = ()  # (x, y) in map that many robots go to
     radio: Patience = field(default_factory=Patience)  # how slow the radio is
@@ -98,6 +101,7 @@ class Situation:
         self.tube.slots = self.terrain.lattice.slots
         self.planner = Planner(self.terrain, config.planner, config.costmap)
         self.tube.cut()
+        self.note_bodies()
 
     def configure(self, config: NavConfig) -> None:
         """Take new parameters and hand them to every layer.
@@ -112,6 +116,7 @@ class Situation:
         self.obstacles.configure(config.costmap)
         self.tube.configure(traffic.confirmations, traffic.held_length, traffic.wanted_length)
         self.tube.corner_angle = config.controller.corner_angle
+        self.note_bodies()
         if (config.planner, config.costmap) != (old.planner, old.costmap):
             self.load_map(self.terrain.grid)
 
@@ -164,6 +169,17 @@ class Situation:
     def waited_ticks(self) -> int:
         """Ticks for which the tube could not grow, because of a robot or of anything else."""
         return max(self.blocked_ticks, self.obstacle_ticks)
+
+    def note_bodies(self) -> None:
+        """Tell by the largest robot heard so far where two robots pass each other.
+
+        Where robots of one swarm do not agree, small ones wait in a queue on what large ones take
+        for a single lane.
+        """
+        terrain, radius, body = self.terrain, self.usual_radius, self.neighbors.largest_body
+        if body > self.body_radius + LARGER:
+            terrain, radius = as_large_as(terrain, body), body + self.config.traffic.safety_margin
+        self.passing = terrain, radius
 
     @property
     def usual_radius(self) -> float:
@@ -281,6 +297,7 @@ def begin(
         config=config,
         body_radius=body,
         radius=body + traffic.safety_margin,
+        passing=(terrain, body + traffic.safety_margin),
         terrain=terrain,
         planner=Planner(terrain, config.planner, config.costmap),
         neighbors=NeighborTable(robot_id, traffic),

@@ -167,6 +167,15 @@ def test_a_dead_end_belongs_to_one_robot() -> None:
     assert lease_of(situation(HALL, NEAR, robot_id=5), waiting(2, 50)).is_turn(s.config.holding)
 
 
+@pytest.mark.parametrize(("ahead", "holds"), [(0, False), (12, True)])
+def test_a_queue_for_a_dead_end_holds_at_a_distance(ahead: int, holds: bool) -> None:
+    """Robots without a turn came up to its mouth: a crowd that kept out whose turn it was."""
+    others = (waiting(robot, 50, DEAD_END) for robot in range(20, 20 + ahead))
+    s, lease = in_alcove(5, *others, pose=Pose(1.5, 5.2, 0.0))
+    assert lease.place == ahead
+    assert lease.is_too_near(s) is holds
+
+
 @pytest.mark.parametrize("following", [(6.0, 2.0), None])
 def test_a_dead_end_is_given_back_once_the_robot_is_out(
     following: tuple[float, float] | None,

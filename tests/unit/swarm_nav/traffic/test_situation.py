@@ -9,6 +9,7 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.planning.planner import SPACING
+from swarm_nav.traffic.approach import lane_at
 from swarm_nav.traffic.situation import FEWEST_BRAKE_POINTS, Situation, ticks_of
 from tests.fakes.navigation import beacon, hear, room, situation
 
@@ -97,3 +98,33 @@ def test_long_robots_only_are_confined() -> None:
     s = situation(HALL, Pose(0.1, 0.1, 0.0))
     assert not s.is_confined
     assert (s.obstacle_clearances(np.zeros((3, 2))) == s.obstacle_clearance).all()
+
+
+def of_size(radius: float, robot: int = 2) -> np.void:
+    other = beacon(robot, 5.0, 5.0)
+    other["footprint"][:2] = (radius, 0.0), (0.0, -radius)
+    return other
+
+
+def test_where_two_robots_pass_is_told_by_the_largest_robot_heard() -> None:
+    """Small robots queued where two of them pass, which larger ones take for a single lane."""
+    aisle = room(12.0, 8.0, (4.0, 0.0, 9.0, 3.2), (4.0, 4.8, 9.0, 8.0))  # 1.6 m wide
+    s = situation(aisle, Pose(2.0, 4.0, 0.0))
+    is_single = []
+    for robot, radius in enumerate((s.body_radius, 0.4, 0.2), 2):
+        hear(s, of_size(radius, robot))
+        s.note_bodies()
+        is_single.append(lane_at(s, (6.5, 4.0)) > 0)
+    assert is_single == [False, True, True]
+    assert s.passing[0].lattice is s.terrain.lattice
+    s.load_map(room(12.0, 8.0))
+    assert s.passing[0].lattice is s.terrain.lattice
+    assert lane_at(s, (6.5, 4.0)) == 0
+
+
+@pytest.mark.parametrize("radius", [np.nan, np.inf, 1e30])
+def test_a_body_of_absurd_size_is_no_larger_robot(radius: float) -> None:
+    s = standing()
+    hear(s, of_size(radius))
+    s.note_bodies()
+    assert s.passing == (s.terrain, s.usual_radius)
