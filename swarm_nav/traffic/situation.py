@@ -20,7 +20,6 @@ from swarm_nav.planning.terrain import Terrain, as_large_as, terrain_for
 from swarm_nav.traffic.patience import Patience
 
 MARGIN_STEP = 0.02  # [m] in which the announced margin grows: each step must be confirmed
-LARGER = 0.001  # [m] by which the body of a larger robot is wider
 FEWEST_BRAKE_POINTS = 2  # path points kept ahead of a robot that gives up its claim
 
 
@@ -177,7 +176,7 @@ class Situation:
         for a single lane.
         """
         terrain, radius, body = self.terrain, self.usual_radius, self.neighbors.largest_body
-        if body > self.body_radius + LARGER:
+        if round(body - self.body_radius, 3) > 0.0:  # in mm: beacons are of single precision
             terrain, radius = as_large_as(terrain, body), body + self.config.traffic.safety_margin
         self.passing = terrain, radius
 
