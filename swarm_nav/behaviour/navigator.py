@@ -353,7 +353,7 @@ class Navigator:
         self._lease.update(s)
         self._gate.update(
             s,
-            has_turn=self._task is not None and self._lease.is_turn(self.config.holding),
+            has_turn=self._task is not None and self._lease.is_turn(s.config.holding),
             is_driving=self._state is State.DRIVING,
             priority=self._driving_priority,
         )
@@ -379,9 +379,10 @@ class Navigator:
         Args:
             override: Twist that the state asks for; None to follow the path.
         """
+        s = self._s
         twist = self._behavior_executor.follow_path() if override is None else override
-        self._people = people_near(self._s)
-        return self._admitted(limited(twist, self._people, self.config.controller))
+        self._people = people_near(s)
+        return self._admitted(limited(twist, self._people, s.config.controller))
 
     def _stand(self) -> Twist:
         """Release the space that is not needed for stopping, and stop."""
@@ -398,15 +399,14 @@ class Navigator:
             )
         )
         s.tube.publish(s.pose, s.tick)
-        self._reservation.note_published(*s.tube.published_held)
         return compose_beacon(s, self.spec, self._deciders, self.is_active)
 
     def _count_waiting(self) -> None:
         """Count the time spent in a queue and behind other robots, for the report."""
-        s = self._s
-        if self._state is State.HOLDING:
+        s, state = self._s, self._state_machine.state
+        if state is State.HOLDING:
             s.counters.hold_ticks += 1
-        elif self._state is State.DRIVING and s.blocked_ticks > 0 and s.is_standing:
+        elif state is State.DRIVING and s.blocked_ticks > 0 and s.is_standing:
             s.counters.wait_ticks += 1
 
     def _replan(self) -> None:

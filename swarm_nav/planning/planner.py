@@ -15,7 +15,7 @@ from swarm_nav.core.config import CostmapConfig, PlannerConfig
 from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.planning import path_cost_kernels, path_kernels, search_kernels
 from swarm_nav.planning.oblong import RUN_IN, Slots
-from swarm_nav.planning.terrain import NODE_MARGIN, Lattice, Terrain, sector_of, wall_clearance
+from swarm_nav.planning.terrain import NODE_MARGIN, Terrain, sector_of, wall_clearance
 
 SPACING = 0.05  # [m] between the points of a path
 POCKET = 1.0  # [m] from the robot that a recovery may take it at most
@@ -34,6 +34,7 @@ class Planner:
             costmap: `costmap.` parameters, of which the clearance from walls counts.
         """
         self.terrain = terrain
+        self.lattice = terrain.lattice
         self._config = planner
         self._wall_clearance = wall_clearance(costmap, terrain.radius)
         slots = terrain.lattice.slots
@@ -41,11 +42,6 @@ class Planner:
         if slots is not None:
             self._anywhere[~slots.room] = 0  # no robot waits in a slot
         self.expansions = 0  # of the last search
-
-    @property
-    def lattice(self) -> Lattice:
-        """The lattice that is searched."""
-        return self.terrain.lattice
 
     def no_extra(self) -> NDArray[np.float32]:
         """Return an `extra` lattice that adds nothing."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_nav.control import tube_kernels
 from swarm_nav.traffic.single_lanes import SingleLanes
@@ -26,20 +25,9 @@ class ReservationManager:
         """
         self._s = situation
         self._single_lanes = SingleLanes()
-        self._published_held: NDArray[np.float32] = np.zeros((1, 2), np.float32)
-        self._published_size = 1
         self._watch_pose = situation.pose
         self._watch_tick = situation.tick
         self._retracted_tick = self._retracting_since = -1000
-
-    def note_published(self, held: NDArray[np.float32], size: int) -> None:
-        """Remember what the others are told to be held: their requests yield to that.
-
-        Args:
-            held: (n, 2) [m] in map, not copied.
-            size: Of the points, how many count.
-        """
-        self._published_held, self._published_size = held, size
 
     def extend(self) -> None:
         """Let the tube grow as far as the neighbours leave space."""
@@ -64,8 +52,7 @@ class ReservationManager:
             tube.points,
             (span[0], last, span[2]),
             (s.radius, s.priority, s.robot_id, s.yields_for),
-            self._published_held,
-            self._published_size,
+            *tube.published_held,
             tube.requests,
             (traffic.push_ticks, traffic.yield_slack, s.neighbors.hearing_reach),
             (s.obstacle_points(), clearance),

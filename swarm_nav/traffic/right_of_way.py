@@ -79,10 +79,10 @@ class RightOfWay:
         """
         traffic = situation.config.traffic
         # a robot that drives on its own path is not disturbed at once
-        is_moving = not self.is_yielding and situation.twist.vx > traffic_costs.MOVING_SPEED
-        patience = traffic.push_ticks + situation.radio.extra
-        if is_moving:
+        if situation.twist.vx > traffic_costs.MOVING_SPEED and not self.is_yielding:
             patience = situation.wait_ticks
+        else:
+            patience = traffic.push_ticks + situation.radio.extra
         return situation.neighbors.highest_pusher(situation.own_priority, patience, LEAST_DEPTH)
 
     def update(self, situation: Situation) -> bool:
@@ -97,9 +97,9 @@ class RightOfWay:
             self._make_way(situation, row)
         elif self.inherited:
             self._await_release(situation)
-        if not self.is_yielding or self.is_retreating:
+        if situation.blocked_ticks and (not self._is_diverted or self.is_retreating):
             self._consider_retreat(situation)
-        if self.is_retreating and tick >= self._retreat_until:
+        if 0 <= self._retreat_until <= tick:
             self._retreat_until = -1
             situation.tube.cut()
         return self.is_yielding

@@ -191,7 +191,6 @@ class Actor:
         held, wanted, intent = s.tube.publish(s.pose, s.tick)
         for name, points in (("held", held), ("wanted", wanted), ("intent", intent)):
             beacon[name], beacon[f"{name}_size"] = padded(points, len(beacon[name]))
-        self.reservation.note_published(beacon["held"], int(beacon["held_size"]))
         return beacon
 
 

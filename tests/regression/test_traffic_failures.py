@@ -52,7 +52,6 @@ def path_of(s: Situation, *corners: tuple[float, float]) -> None:
 def taken(s: Situation, *others: np.void) -> int:
     """Return how many points a robot is granted beside some others."""
     reservation = ReservationManager(s)
-    reservation.note_published(np.array([(s.pose.x, s.pose.y)], np.float32), 1)
     hear(s, *others)
     before = s.tube.stop
     reservation.extend()
