@@ -30,7 +30,7 @@ from swarm_nav.traffic.situation import Situation
 LEAST_DEPTH = TOP_DEPTH - 32  # longest chain of robots that push each other, by 32 hops
 REFUGE_MARGIN = 0.03  # [m] that a refuge keeps from the pusher's way beyond the reach; so much
 # more after each refuge at which the pusher was still blocked by this robot
-RETREAT_DISTANCE = 0.95  # [m]
+RETREAT_DISTANCE = 0.95  # [m] of the first retreat from a robot
 Try = tuple[float, bool]  # margin [m] to other robots beyond the reach, whether the way is smooth
 TIGHTER: tuple[Try, ...] = ((0.0, False), (-0.04, False))
 SLACK = 2  # points by which the way may lead towards the pusher
@@ -53,6 +53,7 @@ class RightOfWay:
         self._last_pushed_tick = 0
         self._next_search_tick = 0
         self._retreat_until = -1
+        self._retreats, self._retreated_from = 0, 0  # one after another from a robot, and its id
         self._blocked_since = -1
         self._is_diverted = False
         self._was_stuck = False  # since it was pushed
@@ -191,18 +192,26 @@ class RightOfWay:
         self._blocked_since = -1
 
     def _consider_retreat(self, situation: Situation) -> None:
-        """Step back from a robot that said that it cannot make way."""
+        """Step back from a robot that said that it cannot make way; if again, farther and longer.
+
+        Before that one can make way, those behind this robot may have to step back in turn.
+        """
         if situation.blocked_ticks < situation.wait_ticks or self.is_retreating:
             return
         row = situation.neighbors.row(situation.blocked_by)
         if row is None or not situation.neighbors.stuck[row] or situation.neighbors.immovable[row]:
             return
-        path = retreat_path(situation)
+        is_again = situation.blocked_by == self._retreated_from
+        times = self._retreats + 1 if is_again else 1
+        path = retreat_path(situation, times * RETREAT_DISTANCE)
+        if path is None and is_again:
+            path = retreat_path(situation, RETREAT_DISTANCE)
         if path is None:
             return
+        self._retreats, self._retreated_from = times, situation.blocked_by
         situation.counters.retreats += 1
         situation.tube.adopt(path)
-        self._retreat_until = situation.tick + situation.stuck_ticks
+        self._retreat_until = situation.tick + times * situation.stuck_ticks
 
 
 def clears_way(situation: Situation, row: int) -> bool:
@@ -342,14 +351,15 @@ def _nearest(
     return None
 
 
-def retreat_path(situation: Situation) -> FloatArray | None:
-    """Return a way to a free place at least `RETREAT_DISTANCE` from here, if any.
+def retreat_path(situation: Situation, distance: float) -> FloatArray | None:
+    """Return a way to a free place at least so far from here, if any.
 
     Args:
         situation: Of the robot.
+        distance: [m]
     """
     taken = situation.planner.no_extra()
-    traffic_costs.stamp(taken, situation, situation.stop_point, RETREAT_DISTANCE, 1.0)
+    traffic_costs.stamp(taken, situation, situation.stop_point, distance, 1.0)
     traffic_costs.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
     places = situation.planner.free_places(taken)
     neighbors, own = situation.neighbors, situation.priority

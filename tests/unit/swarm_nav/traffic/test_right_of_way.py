@@ -299,6 +299,21 @@ def test_a_retreat_lasts_for_its_time() -> None:
     assert s.tube.is_complete
 
 
+@pytest.mark.parametrize(("blocker", "times"), [(2, 2), (3, 1)])
+def test_each_retreat_from_the_same_robot_is_farther_and_longer(blocker: int, times: int) -> None:
+    """Beside a dead robot two others behind the stuck one had to step back before it: no time."""
+    s, right = blocked_by_a_stuck_one()
+    s.blocked_ticks = 0
+    stuck = beacon(blocker, 4.7, 4.0, flags=STUCK)
+    assert not run(s, right, s.stuck_ticks, stuck)
+    s.blocked_by, s.blocked_ticks = blocker, 20
+    assert run(s, right, 1, stuck)
+    assert np.hypot(*(s.tube.points[-1] - s.stop_point)) >= 0.9 * times
+    s.blocked_ticks = 0
+    assert run(s, right, times * s.stuck_ticks - 1, stuck)
+    assert not run(s, right, 1, stuck)
+
+
 def test_being_pushed_ends_a_retreat() -> None:
     s, right = blocked_by_a_stuck_one()
     s.tick += 1
