@@ -230,7 +230,7 @@ class Lease:
         if self._is_inside(situation, WAITING_GAP + slack):
             return True
         approach = self._approach_of(situation)
-        if self.is_turn(config) if approach.lane else self.place < config.approach_slots:
+        if self.is_turn(config) if approach.is_large else self.place < config.approach_slots:
             return False
         if self._is_near(situation, config.hold_distance + slack):
             return True
