@@ -35,7 +35,7 @@ ACQUAINTING = 4  # ticks in which robots that come into range have heard each ot
 MAX_SPEED = 0.52  # [m/s] at which two robots can part
 PARKED = 0.2  # [m] that the space of a robot that stands is long, at most
 PASSED_EVERY = 8  # ticks between two checks for robots on the place of a silent one
-MOST_BODY = 5.0  # [m] circumscribed radius of a robot
+MOST_BODY = 5.0  # [m] circumscribed radius up to which a beacon's footprint is believed
 INITIAL_ROWS = 32
 CLAIM_COLUMNS = kernels.Columns._fields[4:]  # those of beacons
 
@@ -185,9 +185,8 @@ class NeighborTable:
         """Look how large the robots are that are heard; return whether one is larger than all."""
         corners = self.beacons["footprint"].astype(np.float64)
         reaches = np.hypot(corners[:, :, 0], corners[:, :, 1]).max(axis=1, initial=0.0)
-        largest = float(
-            reaches[reaches <= MOST_BODY].max(initial=0.0)
-        )  # what is absurd is left out
+        plausible = reaches[reaches <= MOST_BODY]
+        largest = float(plausible.max(initial=0.0))
         is_larger = largest > self.largest_body
         if is_larger:
             self.largest_body = largest

@@ -23,7 +23,13 @@ SMOOTHING = path_kernels.Smoothing(passes=3, reach=4, rounds=6)
 
 
 class Planner:
-    """Plans on one terrain; `extra` is the lattice of costs that other robots add."""
+    """Plans on one terrain; `extra` is the lattice of costs that other robots add.
+
+    Attributes:
+        terrain: Of the map, for this size of robot.
+        lattice: That of the terrain, which is searched.
+        expansions: Nodes that the last search looked at.
+    """
 
     def __init__(self, terrain: Terrain, planner: PlannerConfig, costmap: CostmapConfig) -> None:
         """Plan with the walls of a terrain and the given parameters.

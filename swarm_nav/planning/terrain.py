@@ -134,11 +134,11 @@ class Lattice:
 
 @functools.lru_cache(maxsize=4)
 def as_large_as(terrain: Terrain, radius: float) -> Terrain:
-    """Return a map with the same lattice for a robot of another size; results are kept.
+    """Return a terrain with the lattice of another, but with another radius; results are kept.
 
     Args:
         terrain: For the robot's own size.
-        radius: [m] circumscribed radius of the other.
+        radius: [m] circumscribed radius of a larger robot.
     """
     other = copy.copy(terrain)
     other.radius = radius

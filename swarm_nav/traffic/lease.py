@@ -230,7 +230,9 @@ class Lease:
         if self._is_inside(situation, WAITING_GAP + slack):
             return True
         approach = self._approach_of(situation)
-        if self.is_turn(config) if approach.is_large else self.place < config.approach_slots:
+        is_among_first = self.place < config.approach_slots
+        may_approach = self.is_turn(config) if approach.is_large else is_among_first
+        if may_approach:
             return False
         if self._is_near(situation, config.hold_distance + slack):
             return True

@@ -98,7 +98,7 @@ class RightOfWay:
             self._make_way(situation, row)
         elif self.inherited:
             self._await_release(situation)
-        if situation.blocked_ticks and (not self._is_diverted or self.is_retreating):
+        if not self.is_yielding:
             self._consider_retreat(situation)
         if 0 <= self._retreat_until <= tick:
             self._retreat_until = -1
@@ -196,7 +196,7 @@ class RightOfWay:
 
         Before that one can make way, those behind this robot may have to step back in turn.
         """
-        if situation.blocked_ticks < situation.wait_ticks or self.is_retreating:
+        if situation.blocked_ticks < situation.wait_ticks:
             return
         row = situation.neighbors.row(situation.blocked_by)
         if row is None or not situation.neighbors.stuck[row] or situation.neighbors.immovable[row]:

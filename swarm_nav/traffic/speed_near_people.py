@@ -68,8 +68,6 @@ def people_near(situation: Situation) -> People:
         situation: Of the robot.
     """
     s = situation
-    if not len(s.obstacles.points):
-        return NOBODY_NEAR
     config = s.config.controller
     gap = s.obstacles.restless_gap(s.pose.x, s.pose.y, s.tick) - s.body_radius
     if gap == math.inf:
