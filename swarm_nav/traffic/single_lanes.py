@@ -90,7 +90,7 @@ class SingleLanes:
     """Keeps one robot out of a single-lane passage while it is another robot's turn."""
 
     def __init__(self) -> None:
-        self._terrain: Terrain | None = None
+        self._passing: tuple[Terrain, float] | None = None  # that the labels are for
         self._labels: NDArray[np.int16] | None = None
 
     def barrier(self, situation: Situation, last: int) -> tuple[int, int]:
@@ -100,10 +100,9 @@ class SingleLanes:
             situation: Of the robot.
             last: Index of the last path point that is wanted; (last, -1) if nothing is in the way.
         """
-        terrain, radius = situation.passing
-        if terrain is not self._terrain:
-            self._terrain = terrain
-            self._labels = single_lanes(terrain, radius)
+        if situation.passing is not self._passing:
+            self._passing = situation.passing
+            self._labels = single_lanes(*situation.passing)
         if self._labels is None:
             return last, -1
         tube, neighbors = situation.tube, situation.neighbors
