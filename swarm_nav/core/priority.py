@@ -25,10 +25,10 @@ def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:
     seniority = (1 << TICK_BITS) - 1 - last_goal_tick
     value = (rank << TICK_BITS) | seniority
     value = (value << ID_BITS) | (ID_MASK - robot_id % (1 << ID_BITS))
-    return (value << DEPTH_BITS) | (TOP_DEPTH - 1)
+    return (value << DEPTH_BITS) | (TOP_DEPTH - 2)
 
 
-def above(priority: int) -> int:
+def above(priority: int, goes_out: bool = True) -> int:
     """Return the priority of a robot for which others wait: as they drive, just above their own.
 
     Waiting robots are parked, below all driving ones; the robot that keeps them waiting must rank
@@ -36,6 +36,9 @@ def above(priority: int) -> int:
 
     Args:
         priority: Of a robot that waits, of any class.
+        goes_out: Whether the robot is on its way out; one that still goes in ranks below those.
     """
     driving = CLASS_DRIVING << (TICK_BITS + ID_BITS + DEPTH_BITS)
-    return driving | (priority & SENIORITY) | TOP_DEPTH
+    return (
+        driving | (priority & SENIORITY & ~TOP_DEPTH) | (TOP_DEPTH if goes_out else TOP_DEPTH - 1)
+    )

@@ -21,7 +21,14 @@ from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic import gate_kernels
 from swarm_nav.traffic.blind_aisle_kernels import blind_floor
 from swarm_nav.traffic.gate import WAY_POINTS
-from swarm_nav.traffic.lane_capacity import capacity, extent, gaps_to, lane_labels, ways_to
+from swarm_nav.traffic.lane_capacity import (
+    capacity,
+    extent,
+    gaps_to,
+    labels_with_rim,
+    lane_labels,
+    ways_to,
+)
 from swarm_nav.traffic.situation import Situation
 
 PARKING_DISTANCE = 1.1  # [m] of a parking place in a passage from any station; twice that in a
@@ -113,7 +120,7 @@ class Approach:
         except PlanError:
             self.costs = np.full(self.lattice.base.shape, np.inf, np.float32)
             self._in_order = np.zeros(0, np.float32)
-        self._labels = lane_labels(*on)
+        self._labels = labels_with_rim(*on)
         self.lane = lane_at(situation, station)
         self.is_large = is_large(situation, self.lane)
         self._gaps = gaps_to(*on, self.lane) if self.lane else None

@@ -3,9 +3,9 @@
 A robot without a goal stands where its last one ended. In the open it blocks no robot, and where
 robots only pass it is pushed. But in a narrow region with stations each standing robot takes the
 room of a working one; and on single lanes the robot that pushes it stands in its only way out. So
-it leaves: a region when it hears a robot that waits to enter, or when half of the room is taken,
-since deep inside nobody hears who waits; a station, and the single lanes around it, when another
-robot asks for it; and the way of people, who may have no other.
+it leaves: a region when it hears a robot that waits to enter or asks for a station in it; a
+station, and the single lanes around it, when another robot asks for it; and the way of people, who
+may have no other.
 """
 
 from __future__ import annotations
@@ -23,14 +23,13 @@ from swarm_nav.traffic.lease import SAME_STATION, Lease
 from swarm_nav.traffic.situation import Situation
 
 PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where they walk it parks
-CROWDED = 0.5  # share of a region's room that is taken when a robot leaves it unasked
 
 
 class Departure:
     """Takes a robot without a goal to a parking place outside, once it keeps others out.
 
-    On its way it ranks just above the robots that it hears waiting (inheritance, as with a
-    station's lease), because they stand before the exit.
+    On its way it ranks just above the robots that wait for it (inheritance, as with a station's
+    lease), because they stand between it and the exit.
     """
 
     def __init__(self, gate: Gate, lease: Lease) -> None:
@@ -85,8 +84,8 @@ class Departure:
         region, pose = self._gate.region, situation.pose
         lattice = situation.planner.lattice
         if region is not None and is_inside(region, lattice.frame, pose.x, pose.y):
-            highest = _highest_at_gate(situation)
-            if highest or self._gate.is_crowded(situation, CROWDED):
+            highest = max(_highest_at_gate(situation), self._highest_inside(situation))
+            if highest:
                 self._leave(situation, highest, region > 0)
                 return
         left = self._lease.left
@@ -102,6 +101,17 @@ class Departure:
             near = situation.planner.no_extra()
             traffic_costs.stamp(near, situation, walked, room, 1.0)
             self._leave(situation, 0, near > 0.0)
+
+    def _highest_inside(self, situation: Situation) -> int:
+        """Return the highest priority of robots that ask for a station in the region, or 0."""
+        region, frame = self._gate.region, situation.planner.lattice.frame
+        assert region is not None
+        neighbors = situation.neighbors
+        told = set(map(tuple, neighbors.heads["station"].tolist()))
+        there = [(x, y) for x, y in told if math.isfinite(x + y) and is_inside(region, frame, x, y)]
+        if not there:
+            return 0
+        return neighbors.queue(np.array(there), situation.tick, SAME_STATION)[2]
 
     def _leave(self, situation: Situation, highest: int, closed: NDArray[np.bool_]) -> None:
         self._next_search_tick = situation.tick + situation.wait_ticks

@@ -32,7 +32,7 @@ from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
 from swarm_nav.traffic import gate_kernels
 from swarm_nav.traffic.single_lane_kernels import label_at
-from swarm_nav.traffic.single_lanes import parts, rooms
+from swarm_nav.traffic.single_lanes import parts, rooms, with_rim
 from swarm_nav.traffic.situation import Situation
 
 NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
@@ -61,8 +61,9 @@ def narrow_region(
         radius: [m] safety radius.
 
     Returns:
-        (h, w) number of the part that each lattice cell belongs to from 1, 0 outside; None if there
-        is no such region, and on a map without an open place to wait in.
+        (h, w) number of the part that each lattice cell, or cell in a wall beside it, belongs to
+        from 1, 0 outside; None if there is no such region, and on a map without an open place to
+        wait in.
     """
     if not stations:
         return None
@@ -84,7 +85,7 @@ def narrow_region(
                 if part.sum() * lattice.step**2 >= LEAST_AREA and not region[part].any():
                     count += 1
                     region[part] = count
-    return region if count else None
+    return with_rim(region, lattice.base < search_kernels.WALL) if count else None
 
 
 def _narrow(lattice: Lattice, width: float) -> NDArray[np.bool_]:
@@ -196,7 +197,8 @@ class Gate:
         x, y = way[max(0, gate_kernels.entry(self.region, lattice.frame, way))]
         self._choose_part(situation, x, y)
         reach = situation.config.traffic.radio_range
-        cells = gate_kernels.cells_within(self.region, lattice.frame, (x, y), reach)
+        floor = self._floor(lattice)
+        cells = gate_kernels.cells_within(floor, lattice.frame, (x, y), reach)
         self._area = int(cells) * lattice.step**2
 
     def _choose_part(self, situation: Situation, x: float, y: float) -> None:
@@ -205,18 +207,13 @@ class Gate:
         part = int(label_at(self.region, lattice.frame, x, y))
         if part != self._part or self.region is not self._measured:
             self._part, self._measured = part, self.region
-            self._part_area = float(np.count_nonzero(self.region == part)) * lattice.step**2
+            cells = np.count_nonzero(self._floor(lattice) == part)
+            self._part_area = float(cells) * lattice.step**2
 
-    def is_crowded(self, situation: Situation, share: float) -> bool:
-        """Whether others take a share of the room in the part of the region where the robot is.
-
-        Args:
-            situation: Of the robot.
-            share: Of the robots that all of the part has room for.
-        """
-        self._choose_part(situation, situation.pose.x, situation.pose.y)
-        room = share * situation.config.holding.region_density * self._part_area
-        return self._part > 0 and self._seen_inside(situation) >= room
+    def _floor(self, lattice: Lattice) -> NDArray[np.int16]:
+        """Return the region without the cells in walls."""
+        assert self.region is not None
+        return np.where(lattice.base < search_kernels.WALL, self.region, np.int16(0))
 
     def _seen_inside(self, situation: Situation) -> int:
         """Return how many others were seen in the part of the region not long ago."""

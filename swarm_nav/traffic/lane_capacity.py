@@ -18,7 +18,7 @@ from swarm_nav.planning import distance_kernels, search_kernels
 from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic import single_lane_kernels
-from swarm_nav.traffic.single_lanes import Mask, parts, rooms
+from swarm_nav.traffic.single_lanes import Mask, parts, rooms, with_rim
 
 
 @functools.lru_cache(maxsize=4)
@@ -36,6 +36,17 @@ def lane_labels(terrain: Terrain, radius: float) -> NDArray[np.int16]:
     labels = np.zeros(lanes.shape, np.int16)
     single_lane_kernels.label(lanes, labels)
     return labels
+
+
+@functools.lru_cache(maxsize=4)
+def labels_with_rim(terrain: Terrain, radius: float) -> NDArray[np.int16]:
+    """Return `lane_labels` for the places of robots, which may stand beside open cells.
+
+    Args:
+        terrain: See `lane_labels`.
+        radius: See there.
+    """
+    return with_rim(lane_labels(terrain, radius), terrain.lattice.base < search_kernels.WALL)
 
 
 @functools.lru_cache(maxsize=4)

@@ -4,7 +4,8 @@ The order is (tick of the request, id), as in Lamport's mutual exclusion, known 
 from their beacons: a request is made within radio range of the station, no centre is asked. The
 lease orders the approach; safety does not depend on it. "Near" is measured along the way, not
 through walls: a robot in the queue waits beyond the floor that the robots before it need. A robot
-on single lanes keeps its turn until it is out again (`approach` says who shares a queue). Where the
+on single lanes keeps its turn until it is out again (`approach` says who shares a queue), and one
+that gets its goal there has a turn, too, if the goal lies elsewhere: it can only go out. Where the
 lanes are so large that those who wait may not hear each other, whoever was seen there and has asked
 takes room, too, and ranks above those who wait.
 """
@@ -94,6 +95,7 @@ class Lease:
     # tick since which the robot leaves without another target, 0 before that is known
     _left_tick: int = 0
     _approach: Approach | None = None
+    _is_new: bool = False  # whether where the robot gets its goal is still to be looked at
     _is_through: bool = False  # whether it is on its large single lanes
     # single lanes of the station, by `Situation.passing`
     _lane_there: tuple[tuple[Terrain, float] | None, int] = (None, 0)
@@ -126,6 +128,8 @@ class Lease:
         self.is_leaving = False
         self._approach = None
         self.is_full = self._is_through = False
+        self._is_new = True
+        self._left_tick = 0
         self._lane_there = None, 0
 
     def update(self, situation: Situation) -> None:
@@ -138,6 +142,9 @@ class Lease:
             self._leave(situation)
         if self.station is None:
             return
+        if self._is_new:
+            self._is_new = False
+            self._hold_lanes_here(situation)
         if self.tick == 0 and self._is_at_tail(situation):
             self.tick = situation.tick
         self.place, self.first = (0, 0)
@@ -152,7 +159,16 @@ class Lease:
                 self.inherited = 0  # who waits ranks below those that it waits for
             elif highest and (self._is_through or not self.place):
                 # never less while it has its turn: a change would delay all requests
-                self.inherited = max(self.inherited, above(highest))
+                self.inherited = max(self.inherited, above(highest, self.is_leaving))
+
+    def _hold_lanes_here(self, situation: Situation) -> None:
+        """Hold the single lanes where the robot gets its goal, if that lies elsewhere."""
+        here = situation.stop_point
+        lane, target = lane_at(situation, here), self.station
+        if lane and lane != self._lane(situation):
+            self._take(here)
+            self.tick, self.is_leaving, self._next = situation.tick, True, target
+            self._is_new = False
 
     def _leave(self, situation: Situation) -> None:
         """Give the station back once the robot is out, or has had no other target for a while."""

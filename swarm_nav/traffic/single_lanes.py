@@ -22,6 +22,7 @@ from swarm_nav.traffic.situation import Situation
 
 MOUTH = 1.5  # [m] around a single-lane passage that is kept free, too
 WAY_POINTS = 80  # path points, 4 m, of the own path on which the far end is looked for
+RIM = 2.0  # cells beside a node in which a robot counts as being on it
 FEWEST_PLACES = 4  # of a room; fewer are a bend or a junction of single lanes
 
 Mask = NDArray[np.bool_]
@@ -61,6 +62,22 @@ def parts(mask: Mask) -> Iterator[Mask]:
     single_lane_kernels.label(mask, labels)
     for number in range(1, int(labels.max(initial=0)) + 1):
         yield labels == number
+
+
+def with_rim(labels: NDArray[np.int16], is_open: Mask) -> NDArray[np.int16]:
+    """Return labels that also hold for cells in walls within two cells, where robots may stand.
+
+    A robot that cuts a corner stands beside the nodes of the lattice; it is where the nearest of
+    them is, as in `Lattice.node_of`.
+
+    Args:
+        labels: (h, w) of open cells, 0 elsewhere.
+        is_open: (h, w).
+    """
+    wider = labels.copy()
+    near = distance_kernels.distance_cells(labels > 0) <= RIM
+    single_lane_kernels.flood(near & ~is_open, wider, 0, 0)
+    return wider
 
 
 @functools.lru_cache(maxsize=4)

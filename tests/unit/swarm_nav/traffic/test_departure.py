@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import Pose
-from swarm_nav.core.priority import base_priority
+from swarm_nav.core.priority import CLASS_DRIVING, base_priority
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, is_inside
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import beacon, hear, room, seen, situation
+from tests.fakes.navigation import beacon, hear, room, situation
 
 HALL = room(9.0, 9.0)
 
@@ -86,12 +86,16 @@ def test_a_way_that_is_barred_for_long_is_given_up(why: str) -> None:
     assert not departure.update(s, True)
 
 
-def test_a_region_half_full_is_left_by_who_hears_nobody_wait() -> None:
-    """Deep in an aisle nobody hears who waits at the mouth: 24 of 60 robots stayed in it."""
-    for others, leaves in ((1, False), (2, True)):  # 9 m² have room for three
-        departure, _, s = idle_robot()
-        hear(s, *seen(s.tick, *((4.5, 1.0 + k) for k in range(others))))
-        assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
+@pytest.mark.parametrize(("station", "leaves"), [((4.5, 8.0), True), ((2.0, 8.0), False)])
+def test_a_region_is_left_for_who_asks_for_a_station_in_it(
+    station: tuple[float, float], leaves: bool
+) -> None:
+    """Eight that were done stood in a blind aisle and pushed nobody: random hall 372, 2,826 s."""
+    rank = base_priority(CLASS_DRIVING, 5, 2)
+    asking = beacon(2, 4.5, 7.0, station=station, station_tick=50, priority=rank)
+    departure, _, s = idle_robot(asking)
+    assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
+    assert (departure._lease.inherited > rank) is leaves
 
 
 @pytest.mark.parametrize(("gap", "leaves"), [(0.6, True), (1.5, False)])

@@ -12,8 +12,9 @@ from swarm_common.model.records import Pose
 from swarm_nav.core.priority import SENIORITY
 from swarm_nav.perception.absence_kernels import NEVER, Sightings
 from swarm_nav.planning.distance_kernels import Frame
+from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.traffic import gate_kernels as kernels
-from swarm_nav.traffic.gate import ADMITTED, MOST_AREA, NONE, Gate, narrow_region
+from swarm_nav.traffic.gate import ADMITTED, MOST_AREA, NONE, Gate, is_inside, narrow_region
 from swarm_nav.traffic.single_lane_kernels import label, label_at
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import beacon, hear, room, seen, situation
@@ -247,6 +248,23 @@ def test_a_narrow_aisle_is_a_region_where_all_ways_are_narrow() -> None:
     frame = s.planner.lattice.frame
     places = ((14.0, 0.7), (5.0, 0.7), (14.0, 3.0), (1.0, 0.7))
     assert [label_at(region, frame, x, y) for x, y in places] == [1, 1, 0, 0]
+
+
+def test_who_stands_beside_the_nodes_of_a_region_is_in_it() -> None:
+    """At a corner two robots waited at the gate in the lanes of those for whom they waited."""
+    s = situation(AISLES, Pose(1.0, 3.0, 0.0))
+    region = region_of(s, (14.0, 0.7))
+    assert region is not None
+    lattice = s.planner.lattice
+    floor = lattice.base < WALL
+    row, column = np.argwhere(floor & (region > 0))[0].tolist()
+    x, y = lattice.point_of(row * floor.shape[1] + column)
+    assert not floor[row - 1, column]
+    assert is_inside(region, lattice.frame, x, y - lattice.step)
+    assert not is_inside(region, lattice.frame, x, y - 4.0 * lattice.step)
+    some = Gate(region)
+    some._choose_part(s, x, y - lattice.step)
+    assert some._part_area == pytest.approx(np.sum(floor & (region == 1)) * lattice.step**2)
 
 
 def test_an_aisle_is_a_region_where_the_narrow_part_around_it_never_is_full(

@@ -287,6 +287,31 @@ def test_who_asked_and_was_seen_on_single_lanes_out_of_hearing_takes_room(
     assert lease.inherited > 0
 
 
+def test_who_gets_its_goal_on_single_lanes_holds_them_until_it_is_out() -> None:
+    """One that started deep in a blind aisle was pushed back by who came for a station there."""
+    rank = base_priority(CLASS_HOLDING, 0, 7)
+    s = situation(LONG, Pose(2.0, 4.5, 0.0), robot_id=5)
+    hear(s, beacon(7, 12.0, 2.0, station=END, station_tick=50, priority=rank))
+    lease, elsewhere = Lease(), (12.0, 8.0)
+    lease.aim(elsewhere)
+    lease.update(s)
+    s.tick += 1
+    lease.update(s)
+    assert (lease.station, lease.is_leaving) == ((2.0, 4.5), True)
+    later = beacon(7, 12.0, 2.0, station=END, station_tick=150, priority=rank)
+    goes_in = before_long_aisle(later)[1]
+    assert lease.inherited > goes_in.inherited > rank
+    s.pose = Pose(10.0, 4.5, 0.0)
+    s.tube.reset(s.pose)
+    lease.update(s)
+    assert (lease.station, lease.is_leaving) == (elsewhere, False)
+    lease.aim(END)  # on the lanes for which it has a goal it is none that leaves
+    s.pose = Pose(2.0, 4.5, 0.0)
+    s.tube.reset(s.pose)
+    lease.update(s)
+    assert (lease.station, lease.is_leaving) == (END, False)
+
+
 def test_who_waits_for_long_single_lanes_leaves_room_for_those_before_it() -> None:
     def too_near(ahead: int) -> bool:
         others = (waiting(robot, 50, END) for robot in range(20, 20 + ahead))
