@@ -28,8 +28,8 @@ PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where the
 class Departure:
     """Takes a robot without a goal to a parking place outside, once it keeps others out.
 
-    On its way it ranks just above the robots that wait for it (inheritance, as with a station's
-    lease), because they stand between it and the exit.
+    Once it was blocked on its way, it ranks just above the robots that wait for it (inheritance, as
+    with a station's lease), because they stand between it and the exit.
     """
 
     def __init__(self, gate: Gate, lease: Lease) -> None:
@@ -45,6 +45,7 @@ class Departure:
         self._idle_since = -1
         self._next_search_tick = 0
         self._target: tuple[float, float] | None = None
+        self._insists = False  # whether it was blocked on its way out
 
     def update(self, situation: Situation, is_idle: bool) -> bool:
         """Return whether the robot is on its way out.
@@ -55,7 +56,9 @@ class Departure:
         """
         if not is_idle:
             self._idle_since = -1
-            if self._target is not None and self._lease.station is None:
+            if self._lease.station is not None:
+                self._insists = False
+            elif self._target is not None:
                 self._give_up()
             self._target = None
             return False
@@ -65,6 +68,8 @@ class Departure:
             self._next_search_tick = tick + situation.wait_ticks
         if self._is_leaving(situation):
             return True
+        is_blocked = situation.waited_ticks > situation.wait_ticks
+        self._insists |= self._target is not None and is_blocked
         self._give_up()
         if tick >= self._next_search_tick:
             self._leave_for_others(situation)
@@ -88,6 +93,7 @@ class Departure:
             if highest:
                 self._leave(situation, highest, region > 0)
                 return
+            self._insists = False
         left = self._lease.left
         if left is not None and left.is_of(situation) and left.contains(situation):
             targets = left.targets(situation)
@@ -120,7 +126,7 @@ class Departure:
             situation.tube.adopt(way)
             x, y = situation.tube.points[-1]
             self._target = (x, y)
-            self._lease.inherited = above(highest) if highest else 0
+            self._lease.inherited = above(highest) if highest and self._insists else 0
 
 
 def _highest_at_gate(situation: Situation) -> int:

@@ -95,6 +95,11 @@ def test_a_region_is_left_for_who_asks_for_a_station_in_it(
     asking = beacon(2, 4.5, 7.0, station=station, station_tick=50, priority=rank)
     departure, _, s = idle_robot(asking)
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
+    assert departure._lease.inherited == 0
+    s.blocked_ticks = s.wait_ticks + 1  # now it insists
+    departure.update(s, True)
+    s.blocked_ticks = 0
+    assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
     assert (departure._lease.inherited > rank) is leaves
 
 
