@@ -102,10 +102,7 @@ class Route:
         knows exactly where a silent robot stands: what can be seen of it depends on the place.
         """
         s = self._s
-        row = s.neighbors.row(s.blocked_by) if s.blocked_ticks else None
-        is_robot = row is not None and bool(s.neighbors.immovable[row])
-        waited = max(s.obstacle_ticks, s.blocked_ticks if is_robot else 0)
-        if waited >= s.ticks(BARRED_PATIENCE):
+        if s.vain_ticks >= s.ticks(BARRED_PATIENCE):
             ahead = min(s.tube.stop + BARRED_AHEAD, len(s.tube.points) - 1)
             x, y = s.tube.points[ahead].tolist()
             self._barred.append((s.tick, x, y))

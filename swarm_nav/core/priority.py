@@ -9,6 +9,7 @@ from __future__ import annotations
 CLASS_DONE, CLASS_HOLDING, CLASS_DRIVING = 0, 1, 2
 DEPTH_BITS, ID_BITS, TICK_BITS = 6, 10, 32
 TOP_DEPTH = (1 << DEPTH_BITS) - 1  # also the mask of the depth
+OWN_DEPTH = 32  # of a robot's own priority, for as many hops
 ID_MASK = (1 << ID_BITS) - 1
 SENIORITY = (1 << (TICK_BITS + ID_BITS + DEPTH_BITS)) - 1  # mask of all but the class
 
@@ -25,7 +26,7 @@ def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:
     seniority = (1 << TICK_BITS) - 1 - last_goal_tick
     value = (rank << TICK_BITS) | seniority
     value = (value << ID_BITS) | (ID_MASK - robot_id % (1 << ID_BITS))
-    return (value << DEPTH_BITS) | (TOP_DEPTH - 2)
+    return (value << DEPTH_BITS) | OWN_DEPTH
 
 
 def above(priority: int, goes_out: bool = True) -> int:
@@ -36,7 +37,8 @@ def above(priority: int, goes_out: bool = True) -> int:
 
     Args:
         priority: Of a robot that waits, of any class.
-        goes_out: Whether the robot is on its way out; one that still goes in ranks below those.
+        goes_out: Whether the robot is on its way out. One that still goes in ranks below those, and
+            below whom they push.
     """
     driving = CLASS_DRIVING << (TICK_BITS + ID_BITS + DEPTH_BITS)
     return (

@@ -19,7 +19,7 @@ from swarm_nav.core.priority import above
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.gate import ADMITTED, Gate, is_inside
 from swarm_nav.traffic.holding import ARRIVED, parking_path
-from swarm_nav.traffic.lease import SAME_STATION, Lease
+from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.situation import Situation
 
 PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where they walk it parks
@@ -56,30 +56,33 @@ class Departure:
         """
         if not is_idle:
             self._idle_since = -1
-            if self._lease.station is not None:
-                self._insists = False
-            elif self._target is not None:
+            self._insists &= self._lease.station is None
+            if self._target is not None:
                 self._give_up()
-            self._target = None
             return False
         tick = situation.tick
         if self._idle_since < 0:
             self._idle_since = tick
             self._next_search_tick = tick + situation.wait_ticks
-        if self._is_leaving(situation):
-            return True
+        if not self._is_under_way(situation):
+            self._give_up()
         is_blocked = situation.waited_ticks > situation.wait_ticks
         self._insists |= self._target is not None and is_blocked
-        self._give_up()
-        if tick >= self._next_search_tick:
+        if (self._target is None or is_blocked) and tick >= self._next_search_tick:
             self._leave_for_others(situation)
         return self._target is not None
 
     def _give_up(self) -> None:
-        self._target, self._lease.inherited = None, 0
+        self._target = None
+        self._inherit(0)
 
-    def _is_leaving(self, situation: Situation) -> bool:
-        if self._target is None or situation.waited_ticks > situation.wait_ticks:
+    def _inherit(self, priority: int) -> None:
+        if self._lease.station is None:  # else the lease sees to it
+            self._lease.inherited = priority
+
+    def _is_under_way(self, situation: Situation) -> bool:
+        """Whether the way out goes on, and nothing bars it that will not move."""
+        if self._target is None or situation.vain_ticks > situation.wait_ticks:
             return False
         x, y = situation.tube.points[-1]
         return (x, y) == self._target and situation.distance_to(x, y) > ARRIVED
@@ -89,16 +92,15 @@ class Departure:
         region, pose = self._gate.region, situation.pose
         lattice = situation.planner.lattice
         if region is not None and is_inside(region, lattice.frame, pose.x, pose.y):
-            highest = max(_highest_at_gate(situation), self._highest_inside(situation))
+            highest = max(_highest_at_gate(situation), _highest_asking(situation, region))
             if highest:
-                self._leave(situation, highest, region > 0)
+                self._leave(situation, highest if self._insists else 0, region > 0)
                 return
             self._insists = False
         left = self._lease.left
         if left is not None and left.is_of(situation) and left.contains(situation):
-            targets = left.targets(situation)
-            _, _, highest = situation.neighbors.queue(targets, situation.tick, SAME_STATION)
-            if highest:
+            highest = _highest_asking(situation, left.floor)
+            if highest or left.is_large:
                 self._leave(situation, highest, left.floor)
                 return
         walked = situation.obstacles.walked(situation.tick)
@@ -108,17 +110,6 @@ class Departure:
             traffic_costs.stamp(near, situation, walked, room, 1.0)
             self._leave(situation, 0, near > 0.0)
 
-    def _highest_inside(self, situation: Situation) -> int:
-        """Return the highest priority of robots that ask for a station in the region, or 0."""
-        region, frame = self._gate.region, situation.planner.lattice.frame
-        assert region is not None
-        neighbors = situation.neighbors
-        told = set(map(tuple, neighbors.heads["station"].tolist()))
-        there = [(x, y) for x, y in told if math.isfinite(x + y) and is_inside(region, frame, x, y)]
-        if not there:
-            return 0
-        return neighbors.queue(np.array(there), situation.tick, SAME_STATION)[2]
-
     def _leave(self, situation: Situation, highest: int, closed: NDArray[np.bool_]) -> None:
         self._next_search_tick = situation.tick + situation.wait_ticks
         way = parking_path(situation, list(situation.stations), closed, math.inf)
@@ -126,7 +117,7 @@ class Departure:
             situation.tube.adopt(way)
             x, y = situation.tube.points[-1]
             self._target = (x, y)
-            self._lease.inherited = above(highest) if highest and self._insists else 0
+            self._inherit(above(highest) if highest else 0)
 
 
 def _highest_at_gate(situation: Situation) -> int:
@@ -134,3 +125,15 @@ def _highest_at_gate(situation: Situation) -> int:
     neighbors = situation.neighbors
     waits = (neighbors.heads["gate_tick"] > ADMITTED) & ~neighbors.gone
     return int(neighbors.priorities[waits].max(initial=0))
+
+
+def _highest_asking(situation: Situation, floor: NDArray[np.int16] | NDArray[np.bool_]) -> int:
+    """Return the highest priority of robots that ask for a station on a floor, 0 without any."""
+    neighbors, frame = situation.neighbors, situation.planner.lattice.frame
+    highest = 0
+    asks = (neighbors.heads["station_tick"] > 0) & ~neighbors.gone
+    for row in np.flatnonzero(asks):
+        x, y = neighbors.heads["station"][row].tolist()
+        if math.isfinite(x + y) and is_inside(floor, frame, x, y):
+            highest = max(highest, int(neighbors.priorities[row]))
+    return highest

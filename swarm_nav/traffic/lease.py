@@ -158,6 +158,8 @@ class Lease:
             if not self.is_turn(situation.config.holding):
                 self.inherited = 0  # who waits ranks below those that it waits for
             elif highest and (self._is_through or not self.place):
+                if self.is_leaving:  # others inherit from it, too
+                    highest = max(highest, situation.own_priority)
                 # never less while it has its turn: a change would delay all requests
                 self.inherited = max(self.inherited, above(highest, self.is_leaving))
 
@@ -171,11 +173,18 @@ class Lease:
             self._is_new = False
 
     def _leave(self, situation: Situation) -> None:
-        """Give the station back once the robot is out, or has had no other target for a while."""
+        """Give the station back once the robot is out, or has had no other target for a while.
+
+        Large single lanes are given back once it is out only: nobody may hear it there.
+        """
         self._left_tick = self._left_tick or situation.tick
         has_stayed = situation.tick - self._left_tick > situation.wait_ticks
-        if (self._next is None and has_stayed) or not self._is_inside(situation):
+        is_done = self._next is None and has_stayed
+        approach = self._approach_of(situation)
+        if (is_done and not approach.is_large) or not self._is_inside(situation):
             self._take(self._next)
+        elif is_done:
+            self.left = approach
 
     def _requests(self, situation: Situation, tick: int) -> tuple[int, int, int]:
         """Return how many asked before a tick, the first of them, and the highest who asked."""

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from swarm_common.model.beacon import MODE_YIELD
 from swarm_common.model.records import FloatArray, Mask
 from swarm_nav.control.tube_kernels import INTENT_SPACING, PRIORITY_LENGTH
-from swarm_nav.core.priority import TOP_DEPTH
 from swarm_nav.planning import path_cost_kernels
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.traffic import traffic_costs
@@ -27,7 +26,7 @@ from swarm_nav.traffic.single_lane_kernels import FORESIGHT
 from swarm_nav.traffic.single_lanes import rooms
 from swarm_nav.traffic.situation import Situation
 
-LEAST_DEPTH = TOP_DEPTH - 32  # longest chain of robots that push each other, by 32 hops
+LEAST_DEPTH = 1  # of a priority by which another robot is pushed
 REFUGE_MARGIN = 0.03  # [m] that a refuge keeps from the pusher's way beyond the reach; so much
 # more after each refuge at which the pusher was still blocked by this robot
 RETREAT_DISTANCE = 0.95  # [m] of the first retreat from a robot

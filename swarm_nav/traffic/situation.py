@@ -169,6 +169,13 @@ class Situation:
         """Ticks for which the tube could not grow, because of a robot or of anything else."""
         return max(self.blocked_ticks, self.obstacle_ticks)
 
+    @property
+    def vain_ticks(self) -> int:
+        """Ticks waited for what will not move: a silent robot, or what only the LiDAR sees."""
+        row = self.neighbors.row(self.blocked_by) if self.blocked_ticks else None
+        is_immovable = row is not None and bool(self.neighbors.immovable[row])
+        return max(self.obstacle_ticks, self.blocked_ticks if is_immovable else 0)
+
     def note_bodies(self) -> None:
         """Tell by the largest robot heard so far where two robots pass each other.
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import Pose
-from swarm_nav.core.priority import CLASS_DRIVING, base_priority
+from swarm_nav.core.priority import CLASS_DRIVING, CLASS_HOLDING, above, base_priority
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, is_inside
 from swarm_nav.traffic.lease import Lease
@@ -80,10 +80,39 @@ def test_a_way_that_is_barred_for_long_is_given_up(why: str) -> None:
     departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
     assert wait(departure, s, s.config.traffic.wait_time + 0.5)
     hear(s, beacon(2, 2.0, 4.5))  # so that it does not set off anew at once
+    hear(s, beacon(3, 4.5, 3.0), tick=1)
+    s.blocked_by = 2
     setattr(s, why, s.wait_ticks)
     assert departure.update(s, True)
     setattr(s, why, s.wait_ticks + 1)
+    assert departure.update(s, True) is (why == "blocked_ticks")  # by one that lives
+    s.blocked_by = 3
     assert not departure.update(s, True)
+
+
+def test_on_large_single_lanes_it_leaves_unasked_and_keeps_its_turn_until_it_is_out() -> None:
+    """Nobody was heard deep in a blind aisle: 3 of 8 robots got to its end, then never another."""
+    s = situation(LONG_AISLE, Pose(*STATION, 0.0), robot_id=5)
+    lease = Lease()
+    lease.aim(STATION)
+    lease.update(s)
+    lease.aim(None)
+    departure = Departure(Gate(None), lease)
+    for _ in range(60):
+        lease.update(s)
+        leaves = departure.update(s, True)
+        s.tick += 1
+    assert leaves
+    assert (lease.station, lease.is_leaving) == (STATION, True)
+    assert s.tube.points[-1][1] > 9.0
+    rank = base_priority(CLASS_HOLDING, 5, 2)
+    hear(s, beacon(2, 1.85, 5.0, station=STATION, station_tick=50, priority=rank))
+    lease.update(s)
+    assert lease.inherited > above(rank, goes_out=False)
+    s.pose = Pose(1.85, 11.0, 0.0)
+    s.tube.reset(s.pose)
+    lease.update(s)
+    assert lease.station is None
 
 
 @pytest.mark.parametrize(("station", "leaves"), [((4.5, 8.0), True), ((2.0, 8.0), False)])
@@ -97,8 +126,6 @@ def test_a_region_is_left_for_who_asks_for_a_station_in_it(
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
     assert departure._lease.inherited == 0
     s.blocked_ticks = s.wait_ticks + 1  # now it insists
-    departure.update(s, True)
-    s.blocked_ticks = 0
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
     assert (departure._lease.inherited > rank) is leaves
 
@@ -119,6 +146,7 @@ def test_who_stands_in_the_way_of_people_leaves_it(
 
 
 ALCOVE = room(9.0, 9.0, (0.05, 0.05, 1.25, 4.0), (2.45, 0.05, 8.95, 4.0))
+LONG_AISLE = room(9.0, 14.0, (0.05, 0.05, 1.35, 9.0), (2.35, 0.05, 8.95, 9.0))
 STATION = (1.85, 0.5)
 
 

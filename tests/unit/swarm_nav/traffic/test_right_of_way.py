@@ -117,7 +117,8 @@ def test_who_is_still_in_the_way_at_its_refuge_looks_for_one_farther_off() -> No
     [
         {"blocked_by": 7},
         {"blocked_ticks": 2},
-        {"priority": 1},
+        {"priority": 0},
+        {"priority": 1 << DEPTH_BITS},  # of no depth any more
     ],
 )
 def test_nobody_is_pushed_without_cause(changes: dict) -> None:
