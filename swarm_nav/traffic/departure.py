@@ -64,10 +64,10 @@ class Departure:
         if self._idle_since < 0:
             self._idle_since = tick
             self._next_search_tick = tick + situation.wait_ticks
-        if not self._is_under_way(situation):
-            self._give_up()
         is_blocked = situation.waited_ticks > situation.wait_ticks
         self._insists |= self._target is not None and is_blocked
+        if not self._is_under_way(situation):
+            self._give_up()
         if (self._target is None or is_blocked) and tick >= self._next_search_tick:
             self._leave_for_others(situation)
         return self._target is not None
@@ -81,8 +81,11 @@ class Departure:
             self._lease.inherited = priority
 
     def _is_under_way(self, situation: Situation) -> bool:
-        """Whether the way out goes on, and nothing bars it that will not move."""
-        if self._target is None or situation.vain_ticks > situation.wait_ticks:
+        """Whether the way out goes on; where there is no other, until it is barred for good."""
+        left = self._lease.left
+        has_one_way = left is not None and left.room > 0
+        waited = situation.vain_ticks if has_one_way else situation.waited_ticks
+        if self._target is None or waited > situation.wait_ticks:
             return False
         x, y = situation.tube.points[-1]
         return (x, y) == self._target and situation.distance_to(x, y) > ARRIVED
@@ -101,7 +104,7 @@ class Departure:
         if left is not None and left.is_of(situation) and left.contains(situation):
             highest = _highest_asking(situation, left.floor)
             if highest or left.is_large:
-                self._leave(situation, highest, left.floor)
+                self._leave(situation, highest if self._insists or left.room else 0, left.floor)
                 return
         walked = situation.obstacles.walked(situation.tick)
         room = PERSON_ROOM * situation.obstacle_clearance

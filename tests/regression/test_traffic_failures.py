@@ -425,7 +425,7 @@ def test_two_robots_never_push_each_other() -> None:
 def test_a_priority_that_was_handed_on_too_often_pushes_nobody() -> None:
     """In a circle of more than two it would outlive its source as well."""
     s = situation(HALL, Pose(4.0, 4.0, 0.0))
-    for hops, is_pushed in ((10, True), (40, False)):
+    for hops, is_pushed in ((31, True), (32, False)):
         hear(s, blocked_by_us(3.2, 2, priority=HIGH - hops))
         assert (RightOfWay().pusher(s) is not None) == is_pushed
 

@@ -80,13 +80,9 @@ def test_a_way_that_is_barred_for_long_is_given_up(why: str) -> None:
     departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
     assert wait(departure, s, s.config.traffic.wait_time + 0.5)
     hear(s, beacon(2, 2.0, 4.5))  # so that it does not set off anew at once
-    hear(s, beacon(3, 4.5, 3.0), tick=1)
-    s.blocked_by = 2
     setattr(s, why, s.wait_ticks)
     assert departure.update(s, True)
     setattr(s, why, s.wait_ticks + 1)
-    assert departure.update(s, True) is (why == "blocked_ticks")  # by one that lives
-    s.blocked_by = 3
     assert not departure.update(s, True)
 
 
@@ -109,6 +105,13 @@ def test_on_large_single_lanes_it_leaves_unasked_and_keeps_its_turn_until_it_is_
     hear(s, beacon(2, 1.85, 5.0, station=STATION, station_tick=50, priority=rank))
     lease.update(s)
     assert lease.inherited > above(rank, goes_out=False)
+    hear(s, beacon(3, 1.85, 3.0), tick=1)
+    s.blocked_ticks = s.wait_ticks + 1
+    for blocker, goes_on in ((2, True), (3, False)):  # one that lives, one that does not
+        s.blocked_by = blocker
+        s.tick -= 20  # no other way is looked for
+        assert departure.update(s, True) is goes_on
+        s.tick += 20
     s.pose = Pose(1.85, 11.0, 0.0)
     s.tube.reset(s.pose)
     lease.update(s)
@@ -126,6 +129,8 @@ def test_a_region_is_left_for_who_asks_for_a_station_in_it(
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
     assert departure._lease.inherited == 0
     s.blocked_ticks = s.wait_ticks + 1  # now it insists
+    departure.update(s, True)
+    s.blocked_ticks = 0
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
     assert (departure._lease.inherited > rank) is leaves
 
