@@ -10,6 +10,7 @@ CLASS_DONE, CLASS_HOLDING, CLASS_DRIVING = 0, 1, 2
 DEPTH_BITS, ID_BITS, TICK_BITS = 6, 10, 32
 TOP_DEPTH = (1 << DEPTH_BITS) - 1  # also the mask of the depth
 OWN_DEPTH = 32  # of a robot's own priority, for as many hops
+OUT_OF_LANES = 30  # hops of a robot that leaves single lanes: all before it go out as well
 ID_MASK = (1 << ID_BITS) - 1
 SENIORITY = (1 << (TICK_BITS + ID_BITS + DEPTH_BITS)) - 1  # mask of all but the class
 
@@ -29,7 +30,7 @@ def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:
     return (value << DEPTH_BITS) | OWN_DEPTH
 
 
-def above(priority: int, goes_out: bool = True) -> int:
+def above(priority: int, hops: int = 0) -> int:
     """Return the priority of a robot for which others wait: as they drive, just above their own.
 
     Waiting robots are parked, below all driving ones; the robot that keeps them waiting must rank
@@ -37,10 +38,8 @@ def above(priority: int, goes_out: bool = True) -> int:
 
     Args:
         priority: Of a robot that waits, of any class.
-        goes_out: Whether the robot is on its way out. One that still goes in ranks below those, and
-            below whom they push.
+        hops: How many robots that push one another on its behalf rank above those that inherit the
+            same priority with none: who goes out has some, who goes in none.
     """
     driving = CLASS_DRIVING << (TICK_BITS + ID_BITS + DEPTH_BITS)
-    return (
-        driving | (priority & SENIORITY & ~TOP_DEPTH) | (TOP_DEPTH if goes_out else TOP_DEPTH - 1)
-    )
+    return driving | (priority & SENIORITY & ~TOP_DEPTH) | (OWN_DEPTH + 1 + hops)

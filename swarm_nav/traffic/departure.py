@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_nav.core.priority import above
+from swarm_nav.core.priority import OUT_OF_LANES, above
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.gate import ADMITTED, Gate, is_inside
 from swarm_nav.traffic.holding import ARRIVED, parking_path
@@ -104,7 +104,10 @@ class Departure:
         if left is not None and left.is_of(situation) and left.contains(situation):
             highest = _highest_asking(situation, left.floor)
             if highest or left.is_large:
-                self._leave(situation, highest if self._insists or left.room else 0, left.floor)
+                if left.room:  # one way out: no other robot gets past it
+                    self._leave(situation, highest, left.floor, OUT_OF_LANES)
+                else:
+                    self._leave(situation, highest if self._insists else 0, left.floor)
                 return
         walked = situation.obstacles.walked(situation.tick)
         room = PERSON_ROOM * situation.obstacle_clearance
@@ -113,14 +116,16 @@ class Departure:
             traffic_costs.stamp(near, situation, walked, room, 1.0)
             self._leave(situation, 0, near > 0.0)
 
-    def _leave(self, situation: Situation, highest: int, closed: NDArray[np.bool_]) -> None:
+    def _leave(
+        self, situation: Situation, highest: int, closed: NDArray[np.bool_], hops: int = 1
+    ) -> None:
         self._next_search_tick = situation.tick + situation.wait_ticks
         way = parking_path(situation, list(situation.stations), closed, math.inf)
         if way is not None and len(way) >= 2:
             situation.tube.adopt(way)
             x, y = situation.tube.points[-1]
             self._target = (x, y)
-            self._inherit(above(highest) if highest else 0)
+            self._inherit(above(highest, hops) if highest else 0)
 
 
 def _highest_at_gate(situation: Situation) -> int:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
 from swarm_nav.core.config import HoldingConfig
-from swarm_nav.core.priority import above
+from swarm_nav.core.priority import OUT_OF_LANES, above
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic.approach import MOUTH_GAP, WAITING_GAP, Approach, is_large, lane_at
 from swarm_nav.traffic.situation import Situation
@@ -161,7 +161,8 @@ class Lease:
                 if self.is_leaving:  # others inherit from it, too
                     highest = max(highest, situation.own_priority)
                 # never less while it has its turn: a change would delay all requests
-                self.inherited = max(self.inherited, above(highest, self.is_leaving))
+                hops = OUT_OF_LANES if self.is_leaving else 0
+                self.inherited = max(self.inherited, above(highest, hops))
 
     def _hold_lanes_here(self, situation: Situation) -> None:
         """Hold the single lanes where the robot gets its goal, if that lies elsewhere."""

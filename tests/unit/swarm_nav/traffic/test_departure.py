@@ -104,7 +104,7 @@ def test_on_large_single_lanes_it_leaves_unasked_and_keeps_its_turn_until_it_is_
     rank = base_priority(CLASS_HOLDING, 5, 2)
     hear(s, beacon(2, 1.85, 5.0, station=STATION, station_tick=50, priority=rank))
     lease.update(s)
-    assert lease.inherited > above(rank, goes_out=False)
+    assert lease.inherited > above(rank)
     hear(s, beacon(3, 1.85, 3.0), tick=1)
     s.blocked_ticks = s.wait_ticks + 1
     for blocker, goes_on in ((2, True), (3, False)):  # one that lives, one that does not
