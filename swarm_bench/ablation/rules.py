@@ -85,7 +85,7 @@ NUMBERS = (
     f"{TRAFFIC}.right_of_way.GAIN",
     f"{TRAFFIC}.patience.TRIPS",
     f"{TRAFFIC}.single_lanes.MOUTH", f"{TRAFFIC}.single_lanes.WAY_POINTS",
-    f"{TRAFFIC}.gate.LEAST_AREA", f"{TRAFFIC}.gate.WAY_POINTS", f"{TRAFFIC}.departure.CROWDED",
+    f"{TRAFFIC}.gate.LEAST_AREA", f"{TRAFFIC}.gate.WAY_POINTS", f"{TRAFFIC}.single_lanes.RIM",
     f"{TRAFFIC}.lease.DETOUR", f"{TRAFFIC}.lease.QUEUE_AREA",
     f"{TRAFFIC}.approach.MOUTH_GAP", f"{TRAFFIC}.approach.WAITING_GAP",
     f"{TRAFFIC}.lease.QUEUE_STEP",
