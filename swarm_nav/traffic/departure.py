@@ -4,8 +4,8 @@ A robot without a goal stands where its last one ended. In the open it blocks no
 robots only pass it is pushed. But in a narrow region with stations each standing robot takes the
 room of a working one; and on single lanes the robot that pushes it stands in its only way out. So
 it leaves: a region when it hears a robot that waits to enter or asks for a station in it; a
-station, and the single lanes around it, when another robot asks for it; and the way of people, who
-may have no other.
+station, and the single lanes around it, when another robot asks for it, large ones unasked, since
+nobody may be heard there; and the way of people, who may have no other.
 """
 
 from __future__ import annotations
@@ -28,8 +28,9 @@ PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where the
 class Departure:
     """Takes a robot without a goal to a parking place outside, once it keeps others out.
 
-    Once it was blocked on its way, it ranks just above the robots that wait for it (inheritance, as
-    with a station's lease), because they stand between it and the exit.
+    It ranks just above the robots that wait for it (inheritance, as with a station's lease), because
+    they stand between it and the exit: at once where there is one way out, elsewhere once it was
+    blocked on its way.
     """
 
     def __init__(self, gate: Gate, lease: Lease) -> None:
