@@ -28,7 +28,7 @@ PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where the
 class Departure:
     """Takes a robot without a goal to a parking place outside, once it keeps others out.
 
-    It ranks just above the robots that wait for it (inheritance, as with a station's lease), because
+    It ranks just above the robots that wait for it (inheritance, as with a station's lease), as
     they stand between it and the exit: at once where there is one way out, elsewhere once it was
     blocked on its way.
     """
