@@ -39,7 +39,7 @@ class Departure:
         Args:
             gate: Has the region that is left.
             lease: Knows the station that is left, and inherits the priority of the waiting robots;
-                it has no station without a goal.
+                without a goal it has a station on single lanes only, until the robot is out.
         """
         self._gate = gate
         self._lease = lease

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_nav.core.priority import CLASS_DRIVING, CLASS_HOLDING, above, base_priority
 from swarm_nav.traffic.departure import Departure
@@ -88,12 +89,7 @@ def test_a_way_that_is_barred_for_long_is_given_up(why: str) -> None:
 
 def test_on_large_single_lanes_it_leaves_unasked_and_keeps_its_turn_until_it_is_out() -> None:
     """Nobody was heard deep in a blind aisle: 3 of 8 robots got to its end, then never another."""
-    s = situation(LONG_AISLE, Pose(*STATION, 0.0), robot_id=5)
-    lease = Lease()
-    lease.aim(STATION)
-    lease.update(s)
-    lease.aim(None)
-    departure = Departure(Gate(None), lease)
+    departure, lease, s = done_at_station(LONG_AISLE)
     for _ in range(60):
         lease.update(s)
         leaves = departure.update(s, True)
@@ -155,14 +151,19 @@ LONG_AISLE = room(9.0, 14.0, (0.05, 0.05, 1.35, 9.0), (2.35, 0.05, 8.95, 9.0))
 STATION = (1.85, 0.5)
 
 
-def in_alcove(*others: np.void) -> tuple[Departure, Situation]:
-    """Return a robot without a goal at the end of a blind aisle, where its last station was."""
-    s = situation(ALCOVE, Pose(*STATION, 0.0))
+def done_at_station(grid: Grid) -> tuple[Departure, Lease, Situation]:
+    """Return a robot that has just reached its last station, at the end of a blind aisle."""
+    s = situation(grid, Pose(*STATION, 0.0))
     lease = Lease()
     lease.aim(STATION)
     lease.update(s)
     lease.aim(None)
-    departure = Departure(Gate(None), lease)
+    return Departure(Gate(None), lease), lease, s
+
+
+def in_alcove(*others: np.void) -> tuple[Departure, Situation]:
+    """Return a robot without a goal at the end of a blind aisle, where its last station was."""
+    departure, lease, s = done_at_station(ALCOVE)
     for _ in range(40):
         lease.update(s)
         s.tick += 1
