@@ -31,6 +31,7 @@ BODY = 0.3  # [m] within which marks belong to one body
 WALKING = LIMITS.index(MOVER_TICKS)
 WALKED_CELL = 0.2  # [m] of the places that are remembered where somebody walked,
 WALKED_TICKS = 300  # and for how long
+NO_PLACES: FloatArray = np.zeros((0, 2))
 
 
 class DynamicObstacles:
@@ -146,6 +147,8 @@ class DynamicObstacles:
         Args:
             tick: Now.
         """
+        if not self._walked:
+            return NO_PLACES
         self._walked = {at: then for at, then in self._walked.items() if tick - then < WALKED_TICKS}
         return np.array(list(self._walked), np.float64).reshape(-1, 2) * WALKED_CELL
 

@@ -55,6 +55,7 @@ class NeighborTable:
         ages: (n,) [ticks] since each was sent.
         gone: (n,)
         gate_columns: Poses, gate and blocked ticks, of which the first n rows are in use.
+        request_columns: Stations, station and gate ticks, likewise.
         priorities: (n,) as published.
         acks: (n,) tick of the newest of our beacons that each neighbour acknowledged; the present
             tick for neighbours that need not hear us.
@@ -439,6 +440,8 @@ class NeighborTable:
         # views of the whole table, see `columns`
         names = ("pose", "gate_tick", "blocked_ticks")
         self.gate_columns = tuple(self._records[name] for name in names)
+        names = ("station", "station_tick", "gate_tick")
+        self.request_columns = tuple(self._records[name] for name in names)
         self._claims = tuple(self._records[name] for name in CLAIM_COLUMNS)
 
     def _show(self, count: int) -> None:

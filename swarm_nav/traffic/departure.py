@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_nav.core.priority import OUT_OF_LANES, above
-from swarm_nav.traffic import traffic_costs
-from swarm_nav.traffic.gate import ADMITTED, Gate, is_inside
+from swarm_nav.traffic import gate_kernels, traffic_costs
+from swarm_nav.traffic.gate import Gate, is_inside
 from swarm_nav.traffic.holding import ARRIVED, parking_path
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.situation import Situation
@@ -96,7 +96,7 @@ class Departure:
         region, pose = self._gate.region, situation.pose
         lattice = situation.planner.lattice
         if region is not None and is_inside(region, lattice.frame, pose.x, pose.y):
-            highest = max(_highest_at_gate(situation), _highest_asking(situation, region))
+            highest = _highest_asking(situation, region, at_gate=True)
             if highest:
                 self._leave(situation, highest if self._insists else 0, region > 0)
                 return
@@ -129,20 +129,22 @@ class Departure:
             self._inherit(above(highest, hops) if highest else 0)
 
 
-def _highest_at_gate(situation: Situation) -> int:
-    """Return the highest priority of robots that wait to enter a region, 0 if there are none."""
+def _highest_asking(
+    situation: Situation, floor: NDArray[np.int16] | NDArray[np.bool_], *, at_gate: bool = False
+) -> int:
+    """Return the highest priority of robots that ask for a station on a floor, 0 without any.
+
+    Args:
+        situation: Of the robot.
+        floor: (h, w) of the lattice.
+        at_gate: Whether robots that wait to enter a region count as well.
+    """
     neighbors = situation.neighbors
-    waits = (neighbors.heads["gate_tick"] > ADMITTED) & ~neighbors.gone
-    return int(neighbors.priorities[waits].max(initial=0))
-
-
-def _highest_asking(situation: Situation, floor: NDArray[np.int16] | NDArray[np.bool_]) -> int:
-    """Return the highest priority of robots that ask for a station on a floor, 0 without any."""
-    neighbors, frame = situation.neighbors, situation.planner.lattice.frame
-    highest = 0
-    asks = (neighbors.heads["station_tick"] > 0) & ~neighbors.gone
-    for row in np.flatnonzero(asks):
-        x, y = neighbors.heads["station"][row].tolist()
-        if math.isfinite(x + y) and is_inside(floor, frame, x, y):
-            highest = max(highest, int(neighbors.priorities[row]))
-    return highest
+    highest = gate_kernels.highest_asking(
+        floor,
+        situation.planner.lattice.frame,
+        neighbors.request_columns,
+        (neighbors.ids, neighbors.priorities, neighbors.gone),
+        at_gate,
+    )
+    return int(highest)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,14 @@ class GateColumns(NamedTuple):
     poses: NDArray[np.float32]  # (rows, 3) [m], [m], [rad] in map
     gate_ticks: NDArray[np.uint32]  # 0: asks not, 1: is admitted, later: asks since
     blocked_ticks: NDArray[np.uint32]
+
+
+class RequestColumns(NamedTuple):
+    """What neighbours ask for; a row per robot, the first ones are in use."""
+
+    stations: NDArray[np.float32]  # (rows, 2) [m] in map, NaN without one
+    station_ticks: NDArray[np.uint32]  # 0: asks not, later: asks since
+    gate_ticks: NDArray[np.uint32]  # as of `GateColumns`
 
 
 class Robots(NamedTuple):
@@ -108,6 +117,36 @@ def count_ahead(
             if theirs > highest:
                 first, highest = np.int64(ids[k]), theirs
     return count, is_highest, first
+
+
+@njit(cache=True)
+def highest_asking(
+    floor: Labels | Mask,
+    frame: Frame,
+    columns: tuple[NDArray[np.float32], NDArray[np.uint32], NDArray[np.uint32]],
+    robots: tuple[NDArray[np.uint32], NDArray[np.int64], NDArray[np.bool_]],
+    at_gate: bool,
+) -> int:
+    """Return the highest priority of the robots that ask for a station on a floor, 0 without any.
+
+    Args:
+        floor: (height, width) above 0 where it is.
+        frame: Of the floor.
+        columns: `RequestColumns` as a plain tuple.
+        robots: `Robots` as a plain tuple.
+        at_gate: Whether robots that wait at a gate count, wherever their station is.
+    """
+    stations, station_ticks, gate_ticks = RequestColumns(*columns)
+    ids, priorities, gone = Robots(*robots)
+    highest = np.int64(0)
+    for k in range(ids.shape[0]):
+        if gone[k] or priorities[k] <= highest:
+            continue
+        x, y = stations[k, 0], stations[k, 1]
+        asks = station_ticks[k] > 0 and math.isfinite(x + y) and is_inside(floor, frame, x, y)
+        if asks or (at_gate and gate_ticks[k] > 1):
+            highest = priorities[k]
+    return highest
 
 
 @njit(cache=True)
