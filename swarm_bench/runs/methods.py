@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import importlib
-from typing import Protocol
+from collections.abc import Iterator
+from typing import Protocol, runtime_checkable
 
 from swarm_common.model.beacon import Reception
 from swarm_common.model.errors import UnknownNameError
@@ -64,6 +65,21 @@ class Driver(Protocol):
 
     def status(self) -> Status:
         """Return counters for the result."""
+
+
+@runtime_checkable
+class StagedDriver(Driver, Protocol):
+    """A driver that can decide in stages, between which others decide: the same, but faster."""
+
+    def stages(self, tick: int) -> Iterator[Output | None]:
+        """Decide in a number of stages that is the same for all drivers.
+
+        Args:
+            tick: As of `tick`.
+
+        Yields:
+            None after each stage, at last what `tick` returns.
+        """
 
 
 class Method(Protocol):

@@ -37,7 +37,7 @@ def compose_result(
         stage: World, drivers and missions at the end.
         dead: Indices of the robots whose goals are not asked for.
         invariant: As watched.
-        durations: [s] of wall time of each tick of each brain.
+        durations: [s] of wall time of brains' ticks, of all or of some.
         wall_time: [s] of the run.
     """
     verdict = stage.world.verdict

@@ -92,7 +92,7 @@ def measure(job: dict[str, Any]) -> dict[str, Any]:
     for name in ("observe", "step"):
         setattr(stage.world, name, world_clock.timed(getattr(stage.world, name)))
     stage.drivers = [TimedDriver(driver, robot_clock) for driver in stage.drivers]
-    harness = Harness(options, stage=stage)
+    harness = Harness(options, stage=stage, times_all=True)
     try:
         for _ in range(WARM_TICKS):
             harness.advance()

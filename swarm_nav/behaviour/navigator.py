@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -300,20 +300,46 @@ class Navigator:
         Returns:
             The twist to drive, the beacon to send, and what happened since the last tick.
         """
+        *_, output = self.stages(tick)
+        assert output is not None
+        return output
+
+    def stages(self, tick: int) -> Iterator[Output | None]:
+        """Decide stage by stage, as `tick` does at once.
+
+        Many navigators in one process are faster if they take turns after each stage: what runs
+        stays in the processor's cache. All have the same number of stages.
+
+        Args:
+            tick: Number of the control tick.
+
+        Yields:
+            None after each stage, at last what `tick` returns.
+        """
         self._begin(tick)
         is_lost = self._localise()
+        yield None
         can_drive = self._sense(is_lost) and self.is_active
+        yield None
         self._choose_goal()
+        yield None
         if can_drive:
             self._guard_reservation()
             self._decide_right_of_way()
-            twist = self._choose_twist(self._behavior_executor.choose_path(self._people.is_near))
+        yield None
+        override = None
+        if can_drive:
+            override = self._behavior_executor.choose_path(self._people.is_near)
+        yield None
+        if can_drive:
+            twist = self._choose_twist(override)
             self._reservation.extend()
         else:
             twist = self._stand()
+        yield None
         beacon = self._announce()
         self._count_waiting()
-        return Output(twist, beacon, self._state_machine.take_events())
+        yield Output(twist, beacon, self._state_machine.take_events())
 
     def _begin(self, tick: int) -> None:
         """Take the time; after a gap in it the other robots no longer respect the old space."""

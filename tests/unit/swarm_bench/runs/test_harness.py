@@ -51,6 +51,13 @@ def test_equal_seeds_give_equal_runs_and_others_do_not(tmp_path: Path) -> None:
     assert other.trajectory_sha256 != first.trajectory_sha256
 
 
+def test_brains_that_take_turns_decide_as_brains_one_by_one(tmp_path: Path) -> None:
+    chosen = options(tmp_path, with_lidar=True)
+    in_turns, one_by_one = (Harness(chosen, times_all=timed).run() for timed in (False, True))
+    assert without_times(in_turns) == without_times(one_by_one)
+    assert in_turns.tick_us_median is not None
+
+
 def test_only_sensors_that_err_give_a_pose_error(tmp_path: Path) -> None:
     chosen = options(tmp_path, limit=10.0)
     assert run(chosen).pose_error is None
