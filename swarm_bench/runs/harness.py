@@ -12,6 +12,7 @@ import time
 from array import array
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 
@@ -81,8 +82,8 @@ class Harness:
         self.beacons: BeaconArray = empty_beacons(count)
         self._on_tick = on_tick
         self._faults = faults or InjectedFaults()
-        staged = [each for each in self.stage.drivers if isinstance(each, StagedDriver)]
-        self._staged = staged if len(staged) == count and not times_all else []
+        are_staged = all(isinstance(driver, StagedDriver) for driver in self.stage.drivers)
+        self._takes_turns = are_staged and not times_all
         self._dead = set(self.stage.dead)
         self._outputs: list[Output | None] = [None] * count
         self._twists: list[Twist | None] = [Twist()] * count
@@ -167,7 +168,7 @@ class Harness:
             self._outputs[index] = self._sent[index] = None
             self._twists[index] = Twist()  # as the world commands a robot that does not answer
         outputs: Sequence[Output]
-        if not self._staged or tick % TIMED_EVERY == 0:
+        if not self._takes_turns or tick % TIMED_EVERY == 0:
             outputs = [self._timed(index, tick, observed[index]) for index in deciding]
         else:
             outputs = self._by_stages(deciding, tick, observed)
@@ -190,7 +191,8 @@ class Harness:
         """Let the drivers take turns after each stage: the same decisions, in less time."""
         for index in deciding:
             self._observe(index, as_received(observed[index].odom), observed[index])
-        stages = [self._staged[index].stages(tick) for index in deciding]
+        drivers = cast(Sequence[StagedDriver], self.stage.drivers)
+        stages = [drivers[index].stages(tick) for index in deciding]
         rounds = list(zip(*stages, strict=True))
         return [output for output in rounds[-1] if output is not None] if rounds else []
 

@@ -13,7 +13,7 @@ from swarm_bench.runs.harness import Harness, InjectedFaults, run
 from swarm_bench.runs.methods import Driver
 from swarm_bench.runs.result import RunResult, result_from_json
 from swarm_bench.runs.scenario import load_scenario
-from swarm_bench.runs.stage import RunOptions
+from swarm_bench.runs.stage import RunOptions, build
 from swarm_bench.suite.sweep import in_processes
 from swarm_bench.suite.table import run_line
 from swarm_nav.core.goals import Output
@@ -56,6 +56,18 @@ def test_brains_that_take_turns_decide_as_brains_one_by_one(tmp_path: Path) -> N
     in_turns, one_by_one = (Harness(chosen, times_all=timed).run() for timed in (False, True))
     assert without_times(in_turns) == without_times(one_by_one)
     assert in_turns.tick_us_median is not None
+
+
+def test_a_brain_that_is_replaced_decides_in_every_tick(tmp_path: Path) -> None:
+    harness = Harness(options(tmp_path))
+    fresh = build(options(tmp_path)).drivers[0]
+    harness.advance()
+    harness.stage.drivers[0] = fresh
+    ticks = []
+    for _ in range(20):
+        harness.advance()
+        ticks.append(fresh._s.tick)  # type: ignore[attr-defined]
+    assert ticks == list(range(1, 21))
 
 
 def test_only_sensors_that_err_give_a_pose_error(tmp_path: Path) -> None:
