@@ -54,7 +54,9 @@ class Planner:
         return np.zeros(self.lattice.base.shape, np.float32)
 
     def free_places(
-        self, taken: NDArray[np.float32], allowed: NDArray[np.uint8] | None = None
+        self,
+        taken: NDArray[np.float32],
+        allowed: NDArray[np.uint8] | NDArray[np.bool_] | None = None,
     ) -> NDArray[np.uint8]:
         """Return the nodes on which a robot may be put to wait.
 

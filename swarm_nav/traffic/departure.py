@@ -20,6 +20,7 @@ from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.gate import Gate, is_inside
 from swarm_nav.traffic.holding import ARRIVED, parking_path
 from swarm_nav.traffic.lease import Lease
+from swarm_nav.traffic.single_lanes import rooms
 from swarm_nav.traffic.situation import Situation
 
 PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where they walk it parks
@@ -121,7 +122,10 @@ class Departure:
         self, situation: Situation, highest: int, closed: NDArray[np.bool_], hops: int = 1
     ) -> None:
         self._next_search_tick = situation.tick + situation.wait_ticks
-        way = parking_path(situation, list(situation.stations), closed, math.inf)
+        stations = list(situation.stations)
+        way = parking_path(situation, stations, closed, math.inf)
+        if way is None:  # all taken, or none on this map: where others get past it, too
+            way = parking_path(situation, stations, closed, math.inf, rooms(*situation.passing))
         if way is not None and len(way) >= 2:
             situation.tube.adopt(way)
             x, y = situation.tube.points[-1]

@@ -155,6 +155,7 @@ def parking_path(
     stations: list[tuple[float, float]],
     closed: NDArray[np.bool_] | None = None,
     reach: float | None = None,
+    allowed: NDArray[np.bool_] | None = None,
 ) -> FloatArray | None:
     """Return the way (n, 2) to the nearest free parking place, None if there is none in reach.
 
@@ -163,6 +164,8 @@ def parking_path(
         stations: (x, y) [m] in map, to keep away from.
         closed: (h, w) lattice cells that are no places; None for none.
         reach: Cost [m] of the longest way; None for `holding.search_distance`.
+        allowed: (h, w) lattice cells to park on; None for those out of the lanes, which a map of
+            narrow aisles has not.
     """
     lattice = situation.planner.lattice
     taken = situation.planner.no_extra()
@@ -179,7 +182,7 @@ def parking_path(
         )
     if closed is not None:
         taken[closed] = 1.0
-    places = situation.planner.free_places(taken, lattice.parking)
+    places = situation.planner.free_places(taken, lattice.parking if allowed is None else allowed)
     extra = traffic_costs.congestion(situation)
     limit = situation.config.holding.search_distance if reach is None else reach
     return situation.planner.nearest(situation.stop_point, extra, places, limit)

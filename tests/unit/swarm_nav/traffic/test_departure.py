@@ -45,6 +45,17 @@ def test_who_stands_inside_while_somebody_waits_leaves_for_a_place_outside() -> 
     assert not is_inside(gate.region, s.planner.lattice.frame, x, y)
 
 
+def test_without_floor_wide_enough_to_park_it_leaves_for_a_place_where_others_get_past() -> None:
+    s = situation(room(9.0, 2.4), Pose(4.5, 1.2, 0.0))
+    assert not s.planner.lattice.parking.any()
+    region = np.zeros(s.planner.lattice.base.shape, np.int16)
+    region[:, 40:50] = 1
+    hear(s, beacon(2, 2.0, 1.2, gate_tick=50, priority=1 << 40))
+    assert wait(Departure(Gate(region), Lease()), s, 10.0)
+    x, y = s.tube.points[-1]
+    assert not is_inside(region, s.planner.lattice.frame, x, y)
+
+
 def test_nobody_leaves_for_those_who_are_admitted_or_do_not_ask() -> None:
     for gate_tick in (0, 1):
         departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=gate_tick, priority=1 << 40))
