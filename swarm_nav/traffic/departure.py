@@ -27,7 +27,9 @@ PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where the
 
 
 class Departure:
-    """Takes a robot without a goal to a parking place outside, once it keeps others out.
+    """Takes a robot without a goal to a place outside, once it keeps others out.
+
+    That is a parking place, or, where none is free, one where two robots pass each other.
 
     It ranks just above the robots that wait for it (inheritance, as with a station's lease), as
     they stand between it and the exit: at once where there is one way out, elsewhere once it was
