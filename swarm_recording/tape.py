@@ -1,13 +1,14 @@
-"""A bag in the making: an MCAP file (profile ros2) that is whole after every write.
+"""A bag in the making: an MCAP file (profile ros2) that opens at every moment.
 
-An MCAP file ends with a summary that most readers need. Here each write appends a chunk and a new
-summary in place of the old one, in a single call, so a recorder that is killed leaves a file that
-opens.
+An MCAP file ends with a summary that most readers need, and with a footer that tells where the
+summary begins. Each save puts a chunk and a new summary in the place of the old one. A recorder may
+be killed in the midst of that, so the old summary is copied behind the new one first (`_Sheet`).
 """
 
 from __future__ import annotations
 
 import os
+import struct
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,13 +23,23 @@ METADATA = "metadata.yaml"
 LIBRARY = "swarm-workbench"
 MIN_PERIOD, MAX_PERIOD = 1.0, 5.0  # [s] of wall time between two writes
 CHUNK_SIZE = 4 * 2**20  # [bytes] before compression
+FOOTER = struct.Struct("<BQQQI8s")  # code, length, start of the summary, of offsets, CRC, magic
+FOOTER_CODE, FOOTER_LENGTH = 0x02, 20
+MAGIC = b"\x89MCAP0\r\n"
+PAGE = 4096  # [bytes]
 
 
 class _Sheet:
-    """The file below the writer: collects writes until they are flushed in one call."""
+    """The file below the writer: collects writes, and puts them on disk as if at once.
+
+    A process that is killed ends a write between two pages of memory, never within one. So a write
+    within one page, a truncation and a renaming happen or do not happen.
+    """
 
     def __init__(self, path: Path) -> None:
-        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
+        self._path, self._draft = path, path.with_name(f".{path.name}.draft")
+        flags = os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC
+        self._descriptor = os.open(self._draft, flags, 0o644)
         self._start = 0
         self._pending = bytearray()
         self._tail = b""  # the summary, which is on disk from `_start` on
@@ -49,24 +60,45 @@ class _Sheet:
         Raises:
             OSError: If there is no room; the file is as it was then.
         """
+        content = bytes(self._pending)
         try:
-            self._put(bytes(self._pending))
+            if self._tail:
+                self._set_aside(self._start + len(content))
+            self._put(content, self._start)
+            if not self._tail:
+                self._draft.replace(self._path)
         except OSError:
-            self._put(self._tail)  # which has room: it was there
+            self._put(self._tail, self._start)  # which has room: it was there
             os.ftruncate(self._descriptor, self._start + len(self._tail))
             raise
-        self._tail = bytes(self._pending[keep - self._start :])
+        os.ftruncate(self._descriptor, self._start + len(content))
+        self._tail = content[keep - self._start :]
         self._start, self._pending = keep, bytearray()
 
-    def _put(self, data: bytes) -> None:
-        """Write from `_start` on; a call may write less than it is given, and fail next time."""
-        at = self._start
+    def _set_aside(self, end: int) -> None:
+        """Let the file end with a copy of its summary, behind the old one and the byte `end`."""
+        old = FOOTER.unpack(self._tail[-FOOTER.size :])[2]
+        summary = self._tail[old - self._start : -FOOTER.size]
+        end = max(end, self._start + len(self._tail)) + len(summary)
+        footer = -(-end // PAGE) * PAGE
+        copy = footer - len(summary)
+        self._put(_footer(old), footer)
+        self._put(summary, copy)
+        self._put(_footer(copy), footer)
+
+    def _put(self, data: bytes, at: int) -> None:
+        """Write; a call may write less than it is given, and fail next time."""
         while data:
             count = os.pwrite(self._descriptor, data, at)
             at, data = at + count, data[count:]
 
     def close(self) -> None:
         os.close(self._descriptor)
+
+
+def _footer(summary: int) -> bytes:
+    """Return the end of an MCAP file whose summary begins at byte `summary`."""
+    return FOOTER.pack(FOOTER_CODE, FOOTER_LENGTH, summary, 0, 0, MAGIC)
 
 
 class Tape:
@@ -80,7 +112,7 @@ class Tape:
         """Begin a file.
 
         Args:
-            path: Of the file; replaced if it exists.
+            path: Of the file, which is there after the first save; replaced if it exists.
             about: Facts about the run, kept in the file as metadata ``swarm``.
 
         Raises:
@@ -138,6 +170,8 @@ class Tape:
 
     def save_if_due(self) -> None:
         """Save every few seconds: rarely enough that summaries cost little."""
+        if not self._topics:
+            return
         waited = time.monotonic() - self._latest
         if waited > MAX_PERIOD or (waited > MIN_PERIOD and self._size > self._summary_size):
             self.save()

@@ -1,5 +1,6 @@
 """A bag is whole after every write, also when its writer is killed; two libraries read it."""
 
+import os
 import random
 import subprocess
 import sys
@@ -89,6 +90,74 @@ def test_the_quality_of_the_publisher_is_kept(tmp_path: Path, topic: Topic) -> N
     assert quality.reliability.name == ("RELIABLE" if topic.is_reliable else "BEST_EFFORT")
     assert quality.durability.name == ("TRANSIENT_LOCAL" if topic.is_latched else "VOLATILE")
     assert "depth: " in quality_text(topic)
+
+
+class Killed(BaseException):
+    """The process ends here."""
+
+
+def kill_after(steps: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """End writing after so many steps; the kernel ends a write between two pages of memory."""
+    page = 4096
+    pwrite, truncate = os.pwrite, os.ftruncate
+    left = steps
+
+    def step() -> None:
+        nonlocal left
+        if left == 0:
+            raise Killed
+        left -= 1
+
+    def by_pages(descriptor: int, data: bytes, at: int) -> int:
+        done = 0
+        while done < len(data):
+            step()
+            size = min(page - (at + done) % page, len(data) - done)
+            done += pwrite(descriptor, data[done : done + size], at + done)
+        return done
+
+    def cut(descriptor: int, size: int) -> None:
+        step()
+        truncate(descriptor, size)
+
+    monkeypatch.setattr(os, "pwrite", by_pages)
+    monkeypatch.setattr(os, "ftruncate", cut)
+
+
+@pytest.mark.parametrize("batch", [3, 300])
+def test_a_bag_is_whole_wherever_its_writer_is_killed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, batch: int
+) -> None:
+    """Also where the summary is longer than what is added, and the other way round."""
+    steps, is_done = 0, False
+    while not is_done:
+        path = tmp_path / "a.mcap"
+        tape = Tape(path, {"about": "x" * 200})
+        tape.add_topic(TWIST)
+        tape.add_topic(CLOCK)
+        saves = [0]
+        with monkeypatch.context() as patch:
+            kill_after(steps, patch)
+            try:
+                for number in range(4 * batch):
+                    noise = random.Random(number).randbytes(60)
+                    tape.write(CLOCK.name, number, clock(number) + noise)
+                    if number % batch == batch - 1:
+                        saves.append(number + 1)
+                        tape.save()
+                is_done = True
+            except Killed:
+                pass
+        if len(saves) > 2 or path.is_file():
+            found = read_with_mcap(path)
+            assert found == read_with_rosbags(path)
+            assert [stamp for _, stamp, _ in found] == list(range(len(found)))
+            assert len(found) in saves[-2:]
+            path.unlink()
+        tape._sheet.close()
+        steps += 1
+    assert len(found) == 4 * batch
+    assert steps > 20
 
 
 WRITER = """
