@@ -132,11 +132,11 @@ def suite(
     Exit code: as of `traffic`, where the baselines' misses do not count.
     """
     check_jobs(jobs, ros=False, method="ours")
+    if output.exists():
+        check_part(output, "suite")
     sweeps = suite_sweeps(seeds, baseline_seeds, ros_seeds, ros_most, jobs)
     for sweep in sweeps:
         sweep.check()
-    if output.exists():
-        check_part(output, "suite")
     console = new_console()
     results = [result for sweep in sweeps for result in sweep.run(json_, console)]
     console.print(summary_table(results))

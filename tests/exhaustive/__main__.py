@@ -1,7 +1,11 @@
-"""Command: plays all placements of robots on a small map and says how many were checked.
+"""Command: plays placements of robots on a small map and says how many were checked.
 
-python -m tests.exhaustive ring 3 --jobs 2
-python -m tests.exhaustive aisle 4 --every 100
+python -m tests.exhaustive ring 3 --jobs 2                 # all placements of three robots
+python -m tests.exhaustive aisle 4 --every 100             # a part of them
+python -m tests.exhaustive corner 5 --sample 200 --seed 1  # some at random
+
+A run that does not end, or in which robots touch, is played again and drawn: a picture for each
+simulated second in which somebody has moved.
 """
 
 from __future__ import annotations
@@ -11,9 +15,10 @@ import functools
 import multiprocessing
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
-from tests.fakes.cells import MAPS, Ending, Placement, play
+from swarm_common.model.records import CONTROL_PERIOD, Pose
+from tests.fakes.cells import MAPS, CellMap, Ending, Placement, play
 
 
 def main() -> int:
@@ -23,21 +28,34 @@ def main() -> int:
     parser.add_argument("map", choices=sorted(maps))
     parser.add_argument("robots", type=int, choices=range(1, 9))
     parser.add_argument("--every", type=int, default=1, help="play every n-th placement only")
+    parser.add_argument("--sample", type=int, metavar="N", help="play N placements at random")
+    parser.add_argument("--seed", type=int, default=0, help="of the sample")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     asked = parser.parse_args()
     cells = maps[asked.map]
-    placements = list(cells.placements(asked.robots))
-    chosen = placements[:: asked.every]
+    if asked.sample is None:
+        placements = list(cells.placements(asked.robots))
+        chosen = placements[:: asked.every]
+        part = f"{len(chosen)} of {len(placements)} placements"
+        part += f" (one per symmetry of {len(cells.symmetries)})"
+    else:
+        chosen = list(cells.sample(asked.robots, asked.sample, asked.seed))
+        part = f"{len(chosen)} placements at random (seed {asked.seed})"
     started = time.monotonic()
+    failed, untold = 0, 0
     with multiprocessing.Pool(asked.jobs) as pool:
         ends = pool.imap(functools.partial(play, cells), chosen, chunksize=4)
-        failed = sum(report(*pair) for pair in zip(chosen, note(ends, len(chosen)), strict=True))
+        for placement, end in zip(chosen, note(ends, len(chosen)), strict=True):
+            if end.is_done and not end.contacts:
+                continue
+            said = cells.conditions(placement)
+            failed, untold = failed + 1, untold + (said.is_guaranteed or end.contacts > 0)
+            sys.stdout.write(f"FAILED {placement}: {end}; {said}\n{film(cells, placement)}\n")
     sys.stdout.write(
-        f"{cells.name}, {asked.robots} robots: {len(chosen)} of {len(placements)} placements"
-        f" (one per symmetry of {len(cells.symmetries)}), {failed} failed,"
-        f" {time.monotonic() - started:.0f} s\n"
+        f"{cells.name}, {asked.robots} robots: {part}, {failed} failed, {untold} of them with a"
+        f" contact or though all conditions hold, {time.monotonic() - started:.0f} s\n"
     )
-    return 1 if failed else 0
+    return 1 if untold else 0
 
 
 def note(ends: Iterable[Ending], count: int) -> Iterator[Ending]:
@@ -51,12 +69,20 @@ def note(ends: Iterable[Ending], count: int) -> Iterator[Ending]:
             sys.stdout.flush()
 
 
-def report(placement: Placement, end: Ending) -> bool:
-    """Print a failure; return whether it is one."""
-    is_failure = not end.is_done or end.contacts > 0
-    if is_failure:
-        sys.stdout.write(f"FAILED {placement}: {end}\n")
-    return is_failure
+def film(cells: CellMap, placement: Placement) -> str:
+    """Play a placement and return its pictures, those that are equal to the last one left out."""
+    period = round(1.0 / CONTROL_PERIOD)
+    pictures: dict[int, str] = {}
+
+    def watch(tick: int, poses: Sequence[Pose]) -> None:
+        picture = cells.picture(placement, poses)
+        if tick % period == 0 and picture != next(reversed(pictures.values()), ""):
+            pictures[tick] = picture
+
+    play(cells, placement, watch=watch)
+    return "\n".join(
+        f"{tick * CONTROL_PERIOD:.0f} s\n{picture}" for tick, picture in pictures.items()
+    )
 
 
 if __name__ == "__main__":

@@ -16,7 +16,12 @@ from tests.fakes.cells import (
     DOOR,
     EIGHT,
     MAPS,
+    PAIR,
+    PAIR_IN_ALCOVE,
     RING,
+    SMALL_CORNER,
+    SMALL_DOOR,
+    SMALL_TREE,
     TREE,
     TWIGS,
     CellMap,
@@ -25,14 +30,16 @@ from tests.fakes.cells import (
 )  # fmt: skip
 
 HELD_GAP = 0.5  # [m] that two held tubes keep at least, whatever happens
-ONE_LANE = (ALCOVE, TREE, TWIGS)  # where four robots may have no room to change places
+ONE_LANE = (ALCOVE, TREE, TWIGS, SMALL_TREE)  # where four robots may have no room to change places
 CASES = [(cells, count) for cells in MAPS for count in ((2, 3) if cells in ONE_LANE else (2, 3, 4))]
-SAMPLES = 6  # placements per case that run always
+SAMPLES = 4  # placements per case that run always
 COUNTS = {  # placements, one per symmetry
     (RING, 1): 10, (RING, 2): 210, (RING, 3): 2388,
     (AISLE, 1): 16, (AISLE, 2): 416, (AISLE, 3): 4704,
     (EIGHT, 1): 47, (EIGHT, 2): 3094,
     (DOOR, 2): 3136, (ALCOVE, 2): 882, (CORNER, 2): 4382, (TREE, 2): 824, (TWIGS, 2): 2042,
+    (SMALL_DOOR, 2): 882, (SMALL_CORNER, 2): 794, (SMALL_TREE, 2): 236, (SMALL_TREE, 3): 1866,
+    (PAIR, 2): 264, (PAIR, 3): 1760, (PAIR_IN_ALCOVE, 2): 144, (PAIR_IN_ALCOVE, 3): 672,
 }  # fmt: skip
 
 
@@ -59,6 +66,29 @@ def test_all_arrive_from_a_sample_of_placements(cells: CellMap, count: int) -> N
         placements = everything[count :: len(everything) // SAMPLES + 1]
     for placement in placements:
         ends_well(cells, placement)
+
+
+def test_a_sample_has_distinct_starts_and_its_conditions_are_told() -> None:
+    for placement in PAIR_IN_ALCOVE.sample(3, 20, 0):
+        starts, goals = zip(*placement, strict=True)
+        assert len(set(starts)) == 3
+        assert set(goals) <= set(PAIR_IN_ALCOVE.stations)
+        in_alcove = goals.count(PAIR_IN_ALCOVE.stations[0])
+        assert PAIR_IN_ALCOVE.conditions(placement).is_guaranteed == (in_alcove < 2)
+
+
+def test_a_picture_shows_robots_and_goals() -> None:
+    placement: Placement = (((0, 2), (1, 5)), ((1, 2), (1, 0)))
+    assert ALCOVE.picture(placement, [ALCOVE.pose(start) for start, _ in placement]) == "\n".join(
+        (
+            "+------------------------+",
+            "|  b       2           a |",
+            "|                        |",
+            "|########  1 ############|",
+            "|########    ############|",
+            "+------------------------+",
+        )
+    )
 
 
 @pytest.mark.timeout(300)
