@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.planning.terrain import Terrain, terrain_for
 from swarm_sim.maps.draw_map import draw_world
+from swarm_sim.physics import scripted_paths
 from swarm_sim.scene.actors import WalkerSpec
 
 MISSIONS = ("random order", "pipeline", "roam", "swap")
@@ -27,6 +29,7 @@ START_GAP = 0.75  # [m] between starts
 CORNER = (0.35, 0.5)  # [m] from the walls of a station in a corner
 DEAD_GAP = 1.0  # [m] that goals keep from a dead robot
 PASS_DEAD = 0.1  # [m] beyond both radii by which a dead robot can be passed
+LINE_STEP = 0.1  # [m] between the points at which a way of people is looked at
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +105,7 @@ class Furnisher:
             return False
         hall.homes, hall.dead = [*starts[: wish.robots - wish.dead], *dead], wish.dead
         hall.goals = self._goals(hall.mission, hall.homes[: wish.robots - wish.dead], dead)
-        hall.walkers = self._people(wish.people)
+        hall.walkers = self._people(wish.people, hall.homes)
         return bool(hall.goals) and len(hall.walkers) == wish.people
 
     def _largest_part(self, taken: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -236,18 +239,25 @@ class Furnisher:
             return []
         return [*([places[k] for places in rounds] for k in range(len(homes))), *none]
 
-    def _people(self, count: int) -> tuple[WalkerSpec, ...]:
-        """Return people who walk to and fro on straight lines across the floor."""
+    def _people(self, count: int, homes: Sequence[Pose]) -> tuple[WalkerSpec, ...]:
+        """Return people who walk to and fro on straight lines across the floor.
+
+        On each there is a place to begin, which the robots at their homes leave free.
+        """
         people: list[WalkerSpec] = []
         points = self._points()
+        stand = np.array([(home.x, home.y) for home in homes])
         for _ in range(200 * count):
             if len(people) == count:
                 break
             (ax, ay), (bx, by) = points[self._rng.integers(len(points), size=2)].tolist()
             length = math.hypot(bx - ax, by - ay)
-            line = np.linspace((ax, ay), (bx, by), max(2, int(length / 0.1)))
+            line = np.linspace((ax, ay), (bx, by), max(2, int(length / LINE_STEP)))
             clear = min(self._terrain.clearance(x, y) for x, y in line)
             if 3.0 < length < 10.0 and clear > 0.8:
                 path = ((ax, ay), (bx, by))
-                people.append(WalkerSpec(name=f"person_{len(people) + 1}", path=path, speed=0.8))
+                person = WalkerSpec(name=f"person_{len(people) + 1}", path=path, speed=0.8)
+                free = np.hypot(*(line[:, None] - stand).T).min(0) - self._wish.radius
+                if free.max() > person.radius + scripted_paths.START_GAP + LINE_STEP:
+                    people.append(person)
         return tuple(people)

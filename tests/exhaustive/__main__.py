@@ -33,6 +33,10 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     asked = parser.parse_args()
     cells = maps[asked.map]
+    if asked.robots > len(cells.free):
+        parser.error(f"{cells.name} has {len(cells.free)} cells; {asked.robots} robots asked for")
+    if min(asked.every, asked.jobs, 1 if asked.sample is None else asked.sample) < 1:
+        parser.error("--every, --jobs and --sample must be at least 1")
     if asked.sample is None:
         placements = list(cells.placements(asked.robots))
         chosen = placements[:: asked.every]

@@ -84,6 +84,12 @@ def test_people_walk_and_fleets_are_mixed() -> None:
     assert len(radii) == 2
 
 
+def test_people_have_a_place_to_begin_in_a_full_hall() -> None:
+    """Of hall 907 robots stood all along the way of a person: the world refused it."""
+    (options,) = hall_runs([907], [], DRAWN, DRAWN)
+    build_hall(options).world.close()
+
+
 @pytest.mark.timeout(300)
 def test_a_run_counts_goals_like_any_other() -> None:
     options = hall_runs([0], [5], "roam", "radio")[0]
