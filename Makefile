@@ -27,11 +27,10 @@ help:
 demo: .venv/.ready-run
 	.venv/bin/swarm-up $(DEMO)
 
-# The kernels are compiled once, before several tests need them at once. Live graphs wait most of the
-# time, so that three jobs keep two cores busy.
+# Two jobs at a time. The kernels are compiled once, before several tests need them at once.
 test: .venv/.ready-test
 	$(MAKE) --jobs=2 --output-sync=target --no-print-directory test-style test-kernels
-	$(MAKE) --jobs=3 --output-sync=target --no-print-directory \
+	$(MAKE) --jobs=2 --output-sync=target --no-print-directory \
 		test-live test-pure test-robots test-worlds test-hall test-runs
 
 test-style: .venv/.ready-test
