@@ -15,7 +15,7 @@ END, ELSEWHERE = Pose(4.0, 13.2, math.nan), Pose(7.0, 1.0, math.nan)
 UP = math.pi / 2
 
 
-@pytest.mark.parametrize("robots", [5, 8])
+@pytest.mark.parametrize("robots", [5, pytest.param(8, marks=pytest.mark.long)])
 def test_all_get_to_its_end_one_after_the_other(
     monkeypatch: pytest.MonkeyPatch, robots: int
 ) -> None:

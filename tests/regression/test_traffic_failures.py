@@ -305,6 +305,7 @@ def test_without_a_gate_a_blind_aisle_fills_up_and_with_it_does_not() -> None:
 # 12 ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_more_leases_and_shorter_claims_are_no_cure_for_a_station_that_is_full() -> None:
     """They were within noise: what a station and a blind aisle allow is given by their shape."""
     defaults = aisle.party(0, count=4).run()
