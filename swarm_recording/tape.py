@@ -14,7 +14,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import yaml
-from mcap.writer import CompressionType, Writer
+from mcap.opcode import Opcode
+from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from swarm_common.middleware.topic_table import Topic
 from swarm_recording.schema import schema_text, type_hash
@@ -24,8 +25,7 @@ LIBRARY = "swarm-workbench"
 MIN_PERIOD, MAX_PERIOD = 1.0, 5.0  # [s] of wall time between two writes
 CHUNK_SIZE = 4 * 2**20  # [bytes] before compression
 FOOTER = struct.Struct("<BQQQI8s")  # code, length, start of the summary, of offsets, CRC, magic
-FOOTER_CODE, FOOTER_LENGTH = 0x02, 20
-MAGIC = b"\x89MCAP0\r\n"
+FOOTER_LENGTH = 20  # [bytes] between its own field and the magic
 PAGE = 4096  # [bytes]
 
 
@@ -98,7 +98,7 @@ class _Sheet:
 
 def _footer(summary: int) -> bytes:
     """Return the end of an MCAP file whose summary begins at byte `summary`."""
-    return FOOTER.pack(FOOTER_CODE, FOOTER_LENGTH, summary, 0, 0, MAGIC)
+    return FOOTER.pack(Opcode.FOOTER, FOOTER_LENGTH, summary, 0, 0, MCAP0_MAGIC)
 
 
 class Tape:

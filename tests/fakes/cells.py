@@ -200,8 +200,7 @@ def play(
         cells.scene, [spec] * len(starts), starts, WorldConfig(engine="planar", with_lidar=False)
     )
     config = without_lidar(parameters)
-    names = (f"station_{number}" for number in itertools.count(1))
-    sites = Sites(dict(zip(names, map(cells.pose, cells.stations), strict=False)))
+    sites = Sites({f"station_{k}": cells.pose(spot) for k, spot in enumerate(cells.stations, 1)})
     robots = [
         Navigator(config, spec, cells.grid, sites, index + 1, start)
         for index, start in enumerate(starts)
