@@ -39,7 +39,7 @@ def read_beacon(data: bytes, robot_id: int, now: int) -> np.void:
         RejectedError: If it is not a valid beacon of that robot.
     """
     words = _words(data)
-    if len(words) < BEACON_WORDS:
+    if len(words) != BEACON_WORDS:
         raise RejectedError(f"{len(data)} bytes; a beacon has {HEAD + BEACON_SIZE}")
     found = fault(words, now)
     if found != SOUND:

@@ -141,6 +141,12 @@ def test_every_beginning_of_a_message_is_rejected(name: str) -> None:
             READERS[name](data[:size])
 
 
+def test_a_beacon_with_more_words_than_a_beacon_has_is_rejected() -> None:
+    for more in (4, 8, BEACON_SIZE):
+        with pytest.raises(RejectedError, match=f"a beacon has {4 + BEACON_SIZE}"):
+            READERS["beacon"](MESSAGES["beacon"] + bytes(more))
+
+
 def big_endian(name: str) -> bytes:
     """Return the same message in the other byte order, which CDR allows as well."""
     data = MESSAGES[name]
