@@ -111,7 +111,7 @@ def check_is_safe(result: RunResult) -> None:
     assert result.min_held_slack is None or result.min_held_slack > HELD_SLACK
 
 
-@settings(max_examples=10, **STEADY)
+@settings(max_examples=5, **STEADY)
 @given(maps)
 def test_all_reach_all_goals_in_any_map(drawn: Map) -> None:
     result = drawn.run()
@@ -119,7 +119,7 @@ def test_all_reach_all_goals_in_any_map(drawn: Map) -> None:
     assert result.is_flawless, (drawn, result)
 
 
-@settings(max_examples=8, **STEADY)
+@settings(max_examples=4, **STEADY)
 @given(deadly)
 def test_nobody_touches_anything_in_any_map_when_a_robot_dies(drawn: Map) -> None:
     drawn.party.limit = 90.0

@@ -128,6 +128,7 @@ def busy_process() -> subprocess.Popen[bytes]:
     return subprocess.Popen((sys.executable, "-c", "while True: pass"))
 
 
+@pytest.mark.long  # that the bench moves robots as the graph does is a test that always runs
 def test_equal_seeds_give_equal_trajectories_on_a_busy_machine_too(swarm: Swarm) -> None:
     flags = ("--swarm-size", "3", "--goals-per-robot", "2", "--seed", "3", *MISSION)
     code, output = swarm.run(*flags, name="calm")
@@ -160,8 +161,7 @@ def test_the_others_finish_when_one_navigator_is_killed(swarm: Swarm) -> None:
     assert robots["Srobot2"]["goals_failed"] == 1
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm, number: int) -> None:
+def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm) -> None:
     swarm.start("--swarm-size", "2")
     swarm.wait_for("running")
     assert swarm.addresses() == {"127.0.0.1"}
@@ -178,10 +178,20 @@ def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm, number
     assert "reached" in result.stdout
     time.sleep(2.0)  # for the robot's last status to arrive
     assert swarm.process is not None
-    swarm.process.send_signal(number)
+    swarm.process.send_signal(signal.SIGINT)
     code, output = swarm.finish(limit=60.0)
     assert code == 0, output
     assert swarm.report()["goals"] == {"sent": 1, "reached": 1, "failed": 0, "pending": 0}
+
+
+def test_a_swarm_that_waits_for_its_operator_ends_with_a_report_at_sigterm(swarm: Swarm) -> None:
+    swarm.start("--swarm-size", "2")
+    swarm.wait_for("running")
+    assert swarm.process is not None
+    swarm.process.send_signal(signal.SIGTERM)
+    code, output = swarm.finish(limit=60.0)
+    assert code == 0, output
+    assert swarm.report()["goals"] == {"sent": 0, "reached": 0, "failed": 0, "pending": 0}
 
 
 def test_nothing_is_left_of_a_killed_swarm(swarm: Swarm) -> None:
