@@ -15,11 +15,13 @@ robots := tests/scenario/test_own_robots.py
 worlds := tests/scenario/test_other_peoples_worlds.py
 hall := tests/scenario/test_factory_hall.py
 runs := $(filter-out $(robots) $(worlds) $(hall),$(wildcard tests/scenario/test_*.py))
-pure := $(filter-out $(live) tests/scenario,$(patsubst %/,%,$(wildcard tests/*/)))
+commands := tests/unit/swarm_bench tests/unit/swarm_commander tests/unit/swarm_report
+pure := $(filter-out $(live) tests/scenario tests/unit,$(patsubst %/,%,$(wildcard tests/*/))) \
+	$(filter-out $(commands),$(patsubst %/,%,$(wildcard tests/unit/*/))) $(wildcard tests/unit/*.py)
 DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --until-done
 
-.PHONY: help demo test test-style test-kernels test-live test-pure test-robots test-worlds \
-	test-hall test-runs setup docs clean
+.PHONY: help demo test test-style test-kernels test-live test-pure test-commands test-robots \
+	test-worlds test-hall test-runs setup docs clean
 
 help:
 	@sed -n 's/^# \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
@@ -27,11 +29,12 @@ help:
 demo: .venv/.ready-run
 	.venv/bin/swarm-up $(DEMO)
 
-# Two jobs at a time. The kernels are compiled once, before several tests need them at once.
+# Tests wait for processes, so three jobs at a time keep two cores busy. The kernels are compiled
+# once, before several tests need them at once.
 test: .venv/.ready-test
 	$(MAKE) --jobs=2 --output-sync=target --no-print-directory test-style test-kernels
-	$(MAKE) --jobs=2 --output-sync=target --no-print-directory \
-		test-live test-pure test-robots test-worlds test-hall test-runs
+	$(MAKE) --jobs=3 --output-sync=target --no-print-directory \
+		test-live test-pure test-commands test-robots test-worlds test-hall test-runs
 
 test-style: .venv/.ready-test
 	.venv/bin/ruff check .
@@ -43,8 +46,8 @@ test-style: .venv/.ready-test
 test-kernels: .venv/.ready-test
 	.venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
 
-# Live graphs and pure tests take about as long as all others together, so they start first.
-test-live test-pure test-robots test-worlds test-hall test-runs: test-%: .venv/.ready-test
+# What takes longest starts first.
+test-live test-pure test-commands test-robots test-worlds test-hall test-runs: test-%: .venv/.ready-test
 	.venv/bin/pytest $($*)
 
 setup: .venv/.ready-run

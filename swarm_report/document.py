@@ -159,6 +159,7 @@ def save(drawing: Figure, path: Path | None) -> bytes:
     drawing.savefig(buffer, format="svg", dpi=PIXELS_DPI, metadata={"Date": None})
     if path is not None:
         path.with_suffix(".svg").write_bytes(buffer.getvalue())
+        drawing.set_layout_engine("none")  # all is in its place already
         drawing.savefig(path.with_suffix(".png"), dpi=DPI)
     return buffer.getvalue()
 

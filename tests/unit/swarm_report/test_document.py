@@ -10,8 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from swarm_common.model.errors import ConfigError
-from swarm_report.document import DRAWINGS, makespan, number, write_document
+from swarm_report.document import DRAWINGS, document_html, makespan, number, write_document
 from swarm_report.report_command import report_app
+from swarm_report.run import RunData
 from tests.fakes.run_folder import make_run
 
 
@@ -50,14 +51,14 @@ def test_every_plot_has_its_table_and_answers_to_the_mouse(page: Path) -> None:
 
 def test_a_page_of_twenty_robots_is_at_most_five_megabytes(tmp_path: Path) -> None:
     folder = make_run(tmp_path, robots=20, seconds=600)
-    assert write_document(folder).stat().st_size <= 5e6
+    assert len(document_html(RunData(folder)).encode()) <= 5e6
 
 
 def test_without_plotly_the_page_has_the_still_plots(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("swarm_report.page.plotly_js", lambda: "")
-    text = write_document(make_run(tmp_path, robots=2, seconds=10)).read_text(encoding="utf-8")
+    text = document_html(RunData(make_run(tmp_path, robots=2, seconds=10)))
     assert text.count("<img") == len(DRAWINGS)
     assert 'id="charts"' not in text
 
@@ -66,7 +67,7 @@ def test_broken_robots_are_named(tmp_path: Path) -> None:
     folder = make_run(tmp_path, robots=3, seconds=10)
     report = json.loads((folder / "report.json").read_text())
     (folder / "report.json").write_text(json.dumps(report | {"broken": ["Srobot2"]}))
-    text = write_document(folder).read_text(encoding="utf-8")
+    text = document_html(RunData(folder))
     assert "1 robot is broken: Srobot2" in text
     assert "Srobot2 (broken)" in text
 
@@ -75,7 +76,7 @@ def test_names_are_no_markup(tmp_path: Path) -> None:
     folder = make_run(tmp_path, robots=2, seconds=10)
     sites = folder / "sites.yaml"
     sites.write_text('stations:\n  "</script><b>x": [2.0, 2.0, 0.0]\n')
-    text = write_document(folder).read_text(encoding="utf-8")
+    text = document_html(RunData(folder))
     assert "</script><b>x" not in text
     assert "&lt;/script&gt;&lt;b&gt;x" in text
 
