@@ -29,11 +29,9 @@ help:
 demo: .venv/.ready-run
 	.venv/bin/swarm-up $(DEMO)
 
-# Tests wait for processes, so three jobs at a time keep two cores busy. The kernels are compiled
-# once, before several tests need them at once.
+# Tests wait for processes, so three jobs at a time keep two cores busy.
 test: .venv/.ready-test
-	$(MAKE) --jobs=2 --output-sync=target --no-print-directory test-style test-kernels
-	$(MAKE) --jobs=3 --output-sync=target --no-print-directory \
+	$(MAKE) --jobs=3 --output-sync=target --no-print-directory test-kernels test-style \
 		test-live test-pure test-commands test-robots test-worlds test-hall test-runs
 
 test-style: .venv/.ready-test
@@ -46,8 +44,8 @@ test-style: .venv/.ready-test
 test-kernels: .venv/.ready-test
 	.venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
 
-# What takes longest starts first.
-test-live test-pure test-commands test-robots test-worlds test-hall test-runs: test-%: .venv/.ready-test
+# What takes longest starts first, once the kernels are compiled that several tests need at once.
+test-live test-pure test-commands test-robots test-worlds test-hall test-runs: test-%: test-kernels
 	.venv/bin/pytest $($*)
 
 setup: .venv/.ready-run
