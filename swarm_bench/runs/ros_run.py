@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -18,6 +19,7 @@ from swarm_bench.runs.stage import RunOptions
 from swarm_common.files.resources import find_resource
 from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal
 from swarm_common.model.errors import SwarmError
+from swarm_common.process.lifetime import die_with
 
 SWARM_UP = (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()")
 ENGINE = "ros"  # what a result's engine is called: rigid bodies behind the ROS graph
@@ -39,10 +41,11 @@ def run_on_graph(options: RunOptions) -> RunResult:
     """
     with tempfile.TemporaryDirectory(prefix="swarm-bench-") as name:
         folder = Path(name)
-        command = (*SWARM_UP, *up_flags(options, folder))
+        command, parent = (*SWARM_UP, *up_flags(options, folder)), os.getpid()
         with subprocess.Popen(
-            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-        ) as process:
+            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            preexec_fn=lambda: die_with(parent),
+        ) as process:  # fmt: skip
             try:
                 said, _ = process.communicate()
             except BaseException:  # an interrupted bench takes its swarm along
