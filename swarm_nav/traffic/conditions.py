@@ -1,6 +1,6 @@
 """Under which conditions every robot reaches every goal, checked against a map before a run.
 
-The theorem and its proof are in docs/liveness.md. What is looked at: *places*, as many as keep the
+What follows from them, and the argument, is in docs/liveness.md. What is looked at: *places*, as many as keep the
 distance of two robots from each other on the floor where two robots can pass, counted on each
 connected floor that holds a goal or a start; *single lanes*, where they cannot; the sides of each
 single lane that holds parts of the floor together; and the robots that have goals on a single lane.
@@ -39,13 +39,13 @@ class Conditions:
 
     @property
     def is_guaranteed(self) -> bool:
-        """Whether every robot reaches every goal, by the theorem of docs/liveness.md."""
+        """Whether all conditions hold: then every robot arrives, as docs/liveness.md argues."""
         return not self.findings
 
     def __str__(self) -> str:
         if self.is_guaranteed:
-            asked = "the robot" if self.robots == 1 else f"all {self.robots} robots"
-            return f"every goal is reachable for {asked} (standing room for {self.places})"
+            asked = "the robot has" if self.robots == 1 else f"all {self.robots} robots have"
+            return f"{asked} room to reach every known goal (standing room for {self.places})"
         named = self.findings[:MOST_NAMED]
         more = len(self.findings) - len(named)
         rest = f"; and {more} more" if more else ""

@@ -35,7 +35,7 @@ def test_a_hall_has_room() -> None:
     assert found.is_guaranteed
     assert 40 < found.places < 120  # 5.4 m by 5.4 m, about 0.57 m apart
     assert str(found) == (
-        f"every goal is reachable for all 2 robots (standing room for {found.places})"
+        f"all 2 robots have room to reach every known goal (standing room for {found.places})"
     )
 
 
