@@ -1,11 +1,11 @@
 """Under which conditions every robot reaches every goal, checked against a map before a run.
 
-What follows from them, and the argument, is in docs/liveness.md. What is looked at: *places*, as many as keep the
-distance of two robots from each other on the floor where two robots can pass, counted on each
-connected floor that holds a goal or a start; *single lanes*, where they cannot; the sides of each
-single lane that holds parts of the floor together; and the robots that have goals on a single lane.
-The conditions are sufficient, not necessary: a run for which they do not hold starts all the same,
-and says so.
+What follows from them, and the argument, is in docs/liveness.md. What is looked at: *places*, as
+many as keep the distance of two robots from each other on the floor where two robots can pass,
+counted on each connected floor that holds a goal or a start; *single lanes*, where they cannot; the
+sides of each single lane that holds parts of the floor together; and the robots that have goals on
+a single lane. The conditions are not necessary: a run for which they do not hold starts all the
+same, and says so.
 """
 
 from __future__ import annotations
