@@ -16,6 +16,7 @@ What a module imports of its folder stands above it:
     client       `RobotCommander`: one robot of a swarm driven from Python
     itinerary    One robot's way through its stops: what to send next, without ROS
     mission      Missions as written in `params/missions/*.yaml`, without ROS
+    routes       Where missions lead each robot of a swarm, without ROS
     driver       Takes one robot through its itinerary: goals out, results and status in
     runner       Mission process of `swarm-up`: drives all robots, or only watches
 

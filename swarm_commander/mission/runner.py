@@ -19,18 +19,16 @@ from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.mission.itinerary import Itinerary, Order, StopOutcome
-from swarm_commander.mission.mission import load_mission
+from swarm_commander.mission.routes import routes
 from swarm_commander.mission.state_log import FILE, StateLog
 from swarm_commander.mission.status_door import StatusDoor
 from swarm_common.files.journal import Journal
-from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware.participants import Hubs, prepare
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.breaches import MissedGoal
 from swarm_common.model.palette import BUSY_STATES
-from swarm_common.model.records import CONTROL_PERIOD, Pose
-from swarm_common.model.sites import Sites
+from swarm_common.model.records import CONTROL_PERIOD
 from swarm_common.process.lifetime import LEASE, SleepWatch
 from swarm_common.process.messages import (
     MISSION,
@@ -319,26 +317,10 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
     """
     if config["mission"] is None:
         return [None for _ in config["robots"]]
-    names = {robot["mission"] for robot in config["robots"]}
-    missions = {name: load_mission(name) for name in sorted(names)}
-    sites = load_sites(config["sites"]) if config["sites"] else Sites()
-    homes = [Pose(*home) for home in config["homes"]]
     settled = config.get("settled", {})  # goals, by robot, of a mission process that died
     return [
-        Itinerary(
-            missions[robot["mission"]].stops(
-                sites,
-                homes[robot["number"] - 1],
-                seed=config["seed"],
-                robot_id=robot["number"],
-                laps=config["laps"],
-                limit=config["goals_per_robot"],
-                homes_map=homes,
-            ),
-            missions[robot["mission"]].retries,
-            int(settled.get(robot["name"], 0)),
-        )
-        for robot in config["robots"]
+        Itinerary(stops, mission.retries, int(settled.get(robot["name"], 0)))
+        for robot, (mission, stops) in zip(config["robots"], routes(config), strict=True)
     ]
 
 

@@ -11,6 +11,7 @@ from typing import Any, assert_never
 
 import psutil
 
+from swarm_commander.mission.routes import goals
 from swarm_commander.run.domain import Request
 from swarm_commander.run.input.params import write_parameter_file
 from swarm_commander.run.input.plan import RunPlan
@@ -151,6 +152,8 @@ class LocalRun(ProcessRun):
 
     def _start_robots(self, poses: Sequence[tuple[float, float, float]]) -> None:
         homes = [Pose(*pose) for pose in poses]
+        trace = {"trace_dir": str(self._folder.trace)}
+        self._runner = self._plan.runner_config(homes) | trace
         self._prepare_navigators(homes)
         if self._plan.options.record:
             self._start(RECORDER, recorder_config(self._plan, self._folder.recording))
@@ -160,12 +163,11 @@ class LocalRun(ProcessRun):
             self._start(VIEWER, {"host": options.viewer_host, "port": options.port})
         if not self._unmet:
             self._release_navigators()
-        trace = {"trace_dir": str(self._folder.trace)}
-        self._runner = self._plan.runner_config(homes) | trace
         self._start(RUNNER, self._runner)
 
     def _prepare_navigators(self, homes: Sequence[Pose]) -> None:
         """Write their parameters and what the fork server is to read."""
+        leads_to = goals(self._runner)
         for number, (name, home) in enumerate(
             zip(self._plan.options.robot_names, homes, strict=True), 1
         ):
@@ -174,7 +176,9 @@ class LocalRun(ProcessRun):
             path = self._folder.params / f"{name}.yaml"
             tree = self._plan.parameter_file(number, home, self.map_sha256)
             write_parameter_file(path, tree)
-            self._robots.append({"name": name, "params": str(path), "peers": []})
+            self._robots.append(
+                {"name": name, "params": str(path), "goals": leads_to.get(name, []), "peers": []}
+            )
             self._keeper.params[name] = str(path)
 
     def _release_navigators(self) -> None:
@@ -411,9 +415,9 @@ class LocalRun(ProcessRun):
 
     def _revive(self, name: str) -> None:
         if name == HOST and self._is_released:
-            peers = {robot["name"]: robot["peers"] for robot in self._robots}
+            known = {robot["name"]: robot for robot in self._robots}
             robots = [
-                {"name": robot, "params": params, "peers": peers.get(robot, [])}
+                {**known.get(robot, {}), "name": robot, "params": params}
                 for robot, params in self._keeper.params.items()
                 if robot not in self._keeper.given_up
             ]

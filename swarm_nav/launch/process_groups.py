@@ -39,11 +39,14 @@ class Group:
 
 
 class Grouping:
-    """Reads `{"robots": [{"name", "params", "peers"}], "pack", "map", "log_dir"}` of swarm-up.
+    """Reads `{"robots": [...], "pack", "map", "log_dir"}` of swarm-up.
+
+    A robot is `{"name", "params", "peers", "goals"}`.
 
     `peers` are the ports that a robot's process announces itself to, see `participants`; without
     them it is that of the world in a small swarm. `world` is the address of the world's host, if
-    that is another and `peers` are there.
+    that is another and `peers` are there. `goals` are (x, y) [m] in map where a robot's mission
+    leads; without one it may be sent to every station.
 
     Attributes:
         groups: What to start.
@@ -64,6 +67,10 @@ class Grouping:
             data = json.loads(Path(path).read_text(encoding="utf-8"))
             robots = [(robot["name"], robot["params"]) for robot in data["robots"]]
             peers = {robot["name"]: _ports(robot) for robot in data["robots"]}
+            self._goals = {
+                robot["name"]: [(float(x), float(y)) for x, y in robot.get("goals", ())]
+                for robot in data["robots"]
+            }
             pack = int(data.get("pack", 1))
             self._world = str(data.get("world", ""))
         except (OSError, ValueError, KeyError, TypeError) as cause:
@@ -114,7 +121,7 @@ class Grouping:
         if self._map is None or not Path(self._map).is_file():
             return None
         robots = [robot for group in self.groups for robot in group.robots]
-        return prepare(robots, load_map(self._map).upright(), self._processes)
+        return prepare(robots, load_map(self._map).upright(), self._processes, self._goals)
 
     def _group(self, robots: list[NodeSettings], peers: Mapping[str, Iterable[int]]) -> Group:
         if not ros_env.is_profile_ours() and not self._world:

@@ -6,13 +6,13 @@ It lies in the caches of the modules that use it; processes forked afterwards sh
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from swarm_common.model.grid import Grid
 from swarm_nav.core.goals import PlanError
 from swarm_nav.planning.planner import Planner
 from swarm_nav.ros.settings import NodeSettings
-from swarm_nav.traffic.conditions import Conditions, conditions
+from swarm_nav.traffic.conditions import Conditions, Point, conditions
 from swarm_nav.traffic.gate import narrow_region
 from swarm_nav.traffic.single_lanes import single_lanes
 from swarm_nav.traffic.situation import begin
@@ -20,16 +20,23 @@ from swarm_nav.traffic.situation import begin
 MANY_PROCESSES = 10  # from here on, ways to all stations cost less than each process's own
 
 
-def prepare(robots: Sequence[NodeSettings], grid: Grid, processes: int) -> Conditions:
+def prepare(
+    robots: Sequence[NodeSettings],
+    grid: Grid,
+    processes: int,
+    goals: Mapping[str, Sequence[Point]] | None = None,
+) -> Conditions:
     """Work out what robots on a map have in common; robots of one model have all of it.
 
     Args:
         robots: All that will be started.
         grid: The map that they will most likely get from the world.
         processes: Among which they are divided.
+        goals: (x, y) [m] in map where a robot will be told to go, by its name; one without any may
+            be told to go to every station.
 
     Returns:
-        What the map has room for, where any robot may be told to go to any station.
+        What the map has room for.
 
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones.
@@ -47,11 +54,13 @@ def prepare(robots: Sequence[NodeSettings], grid: Grid, processes: int) -> Condi
         if processes >= MANY_PROCESSES:
             _find_ways(situation.planner, robot)
     starts = [(robot.initial_pose_map.x, robot.initial_pose_map.y) for robot in robots]
-    goals = [
-        [(pose.x, pose.y) for pose in robot.sites.stations.values()] or [start]
+    places = [
+        (goals or {}).get(robot.name)
+        or [(pose.x, pose.y) for pose in robot.sites.stations.values()]
+        or [start]
         for robot, start in zip(robots, starts, strict=True)
     ]
-    return conditions([(robot.spec, robot.config) for robot in robots], grid, starts, goals)
+    return conditions([(robot.spec, robot.config) for robot in robots], grid, starts, places)
 
 
 def _find_ways(planner: Planner, robot: NodeSettings) -> None:

@@ -91,3 +91,17 @@ def test_costs_of_many_stations_are_not_all_kept(
     terrain._cost_to_go.cache_clear()
     shared_precomputation.prepare(robots, grid, MANY_PROCESSES)
     assert terrain._cost_to_go.cache_info().misses == 1
+
+
+def test_conditions_are_those_of_the_goals_that_are_known(
+    grid: Grid, robots: list[NodeSettings], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cells = grid.cells.copy()
+    cells[30:34, 80:] = OCCUPIED  # a blind aisle for one robot along the lower wall
+    cells[:14, 80:] = OCCUPIED
+    aisle = Grid(cells, grid.resolution, grid.origin_x, grid.origin_y)
+    assert "single lanes" not in str(prepare(robots, aisle, 1))
+    inside = {robot.name: [(8.5, 1.1)] for robot in robots}
+    found = prepare(robots, aisle, 1, inside)
+    assert "3 have goals there" in str(found)
+    assert prepare(robots, aisle, 1, inside | {"Srobot2": [], "Srobot3": []}).is_guaranteed

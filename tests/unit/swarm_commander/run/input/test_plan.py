@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from swarm_commander.mission.routes import goals
 from swarm_commander.mission.runner import itineraries
 from swarm_commander.run.input.flat import flatten
 from swarm_commander.run.input.options import UpOptions, robot_of, swarm_size_of
@@ -66,6 +67,21 @@ def test_a_group_may_have_a_mission_of_its_own(tmp_path: Path) -> None:
     config = plan.runner_config([Pose(float(i), 0.0, 0.0) for i in range(3)])
     totals = [itinerary.total for itinerary in itineraries(config) if itinerary is not None]
     assert totals == [8, 2, 8]
+
+
+def test_where_missions_lead_is_known_before_they_begin(tmp_path: Path) -> None:
+    plan = make_plan(tmp_path)
+    homes = [Pose(float(i), 0.0, 0.0) for i in range(3)]
+    found = goals(plan.runner_config(homes))
+    stations = {(pose.x, pose.y) for pose in plan.sites.stations.values()}
+    assert [len(places) for places in found.values()] == [8, 2, 8]
+    assert set(found["Srobot1"]) - {(0.0, 0.0)} <= stations
+    assert set(found["Srobot3"]) - {(2.0, 0.0)} <= stations
+    roaming = check_plan(UpOptions(swarm_size=3, world="pillars", mission="roam"))
+    places = {(pose.x, pose.y) for pose in roaming.sites.places}
+    assert all(set(route) <= places for route in goals(roaming.runner_config(homes)).values())
+    idle = check_plan(UpOptions(swarm_size=2))
+    assert goals(idle.runner_config(homes[:2])) == {}
 
 
 def test_the_drive_is_the_worlds_engine(tmp_path: Path) -> None:
