@@ -32,7 +32,7 @@ from tests.fakes.cells import (
 HELD_GAP = 0.5  # [m] that two held tubes keep at least, whatever happens
 ONE_LANE = (ALCOVE, TREE, TWIGS, SMALL_TREE)  # where four robots may have no room to change places
 CASES = [(cells, count) for cells in MAPS for count in ((2, 3) if cells in ONE_LANE else (2, 3, 4))]
-SAMPLES = 2  # placements per case that run always
+SAMPLES = 4  # placements per case that run always
 COUNTS = {  # placements, one per symmetry
     (RING, 1): 10, (RING, 2): 210, (RING, 3): 2388,
     (AISLE, 1): 16, (AISLE, 2): 416, (AISLE, 3): 4704,

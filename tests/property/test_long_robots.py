@@ -74,7 +74,7 @@ def drive(gap: Gap, start: Pose, goal: Pose, ticks: int = 1500) -> tuple[Squad, 
     return squad, nearest
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     middle=st.floats(1.2, 3.8),
     width=st.floats(0.9, 1.4),

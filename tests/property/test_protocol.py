@@ -99,7 +99,7 @@ def test_held_tubes_keep_apart_as_long_as_one_of_two_hears_the_other(schedule: S
     keeps_apart(schedule)
 
 
-@settings(max_examples=8, suppress_health_check=[HealthCheck.too_slow], **STEADY)
+@settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow], **STEADY)
 @given(schedules, st.integers(1, 6), st.sampled_from((0.1, 0.35, 0.8)), st.sampled_from((0.1, 0.4)))
 def test_held_tubes_keep_apart_with_other_lengths_and_confirmations(
     schedule: Schedule, confirmations: int, held: float, wanted: float
@@ -108,7 +108,7 @@ def test_held_tubes_keep_apart_with_other_lengths_and_confirmations(
     keeps_apart(schedule, NavConfig(traffic=traffic))
 
 
-@settings(max_examples=8, suppress_health_check=[HealthCheck.too_slow], **STEADY)
+@settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow], **STEADY)
 @given(seeds, st.sampled_from((0.0, 0.3)))
 def test_without_yielding_and_whims_not_even_the_slack_is_used(seed: int, loss: float) -> None:
     outcome = Crowd(Schedule(seed, loss=loss, whims=0.0)).run()

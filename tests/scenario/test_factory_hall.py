@@ -161,7 +161,10 @@ def test_the_others_finish_when_one_navigator_is_killed(swarm: Swarm) -> None:
     assert robots["Srobot2"]["goals_failed"] == 1
 
 
-def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm) -> None:
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)]
+)
+def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm, number: int) -> None:
     swarm.start("--swarm-size", "2")
     swarm.wait_for("running")
     assert swarm.addresses() == {"127.0.0.1"}
@@ -178,7 +181,7 @@ def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm) -> Non
     assert "reached" in result.stdout
     time.sleep(2.0)  # for the robot's last status to arrive
     assert swarm.process is not None
-    swarm.process.send_signal(signal.SIGINT)
+    swarm.process.send_signal(number)
     code, output = swarm.finish(limit=60.0)
     assert code == 0, output
     assert swarm.report()["goals"] == {"sent": 1, "reached": 1, "failed": 0, "pending": 0}
