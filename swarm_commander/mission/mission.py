@@ -97,8 +97,10 @@ class Mission:
                 f"mission {self.name} sends robots to where others started;"
                 " that is known to swarm-up --mission only"
             )
-        stops = []
+        stops: list[Stop] = []
         for lap in range(laps):
+            if limit is not None and len(stops) >= limit:
+                break
             for index, leg in enumerate(self.route):
                 key = f"{lap}/{index}"
                 draw = Draw(sites, home_map, tuple(homes_map), robot_id, self.spawn, seed, key)

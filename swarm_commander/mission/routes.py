@@ -12,6 +12,8 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 
+LOOKED_AT = 1000  # first goals of each robot whose places are told: missions may have millions
+
 
 def routes(config: Mapping[str, Any]) -> list[tuple[Mission, list[Stop]]]:
     """Return each robot's mission and its goals in order.
@@ -20,13 +22,11 @@ def routes(config: Mapping[str, Any]) -> list[tuple[Mission, list[Stop]]]:
         config: As `RunPlan.runner_config` writes it.
 
     Returns:
-        One per robot, in the order of `config["robots"]`; nothing without a mission.
+        One per robot, in the order of `config["robots"]`, which have missions.
 
     Raises:
         ConfigError: If a mission or the sites are unusable.
     """
-    if config["mission"] is None:
-        return []
     names = {robot["mission"] for robot in config["robots"]}
     missions = {name: load_mission(name) for name in sorted(names)}
     sites = load_sites(config["sites"]) if config["sites"] else Sites()
@@ -49,7 +49,7 @@ def routes(config: Mapping[str, Any]) -> list[tuple[Mission, list[Stop]]]:
 
 
 def goals(config: Mapping[str, Any]) -> dict[str, list[tuple[float, float]]]:
-    """Return the places where each robot's mission leads, each once.
+    """Return the places of each robot's first `LOOKED_AT` goals, each once.
 
     Args:
         config: As of `routes`.
@@ -58,12 +58,14 @@ def goals(config: Mapping[str, Any]) -> dict[str, list[tuple[float, float]]]:
         (x, y) [m] in map by name of the robot; nothing without a mission, or with an unusable one,
         which the mission process reports.
     """
+    if config["mission"] is None:
+        return {}
+    most = min(config["goals_per_robot"] or LOOKED_AT, LOOKED_AT)
     try:
-        found = routes(config)
+        found = routes({**config, "goals_per_robot": most})
     except ConfigError:
         return {}
-    names = [robot["name"] for robot in config["robots"]]
     return {
-        name: list(dict.fromkeys((stop.pose_map.x, stop.pose_map.y) for stop in stops))
-        for name, (_, stops) in zip(names, found, strict=False)
+        robot["name"]: list(dict.fromkeys((stop.pose_map.x, stop.pose_map.y) for stop in stops))
+        for robot, (_, stops) in zip(config["robots"], found, strict=True)
     }

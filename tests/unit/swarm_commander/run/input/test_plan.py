@@ -80,6 +80,8 @@ def test_where_missions_lead_is_known_before_they_begin(tmp_path: Path) -> None:
     roaming = check_plan(UpOptions(swarm_size=3, world="pillars", mission="roam"))
     places = {(pose.x, pose.y) for pose in roaming.sites.places}
     assert all(set(route) <= places for route in goals(roaming.runner_config(homes)).values())
+    endless = check_plan(UpOptions(swarm_size=2, mission="loading_route", laps=10**9))
+    assert set(goals(endless.runner_config(homes[:2]))) == {"Srobot1", "Srobot2"}  # and soon
     idle = check_plan(UpOptions(swarm_size=2))
     assert goals(idle.runner_config(homes[:2])) == {}
 
