@@ -369,6 +369,19 @@ def nearest_ahead(points, first, limit, x, y):
 
 
 @njit(cache=True)
+def _is_ahead(points, near, position):
+    """Whether the robot still drives to the point of the path that is the nearest to it."""
+    last = points.shape[0] - 1
+    if last == 0:
+        return True
+    k = min(max(near, 1), last)
+    along = points[k] - points[k - 1]
+    return (points[near, 0] - position[0]) * along[0] + (points[near, 1] - position[1]) * along[
+        1
+    ] > 0.0
+
+
+@njit(cache=True)
 def publish(points, position, span, held, wanted, intent):
     """Fill the point blocks of a beacon, and the rest of each with zeros.
 
@@ -376,8 +389,8 @@ def publish(points, position, span, held, wanted, intent):
         points: (n, 2) [m] in map, the path.
         position: (x, y) [m] of the robot, in map.
         span: (near, stop, end): the held part goes from the robot's position over the points
-            behind `near` to `stop`, the request from there to `end`, the intent from `stop` on
-            with every second point.
+            behind `near` to `stop`, with `near` itself while that is ahead, the request from
+            there to `end`, the intent from `stop` on with every second point.
         held: (k, 2) float32, written.
         wanted: (k, 2) float32, written.
         intent: (k, 2) float32, written.
@@ -391,10 +404,11 @@ def publish(points, position, span, held, wanted, intent):
     intent[:] = 0.0
     held[0, 0] = position[0]
     held[0, 1] = position[1]
-    held_size = min(max(stop - near, 0) + 1, held.shape[0])
+    first = near if _is_ahead(points, near, position) else near + 1
+    held_size = min(max(stop - first, -1) + 2, held.shape[0])
     for k in range(1, held_size):
-        held[k, 0] = points[near + k, 0]
-        held[k, 1] = points[near + k, 1]
+        held[k, 0] = points[first + k - 1, 0]
+        held[k, 1] = points[first + k - 1, 1]
     wanted_size = min(end - stop, wanted.shape[0])
     for k in range(wanted_size):
         wanted[k, 0] = points[stop + 1 + k, 0]

@@ -437,7 +437,7 @@ def masks(
         held = np.int64(words[row, HELD_SIZE])
         wanted = np.int64(words[row, WANTED_SIZE])
         if not gone[row]:
-            held, wanted = min(held, 2 + np.int64(travel * ages[row])), 0
+            held, wanted = min(held, 3 + np.int64(travel * ages[row])), 0
         for k in range(held + wanted):
             at = HELD + 2 * k if k < held else WANTED + 2 * (k - held)
             discs[n, 0] = beacon[at]

@@ -207,28 +207,65 @@ def resampled(points: Floats, spacing: float) -> NDArray[np.float64]:
 
 
 @njit(cache=True)
-def with_ends(points: Floats, ends: Floats, gap: float) -> NDArray[np.float64]:
-    """Put new ends to a path, and leave out inner points that are too near to them.
+def with_ends(
+    points: Floats, ends: Floats, gap: float, walls: WallClearance
+) -> NDArray[np.float64]:
+    """Put new ends to a path, and leave out its points that are too near to them.
+
+    The path's own ends are left out, too, but for one that a straight way past it would lead
+    below the floor: an end may lie away from the path's, where the nodes beside it are taken.
 
     Args:
-        points: (n, 2) [m]; the first and the last one are replaced.
+        points: (n, 2) [m].
         ends: (2, 2) [m].
-        gap: [m] that inner points keep from both ends.
+        gap: [m] that the points keep from both ends.
+        walls: What a straight way past an end of the path keeps clear of.
 
     Returns:
         (m, 2) [m], from the first end to the last.
     """
+    last = points.shape[0] - 1
     out = np.empty((points.shape[0] + 2, 2))
     out[0] = ends[0]
     count = 1
-    for k in range(1, points.shape[0] - 1):
-        first = math.hypot(points[k, 0] - ends[0, 0], points[k, 1] - ends[0, 1])
-        last = math.hypot(points[k, 0] - ends[1, 0], points[k, 1] - ends[1, 1])
-        if min(first, last) > gap:
+    for k in range(1, last):
+        if _is_apart(points[k], ends, gap):
             out[count] = points[k]
             count += 1
     out[count] = ends[1]
+    starts_at_wall = _nears_wall(out[0], out[1], walls)
+    ends_at_wall = _nears_wall(out[count - 1], out[count], walls)
+    if ends_at_wall and last > 0 and _is_apart(points[last], ends, gap):
+        out[count] = points[last]
+        count += 1
+        out[count] = ends[1]
+    if starts_at_wall and _is_apart(points[0], ends, gap):
+        for k in range(count, 0, -1):
+            out[k + 1] = out[k]
+        out[1] = points[0]
+        count += 1
     return out[: count + 1]
+
+
+@njit(cache=True)
+def _is_apart(point: Floats, ends: Floats, gap: float) -> bool:
+    first = math.hypot(point[0] - ends[0, 0], point[1] - ends[0, 1])
+    last = math.hypot(point[0] - ends[1, 0], point[1] - ends[1, 1])
+    return min(first, last) > gap
+
+
+@njit(cache=True)
+def _nears_wall(a: Floats, b: Floats, walls: WallClearance) -> bool:
+    """Whether a leg leads below the floor, and nearer to a wall than both of its ends are."""
+    field, frame = walls.field.distance, walls.field.frame
+    floor = min(walls.floor, sample(field, frame, a[0], a[1]), sample(field, frame, b[0], b[1]))
+    steps = math.ceil(math.hypot(b[0] - a[0], b[1] - a[1]) / (frame.step / 2))
+    for k in range(1, steps):
+        x = a[0] + (b[0] - a[0]) * k / steps
+        y = a[1] + (b[1] - a[1]) * k / steps
+        if sample(field, frame, x, y) < floor:
+            return True
+    return False
 
 
 @njit(cache=True)

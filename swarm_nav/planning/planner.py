@@ -42,7 +42,10 @@ class Planner:
         self.terrain = terrain
         self.lattice = terrain.lattice
         self._config = planner
-        self._wall_clearance = wall_clearance(costmap, terrain.radius)
+        self._smooth_walls = path_kernels.WallClearance(
+            terrain.field, wall_clearance(costmap, terrain.radius)
+        )
+        self._plain_walls = path_kernels.WallClearance(terrain.field, terrain.radius + NODE_MARGIN)
         slots = terrain.lattice.slots
         self._anywhere = np.ones(terrain.lattice.base.shape, np.uint8)
         if slots is not None:
@@ -223,7 +226,8 @@ class Planner:
             (m, 2) [m] in map, points `SPACING` apart.
         """
         # nodes beside the exact ends would make hooks
-        course = path_kernels.with_ends(points, np.array((start, goal)), self.lattice.step)
+        ends = np.array((start, goal))
+        course = path_kernels.with_ends(points, ends, self.lattice.step, self._plain_walls)
         slots = self.lattice.slots
         if slots is not None and slots.is_slot(course).any():
             return self._through_slots(slots, course, extra, smooth)
@@ -257,10 +261,11 @@ class Planner:
 
     def _course(self, course: FloatArray, extra: NDArray[np.float32], smooth: bool) -> FloatArray:
         if not smooth:
-            return _resampled(course)
-        walls = path_kernels.WallClearance(self.terrain.field, self._wall_clearance)
+            path = _resampled(course)
+            path_kernels.lift_off_walls(path, self._plain_walls, SMOOTHING.rounds)
+            return path
         others = path_kernels.Blocked(extra, self.lattice.frame)
-        path: FloatArray = path_kernels.drivable(course, SPACING, SMOOTHING, walls, others)
+        path = path_kernels.drivable(course, SPACING, SMOOTHING, self._smooth_walls, others)
         return path
 
     def _start_node(self, start: tuple[float, float]) -> int:

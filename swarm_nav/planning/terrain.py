@@ -30,13 +30,12 @@ HALL_DISTANCE = 2.0  # [m] from any wall: open floor, no lanes and free for park
 PASSAGE_REACH = 0.95  # [m] within which the widest clearance of a passage is looked for
 STRIP_WIDTH = 0.26  # [m] next to the ridge of a passage that separates its lanes
 PARKING_HALF_WIDTH = 1.35  # [m] of a passage whose median strip may hold a parked robot
-NODE_MARGIN = 0.035  # [m] beyond the robot's circumscribed radius at which nodes end
+NODE_MARGIN = 0.04  # [m] beyond the robot's circumscribed radius at which nodes end
 APPROACH_RADIUS = 0.7  # [m] around a goal in which the way leads in the goal's direction
 SECTOR_ANGLE = math.pi / 8  # [rad] to which that direction is rounded
 ANY_SECTOR = -1
 WALL_COST = 0.6  # extra cost per metre right beside a wall
 GOALS_MEMORY = 64_000_000  # [bytes] of costs to go that a process keeps per terrain
-LEAST_WALL_ROOM = 0.04  # [m] from the circle of a large robot that walls are kept away
 STANDING_ROOM = 0.1  # [m] more than the wall clearance from where no wall cost applies
 
 
@@ -47,7 +46,7 @@ def wall_clearance(costmap: CostmapConfig, radius: float) -> float:
         costmap: The configured clearance.
         radius: [m] circumscribed radius of the robot.
     """
-    return max(costmap.wall_clearance, radius + LEAST_WALL_ROOM)
+    return max(costmap.wall_clearance, radius + NODE_MARGIN)
 
 
 def sector_of(yaw: float) -> int:
@@ -175,9 +174,7 @@ class Terrain:
         occupied = grid.cells == OCCUPIED
         if not planner.allow_unknown:
             occupied |= grid.cells == UNKNOWN
-        cells = distance_kernels.distance_cells(occupied)
-        # distances end at the face of an occupied cell, not at its centre
-        self.distance: FloatArray = np.maximum(0.0, cells * grid.resolution - grid.resolution / 2)
+        self.distance: FloatArray = distance_kernels.face_distance(occupied) * grid.resolution
         self.frame = Frame(grid.origin_x, grid.origin_y, grid.resolution)
         self.field = Field(self.distance, self.frame)
         self.lattice = _lattice(self.field, grid, planner, costmap, radius)

@@ -19,7 +19,7 @@ from swarm_sim.scene.section import GROUND_GAP, section_between
 
 Cell = tuple[int, int]
 RESOLUTION = 0.05  # [m] of the grid on which ways are looked for
-ROOM = 0.035  # [m] beyond the robot's circle that its planner keeps from walls
+ROOM = 0.04  # [m] beyond the robot's circle that its planner keeps from walls
 SLACK = 0.03  # [m] by which the grid may show a passage too narrow
 ACROSS = 0.08  # [m] to either side of a cell in which the middle of the passage is looked for
 NEAR = 0.3  # [m] from a station within which a robot has come to it

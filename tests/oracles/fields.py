@@ -20,6 +20,17 @@ def distance_cells(occupied: NDArray[np.bool_]) -> FloatArray:
     return result
 
 
+def face_distance(occupied: NDArray[np.bool_]) -> FloatArray:
+    """Return the distance [cells] of each centre to the nearest occupied square; inf without."""
+    result = np.full(occupied.shape, np.inf)
+    rows, columns = np.indices(occupied.shape)
+    for row, column in np.argwhere(occupied):
+        beyond_row = np.maximum(np.abs(rows - row) - 0.5, 0.0)
+        beyond_column = np.maximum(np.abs(columns - column) - 0.5, 0.0)
+        result = np.minimum(result, np.hypot(beyond_row, beyond_column))
+    return result
+
+
 def sample(field: FloatArray, frame: Frame, x: float, y: float) -> float:
     """Return the bilinear value between cell centres, the border's value outside."""
     origin_x, origin_y, resolution = frame

@@ -22,7 +22,7 @@ def tube_along_x(length: float = 2.0, confirmations: int = 3) -> Tube:
 def test_a_new_tube_holds_the_place_under_the_robot_only() -> None:
     tube = Tube(HOME, 3, 0.35, 0.35)
     held, wanted, intent = tube.publish(HOME, 0)
-    assert held.tolist() == [[0.0, 0.0]]
+    assert held.tolist() == [[0.0, 0.0], [0.0, 0.0]]
     assert len(wanted) == 0
     assert len(intent) == 1
     assert tube.is_complete
@@ -107,6 +107,36 @@ def test_the_beacon_starts_at_the_true_pose_and_fits_its_arrays() -> None:
     assert np.allclose(np.diff(intent, axis=0), (0.1, 0.0))
 
 
+def test_a_robot_that_still_drives_to_its_stop_holds_the_stop() -> None:
+    tube = tube_along_x()
+    tube.stop = 5
+    for x, is_short in ((0.23, True), (0.249, True), (0.26, False)):
+        pose = Pose(x, 0.02, 0.0)
+        tube.advance(pose, tube.stop)
+        assert tube.near == tube.stop
+        held, _, _ = tube.publish(pose, 0)
+        assert np.allclose(held, ((x, 0.02), (0.25, 0.0))[: 1 + is_short])
+
+
+def test_a_robot_before_the_start_of_its_path_holds_the_start() -> None:
+    tube = tube_along_x()
+    tube.stop = 5
+    held, _, _ = tube.publish(Pose(-0.02, 0.02, 0.0), 0)
+    assert np.allclose(held[:3], ((-0.02, 0.02), (0.0, 0.0), (0.05, 0.0)))
+    held, _, _ = tube.publish(Pose(0.02, 0.02, 0.0), 0)
+    assert np.allclose(held[:2], ((0.02, 0.02), (0.05, 0.0)))
+
+
+def test_a_robot_holds_the_bend_that_it_still_drives_to() -> None:
+    tube = Tube(HOME, 3, 0.35, 0.35)
+    there = np.column_stack((np.arange(0.0, 1.01, 0.05), np.zeros(21)))
+    tube.adopt(np.vstack((there, there[:-1][::-1])))  # and back again
+    tube.stop = 24
+    tube.advance(Pose(0.98, 0.0, 0.0), tube.corners[0])
+    held, _, _ = tube.publish(Pose(0.98, 0.0, 0.0), 0)
+    assert np.allclose(held[:3], ((0.98, 0.0), (1.0, 0.0), (0.95, 0.0)))
+
+
 def test_the_longest_claim_that_parameters_allow_fits_the_beacon() -> None:
     longest = TrafficConfig(held_length=0.8, wanted_length=0.4)
     tube = Tube(HOME, 3, longest.held_length, longest.wanted_length)
@@ -180,7 +210,7 @@ def test_what_is_published_has_zeros_behind_it() -> None:
     assert sizes == [24, 7, 25]
     tube.reset(HOME)
     held, wanted, intent = tube.publish(HOME, 1)
-    assert (held.tolist(), len(wanted), len(intent)) == ([[0.0, 0.0]], 0, 1)
+    assert (held.tolist(), len(wanted), len(intent)) == ([[0.0, 0.0]] * 2, 0, 1)
     assert not tube.published.any()
 
 

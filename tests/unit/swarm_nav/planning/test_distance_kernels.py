@@ -30,10 +30,22 @@ def test_the_distance_transform_takes_any_shape(shape: tuple[int, int]) -> None:
     occupied = np.zeros(shape, np.bool_)
     occupied[-1, -1] = True
     assert np.allclose(kernels.distance_cells(occupied), oracle.distance_cells(occupied))
+    assert np.allclose(kernels.face_distance(occupied), oracle.face_distance(occupied))
 
 
 def test_a_map_without_walls_is_farther_than_its_diagonal() -> None:
     assert kernels.distance_cells(np.zeros((7, 9), np.bool_)).min() > math.hypot(7, 9)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_distance_to_walls_is_exact_at_their_corners_too(seed: int) -> None:
+    occupied = random_map(seed)
+    occupied[seed % 17, seed % 23] = True
+    assert np.allclose(kernels.face_distance(occupied), oracle.face_distance(occupied))
+
+
+def test_a_map_without_walls_is_far_from_any_face() -> None:
+    assert kernels.face_distance(np.zeros((7, 9), np.bool_)).min() > math.hypot(7, 9)
 
 
 @pytest.mark.parametrize("seed", range(5))

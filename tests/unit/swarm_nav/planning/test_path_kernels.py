@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -136,10 +137,31 @@ def test_corners_equal_their_slow_twin(points: np.ndarray, angle: float) -> None
 @given(polylines)
 def test_the_ends_replace_what_is_near_them(points: np.ndarray) -> None:
     ends = np.array(((0.0, 0.0), (1.0, 1.0)))
-    course = path_kernels.with_ends(points, ends, 0.5)
+    walls = path_kernels.WallClearance(kernels.Field(FREE, FINE), 0.3)
+    course = path_kernels.with_ends(points, ends, 0.5, walls)
     assert np.array_equal(course[[0, -1]], ends)
     far = [p for p in points[1:-1] if min(math.dist(p, ends[0]), math.dist(p, ends[1])) > 0.5]
     assert np.array_equal(course[1:-1], np.array(far).reshape(-1, 2))
+
+
+@pytest.mark.parametrize("is_last", [False, True])
+def test_an_end_of_a_path_stays_where_the_straight_way_past_it_leads_into_a_wall(
+    is_last: bool,
+) -> None:
+    occupied = np.zeros((40, 40), np.bool_)
+    occupied[16:, :24] = True  # its corner is at (1.2, 0.8)
+    walls = path_kernels.WallClearance(
+        kernels.Field(kernels.face_distance(occupied) * 0.05, FINE), 0.27
+    )
+    points = np.array(((1.35, 0.5), (1.55, 0.7), (1.6, 1.6)))  # around the corner
+    ends = np.array(((0.9, 0.5), (1.6, 1.7)))
+    if is_last:
+        points, ends = points[::-1].copy(), ends[::-1].copy()
+    course = path_kernels.with_ends(points, ends, 0.1, walls)
+    k = -2 if is_last else 1
+    assert course[k].tolist() == [1.35, 0.5]
+    free = path_kernels.WallClearance(kernels.Field(FREE, FINE), 0.27)
+    assert [1.35, 0.5] not in path_kernels.with_ends(points, ends, 0.1, free).tolist()
 
 
 def test_a_drivable_path_is_resampled_smoothed_lifted_and_resampled() -> None:

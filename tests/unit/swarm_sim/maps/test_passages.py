@@ -33,7 +33,7 @@ def test_a_robot_too_wide_for_the_door_is_told_so() -> None:
         check_ways(scene, [square(0.27)], start)
     message = str(caught.value)
     assert message.startswith("no square can get from its start at (-4.00, 0.00) to station 'east_")
-    assert message.endswith("this robot needs 0.83 m")
+    assert message.endswith("this robot needs 0.84 m")
     passage = Ways(scene, WAFFLE.height).narrowest(start[0], Pose(4.0, 0.0, 0.0))
     assert passage is not None
     assert passage.width == pytest.approx(0.70, abs=0.05)
