@@ -375,10 +375,11 @@ def _is_ahead(points, near, position):
     if last == 0:
         return True
     k = min(max(near, 1), last)
-    along = points[k] - points[k - 1]
-    return (points[near, 0] - position[0]) * along[0] + (points[near, 1] - position[1]) * along[
-        1
-    ] > 0.0
+    along_x = points[k, 0] - points[k - 1, 0]
+    along_y = points[k, 1] - points[k - 1, 1]
+    ahead_x = points[near, 0] - position[0]
+    ahead_y = points[near, 1] - position[1]
+    return ahead_x * along_x + ahead_y * along_y > 0.0
 
 
 @njit(cache=True)

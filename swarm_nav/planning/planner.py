@@ -260,12 +260,14 @@ class Planner:
         return np.vstack((pieces[0], *(piece[1:] for piece in pieces[1:])))
 
     def _course(self, course: FloatArray, extra: NDArray[np.float32], smooth: bool) -> FloatArray:
-        if not smooth:
-            path = _resampled(course)
-            path_kernels.lift_off_walls(path, self._plain_walls, SMOOTHING.rounds)
+        if smooth:
+            others = path_kernels.Blocked(extra, self.lattice.frame)
+            path: FloatArray = path_kernels.drivable(
+                course, SPACING, SMOOTHING, self._smooth_walls, others
+            )
             return path
-        others = path_kernels.Blocked(extra, self.lattice.frame)
-        path = path_kernels.drivable(course, SPACING, SMOOTHING, self._smooth_walls, others)
+        path = _resampled(course)
+        path_kernels.lift_off_walls(path, self._plain_walls, SMOOTHING.rounds)
         return path
 
     def _start_node(self, start: tuple[float, float]) -> int:
