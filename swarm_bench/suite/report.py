@@ -32,7 +32,8 @@ Machine: {machine}.
 - **Clearance**: smallest true distance of any robot from anything.
 - **Near misses**: episodes in which a robot came nearer than 0.03 m to something without contact.
 - **Held gap**: smallest distance between the tubes that two robots held, less the sum of their
-  safety radii; down to -0.06 m is expected, as a published tube begins at the true pose.
+  safety radii (`min_held_slack`); it may be less than 0, as a published tube begins at the true
+  pose, but seldom is below -0.06 m.
 - **µs per tick**: of one navigator, all that it does in a tick, median.
 """
 BENCH = """

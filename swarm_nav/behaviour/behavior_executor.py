@@ -152,7 +152,7 @@ class BehaviorExecutor:
     def _settle(self, task: GoalProgress) -> Twist:
         """Stop within the tolerance and turn to the goal's heading."""
         s = self._s
-        s.tube.release_ahead(s.brake_points)
+        s.release_ahead(s.brake_points)
         s.tube.cut()
         if abs(s.twist.vx) < 0.02:
             s.tube.reset(s.pose)

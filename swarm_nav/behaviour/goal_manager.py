@@ -127,7 +127,7 @@ class GoalManager:
         self.failure = f"error {code.value}: {message}" if has_failed else ""
         self._lease.aim(None)
         if not self._right.is_yielding:
-            s.tube.release_ahead(s.brake_points)
+            s.release_ahead(s.brake_points)
             s.tube.cut()
         missed = tuple(task.missed) if task is not None else ()
         self._state_machine.events.append(

@@ -190,7 +190,7 @@ class Navigator:
         if pose.distance(s.pose) > s.config.traffic.safety_margin:
             self._senses.listen_anew()  # the owner of the space there is not known yet
         s.pose = pose
-        s.tube.reset(pose)
+        s.hold_place()
 
     def load_map(self, grid: Grid) -> None:
         """Take another map.
@@ -221,7 +221,7 @@ class Navigator:
         if not self.is_active:
             self.is_active = True
             self._senses.listen_anew()
-            self._s.tube.reset(self._s.pose)
+            self._s.hold_place()
 
     def deactivate(self) -> None:
         """Stop, end the current goal, and hold the place."""
@@ -350,7 +350,7 @@ class Navigator:
             self._senses.listen_anew()  # a navigator that joins late listens first
         elif passed > s.config.traffic.lost_ticks:
             self._senses.listen_anew()
-            s.tube.reset(s.pose)
+            s.hold_place()
             self._replan()
 
     def _localise(self) -> bool:

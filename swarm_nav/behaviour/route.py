@@ -81,7 +81,7 @@ class Route:
             if self._keeps(task, path, extra):
                 return
             if self._turns_back(path):
-                s.tube.release_ahead(s.brake_points if abs(s.twist.vx) > 0.05 else 0)
+                s.release_ahead(s.brake_points if abs(s.twist.vx) > 0.05 else 0)
                 path = self._path_to(task, extra)
         except PlanError as error:
             task.is_planned = True

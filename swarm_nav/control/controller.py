@@ -166,6 +166,8 @@ class Controller:
             *self._settings,
             self.arc,
         )
+        if v_limit < twist.vx - acc * CONTROL_PERIOD:  # as when acc_lim_x was lowered on the way
+            v = 0.0  # as hard as the drive can
         return Twist(float(v), 0.0, float(w))
 
 

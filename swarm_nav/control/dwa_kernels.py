@@ -22,6 +22,7 @@ from swarm_common.process.numba_compat import njit
 from swarm_nav.planning.distance_kernels import Floats, Place
 
 STEP = 0.1  # [s] of a rollout
+RETURN = 0.999  # of its distance from the polyline, left of one that is larger than tolerated
 DISTANCE_UNIT = 0.05  # [m] of path distance that costs one path_distance_scale
 
 
@@ -320,9 +321,9 @@ def best_twist(
     """Return (v, w, cost) of the admissible twist with the smallest critics' sum.
 
     A twist is admissible if v <= v_limit and if braking after it ends within the tolerance of the
-    held points, or no further away than now; if none is, v and w brake. Of equal costs the slower
-    twist, then the first sample of w counts. The cheap critics come first; PathDist is only added
-    up while the sum can still be the best.
+    held points, or nearer to them than now, for the smallest v no farther; if none is, v and w
+    brake. Of equal costs the slower twist, then the first sample of w counts. The cheap critics
+    come first; PathDist is only added up while the sum can still be the best.
 
     Args:
         pose: Of the robot.
@@ -350,7 +351,8 @@ def best_twist(
     measure(path, segments)
     start = arc_length(path, segments, 0, pose.x, pose.y)
     wish = min(v_max * horizon, max(segments[n - 1, 5] - start, 1e-3))
-    reach = max(tolerance, held_gap(path, held, pose.x, pose.y))
+    gap_now = held_gap(path, held, pose.x, pose.y)
+    no_farther, nearer = max(tolerance, gap_now), max(tolerance, RETURN * gap_now)
     fastest = nv - 1 if v_high > v_low else 0  # of equal speeds the first sample counts
     best = 1e20
     best_index = 0
@@ -379,6 +381,7 @@ def best_twist(
             gap = gap_cost(track, path, segments, scales.path, best - rest + 1e-9 * best)
             cost = gap + scales.goal * short + scales.align * turn * turn + jerk
             is_better = cost < best or (cost == best and index < best_index)
+            reach = nearer if v > v_low else no_farther
             if is_better and stops_inside(pose, twist.v, v, w, v_acc, path, held, reach):
                 best = cost
                 best_index = index

@@ -52,7 +52,7 @@ class StraightController(Controller):
         gap = dwa_kernels.held_gap(held, len(held) - 1, pose.x, pose.y)
         if not dwa_kernels.stops_inside(
             place, twist.vx, speed, rate, config.acc_lim_x, held, len(held) - 1,
-            max(TUBE_TOLERANCE, gap),
+            max(TUBE_TOLERANCE, dwa_kernels.RETURN * gap),
         ):  # fmt: skip
             speed = 0.0
         dwa_kernels.predict(place, speed, rate, self.arc)

@@ -9,6 +9,7 @@ import numpy as np
 
 from swarm_common.process.numba_compat import njit
 from swarm_nav.control.dwa_kernels import (
+    RETURN,
     STEP,
     advance,
     arc_length,
@@ -211,7 +212,7 @@ def best_velocity(
     measure(path, segments)
     start = arc_length(path, segments, 0, pose.x, pose.y)
     wish = min(limits.vx_max * horizon, max(segments[n - 1, 5] - start, 1e-3))
-    reach = max(inside.tolerance, held_gap(path, held, pose.x, pose.y))
+    reach = max(inside.tolerance, RETURN * held_gap(path, held, pose.x, pose.y))
     fastest = min(v_limit, limits.vx_max)
     direct = straight_to(pose, inside.aim_x, inside.aim_y, fastest, limits)
     headings = np.empty((steps, 2))

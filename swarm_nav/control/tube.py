@@ -76,6 +76,7 @@ class Tube:
         self.corners: list[int] = []
         self.is_withdrawn = False
         self.is_reverse = False
+        self._arrival = (0.0, 0.0)  # direction in which the robot comes to the path's first point
         self.forget_requests()
 
     @property
@@ -94,6 +95,7 @@ class Tube:
         Args:
             path: (n, 2) [m] in map; it starts at the stop point.
         """
+        self._arrival = self._direction()
         kept = self.points[self.near : self.stop + 1]
         self.points = np.ascontiguousarray(np.vstack((kept, path[1:])))
         self.stop -= self.near
@@ -109,14 +111,23 @@ class Tube:
             self.corners = [k for k in self.corners if k < self.stop]
             self.forget_requests()
 
-    def release_ahead(self, keep: int) -> None:
-        """Shrink the held part and forget the requests.
+    def release_ahead(self, keep: int, pose: Pose, way: float) -> None:
+        """Shrink the held part, but not to less than the robot needs to stop.
+
+        Requests are forgotten then: what was held and is given up was not requested.
 
         Args:
             keep: Points ahead of the robot that stay held.
+            pose: Of the robot, in map; its index is advanced.
+            way: [m] that it needs to stop.
         """
-        self.stop = min(self.stop, self.near + keep)
-        self.forget_requests()
+        self.advance(pose, min(self.next_corner(), self.stop))
+        points, near, stop = self.points, self.near, self.stop
+        needed = tube_kernels.last_to_keep(points, near, stop, (pose.x, pose.y), way)
+        last = max(near + keep, needed)
+        if last < stop:
+            self.stop = last
+            self.forget_requests()
 
     @property
     def span(self) -> tuple[int, int, int]:
@@ -158,8 +169,11 @@ class Tube:
             end = min(self.stop + self._wanted_points, len(self.points) - 1)
             self._note_request(tick, end)
         held, wanted, intent = self._blocks
+        drives_there = self.near == 0 or self.near >= self.stop or self.near in self.corners
+        arrival = self._direction() if drives_there else (0.0, 0.0)
         sizes = tube_kernels.publish(
-            self.points, (pose.x, pose.y), (self.near, self.stop, end), held, wanted, intent
+            self.points, (pose.x, pose.y), arrival, (self.near, self.stop, end),
+            held, wanted, intent,
         )  # fmt: skip
         self.published_held, self.published_sizes = (held, sizes[0]), sizes
         return held[: sizes[0]], wanted[: sizes[1]], intent[: sizes[2]]
@@ -181,6 +195,13 @@ class Tube:
             limit: Largest index.
         """
         self.near = tube_kernels.nearest_ahead(self.points, self.near, limit, pose.x, pose.y)
+
+    def _direction(self) -> tuple[float, float]:
+        """Return the direction, of any length, in which the robot comes to the nearest point."""
+        if self.near == 0:
+            return self._arrival
+        (from_x, from_y), (to_x, to_y) = self.points[self.near - 1 : self.near + 1].tolist()
+        return to_x - from_x, to_y - from_y
 
     def next_corner(self) -> int:
         """Return the index of the next bend that is turned on the spot, or of the path's end."""

@@ -369,29 +369,38 @@ def nearest_ahead(points, first, limit, x, y):
 
 
 @njit(cache=True)
-def _is_ahead(points, near, position):
-    """Whether the robot still drives to the point of the path that is the nearest to it."""
-    last = points.shape[0] - 1
-    if last == 0:
-        return True
-    k = min(max(near, 1), last)
-    along_x = points[k, 0] - points[k - 1, 0]
-    along_y = points[k, 1] - points[k - 1, 1]
-    ahead_x = points[near, 0] - position[0]
-    ahead_y = points[near, 1] - position[1]
-    return ahead_x * along_x + ahead_y * along_y > 0.0
+def last_to_keep(points, near, stop, position, way):
+    """Return the first point of the held part that lies a way beyond the robot, or the stop.
+
+    Args:
+        points: (n, 2) [m] in map, the path.
+        near: Index of the point nearest to the robot.
+        stop: Index of the last point held.
+        position: (x, y) [m] of the robot, in map.
+        way: [m] along the path.
+    """
+    if way <= 0.0:
+        return near
+    done = -math.hypot(points[near, 0] - position[0], points[near, 1] - position[1])
+    k = near
+    while k < stop and done < way:
+        k += 1
+        done += math.hypot(points[k, 0] - points[k - 1, 0], points[k, 1] - points[k - 1, 1])
+    return k
 
 
 @njit(cache=True)
-def publish(points, position, span, held, wanted, intent):
+def publish(points, position, arrival, span, held, wanted, intent):
     """Fill the point blocks of a beacon, and the rest of each with zeros.
 
     Args:
         points: (n, 2) [m] in map, the path.
         position: (x, y) [m] of the robot, in map.
+        arrival: (x, y) direction in which the robot comes to `near`, if it drives to that point, a
+            bend or the stop; the held part has it, too, while it is ahead. (0, 0) if it passes by.
         span: (near, stop, end): the held part goes from the robot's position over the points
-            behind `near` to `stop`, with `near` itself while that is ahead, the request from
-            there to `end`, the intent from `stop` on with every second point.
+            behind `near` to `stop`, the request from there to `end`, the intent from `stop` on
+            with every second point.
         held: (k, 2) float32, written.
         wanted: (k, 2) float32, written.
         intent: (k, 2) float32, written.
@@ -405,7 +414,9 @@ def publish(points, position, span, held, wanted, intent):
     intent[:] = 0.0
     held[0, 0] = position[0]
     held[0, 1] = position[1]
-    first = near if _is_ahead(points, near, position) else near + 1
+    rest_x, rest_y = points[near, 0] - position[0], points[near, 1] - position[1]
+    is_ahead = rest_x * arrival[0] + rest_y * arrival[1] > 0.0
+    first = near if is_ahead else near + 1
     held_size = min(max(stop - first, -1) + 2, held.shape[0])
     for k in range(1, held_size):
         held[k, 0] = points[first + k - 1, 0]

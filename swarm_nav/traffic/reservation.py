@@ -105,7 +105,7 @@ class ReservationManager:
         bad = np.flatnonzero((gaps < clearance) & (gaps <= gaps[0]))
         bad = bad[bad > 0]
         if len(bad):
-            tube.release_ahead(max(0, int(bad[0]) - 1))
+            s.release_ahead(max(0, int(bad[0]) - 1))
             s.obstacle_ticks += 1
 
     def _part(self) -> None:
@@ -115,7 +115,7 @@ class ReservationManager:
             tube.points, tube.near, tube.stop, s.radius, GROWTH_SLACK, s.neighbors.columns()
         )
         if first <= tube.stop:
-            tube.release_ahead(first - 1 - tube.near)
+            s.release_ahead(first - 1 - tube.near)
 
     def drop_if_unused(self) -> bool:
         """Drop a claim that is not being driven, whatever the reason; return whether it was."""
@@ -142,11 +142,9 @@ class ReservationManager:
         self._retracted_tick = s.tick
         waited = s.tick - self._retracting_since
         if s.neighbors.deaf_neighbor and waited < s.stuck_ticks:
-            keep = 0 if s.is_standing else s.brake_points
-            if tube.stop > tube.near + keep:
-                tube.release_ahead(keep)
+            s.release_ahead(0 if s.is_standing else s.brake_points)
             return
-        tube.release_ahead(s.brake_points)
+        s.release_ahead(s.brake_points)
         tube.withdraw()
         if s.is_standing:
             tube.reset(s.pose)

@@ -201,11 +201,61 @@ class Situation:
         return self.radius + self.neighbors.radius(row)
 
     @property
+    def braking_way(self) -> float:
+        """[m] that the robot needs to stop, a control period of delay included."""
+        speed = self.speed
+        return speed * CONTROL_PERIOD + speed * speed / (2.0 * self._acceleration)
+
+    @property
+    def speed(self) -> float:
+        """[m/s] of the robot, in whatever direction."""
+        return math.hypot(self.twist.vx, self.twist.vy)
+
+    @property
+    def _acceleration(self) -> float:
+        limits = self.config.controller
+        return min(limits.acc_lim_x, limits.acc_lim_y) if limits.acc_lim_y else limits.acc_lim_x
+
+    @property
     def brake_points(self) -> int:
-        """Path points that the robot needs to stop, a control period of delay included."""
-        speed = abs(self.twist.vx)
-        way = speed * CONTROL_PERIOD + speed * speed / (2.0 * self.config.controller.acc_lim_x)
-        return max(FEWEST_BRAKE_POINTS, math.ceil(way / SPACING))
+        """Path points kept ahead of a robot that gives up its claim."""
+        return max(FEWEST_BRAKE_POINTS, math.ceil(self.braking_way / SPACING))
+
+    def release_ahead(self, keep: int) -> None:
+        """Shrink the held part of the tube, but not to less than the robot needs to stop.
+
+        Args:
+            keep: Path points ahead of the robot that stay held.
+        """
+        self.tube.release_ahead(keep, self.pose, 0.0 if self.is_standing else self.braking_way)
+
+    def hold_place(self) -> None:
+        """Drop path, claim and request; hold the place, and ahead of it what it takes to stop.
+
+        For use between two ticks: the robot may have gone faster since its pose was taken.
+        """
+        self.tube.reset(self.pose)
+        if self.is_standing:
+            return
+        wz, speed = self.twist.wz, max(self.speed, 0.02)
+        fastest = self.speed + self._acceleration * CONTROL_PERIOD
+        rest = fastest * CONTROL_PERIOD + fastest * fastest / (2.0 * self._acceleration)
+        x, y, yaw = (
+            self.pose.x,
+            self.pose.y,
+            self.pose.yaw + math.atan2(self.twist.vy, self.twist.vx),
+        )
+        line = [(x, y)]
+        while rest > 0.0:
+            step = min(rest, SPACING)
+            yaw += 0.5 * wz * step / speed
+            x, y = x + step * math.cos(yaw), y + step * math.sin(yaw)
+            yaw += 0.5 * wz * step / speed
+            line.append((x, y))
+            rest -= step
+        self.tube.adopt(np.array(line))
+        self.tube.stop = len(line) - 1
+        self.tube.is_reverse = self.twist.vx < 0.0
 
     @property
     def stop_point(self) -> tuple[float, float]:

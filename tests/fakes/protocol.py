@@ -157,7 +157,7 @@ class Actor:
             case 2:
                 tube.reset(self.s.pose)
             case 3:
-                tube.release_ahead(self.s.brake_points)
+                self.s.release_ahead(self.s.brake_points)
             case 4:
                 tube.withdraw()
             case 5:

@@ -188,6 +188,8 @@ def test_the_chosen_twist_is_the_best_of_all_samples(
     costs = oracle.twist_costs(
         pose, (v, w), path, v_limit, LIMITS, samples, DEFAULT.sim_time, SCALES, STEPS
     )
+    gap = kernels.held_gap(path, held, *pose[:2])
+    slowest = min(twist[0] for twist in costs)
     admissible = {
         twist: cost
         for twist, cost in costs.items()
@@ -198,7 +200,7 @@ def test_the_chosen_twist_is_the_best_of_all_samples(
             LIMITS[2],
             path,
             held,
-            max(0.035, kernels.held_gap(path, held, *pose[:2])),
+            max(0.035, gap * (kernels.RETURN if twist[0] > slowest else 1.0)),
         )
     }
     if admissible:

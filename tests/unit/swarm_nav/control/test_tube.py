@@ -22,7 +22,7 @@ def tube_along_x(length: float = 2.0, confirmations: int = 3) -> Tube:
 def test_a_new_tube_holds_the_place_under_the_robot_only() -> None:
     tube = Tube(HOME, 3, 0.35, 0.35)
     held, wanted, intent = tube.publish(HOME, 0)
-    assert held.tolist() == [[0.0, 0.0], [0.0, 0.0]]
+    assert held.tolist() == [[0.0, 0.0]]
     assert len(wanted) == 0
     assert len(intent) == 1
     assert tube.is_complete
@@ -39,6 +39,7 @@ def test_space_is_confirmed_after_it_was_requested_in_every_one_of_m_beacons() -
 @pytest.mark.parametrize("change", ["withdraw", "adopt", "cut", "release", "reset"])
 def test_a_withdrawn_or_changed_request_starts_the_count_again(change: str) -> None:
     tube = tube_along_x()
+    tube.stop = 1
     for _ in range(3):
         tube.publish(HOME, 0)
     match change:
@@ -51,7 +52,7 @@ def test_a_withdrawn_or_changed_request_starts_the_count_again(change: str) -> N
         case "cut":
             tube.cut()
         case "release":
-            tube.release_ahead(0)
+            tube.release_ahead(0, HOME, 0.0)
         case "reset":
             tube.reset(HOME)
     assert tube.span[2] == -1
@@ -88,10 +89,21 @@ def test_cutting_gives_up_what_is_not_held() -> None:
 def test_releasing_shrinks_and_never_grows() -> None:
     tube = tube_along_x()
     tube.near, tube.stop = 2, 9
-    tube.release_ahead(3)
+    tube.release_ahead(3, Pose(0.1, 0.0, 0.0), 0.0)
     assert tube.stop == 5
-    tube.release_ahead(30)
+    tube.release_ahead(30, Pose(0.1, 0.0, 0.0), 0.0)
     assert tube.stop == 5
+
+
+@pytest.mark.parametrize("x", [0.08, 0.1, 0.12, 0.17])
+def test_what_a_robot_needs_to_stop_is_not_given_up(x: float) -> None:
+    tube = tube_along_x()
+    tube.near, tube.stop = 1, 9  # its index is that of a tick ago
+    tube.release_ahead(0, Pose(x, 0.01, 0.0), 0.12)
+    assert tube.points[tube.stop, 0] >= x + 0.12
+    assert tube.points[tube.stop - 1, 0] <= x + 0.12 + 0.03
+    tube.release_ahead(0, Pose(x, 0.01, 0.0), 0.0)
+    assert tube.stop == tube.near
 
 
 def test_the_beacon_starts_at_the_true_pose_and_fits_its_arrays() -> None:
@@ -118,13 +130,23 @@ def test_a_robot_that_still_drives_to_its_stop_holds_the_stop() -> None:
         assert np.allclose(held, ((x, 0.02), (0.25, 0.0))[: 1 + is_short])
 
 
-def test_a_robot_before_the_start_of_its_path_holds_the_start() -> None:
+def test_a_robot_that_still_drives_to_its_stop_holds_it_when_its_path_turns_there() -> None:
+    tube = tube_along_x()
+    tube.stop = 5
+    pose = Pose(0.23, 0.0, 0.0)
+    tube.advance(pose, tube.stop)
+    tube.adopt(np.array(((0.25, 0.0), (0.25, 0.05), (0.25, 0.1))))
+    for _ in range(2):
+        held, _, _ = tube.publish(pose, 0)
+        assert np.allclose(held, ((0.23, 0.0), (0.25, 0.0)))
+        tube.adopt(np.array(((0.25, 0.0), (0.2, 0.0), (0.15, 0.0))))
+
+
+def test_a_robot_does_not_hold_the_points_that_it_passes_by() -> None:
     tube = tube_along_x()
     tube.stop = 5
     held, _, _ = tube.publish(Pose(-0.02, 0.02, 0.0), 0)
-    assert np.allclose(held[:3], ((-0.02, 0.02), (0.0, 0.0), (0.05, 0.0)))
-    held, _, _ = tube.publish(Pose(0.02, 0.02, 0.0), 0)
-    assert np.allclose(held[:2], ((0.02, 0.02), (0.05, 0.0)))
+    assert np.allclose(held[:2], ((-0.02, 0.02), (0.05, 0.0)))
 
 
 def test_a_robot_holds_the_bend_that_it_still_drives_to() -> None:
@@ -210,7 +232,7 @@ def test_what_is_published_has_zeros_behind_it() -> None:
     assert sizes == [24, 7, 25]
     tube.reset(HOME)
     held, wanted, intent = tube.publish(HOME, 1)
-    assert (held.tolist(), len(wanted), len(intent)) == ([[0.0, 0.0]] * 2, 0, 1)
+    assert (held.tolist(), len(wanted), len(intent)) == ([[0.0, 0.0]], 0, 1)
     assert not tube.published.any()
 
 
