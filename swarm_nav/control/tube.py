@@ -111,22 +111,19 @@ class Tube:
             self.corners = [k for k in self.corners if k < self.stop]
             self.forget_requests()
 
-    def release_ahead(self, keep: int, pose: Pose, way: float) -> None:
+    def release_beyond(self, last: int, pose: Pose, way: float) -> None:
         """Shrink the held part, but not to less than the robot needs to stop.
 
         Requests are forgotten then: what was held and is given up was not requested.
 
         Args:
-            keep: Points ahead of the robot that stay held.
-            pose: Of the robot, in map; its index is advanced.
+            last: Index of the last point that stays held.
+            pose: Of the robot, in map.
             way: [m] that it needs to stop.
         """
-        self.advance(pose, min(self.next_corner(), self.stop))
-        points, near, stop = self.points, self.near, self.stop
-        needed = tube_kernels.last_to_keep(points, near, stop, (pose.x, pose.y), way)
-        last = max(near + keep, needed)
-        if last < stop:
-            self.stop = last
+        needed = tube_kernels.last_to_keep(self.points, self.near, self.stop, (pose.x, pose.y), way)
+        if max(last, needed) < self.stop:
+            self.stop = max(last, needed)
             self.forget_requests()
 
     @property

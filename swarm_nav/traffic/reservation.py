@@ -105,7 +105,7 @@ class ReservationManager:
         bad = np.flatnonzero((gaps < clearance) & (gaps <= gaps[0]))
         bad = bad[bad > 0]
         if len(bad):
-            s.release_ahead(max(0, int(bad[0]) - 1))
+            s.release_beyond(tube.near + int(bad[0]) - 1)
             s.obstacle_ticks += 1
 
     def _part(self) -> None:
@@ -115,7 +115,7 @@ class ReservationManager:
             tube.points, tube.near, tube.stop, s.radius, GROWTH_SLACK, s.neighbors.columns()
         )
         if first <= tube.stop:
-            s.release_ahead(first - 1 - tube.near)
+            s.release_beyond(first - 1)
 
     def drop_if_unused(self) -> bool:
         """Drop a claim that is not being driven, whatever the reason; return whether it was."""

@@ -227,7 +227,16 @@ class Situation:
         Args:
             keep: Path points ahead of the robot that stay held.
         """
-        self.tube.release_ahead(keep, self.pose, 0.0 if self.is_standing else self.braking_way)
+        self.tube.advance(self.pose, min(self.tube.next_corner(), self.tube.stop))
+        self.release_beyond(self.tube.near + keep)
+
+    def release_beyond(self, last: int) -> None:
+        """Shrink the held part of the tube, but not to less than the robot needs to stop.
+
+        Args:
+            last: Index of the last path point that stays held.
+        """
+        self.tube.release_beyond(last, self.pose, 0.0 if self.is_standing else self.braking_way)
 
     def hold_place(self) -> None:
         """Drop path, claim and request; hold the place, and ahead of it what it takes to stop.

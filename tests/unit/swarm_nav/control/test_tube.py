@@ -52,7 +52,7 @@ def test_a_withdrawn_or_changed_request_starts_the_count_again(change: str) -> N
         case "cut":
             tube.cut()
         case "release":
-            tube.release_ahead(0, HOME, 0.0)
+            tube.release_beyond(0, HOME, 0.0)
         case "reset":
             tube.reset(HOME)
     assert tube.span[2] == -1
@@ -89,20 +89,20 @@ def test_cutting_gives_up_what_is_not_held() -> None:
 def test_releasing_shrinks_and_never_grows() -> None:
     tube = tube_along_x()
     tube.near, tube.stop = 2, 9
-    tube.release_ahead(3, Pose(0.1, 0.0, 0.0), 0.0)
+    tube.release_beyond(5, Pose(0.1, 0.0, 0.0), 0.0)
     assert tube.stop == 5
-    tube.release_ahead(30, Pose(0.1, 0.0, 0.0), 0.0)
+    tube.release_beyond(32, Pose(0.1, 0.0, 0.0), 0.0)
     assert tube.stop == 5
 
 
 @pytest.mark.parametrize("x", [0.08, 0.1, 0.12, 0.17])
 def test_what_a_robot_needs_to_stop_is_not_given_up(x: float) -> None:
     tube = tube_along_x()
-    tube.near, tube.stop = 1, 9  # its index is that of a tick ago
-    tube.release_ahead(0, Pose(x, 0.01, 0.0), 0.12)
+    tube.near, tube.stop = 1, 9  # the index may be that of a tick ago
+    tube.release_beyond(1, Pose(x, 0.01, 0.0), 0.12)
     assert tube.points[tube.stop, 0] >= x + 0.12
     assert tube.points[tube.stop - 1, 0] <= x + 0.12 + 0.03
-    tube.release_ahead(0, Pose(x, 0.01, 0.0), 0.0)
+    tube.release_beyond(1, Pose(x, 0.01, 0.0), 0.0)
     assert tube.stop == tube.near
 
 
