@@ -331,6 +331,7 @@ class Navigator:
         if can_drive:
             override = self._behavior_executor.choose_path(self._people.is_near)
         yield None
+        self._s.tube.note_rest(self._s.pose, self._s.is_standing)
         if can_drive:
             twist = self._choose_twist(override)
             self._reservation.extend()

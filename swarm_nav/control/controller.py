@@ -13,13 +13,12 @@ import numpy as np
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, Twist, wrap_angle
 from swarm_nav.control import dwa_kernels
-from swarm_nav.control.tube import Tube
+from swarm_nav.control.tube import ARRIVED, Tube
 from swarm_nav.core.config import ControllerConfig
 
 LOOKAHEAD = 3  # path points to the one that the heading error is measured to
 WINDOW = 12  # path points that the rollouts are scored on
 TUBE_TOLERANCE = 0.035  # [m] from the held polyline within which braking must end
-ARRIVED = 0.03  # [m] from a corner or the end at which the robot stands on it
 ALIGNED = 0.05  # [rad] heading error at which turning on the spot ends
 ALIGNED_RATE = 0.4  # [rad/s] at which it may end
 SETTLED = 0.02  # [rad] within which the drive is not asked for corrections that it overshoots
@@ -138,6 +137,8 @@ class Controller:
         if abs(error) > threshold:
             return self._turn(error, pose, twist)
         self._is_turning = False
+        if tube.is_at_rest:
+            return Twist()
         return self._drive(tube, pose, twist, min(corner, tube.stop), corner)
 
     def _turn(self, error: float, pose: Pose, twist: Twist) -> Twist:

@@ -88,7 +88,7 @@ class OmniController(Controller):
         corner = corner_ahead(tube, pose)
         end = min(corner, tube.stop)
         first, window = scored_window(tube, corner)
-        if len(window) < 2:
+        if len(window) < 2 or tube.is_at_rest:
             return self.stop(twist)
         config = self.config
         limit = rate_that_stops(

@@ -10,6 +10,8 @@ Shrinking it is always safe.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,6 +23,7 @@ from swarm_nav.planning.oblong import Slots
 from swarm_nav.planning.planner import SPACING
 
 REMEMBERED = 32  # beacons whose requests are remembered
+ARRIVED = 0.03  # [m] from a corner or the end at which the robot stands on it
 
 
 class Tube:
@@ -77,6 +80,7 @@ class Tube:
         self.is_withdrawn = False
         self.is_reverse = False
         self._arrival = (0.0, 0.0)  # direction in which the robot comes to the path's first point
+        self.is_at_rest = self._is_standing = False
         self.forget_requests()
 
     @property
@@ -166,7 +170,10 @@ class Tube:
             end = min(self.stop + self._wanted_points, len(self.points) - 1)
             self._note_request(tick, end)
         held, wanted, intent = self._blocks
-        drives_there = self.near == 0 or self.near >= self.stop or self.near in self.corners
+        if self.near >= self.stop:
+            drives_there = not self.is_at_rest
+        else:
+            drives_there = not self._is_standing and (self.near == 0 or self.near in self.corners)
         arrival = self._direction() if drives_there else (0.0, 0.0)
         sizes = tube_kernels.publish(
             self.points, (pose.x, pose.y), arrival, (self.near, self.stop, end),
@@ -192,6 +199,18 @@ class Tube:
             limit: Largest index.
         """
         self.near = tube_kernels.nearest_ahead(self.points, self.near, limit, pose.x, pose.y)
+
+    def note_rest(self, pose: Pose, is_standing: bool) -> None:
+        """Note whether the robot stands on its stop: then it stays, and announces its pose only.
+
+        Args:
+            pose: Of the robot, in map.
+            is_standing: Whether it has stopped.
+        """
+        self._is_standing = is_standing
+        x, y = self.stop_point
+        is_there = self.near >= self.stop and math.hypot(x - pose.x, y - pose.y) < ARRIVED
+        self.is_at_rest = is_standing and is_there
 
     def _direction(self) -> tuple[float, float]:
         """Return the direction, of any length, in which the robot comes to the nearest point."""

@@ -6,12 +6,14 @@ import pytest
 
 from tests.fakes.aisle import HOMES, Census, party
 
+CONTEST = 120.0  # [s] that the robots wait at least, all together
+
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_everybody_gets_through_a_gate_that_is_contested(seed: int) -> None:
     census = Census()
     result = party(seed, holding__region_density=0.2).run(census.watch())  # half the usual room
-    assert len(census.waited) > len(HOMES) / 2  # it was contested
+    assert 0.1 * sum(census.waited.values()) > CONTEST
     assert census.entered == set(range(len(HOMES)))
     assert result.is_flawless, result
     assert 0.1 * max(census.waited.values()) < 0.7 * 600.0

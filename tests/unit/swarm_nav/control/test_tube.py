@@ -142,6 +142,20 @@ def test_a_robot_that_still_drives_to_its_stop_holds_it_when_its_path_turns_ther
         tube.adopt(np.array(((0.25, 0.0), (0.2, 0.0), (0.15, 0.0))))
 
 
+def test_a_robot_that_stands_on_its_stop_stays_and_holds_its_place_only() -> None:
+    tube = tube_along_x()
+    tube.stop = 5
+    for x, is_there in ((0.23, True), (0.21, False)):
+        pose = Pose(x, 0.01, 0.0)
+        tube.near = 5
+        tube.note_rest(pose, is_standing=True)
+        assert tube.is_at_rest == is_there
+        held, _, _ = tube.publish(pose, 0)
+        assert np.allclose(held, ((x, 0.01), (0.25, 0.0))[: 2 - is_there])
+    tube.note_rest(Pose(0.23, 0.01, 0.0), is_standing=False)
+    assert not tube.is_at_rest
+
+
 def test_a_robot_does_not_hold_the_points_that_it_passes_by() -> None:
     tube = tube_along_x()
     tube.stop = 5
