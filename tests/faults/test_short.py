@@ -82,14 +82,14 @@ def test_a_run_that_was_stopped_as_a_whole_goes_on(start) -> None:
 def test_the_user_restarts_a_navigator(start) -> None:
     swarm = start(*FEW, *TO_THE_END)
     swarm.wait_until(lambda: swarm.sim_time() > 5.0)
+    refused = _commander(swarm, "Srobot9")
+    assert refused.returncode == 2
+    assert "no navigator of 'Srobot9'" in refused.stderr
     before = swarm.navigators()["Srobot3"]
     done = _commander(swarm, "Srobot3")
     assert done.returncode == 0, done.stderr
     assert "Srobot3 is active again" in done.stdout
     assert swarm.navigators()["Srobot3"] != before
-    refused = _commander(swarm, "Srobot9")
-    assert refused.returncode == 2
-    assert "no navigator of 'Srobot9'" in refused.stderr
     code = swarm.wait_for_end(300.0)
     assert code == 0, swarm.output
     assert swarm.report()["goals"]["reached"] == 6

@@ -92,9 +92,26 @@ def check(
     assert wall_distances(planner, dense(path)).min() > floor - ROUNDING
 
 
+rooms = given(boxes, inside, inside, st.lists(beside, max_size=3))
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("is_smooth", [False, True])
-@settings(max_examples=60, deadline=None)
-@given(boxes, inside, inside, st.lists(beside, max_size=3))
+@settings(max_examples=2000, deadline=None)
+@rooms
+def test_many_ways_keep_the_margin_of_the_nodes(
+    is_smooth: bool,
+    walls: list[tuple[float, float, float, float]],
+    start: tuple[float, float],
+    goal: tuple[float, float],
+    others: list[tuple[float, float]],
+) -> None:
+    check(walls, start, goal, others, is_smooth)
+
+
+@pytest.mark.parametrize("is_smooth", [False, True])
+@settings(max_examples=20, deadline=None)
+@rooms
 def test_a_way_keeps_the_margin_of_the_nodes(
     is_smooth: bool,
     walls: list[tuple[float, float, float, float]],
@@ -105,7 +122,7 @@ def test_a_way_keeps_the_margin_of_the_nodes(
     check(walls, start, goal, others, is_smooth)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     st.tuples(st.floats(1.5, 3.0), st.floats(1.5, 3.0), st.floats(0.1, 1.0), st.floats(0.1, 1.0)),
     st.tuples(st.floats(0.28, 0.4), st.floats(0.9 * math.pi, 1.6 * math.pi)),
