@@ -203,8 +203,7 @@ class Situation:
     @property
     def braking_way(self) -> float:
         """[m] that the robot needs to stop, a control period of delay included."""
-        speed = self.speed
-        return speed * CONTROL_PERIOD + speed * speed / (2.0 * self._acceleration)
+        return self._way_to_stop(self.speed)
 
     @property
     def speed(self) -> float:
@@ -215,6 +214,9 @@ class Situation:
     def _acceleration(self) -> float:
         limits = self.config.controller
         return min(limits.acc_lim_x, limits.acc_lim_y) if limits.acc_lim_y else limits.acc_lim_x
+
+    def _way_to_stop(self, speed: float) -> float:
+        return speed * CONTROL_PERIOD + speed * speed / (2.0 * self._acceleration)
 
     @property
     def brake_points(self) -> int:
@@ -247,13 +249,9 @@ class Situation:
         if self.is_standing:
             return
         wz, speed = self.twist.wz, max(self.speed, 0.02)
-        fastest = self.speed + self._acceleration * CONTROL_PERIOD
-        rest = fastest * CONTROL_PERIOD + fastest * fastest / (2.0 * self._acceleration)
-        x, y, yaw = (
-            self.pose.x,
-            self.pose.y,
-            self.pose.yaw + math.atan2(self.twist.vy, self.twist.vx),
-        )
+        rest = self._way_to_stop(self.speed + self._acceleration * CONTROL_PERIOD)
+        yaw = self.pose.yaw + math.atan2(self.twist.vy, self.twist.vx)
+        x, y = self.pose.x, self.pose.y
         line = [(x, y)]
         while rest > 0.0:
             step = min(rest, SPACING)
