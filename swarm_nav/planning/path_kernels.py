@@ -294,6 +294,9 @@ def drivable(
 def corners(points: Floats, angle: float) -> NDArray[np.int64]:
     """Find the sharp bends of a path. Of bends that overlap the sharpest counts.
 
+    Where the path turns back by more than a right angle is always a corner, also beside another
+    one: progress along a path is measured between corners, where it must not lead back.
+
     Args:
         points: (n, 2) [m].
         angle: [rad] by which the path must bend within two chords of `CHORD_POINTS` points.
@@ -305,19 +308,30 @@ def corners(points: Floats, angle: float) -> NDArray[np.int64]:
     count = 0
     sharpest = 0.0
     for k in range(1, points.shape[0] - 1):
-        arm = min(CHORD_POINTS, k, points.shape[0] - 1 - k)
-        ax = points[k, 0] - points[k - arm, 0]
-        ay = points[k, 1] - points[k - arm, 1]
-        bx = points[k + arm, 0] - points[k, 0]
-        by = points[k + arm, 1] - points[k, 1]
-        bend = abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
-        if bend <= angle:
-            continue
-        if count > 0 and k - found[count - 1] <= CHORD_POINTS:
-            if bend <= sharpest:
+        bend = _bend(points, k, 1)
+        turns_back = bend > 0.5 * math.pi
+        if turns_back:
+            bend = 2.0 * math.pi  # sharper than all that only bend
+        else:
+            bend = _bend(points, k, min(CHORD_POINTS, k, points.shape[0] - 1 - k))
+            if bend <= angle:
                 continue
-            count -= 1
+        if count > 0 and k - found[count - 1] <= CHORD_POINTS:
+            if bend < sharpest or (bend == sharpest and not turns_back):
+                continue
+            if bend > sharpest:
+                count -= 1
         found[count] = k
         sharpest = bend
         count += 1
     return found[:count].copy()
+
+
+@njit(cache=True)
+def _bend(points: Floats, k: int, arm: int) -> float:
+    """Angle [rad] between the chords of `arm` points before and after a point of a path."""
+    ax = points[k, 0] - points[k - arm, 0]
+    ay = points[k, 1] - points[k - arm, 1]
+    bx = points[k + arm, 0] - points[k, 0]
+    by = points[k + arm, 1] - points[k, 1]
+    return abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))

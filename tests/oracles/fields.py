@@ -79,17 +79,24 @@ def resample(points: FloatArray, spacing: float) -> FloatArray:
 
 
 def corners(points: FloatArray, angle: float) -> list[int]:
-    """Return where a path turns by more than `angle`; of turns within two points the sharpest."""
+    """Return where a path bends by more than `angle`; of bends within two points the sharpest.
+
+    All places where it turns back count, too.
+    """
     found: list[tuple[int, float]] = []
     for k in range(1, len(points) - 1):
-        arm = min(2, k, len(points) - 1 - k)
-        (ax, ay), (bx, by) = points[k] - points[k - arm], points[k + arm] - points[k]
-        bend = abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
+        turns_back = _bend(points, k, 1) > 0.5 * math.pi
+        bend = math.inf if turns_back else _bend(points, k, min(2, k, len(points) - 1 - k))
         if bend <= angle:
             continue
-        if found and k - found[-1][0] <= 2:
-            if bend > found[-1][1]:
-                found[-1] = (k, bend)
-        else:
+        is_beside = bool(found) and k - found[-1][0] <= 2
+        if is_beside and bend > found[-1][1]:
+            found[-1] = (k, bend)
+        elif not is_beside or turns_back:
             found.append((k, bend))
     return [k for k, _ in found]
+
+
+def _bend(points: FloatArray, k: int, arm: int) -> float:
+    (ax, ay), (bx, by) = points[k] - points[k - arm], points[k + arm] - points[k]
+    return abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))

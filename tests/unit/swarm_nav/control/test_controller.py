@@ -148,6 +148,18 @@ def test_a_sharp_bend_is_turned_where_it_is() -> None:
     assert math.dist(poses[-1, :2], legs[-1]) < 0.05
 
 
+@pytest.mark.parametrize("first", [1, 2, 3, 4])
+@pytest.mark.parametrize("back", [1, 2, 3])
+@pytest.mark.parametrize("is_reverse", [False, True])
+def test_a_hook_of_a_point_or_more_is_driven(first: int, back: int, is_reverse: bool) -> None:
+    along = [*range(first + 1), *range(first - 1, first - back - 1, -1)]
+    along += range(first - back + 1, first + 12)
+    path = np.column_stack((0.05 * np.array(along), np.linspace(0.0, 0.02, len(along))))
+    tube = tube_over(path * (-1.0, 1.0) if is_reverse else path, is_reverse)
+    poses = drive(tube, Unicycle(START), 400)
+    assert math.dist(poses[-1, :2], tube.points[-1]) < 0.05
+
+
 def test_a_reverse_path_is_driven_backwards() -> None:
     body = Unicycle(START)
     tube = tube_over(straight(0.6) * (-1.0, 1.0), is_reverse=True)

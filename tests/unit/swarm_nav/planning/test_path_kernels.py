@@ -134,6 +134,18 @@ def test_corners_equal_their_slow_twin(points: np.ndarray, angle: float) -> None
 
 
 @settings(max_examples=60, deadline=None)
+@given(polylines, st.sampled_from((0.2, 0.05)))
+def test_between_two_corners_no_step_of_a_path_leads_back(
+    points: np.ndarray, spacing: float
+) -> None:
+    path = resampled(points, spacing)
+    found = set(path_kernels.corners(path, 0.7).tolist())
+    steps = np.diff(path, axis=0)
+    turned_back = np.flatnonzero((steps[:-1] * steps[1:]).sum(axis=1) < -1e-12) + 1
+    assert set(turned_back.tolist()) <= found
+
+
+@settings(max_examples=60, deadline=None)
 @given(polylines)
 def test_the_ends_replace_what_is_near_them(points: np.ndarray) -> None:
     ends = np.array(((0.0, 0.0), (1.0, 1.0)))
