@@ -80,8 +80,7 @@ class Route:
             path = self._path_to(task, extra)
             if self._keeps(task, path, extra):
                 return
-            if self._turns_back(path):
-                s.release_ahead(s.brake_points if abs(s.twist.vx) > 0.05 else 0)
+            if s.release_for(path):
                 path = self._path_to(task, extra)
         except PlanError as error:
             task.is_planned = True
@@ -132,11 +131,3 @@ class Route:
             return False
         saved = s.planner.cost_of(rest, extra) - s.planner.cost_of(path, extra)
         return saved < KEEP_COST
-
-    def _turns_back(self, path: FloatArray) -> bool:
-        """Whether a plan from the stop point leads back along space that is still held."""
-        tube = self._s.tube
-        if tube.stop - tube.near <= self._s.brake_points or len(path) < 3:
-            return False
-        arriving = tube.points[tube.stop] - tube.points[tube.stop - 2]
-        return float(arriving @ (path[2] - path[0])) < 0.0

@@ -10,7 +10,7 @@ refuge steps back (PIBT's backtracking).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -178,7 +178,8 @@ class RightOfWay:
         self._next_search_tick = situation.tick + situation.retry_ticks
         way, reach = self._kept_free
         smooth = not self._was_barred
-        path = refuge_path(situation, way, reach + self._margin, self.inherited, smooth)
+        gap, rank = reach + self._margin, self.inherited
+        path = planned(situation, lambda: refuge_path(situation, way, gap, rank, smooth))
         self._is_at_refuge = path is not None and len(path) < 2
         if path is None:
             self._margin = REFUGE_MARGIN
@@ -202,9 +203,9 @@ class RightOfWay:
             return
         is_again = situation.blocked_by == self._retreated_from
         times = self._retreats + 1 if is_again else 1
-        path = retreat_path(situation, times * RETREAT_DISTANCE)
+        path = planned(situation, lambda: retreat_path(situation, times * RETREAT_DISTANCE))
         if path is None and is_again:
-            path = retreat_path(situation, RETREAT_DISTANCE)
+            path = planned(situation, lambda: retreat_path(situation, RETREAT_DISTANCE))
         if path is None:
             return
         self._retreats, self._retreated_from = times, situation.blocked_by
@@ -233,6 +234,17 @@ def clears_way(situation: Situation, row: int) -> bool:
     )
     reach = situation.reach(row) + REFUGE_MARGIN
     return bool(path_cost_kernels.clears(path, way, reach, SLACK, GAIN))
+
+
+def planned(situation: Situation, find: Callable[[], FloatArray | None]) -> FloatArray | None:
+    """Return a way from the stop point that does not lead back along space that is still held.
+
+    Args:
+        situation: Of the robot, which gives up such space.
+        find: Returns the way (n, 2) [m] in map from the present stop point, None if there is none.
+    """
+    path = find()
+    return find() if path is not None and situation.release_for(path) else path
 
 
 def is_in_room(situation: Situation) -> bool:

@@ -240,6 +240,25 @@ class Situation:
         """
         self.tube.release_beyond(last, self.pose, 0.0 if self.is_standing else self.braking_way)
 
+    def release_for(self, path: FloatArray) -> bool:
+        """Give up the held space that a plan from the stop point leads back along.
+
+        Args:
+            path: (n, 2) [m] in map, from the stop point.
+
+        Returns:
+            Whether there was such space; then the stop point is another one, to plan from anew.
+        """
+        tube = self.tube
+        if tube.stop - tube.near <= self.brake_points or len(path) < 3:
+            return False
+        arriving = tube.points[tube.stop] - tube.points[tube.stop - 2]
+        if float(arriving @ (path[2] - path[0])) >= 0.0:
+            return False
+        stop = tube.stop
+        self.release_ahead(self.brake_points if abs(self.twist.vx) > 0.05 else 0)
+        return tube.stop < stop
+
     def hold_place(self) -> None:
         """Drop path, claim and request; hold the place, and ahead of it what it takes to stop.
 

@@ -85,6 +85,17 @@ def test_a_robot_in_the_way_inherits_says_so_and_drives_to_a_refuge() -> None:
     assert np.hypot(*(refuge - (3.2, 4.0))) >= REACH + REFUGE_MARGIN - 1e-6
 
 
+@pytest.mark.parametrize("speed", [0.0, 0.26])
+def test_who_makes_way_gives_up_the_held_space_that_leads_the_other_way(speed: float) -> None:
+    s, right = situation(HALL, MIDDLE), RightOfWay()
+    s.tube.adopt(np.column_stack((np.arange(4.0, 3.0, -0.05), np.full(20, 4.0))))
+    s.tube.stop, s.twist = 10, Twist(speed)
+    hear(s, pushing(2.9, 4.0))
+    right.update(s)
+    assert right._is_diverted
+    assert s.tube.stop == (s.brake_points if speed else 0)
+
+
 def test_where_it_stands_in_the_way_is_no_refuge_though_the_nearest_node_is() -> None:
     """Crossing, seed 684: the node 3 cm away was free, the robot was not; both stood for 600 s."""
     s, right = situation(HALL, MIDDLE), RightOfWay()
