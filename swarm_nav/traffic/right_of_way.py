@@ -111,12 +111,30 @@ class RightOfWay:
         that it is not pushed any more, and comes again.
         """
         patience = situation.retry_ticks
+        if self._is_diverted and self._still_comes(situation):
+            self._last_pushed_tick = situation.tick
         if self._was_stuck and not is_in_room(situation):
             patience += situation.stuck_ticks
         if situation.tick - self._last_pushed_tick > patience:
             self._release(situation)
         elif self.is_stuck and situation.tick >= self._next_search_tick:
             self._search(situation)
+
+    def _still_comes(self, situation: Situation) -> bool:
+        """Whether the pusher is coming, and the way to the refuge is free: so drive on to it.
+
+        Going back to the own way in between would only be in its way again.
+        """
+        neighbors = situation.neighbors
+        row = neighbors.row(situation.yields_for)
+        if row is None or situation.tube.is_complete or situation.waited_ticks:
+            return False
+        if neighbors.immovable[row] or neighbors.priorities[row] <= self.inherited:
+            return False
+        if neighbors.heads["blocked_ticks"][row]:
+            return False
+        gaps = np.hypot(*(way_of(situation, row) - situation.stop_point).T)
+        return bool(gaps.min() < situation.reach(row))
 
     def _release(self, situation: Situation) -> None:
         self.inherited = 0

@@ -187,12 +187,36 @@ def run(s: Situation, right: RightOfWay, count: int, *others: np.void) -> bool:
 
 def test_a_robot_makes_way_until_nobody_has_pushed_it_for_the_retry_time() -> None:
     s, right = pushed()
-    free = pushing(3.2, 4.0, blocked_by=0, blocked_ticks=0)
+    away = pushing(3.2, 4.0, blocked_by=0, blocked_ticks=0, intent=[(3.2, 4.0), (3.1, 4.0)])
+    away["wanted_size"] = 0
     release = s.retry_ticks
-    assert run(s, right, release, free)
-    assert not run(s, right, 1, free)
+    assert run(s, right, release, away)
+    assert not run(s, right, 1, away)
     assert (s.yields_for, right.inherited, right.is_stuck) == (0, 0, False)
     assert s.tube.is_complete
+
+
+@pytest.mark.parametrize(
+    ("pusher", "own", "drives_on"),
+    [
+        ({}, {}, True),
+        ({"blocked_ticks": 5, "blocked_by": 3}, {}, False),
+        ({"priority": HIGH - 1}, {}, False),
+        ({}, {"blocked_ticks": 1}, False),
+        ({}, {"obstacle_ticks": 1}, False),
+    ],
+)
+def test_who_makes_way_drives_on_to_its_refuge_while_the_pusher_comes_and_the_way_is_free(
+    pusher: dict, own: dict, drives_on: bool
+) -> None:
+    """Else it turned back to its own way after a second, to be pushed again two ticks later."""
+    s, right = pushed()
+    for name, value in own.items():
+        setattr(s, name, value)
+    coming = pushing(3.2, 4.0, **({"blocked_by": 0, "blocked_ticks": 0} | pusher))
+    assert run(s, right, 3 * s.retry_ticks, coming) is drives_on
+    s.tube.stop = len(s.tube.points) - 1
+    assert not run(s, right, s.retry_ticks + 1, coming)
 
 
 def in_a_dead_end() -> tuple[Situation, RightOfWay]:
