@@ -101,7 +101,8 @@ class Tube:
         """
         self._arrival = self._direction()
         kept = self.points[self.near : self.stop + 1]
-        self.points = np.ascontiguousarray(np.vstack((kept, path[1:])))
+        rest = path_kernels.thinned(np.ascontiguousarray(path), ARRIVED)[1:]
+        self.points = np.ascontiguousarray(np.vstack((kept, rest)))
         self.stop -= self.near
         self.near = 0
         find = path_kernels.corners if self.slots is None else self.slots.corners

@@ -291,6 +291,32 @@ def drivable(
 
 
 @njit(cache=True)
+def thinned(points: Floats, gap: float) -> NDArray[np.float64]:
+    """Leave out points nearer than a gap to the one before them, but for the first and the last.
+
+    Points at equal distances along a polyline are that near only where it turns back.
+
+    Args:
+        points: (n, 2) [m].
+        gap: [m]
+
+    Returns:
+        (m, 2) [m].
+    """
+    out = np.empty_like(points)
+    count = 0
+    last = points.shape[0] - 1
+    for k in range(last + 1):
+        if 0 < k < last:
+            x, y = points[k, 0] - out[count - 1, 0], points[k, 1] - out[count - 1, 1]
+            if math.hypot(x, y) < gap:
+                continue
+        out[count] = points[k]
+        count += 1
+    return out[:count].copy()
+
+
+@njit(cache=True)
 def corners(points: Floats, angle: float) -> NDArray[np.int64]:
     """Find the sharp bends of a path. Of bends that overlap the sharpest counts.
 

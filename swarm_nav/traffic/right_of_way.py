@@ -92,6 +92,8 @@ class RightOfWay:
             situation: Of the robot.
         """
         tick = situation.tick
+        if situation.has_grown:
+            self.is_stuck = False
         row = self.pusher(situation)
         if row is not None:
             self._make_way(situation, row)
@@ -121,7 +123,7 @@ class RightOfWay:
             self._search(situation)
 
     def _still_comes(self, situation: Situation) -> bool:
-        """Whether the pusher is coming, and the way to the refuge is free: so drive on to it.
+        """Whether the pusher's way leads here, unblocked, and that to the refuge is free: drive on.
 
         Going back to the own way in between would only be in its way again.
         """
@@ -165,8 +167,6 @@ class RightOfWay:
             self._blocked_since = -1
             self._search(situation)
             return
-        if situation.has_grown:
-            self.is_stuck = False
         if situation.blocked_ticks == 0:
             self._blocked_since = -1
         elif self._blocked_since < 0:
@@ -255,10 +255,10 @@ def clears_way(situation: Situation, row: int) -> bool:
 
 
 def planned(situation: Situation, find: Callable[[], FloatArray | None]) -> FloatArray | None:
-    """Return a way from the stop point that does not lead back along space that is still held.
+    """Return a way from the stop point, after giving up held space that it would lead back along.
 
     Args:
-        situation: Of the robot, which gives up such space.
+        situation: Of the robot.
         find: Returns the way (n, 2) [m] in map from the present stop point, None if there is none.
     """
     path = find()

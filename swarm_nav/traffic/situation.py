@@ -241,7 +241,7 @@ class Situation:
         self.tube.release_beyond(last, self.pose, 0.0 if self.is_standing else self.braking_way)
 
     def release_for(self, path: FloatArray) -> bool:
-        """Give up the held space that a plan from the stop point leads back along.
+        """Give up held space that a plan from the stop point leads back along, and the old path.
 
         Args:
             path: (n, 2) [m] in map, from the stop point.
@@ -257,7 +257,10 @@ class Situation:
             return False
         stop = tube.stop
         self.release_ahead(self.brake_points if abs(self.twist.vx) > 0.05 else 0)
-        return tube.stop < stop
+        if tube.stop == stop:
+            return False
+        tube.cut()  # else it would ask for the same space again until it has another path
+        return True
 
     def hold_place(self) -> None:
         """Drop path, claim and request; hold the place, and ahead of it what it takes to stop.

@@ -160,6 +160,22 @@ def test_a_hook_of_a_point_or_more_is_driven(first: int, back: int, is_reverse: 
     assert math.dist(poses[-1, :2], tube.points[-1]) < 0.05
 
 
+@pytest.mark.parametrize(
+    "bend",
+    [
+        [(0.3, 0.0), (0.3, 0.0), (0.25, 0.0)],
+        [(0.3, 0.0), (0.301, -0.003), (0.251, -0.009)],
+        [(0.3, 0.0), (0.259, -0.001), (0.259, 0.002), (0.309, 0.008), (0.259, 0.01)],
+    ],
+)
+def test_a_turn_back_with_a_short_step_in_it_is_driven(bend: list[tuple[float, float]]) -> None:
+    there = [(0.05 * k, 0.0) for k in range(6)]
+    back = [(0.2 - 0.05 * k, 0.01) for k in range(12)]
+    tube = tube_over(np.array(there + bend + back))
+    poses = drive(tube, Unicycle(START), 400)
+    assert math.dist(poses[-1, :2], tube.points[-1]) < 0.05
+
+
 def test_a_reverse_path_is_driven_backwards() -> None:
     body = Unicycle(START)
     tube = tube_over(straight(0.6) * (-1.0, 1.0), is_reverse=True)

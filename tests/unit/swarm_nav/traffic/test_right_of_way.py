@@ -96,6 +96,24 @@ def test_who_makes_way_gives_up_the_held_space_that_leads_the_other_way(speed: f
     assert s.tube.stop == (s.brake_points if speed else 0)
 
 
+def test_who_gives_up_space_does_not_ask_for_it_again() -> None:
+    """Where the place that it stands on is its refuge, no other path replaces the old one."""
+    s = situation(HALL, MIDDLE)
+    s.tube.adopt(np.column_stack((np.arange(4.0, 3.0, -0.05), np.full(20, 4.0))))
+    s.tube.stop = 10
+    assert s.release_for(np.column_stack((np.arange(3.5, 4.5, 0.05), np.full(20, 4.0))))
+    assert s.tube.stop == 0
+    assert s.tube.is_complete
+    assert s.tube.span[1] == 0
+
+
+def test_who_gets_on_is_not_stuck_though_nobody_pushes_it_now() -> None:
+    s, right = pushed()
+    right.is_stuck = s.has_grown = True
+    run(s, right, 1, pushing(3.2, 4.0, blocked_by=0, blocked_ticks=0))
+    assert not right.is_stuck
+
+
 def test_where_it_stands_in_the_way_is_no_refuge_though_the_nearest_node_is() -> None:
     """Crossing, seed 684: the node 3 cm away was free, the robot was not; both stood for 600 s."""
     s, right = situation(HALL, MIDDLE), RightOfWay()
