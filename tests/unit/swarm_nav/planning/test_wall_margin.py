@@ -92,34 +92,20 @@ def check(
     assert wall_distances(planner, dense(path)).min() > floor - ROUNDING
 
 
-rooms = given(boxes, inside, inside, st.lists(beside, max_size=3))
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("is_smooth", [False, True])
-@settings(max_examples=2000, deadline=None)
-@rooms
-def test_many_ways_keep_the_margin_of_the_nodes(
-    is_smooth: bool,
-    walls: list[tuple[float, float, float, float]],
-    start: tuple[float, float],
-    goal: tuple[float, float],
-    others: list[tuple[float, float]],
-) -> None:
-    check(walls, start, goal, others, is_smooth)
+@pytest.mark.parametrize("count", [20, pytest.param(2000, marks=pytest.mark.long)])
+def test_a_way_keeps_the_margin_of_the_nodes(is_smooth: bool, count: int) -> None:
+    @settings(max_examples=count, deadline=None)
+    @given(boxes, inside, inside, st.lists(beside, max_size=3))
+    def keeps(
+        walls: list[tuple[float, float, float, float]],
+        start: tuple[float, float],
+        goal: tuple[float, float],
+        others: list[tuple[float, float]],
+    ) -> None:
+        check(walls, start, goal, others, is_smooth)
 
-
-@pytest.mark.parametrize("is_smooth", [False, True])
-@settings(max_examples=20, deadline=None)
-@rooms
-def test_a_way_keeps_the_margin_of_the_nodes(
-    is_smooth: bool,
-    walls: list[tuple[float, float, float, float]],
-    start: tuple[float, float],
-    goal: tuple[float, float],
-    others: list[tuple[float, float]],
-) -> None:
-    check(walls, start, goal, others, is_smooth)
+    keeps()
 
 
 @settings(max_examples=40, deadline=None)
