@@ -56,6 +56,9 @@ def half_width(clearance: FloatArray, step: float, out: FloatArray) -> None:
 def free_length(clearance: FloatArray, step: float, i: int, j: int, dy: float, dx: float) -> float:
     """Return the distance [m] from cell (i, j) to a wall in one direction; inf beyond `CLIMB`.
 
+    It ends with the clearance of the last free cell, so that walls between cells count as they
+    are, and all cells of a cross-section measure the same width.
+
     Args:
         clearance: (height, width) [m] from the nearest wall.
         step: [m] between two cells.
@@ -64,13 +67,15 @@ def free_length(clearance: FloatArray, step: float, i: int, j: int, dy: float, d
         dy: Direction, a unit vector with dx.
         dx: Direction.
     """
+    last_r, last_c = i, j
     for k in range(1, int(2.0 * CLIMB / step)):
         r = round(i + 0.5 * k * dy)
         c = round(j + 0.5 * k * dx)
         if r < 0 or c < 0 or r >= clearance.shape[0] or c >= clearance.shape[1]:
             break
         if clearance[r, c] < 0.5 * step:
-            return 0.5 * k * step
+            return math.hypot(last_r - i, last_c - j) * step + clearance[last_r, last_c]
+        last_r, last_c = r, c
     return np.inf
 
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose
+from swarm_nav.planning import search_kernels
 from swarm_nav.traffic import single_lane_kernels as kernels
-from swarm_nav.traffic.single_lanes import SingleLanes, single_lanes
+from swarm_nav.traffic.single_lanes import SingleLanes, rooms, single_lanes
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import beacon, hear, room, situation
 from tests.oracles import narrows as oracle
@@ -48,6 +51,21 @@ def test_half_the_width_of_a_corridor_is_found_anywhere_in_it() -> None:
     kernels.half_width(clearance, step, out)
     inside = clearance[:, 30] > 0.15
     assert np.allclose(out[inside, 30], half, atol=0.1)
+
+
+@settings(max_examples=60, deadline=None)
+@given(width=st.floats(1.0, 1.5), offset=st.floats(0.0, 0.1), is_upright=st.booleans())
+def test_all_of_an_aisle_is_a_single_lane_or_none_of_it(
+    width: float, offset: float, is_upright: bool
+) -> None:
+    """An aisle a little too narrow for two was a lane on one side and a room on the other."""
+    low = 3.0 + offset
+    walls = [(0.0, 0.0, 6.0, low), (0.0, low + width, 6.0, 6.0)]
+    boxes = [(y, x, v, u) for x, y, u, v in walls] if is_upright else walls
+    s = situation(room(6.0, 6.0, *boxes), Pose(3.0, 3.0 + width / 2, 0.0))
+    is_open = s.planner.lattice.base < search_kernels.WALL
+    is_wide = rooms(*s.passing)[is_open]
+    assert is_wide.all() or not is_wide.any()
 
 
 def test_a_door_is_a_single_lane_and_a_hall_has_none() -> None:
