@@ -100,7 +100,7 @@ class Planner:
         """
         start_node = self._start_node(start)
         given = goal
-        goal_node, goal = self._goal_node(goal)
+        goal_node, goal = self.goal_node(goal)
         sector = sector_of(yaw)
         to_go = self.terrain.cost_to_go(goal_node, sector)
         with self.terrain.approach(goal_node, sector):
@@ -131,7 +131,7 @@ class Planner:
         Raises:
             PlanError: With Nav2's code, if the goal is unusable.
         """
-        return self.terrain.cost_to_go(self._goal_node(goal)[0], sector_of(yaw))
+        return self.terrain.cost_to_go(self.goal_node(goal)[0], sector_of(yaw))
 
     def costs_in_order(self, goal: tuple[float, float]) -> NDArray[np.float32]:
         """Return the costs of driving to a goal from all nodes that reach it, in rising order.
@@ -145,7 +145,7 @@ class Planner:
         Raises:
             PlanError: With Nav2's code, if the goal is unusable.
         """
-        return self.terrain.costs_in_order(self._goal_node(goal)[0])
+        return self.terrain.costs_in_order(self.goal_node(goal)[0])
 
     def cost_of(self, path: FloatArray, extra: NDArray[np.float32]) -> float:
         """Return the cost [m] of driving along a path, including what other robots add.
@@ -291,8 +291,15 @@ class Planner:
         nodes = np.flatnonzero(np.isfinite(to_go))
         return bool((np.hypot(*(self.lattice.points_of(nodes) - start).T) > POCKET).any())
 
-    def _goal_node(self, goal: tuple[float, float]) -> tuple[int, tuple[float, float]]:
-        """Return the goal's node and the point to drive to."""
+    def goal_node(self, goal: tuple[float, float]) -> tuple[int, tuple[float, float]]:
+        """Return the goal's node, and the point to drive to if the robot has no room at the goal.
+
+        Args:
+            goal: (x, y) [m] in map.
+
+        Raises:
+            PlanError: If it is outside the map, or nothing within `planner.tolerance` has room.
+        """
         if not self.terrain.grid.contains(*goal):
             raise PlanError(
                 ErrorCode.GOAL_OUTSIDE_MAP,
