@@ -149,6 +149,7 @@ class Terrain:
 
     Attributes:
         field: Distances to mapped walls.
+        wall_clearance: [m] that smooth paths keep from walls where they can.
         most_goals: Number of goals to which the costs of driving are kept.
     """
 
@@ -171,6 +172,7 @@ class Terrain:
         """
         self.grid = grid
         self.radius = radius
+        self.wall_clearance = wall_clearance(costmap, radius)
         occupied = grid.cells == OCCUPIED
         if not planner.allow_unknown:
             occupied |= grid.cells == UNKNOWN

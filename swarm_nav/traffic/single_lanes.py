@@ -39,8 +39,9 @@ def rooms(terrain: Terrain, radius: float) -> Mask:
     lattice = terrain.lattice
     half = np.empty_like(lattice.clearance)
     single_lane_kernels.half_width(lattice.clearance, lattice.step, half)
-    # two rows of nodes that far apart fit in for sure
-    least = terrain.radius + NODE_MARGIN + radius + lattice.step / 2
+    # two rows of nodes that far apart fit in for sure, and two smooth paths
+    kept = max(terrain.radius + NODE_MARGIN + lattice.step / 2, terrain.wall_clearance)
+    least = kept + radius
     wide = np.asarray((lattice.base < search_kernels.WALL) & (half >= least), np.bool_)
     for part in parts(wide):
         places = single_lane_kernels.places(part, 2.0 * radius / lattice.step, FEWEST_PLACES)

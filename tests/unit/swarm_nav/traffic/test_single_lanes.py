@@ -9,10 +9,12 @@ from hypothesis import strategies as st
 
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose
+from swarm_common.robots.loading import load_robot
+from swarm_nav.core.config import NavConfig
 from swarm_nav.planning import search_kernels
 from swarm_nav.traffic import single_lane_kernels as kernels
 from swarm_nav.traffic.single_lanes import SingleLanes, rooms, single_lanes
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.situation import Situation, begin
 from tests.fakes.navigation import beacon, hear, room, situation
 from tests.oracles import narrows as oracle
 
@@ -66,6 +68,17 @@ def test_all_of_an_aisle_is_a_single_lane_or_none_of_it(
     is_open = s.planner.lattice.base < search_kernels.WALL
     is_wide = rooms(*s.passing)[is_open]
     assert is_wide.all() or not is_wide.any()
+
+
+@pytest.mark.parametrize(("width", "is_room"), [(0.85, False), (1.05, True)])
+def test_where_two_smooth_paths_do_not_fit_beside_each_other_is_a_single_lane(
+    width: float, is_room: bool
+) -> None:
+    """Paths keep 0.3 m from walls: in an aisle of 0.85 m all small robots drove in the middle."""
+    grid = room(6.0, 6.0, (0.0, 0.0, 6.0, 2.0), (0.0, 2.0 + width, 6.0, 6.0))
+    s = begin(NavConfig(), load_robot("turtlebot3_burger"), grid, 1, Pose(3.0, 2.4, 0.0))
+    is_open = s.planner.lattice.base < search_kernels.WALL
+    assert bool(rooms(*s.passing)[is_open].any()) is is_room
 
 
 def test_a_door_is_a_single_lane_and_a_hall_has_none() -> None:
