@@ -65,7 +65,7 @@ def _check_apart(poses: Sequence[Pose], specs: Sequence[RobotSpec]) -> None:
             other, (x, y) = int(np.argmin(gaps)), points[index].tolist()
             raise WorldError(
                 f"robots {other + 1} and {index + 1} would both start at ({x:.2f}, {y:.2f}): "
-                "the start areas of their groups overlap"
+                "their start areas overlap"
             )
 
 
@@ -93,7 +93,9 @@ def spawn_poses(scene: Scene, spec: RobotSpec, count: int, spawn: Start = "") ->
         _in_area(area, section, scene, spec, len(range(index, count, len(areas))))
         for index, area in enumerate(areas)
     ]
-    return [shares[number % len(areas)][number // len(areas)] for number in range(count)]
+    poses = [shares[number % len(areas)][number // len(areas)] for number in range(count)]
+    _check_apart(poses, [spec] * count)
+    return poses
 
 
 def _in_area(
@@ -113,12 +115,12 @@ def _in_area(
     raise WorldError(
         f"the spawn area of world '{scene.name}', ({area.x_min:g}, {area.y_min:g}) to "
         f"({area.x_max:g}, {area.y_max:g}), has room for {most} robots of model {spec.model}; "
-        f"{count} are asked for{_in_the_way(area, section, spec)}"
+        f"{count} are asked for{_in_the_way(area, section, scene.sites, spec)}"
     )
 
 
-def _in_the_way(area: SpawnArea, section: Section, spec: RobotSpec) -> str:
-    """Return a remark on the bodies that take most of an area; empty if there are none."""
+def _in_the_way(area: SpawnArea, section: Section, sites: Sites, spec: RobotSpec) -> str:
+    """Return a remark on what takes most of an area; empty if nothing does."""
     points = _points(area, _min_pitch(spec))
     need = spec.circumscribed_radius + WALL_GAP
     taken: Counter[str] = Counter()
@@ -128,8 +130,13 @@ def _in_the_way(area: SpawnArea, section: Section, spec: RobotSpec) -> str:
             section.discs[[n == name for n in section.names[len(section.polygons) :]]],
             (),
         )
-        taken[name] = int((wall_distance(points, own) <= need).sum())
-    worst = [f"'{name}' ({count} of {len(points)} places)"
+        taken[f"'{name}'"] = int((wall_distance(points, own) <= need).sum())
+    near = int((~_site_clearance(points, sites)).sum())
+    taken[
+        f"stations, from which starts keep {STATION_CLEARANCE:g} m, and circuits"
+        f" ({CIRCUIT_CLEARANCE:g} m)"
+    ] = near
+    worst = [f"{name} ({count} of {len(points)} places)"
              for name, count in taken.most_common(NAMED) if count]  # fmt: skip
     return f"; in the way: {', '.join(worst)}" if worst else ""
 

@@ -13,7 +13,8 @@ import pytest
 from swarm_common.files.map_io import save_map
 from swarm_common.model.errors import MapError, UnknownNameError, WorldError
 from swarm_common.model.grid import FREE
-from swarm_common.model.sites import Sites, SpawnCircle
+from swarm_common.model.records import Pose
+from swarm_common.model.sites import Sites, SpawnArea, SpawnAreas, SpawnCircle
 from swarm_common.robots.loading import load_robot
 from swarm_sim.maps.draw_map import draw_world
 from swarm_sim.maps.spawn import CIRCUIT_CLEARANCE, STATION_CLEARANCE, spawn_poses, wall_distance
@@ -134,6 +135,26 @@ def test_robots_are_dealt_to_several_areas_in_turn(count: int) -> None:
     poses = spawn_poses(load_world("corridor"), WAFFLE, count, "both_rooms")
     assert len(set(poses)) == count
     assert all((pose.x > 0.0) == bool(index % 2) for index, pose in enumerate(poses))
+
+
+def test_start_areas_that_overlap_are_refused() -> None:
+    """Four robots started 0.2 m apart, and three collided in the first tick."""
+    areas = tuple(SpawnArea(x, 0.0, x, 0.0, 1.0) for x in (0.0, 0.2))
+    field = replace(SLIM, sites=Sites(spawn=SpawnAreas(areas)), bodies=())
+    with pytest.raises(
+        WorldError, match=r"robots 1 and 2 .* at \(0\.20, 0\.00\): their start areas"
+    ):
+        spawn_poses(field, WAFFLE, 2)
+    assert len(spawn_poses(field, WAFFLE, 1)) == 1
+
+
+def test_a_start_near_a_station_is_refused_with_the_reason() -> None:
+    sites = Sites(stations={"a": Pose(1.0, 0.0, 0.0)}, spawn=SpawnArea(0.5, 0.0, 0.5, 0.0, 1.0))
+    field = replace(SLIM, sites=sites, bodies=())
+    with pytest.raises(
+        WorldError, match=r"stations, from which starts keep 1\.2 m, .*1 of 1 places"
+    ):
+        spawn_poses(field, WAFFLE, 1)
 
 
 @pytest.mark.parametrize("count", [1, 8, 40])
