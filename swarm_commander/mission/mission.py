@@ -13,7 +13,7 @@ from swarm_common.files.resources import names_to_propose, share_directory
 from swarm_common.files.yaml_io import check_keys, number, pose_numbers, read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, Pose
-from swarm_common.model.sites import Sites
+from swarm_common.model.sites import Sites, area_count
 
 USUAL = "loading_route"  # mission of a robot that got none
 
@@ -56,10 +56,15 @@ class Mission:
 
         Raises:
             UnknownNameError: For the first that it lacks.
-            ConfigError: If it has no places for robots that are to roam.
+            ConfigError: If it has no places for a leg `roam`, or no areas for `swap: other_area`.
         """
-        sites.spawn_named(self.spawn)
+        areas = area_count(sites.spawn_named(self.spawn))
         for leg in self.route:
+            if leg.swap == "other_area" and areas < 2:
+                raise ConfigError(
+                    f"a 'swap: other_area' leg needs a spawn of several areas, which {where} does"
+                    " not have; 'swap: opposite' needs none"
+                )
             if (leg.roam or leg.own_place) and not sites.places:
                 kind = "roam" if leg.roam else "own_place"
                 raise ConfigError(f"a '{kind}' leg needs 'places', which {where} does not have")

@@ -215,6 +215,8 @@ def test_a_mission_names_what_the_world_lacks(tmp_path: Path) -> None:
         own_mission(tmp_path, "spawn: rooms\nroute:\n  - home: true").check_stations(Sites(), "w")
     with pytest.raises(ConfigError, match="needs 'places', which w does not have"):
         own_mission(tmp_path, "route:\n  - roam: 2").check_stations(Sites(), "w")
+    with pytest.raises(ConfigError, match="needs a spawn of several areas, which w does not have"):
+        own_mission(tmp_path, "route:\n  - swap: other_area").check_stations(Sites(), "w")
 
 
 def test_a_robot_without_a_mission_goes_to_what_its_world_has(hall: Sites) -> None:
