@@ -58,7 +58,8 @@ def blind_aisle(
         The largest such floor, 0.0 if there is none.
     """
     lattice = terrain.lattice
-    reach = math.ceil(farthest / lattice.step) + 1
+    beyond = math.sqrt(within[0])  # where a mouth leads on, so much can be seen
+    reach = math.ceil((farthest + beyond) / lattice.step) + 1
     row, column = divmod(node, lattice.base.shape[1])
     first = max(0, row - reach), max(0, column - reach)
     box = slice(first[0], row + reach + 1), slice(first[1], column + reach + 1)

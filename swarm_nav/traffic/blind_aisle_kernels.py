@@ -19,7 +19,8 @@ def blind_floor(
     """Return the floor [m²] of the largest blind aisle around a station, 0.0 if there is none.
 
     A blind aisle is the floor within some distance of the station if all its cells from which the
-    floor goes on lie in a square of `widest`.
+    floor goes on lie in a square of `widest`, and `least` or more lies beyond them: the last corner
+    of a closed room leads nowhere.
 
     Args:
         distances: (h, w) [m] by the way from each lattice cell to the station; inf without one.
@@ -30,6 +31,7 @@ def blind_floor(
     """
     least, most = within
     height, width = distances.shape
+    all_cells = np.isfinite(distances).sum()
     found = 0.0
     for number in range(1, int(farthest / step) + 1):
         mouth = number * step
@@ -47,7 +49,8 @@ def blind_floor(
                     top, bottom = min(top, r), max(bottom, r)
                     left, right = min(left, c), max(right, c)
         floor = cells * step * step
-        if floor >= most or bottom < 0:
+        beyond = (all_cells - cells) * step * step
+        if floor >= most or beyond < least:
             break
         if floor >= least and step * max(bottom - top, right - left) < widest:
             found = floor

@@ -226,6 +226,19 @@ def test_the_stations_of_a_blind_aisle_share_its_room(
     assert in_aisle(grid, deep, here[1])[1].is_turn(s.config.holding)
 
 
+def test_a_small_closed_room_is_no_blind_aisle() -> None:
+    """Its last corner counted as a mouth: one robot at a time drove, and the others parked."""
+    closet = room(3.0, 1.65)  # 8 robots started in it
+    s = situation(closet, Pose(2.4, 0.5, 0.0), robot_id=5)
+    s.stations = ((0.55, 0.55), (1.9, 1.1))
+    hear(s, waiting(2, 50, s.stations[1]))
+    lease = Lease()
+    lease.aim(s.stations[0])
+    lease.update(s)
+    assert not lease.is_shared
+    assert lease.place == 0
+
+
 def test_a_blind_aisle_is_given_back_once_the_robot_is_out() -> None:
     s, lease = in_aisle(BLIND, 0.6)
     lease.aim((9.0, 2.0))
