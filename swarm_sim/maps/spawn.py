@@ -52,11 +52,11 @@ def deal_places(
         for index, pose in zip(members, spawn_poses(scene, spec, len(members), start), strict=True):
             poses[index] = pose
     placed = [pose for pose in poses if pose is not None]
-    _check_apart(placed, specs)
+    _check_apart(placed, specs, scene.name)
     return placed
 
 
-def _check_apart(poses: Sequence[Pose], specs: Sequence[RobotSpec]) -> None:
+def _check_apart(poses: Sequence[Pose], specs: Sequence[RobotSpec], world: str) -> None:
     points = np.array([(pose.x, pose.y) for pose in poses])
     radii = np.array([spec.circumscribed_radius for spec in specs])
     for index in range(1, len(poses)):
@@ -64,8 +64,8 @@ def _check_apart(poses: Sequence[Pose], specs: Sequence[RobotSpec]) -> None:
         if gaps.min() < 0.0:
             other, (x, y) = int(np.argmin(gaps)), points[index].tolist()
             raise WorldError(
-                f"robots {other + 1} and {index + 1} would both start at ({x:.2f}, {y:.2f}): "
-                "their start areas overlap"
+                f"robots {other + 1} and {index + 1} would overlap at their start in world"
+                f" '{world}', at ({x:.2f}, {y:.2f}): give their start areas more room"
             )
 
 
@@ -94,7 +94,7 @@ def spawn_poses(scene: Scene, spec: RobotSpec, count: int, spawn: Start = "") ->
         for index, area in enumerate(areas)
     ]
     poses = [shares[number % len(areas)][number // len(areas)] for number in range(count)]
-    _check_apart(poses, [spec] * count)
+    _check_apart(poses, [spec] * count, scene.name)
     return poses
 
 

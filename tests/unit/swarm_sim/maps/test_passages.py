@@ -67,7 +67,7 @@ def test_a_group_that_does_not_fit_is_told_how_many_do() -> None:
 def test_groups_in_each_others_way_are_refused() -> None:
     scene = load_world("slim_blockage")
     areas = [SpawnArea(4.5, 2.0, 8.5, 4.0), SpawnArea(4.6, 2.0, 8.5, 4.0)]
-    with pytest.raises(WorldError, match=r"robots 1 and 2 would both start at \(4\.60, 2\.00\)"):
+    with pytest.raises(WorldError, match=r"robots 1 and 2 would overlap .*, at \(4\.60, 2\.00\)"):
         deal_places(scene, [BURGER] * 2, areas, BURGER)
 
 

@@ -142,7 +142,7 @@ def test_start_areas_that_overlap_are_refused() -> None:
     areas = tuple(SpawnArea(x, 0.0, x, 0.0, 1.0) for x in (0.0, 0.2))
     field = replace(SLIM, sites=Sites(spawn=SpawnAreas(areas)), bodies=())
     with pytest.raises(
-        WorldError, match=r"robots 1 and 2 .* at \(0\.20, 0\.00\): their start areas"
+        WorldError, match=r"robots 1 and 2 .* at \(0\.20, 0\.00\): give their start"
     ):
         spawn_poses(field, WAFFLE, 2)
     assert len(spawn_poses(field, WAFFLE, 1)) == 1
