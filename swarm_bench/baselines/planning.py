@@ -38,7 +38,7 @@ def plain_planner(grid: Grid, config: NavConfig, radius: float) -> Planner:
     terrain = _terrain(
         grid.cells.tobytes(), grid.resolution, origin, config.planner, config.costmap, radius
     )
-    return Planner(terrain, config.planner, config.costmap)
+    return Planner(terrain, config.planner)
 
 
 @functools.lru_cache(maxsize=4)

@@ -25,7 +25,7 @@ from swarm_common.robots.loading import load_robot, load_robot_model
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.traffic.conditions import Conditions, conditions
 from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
-from swarm_sim.maps.spawn import spawn_poses
+from swarm_sim.maps.spawn import deal_places
 from swarm_sim.maps.world_check import checked
 from swarm_sim.scene.actors import Actors, WalkerSpec, load_actors
 from swarm_sim.scene.scene import Scene
@@ -339,7 +339,7 @@ def _models(scenario: Scenario, options: RunOptions) -> dict[str, RobotModel] | 
 
 @functools.lru_cache(maxsize=8)
 def _spawn(world: str, widest: RobotSpec, count: int, spawn: str) -> tuple[Pose, ...]:
-    return tuple(spawn_poses(_scene(world), widest, count, spawn))
+    return tuple(deal_places(_scene(world), [widest] * count, [spawn] * count, widest))
 
 
 @functools.lru_cache(maxsize=4)

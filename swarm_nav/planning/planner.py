@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from swarm_common.model.errors import ON_THIS_MAP
 from swarm_common.model.records import FloatArray, Pose
-from swarm_nav.core.config import CostmapConfig, PlannerConfig
+from swarm_nav.core.config import PlannerConfig
 from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.planning import path_cost_kernels, path_kernels, search_kernels
 from swarm_nav.planning.oblong import RUN_IN, Slots
-from swarm_nav.planning.terrain import NODE_MARGIN, Terrain, sector_of, wall_clearance
+from swarm_nav.planning.terrain import NODE_MARGIN, Terrain, sector_of
 
 SPACING = 0.05  # [m] between the points of a path
 POCKET = 1.0  # [m] from the robot that a recovery may take it at most
@@ -31,20 +31,17 @@ class Planner:
         expansions: Nodes that the last search looked at.
     """
 
-    def __init__(self, terrain: Terrain, planner: PlannerConfig, costmap: CostmapConfig) -> None:
+    def __init__(self, terrain: Terrain, planner: PlannerConfig) -> None:
         """Plan with the walls of a terrain and the given parameters.
 
         Args:
             terrain: Of the map, for this size of robot.
             planner: `planner.` parameters.
-            costmap: `costmap.` parameters, of which the clearance from walls counts.
         """
         self.terrain = terrain
         self.lattice = terrain.lattice
         self._config = planner
-        self._smooth_walls = path_kernels.WallClearance(
-            terrain.field, wall_clearance(costmap, terrain.radius)
-        )
+        self._smooth_walls = path_kernels.WallClearance(terrain.field, terrain.wall_clearance)
         self._plain_walls = path_kernels.WallClearance(terrain.field, terrain.radius + NODE_MARGIN)
         slots = terrain.lattice.slots
         self._anywhere = np.ones(terrain.lattice.base.shape, np.uint8)

@@ -131,14 +131,19 @@ class Lattice:
         )
 
 
-@functools.lru_cache(maxsize=4)
 def as_large_as(terrain: Terrain, radius: float) -> Terrain:
-    """Return a terrain with the lattice of another, but with another radius; results are kept.
+    """Return a terrain with the lattice of another, but with a larger radius; results are kept.
 
     Args:
-        terrain: For the robot's own size.
-        radius: [m] circumscribed radius of a larger robot.
+        terrain: For the robot's own size; it is returned itself if the other robot is no larger.
+        radius: [m] circumscribed radius of the other robot.
     """
+    is_larger = round(radius - terrain.radius, 3) > 0.0  # in mm: beacons are of single precision
+    return _enlarged(terrain, radius) if is_larger else terrain
+
+
+@functools.lru_cache(maxsize=4)
+def _enlarged(terrain: Terrain, radius: float) -> Terrain:
     other = copy.copy(terrain)
     other.radius = radius
     return other

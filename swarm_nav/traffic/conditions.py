@@ -14,7 +14,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import RobotSpec
@@ -30,7 +29,7 @@ from swarm_nav.traffic.situation import terrain_of
 
 Point = tuple[float, float]
 MOST_NAMED = 6  # findings that are told one by one
-SPARE = 4  # places for each robot: one that stands between four places takes them all
+PLACES_PER_ROBOT = 4  # one that stands between four places takes them all
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +48,8 @@ class Conditions:
     def __str__(self) -> str:
         if self.is_guaranteed:
             asked = "the robot has" if self.robots == 1 else f"all {self.robots} robots have"
-            return f"{asked} room to reach every known goal (room for {self.places // SPARE})"
+            room = self.places // PLACES_PER_ROBOT
+            return f"{asked} room to reach every known goal (there is room for {room})"
         named = self.findings[:MOST_NAMED]
         more = len(self.findings) - len(named)
         rest = f"; and {more} more" if more else ""
@@ -75,72 +75,69 @@ def conditions(
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones.
     """
-    sites = _Sites(robots, grid)
-    stands = [[sites.stand(k, goal) for goal in each] for k, each in enumerate(goals)]
-    findings = sites.findings(starts, goals, stands)
+    own = {robot: _OwnFloor(*robot, grid) for robot in dict.fromkeys(robots)}
+    floors = [own[robot] for robot in robots]
+    stands = [
+        [floor.stand(goal) for goal in each] for floor, each in zip(floors, goals, strict=True)
+    ]
+    largest = max(robots, key=lambda robot: robot[0].circumscribed_radius)
+    smallest = min(robots, key=lambda robot: robot[0].circumscribed_radius)
+    terrain = as_large_as(own[smallest].terrain, largest[0].circumscribed_radius)
+    radius = largest[0].circumscribed_radius + largest[1].traffic.safety_margin
+    shared = _Floor(terrain, own[largest].terrain, radius)
     known = [[point for point in each if point is not None] for each in stands]
-    bodies = [spec.circumscribed_radius for spec, _ in robots]
-    largest, smallest = int(np.argmax(bodies)), int(np.argmin(bodies))
-    terrain, standing = sites.terrains[smallest], sites.terrains[largest]
-    if round(bodies[largest] - bodies[smallest], 3) > 0.0:  # as robots tell it by their beacons
-        terrain = as_large_as(terrain, bodies[largest])
-    radius = bodies[largest] + robots[largest][1].traffic.safety_margin
-    return _Floor(terrain, standing, radius).check(starts, known, findings)
+    places, findings = shared.check(starts, known)
+    missed = _missed(floors, starts, goals, stands)
+    return Conditions(len(goals), places, (*missed, *findings))
 
 
-class _Sites:
-    """Where robots can stand, and to where they can drive, each on the floor for its own size."""
+class _OwnFloor:
+    """Where a robot of one kind can stand, and between which places it can drive."""
 
-    def __init__(self, robots: Sequence[tuple[RobotSpec, NavConfig]], grid: Grid) -> None:
-        self.terrains = [terrain_of(config, spec, grid) for spec, config in robots]
-        self._tolerances = [config.planner.tolerance for _, config in robots]
-        self._planners = {
-            (terrain, config.planner.tolerance): Planner(terrain, config.planner, config.costmap)
-            for terrain, (_, config) in zip(self.terrains, robots, strict=True)
-        }
-        self._stands: dict[tuple[Planner, Point], Point | None] = {}
-        self._labels: dict[Terrain, NDArray[np.int16]] = {}
+    def __init__(self, spec: RobotSpec, config: NavConfig, grid: Grid) -> None:
+        self.terrain = terrain_of(config, spec, grid)
+        self._planner = Planner(self.terrain, config.planner)
+        is_open = self.terrain.lattice.base < search_kernels.WALL
+        self._labels = np.zeros(is_open.shape, np.int16)
+        single_lane_kernels.label(is_open, self._labels)
+        self._stands: dict[Point, Point | None] = {}
 
-    def stand(self, robot: int, goal: Point) -> Point | None:
+    def stand(self, goal: Point) -> Point | None:
         """Return where a robot stands that is sent to a goal; None if it has no room there."""
-        planner = self._planners[self.terrains[robot], self._tolerances[robot]]
-        key = planner, goal
-        if key not in self._stands:
+        if goal not in self._stands:
             try:
-                self._stands[key] = planner.goal_node(goal)[1]
+                self._stands[goal] = self._planner.goal_node(goal)[1]
             except PlanError:
-                self._stands[key] = None
-        return self._stands[key]
+                self._stands[goal] = None
+        return self._stands[goal]
 
-    def findings(
-        self,
-        starts: Sequence[Point],
-        goals: Sequence[Sequence[Point]],
-        stands: Sequence[Sequence[Point | None]],
-    ) -> list[str]:
-        """Return a sentence on goals without room, and one on goals to which no way leads."""
-        occupied: dict[Point, None] = {}
-        cut_off: dict[Point, None] = {}
-        for robot, (start, points, places) in enumerate(zip(starts, goals, stands, strict=True)):
-            from_here = self._part(robot, start)
-            for goal, place in zip(points, places, strict=True):
-                if place is None:
-                    occupied[goal] = None
-                elif from_here and self._part(robot, place) != from_here:
-                    cut_off[goal] = None
-        told = (("no room for the robot at", occupied), ("no way to", cut_off))
-        return [_on_goals(what, list(found)) for what, found in told if found]
-
-    def _part(self, robot: int, point: Point) -> int:
+    def part(self, point: Point) -> int:
         """Return the number of the connected floor around a point, 0 for none."""
-        terrain = self.terrains[robot]
-        if terrain not in self._labels:
-            is_open = terrain.lattice.base < search_kernels.WALL
-            labels = np.zeros(is_open.shape, np.int16)
-            single_lane_kernels.label(is_open, labels)
-            self._labels[terrain] = labels
-        node = terrain.lattice.node_of(*point)
-        return 0 if node is None else int(self._labels[terrain].ravel()[node])
+        node = self.terrain.lattice.node_of(*point)
+        return 0 if node is None else int(self._labels.ravel()[node])
+
+
+def _missed(
+    floors: Sequence[_OwnFloor],
+    starts: Sequence[Point],
+    goals: Sequence[Sequence[Point]],
+    stands: Sequence[Sequence[Point | None]],
+) -> Iterator[str]:
+    """Yield a sentence on goals without room, and one on goals to which no way leads."""
+    occupied: dict[Point, None] = {}  # in the order of the robots
+    cut_off: dict[Point, None] = {}
+    for floor, start, points, places in zip(floors, starts, goals, stands, strict=True):
+        from_here = floor.part(start)
+        for goal, place in zip(points, places, strict=True):
+            if place is None:
+                occupied[goal] = None
+            elif from_here and floor.part(place) != from_here:
+                cut_off[goal] = None
+    for what, found in (("no room for the robot at", occupied), ("no way to", cut_off)):
+        if found:
+            (x, y), *others = found
+            more = f" and {len(others)} more" if others else ""
+            yield f"{what} the goal ({x:.2f}, {y:.2f}){more}"
 
 
 class _Floor:
@@ -156,21 +153,24 @@ class _Floor:
         self._standing: Mask = self._wide & (standing.lattice.base < search_kernels.WALL)
 
     def check(
-        self, starts: Sequence[Point], goals: Sequence[Sequence[Point]], findings: Sequence[str]
-    ) -> Conditions:
+        self, starts: Sequence[Point], goals: Sequence[Sequence[Point]]
+    ) -> tuple[int, list[str]]:
+        """Return the number of places, and a sentence for each condition that does not hold."""
         nodes = [self._nodes(each) for each in goals]
         stays = [[*self._nodes([start]), *each] for start, each in zip(starts, nodes, strict=True)]
         used = [(part, count) for part in parts(self._open) if (count := _visitors(part, stays))]
         places = [self._places(part & self._standing) for part, _ in used]
-        found = list(findings)
+        findings: list[str] = []
         for (part, count), room in zip(used, places, strict=True):
-            if 0 < room < SPARE * count:
+            if 0 < room < PLACES_PER_ROBOT * count:
                 here = f" on the floor around {self._spot(part)}" if len(used) > 1 else ""
-                found.append(f"room for {_robots(room // SPARE)}{here}; {count} asked for")
+                findings.append(
+                    f"room for {_robots(room // PLACES_PER_ROBOT)}{here}; {count} asked for"
+                )
         for number, lane in enumerate(parts(self._lanes), 1):
             room = capacity(self._terrain, self._radius, number)
-            found += self._check_lane(lane, room, nodes)
-        return Conditions(len(goals), sum(places), tuple(found))
+            findings += self._check_lane(lane, room, nodes)
+        return sum(places), findings
 
     def _nodes(self, points: Sequence[Point]) -> list[int]:
         """Return the nodes of those points that are on open floor."""
@@ -200,12 +200,10 @@ class _Floor:
         for side in sides:
             if not _visitors(side, nodes):
                 continue
-            places = self._places(side & self._standing, SPARE * robots)
-            if places < SPARE * robots:
-                yield (
-                    f"room for {_robots(places // SPARE)} beyond the single lane around {here};"
-                    f" {robots} asked for"
-                )
+            places = self._places(side & self._standing, PLACES_PER_ROBOT * robots)
+            if places < PLACES_PER_ROBOT * robots:
+                fit = _robots(places // PLACES_PER_ROBOT)
+                yield f"room for {fit} beyond the single lane around {here}; {robots} asked for"
 
     def _places(self, part: Mask, most: int = 1_000_000) -> int:
         return int(single_lane_kernels.places(part, self._gap, most))
@@ -221,13 +219,6 @@ def _visitors(part: Mask, nodes: Sequence[Sequence[int]]) -> int:
     """Return how many robots have a goal in a part of the floor."""
     flat = part.ravel()
     return sum(any(flat[node] for node in each) for each in nodes)
-
-
-def _on_goals(what: str, goals: Sequence[Point]) -> str:
-    """Return a sentence on goals, of which the first is named."""
-    x, y = goals[0]
-    more = f" and {len(goals) - 1} more" if len(goals) > 1 else ""
-    return f"{what} the goal ({x:.2f}, {y:.2f}){more}"
 
 
 def _robots(count: int) -> str:

@@ -98,7 +98,7 @@ class Situation:
             grid, config.planner, config.costmap, self.body_radius, self.oblong
         )
         self.tube.slots = self.terrain.lattice.slots
-        self.planner = Planner(self.terrain, config.planner, config.costmap)
+        self.planner = Planner(self.terrain, config.planner)
         self.tube.cut()
         self.note_bodies()
 
@@ -182,10 +182,8 @@ class Situation:
         Where robots of one swarm do not agree, small ones wait in a queue on what large ones take
         for a single lane.
         """
-        terrain, radius, body = self.terrain, self.usual_radius, self.neighbors.largest_body
-        if round(body - self.body_radius, 3) > 0.0:  # in mm: beacons are of single precision
-            terrain, radius = as_large_as(terrain, body), body + self.config.traffic.safety_margin
-        self.passing = terrain, radius
+        terrain = as_large_as(self.terrain, self.neighbors.largest_body)
+        self.passing = terrain, terrain.radius + self.config.traffic.safety_margin
 
     @property
     def usual_radius(self) -> float:
@@ -384,7 +382,7 @@ def begin(
         radius=body + traffic.safety_margin,
         passing=(terrain, body + traffic.safety_margin),
         terrain=terrain,
-        planner=Planner(terrain, config.planner, config.costmap),
+        planner=Planner(terrain, config.planner),
         neighbors=NeighborTable(robot_id, traffic),
         obstacles=ObstacleLayer(config.costmap, spec.lidar, spec.footprint),
         tube=tube,

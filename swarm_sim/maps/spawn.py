@@ -93,9 +93,7 @@ def spawn_poses(scene: Scene, spec: RobotSpec, count: int, spawn: Start = "") ->
         _in_area(area, section, scene, spec, len(range(index, count, len(areas))))
         for index, area in enumerate(areas)
     ]
-    poses = [shares[number % len(areas)][number // len(areas)] for number in range(count)]
-    _check_apart(poses, [spec] * count, scene.name)
-    return poses
+    return [shares[number % len(areas)][number // len(areas)] for number in range(count)]
 
 
 def _in_area(
@@ -131,11 +129,8 @@ def _in_the_way(area: SpawnArea, section: Section, sites: Sites, spec: RobotSpec
             (),
         )
         taken[f"'{name}'"] = int((wall_distance(points, own) <= need).sum())
-    near = int((~_site_clearance(points, sites)).sum())
-    taken[
-        f"stations, from which starts keep {STATION_CLEARANCE:g} m, and circuits"
-        f" ({CIRCUIT_CLEARANCE:g} m)"
-    ] = near
+    kept = f"starts keep {STATION_CLEARANCE:g} m, or circuits, {CIRCUIT_CLEARANCE:g} m"
+    taken[f"stations, from which {kept}"] = int((~_site_clearance(points, sites)).sum())
     worst = [f"{name} ({count} of {len(points)} places)"
              for name, count in taken.most_common(NAMED) if count]  # fmt: skip
     return f"; in the way: {', '.join(worst)}" if worst else ""

@@ -38,7 +38,7 @@ def test_every_goal_can_be_reached_and_is_not_a_dead_robots_place(seed: int) -> 
     fallen = hall.homes[len(alive) :]
     assert len(fallen) == (1 if trouble == "dead" else 0)
     config = CostmapConfig()
-    planner = Planner(terrain_for(grid, PlannerConfig(), config, 0.24), PlannerConfig(), config)
+    planner = Planner(terrain_for(grid, PlannerConfig(), config, 0.24), PlannerConfig())
     for home, goals in zip(alive, hall.goals, strict=False):
         assert goals
         for goal in goals:

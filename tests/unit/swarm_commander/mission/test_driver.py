@@ -22,7 +22,7 @@ def refusal(start: tuple[float, float], goal: tuple[float, float], shut: slice) 
     terrain = terrain_for(
         ROOM, parameters.planner, parameters.costmap, waffle().circumscribed_radius
     )
-    planner = Planner(terrain, parameters.planner, parameters.costmap)
+    planner = Planner(terrain, parameters.planner)
     extra = planner.no_extra()
     extra[:, shut] = WALL
     with pytest.raises(PlanError) as error:

@@ -26,7 +26,7 @@ def planner_for(grid: Grid, parameters: NavConfig | None = None) -> Planner:
     parameters = parameters or NavConfig()
     body = waffle().circumscribed_radius
     terrain = terrain_for(grid, parameters.planner, parameters.costmap, body)
-    return Planner(terrain, parameters.planner, parameters.costmap)
+    return Planner(terrain, parameters.planner)
 
 
 def plan(planner: Planner, start: tuple[float, float], goal: tuple[float, float]) -> np.ndarray:

@@ -26,7 +26,7 @@ def terrain(grid: Grid) -> Terrain:
 
 def plan(grid: Grid, start: tuple[float, float], goal: tuple[float, float]) -> np.ndarray:
     parameters = NavConfig()
-    planner = Planner(terrain(grid), parameters.planner, parameters.costmap)
+    planner = Planner(terrain(grid), parameters.planner)
     return planner.plan(start, goal, planner.no_extra())
 
 

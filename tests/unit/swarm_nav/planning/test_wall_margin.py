@@ -67,7 +67,7 @@ def check(
     parameters = NavConfig()
     body = waffle().circumscribed_radius
     terrain = terrain_for(grid, parameters.planner, parameters.costmap, body)
-    planner = Planner(terrain, parameters.planner, parameters.costmap)
+    planner = Planner(terrain, parameters.planner)
     floor = body + NODE_MARGIN
     ends = wall_distances(planner, np.array((start, goal)))
     if ends.min() < floor:

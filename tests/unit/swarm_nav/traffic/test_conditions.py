@@ -8,7 +8,7 @@ import pytest
 from swarm_common.model.grid import Grid
 from swarm_common.robots.loading import load_robot
 from swarm_nav.core.config import NavConfig
-from swarm_nav.traffic.conditions import SPARE, Conditions, conditions
+from swarm_nav.traffic.conditions import PLACES_PER_ROBOT, Conditions, conditions
 from tests.fakes.navigation import room, waffle
 
 Point = tuple[float, float]
@@ -35,9 +35,9 @@ def test_a_hall_has_room() -> None:
     found = of(HALL, (LEFT,), (LEFT,))
     assert found.is_guaranteed
     assert 40 < found.places < 120  # 5.4 m by 5.4 m, about 0.57 m apart
-    assert str(found) == (
-        f"all 2 robots have room to reach every known goal (room for {found.places // SPARE})"
-    )
+    most = found.places // PLACES_PER_ROBOT
+    said = f"all 2 robots have room to reach every known goal (there is room for {most})"
+    assert str(found) == said
 
 
 def test_less_than_four_places_for_each_robot_is_said() -> None:
@@ -45,8 +45,8 @@ def test_less_than_four_places_for_each_robot_is_said() -> None:
     small = room(3.2, 1.85)
     goals = [((1.0, 1.0),)] * 8
     found = of(small, *goals)
-    assert found.findings == (f"room for {found.places // SPARE} robots; 8 asked for",)
-    assert of(small, *goals[: found.places // SPARE]).is_guaranteed
+    assert found.findings == (f"room for {found.places // PLACES_PER_ROBOT} robots; 8 asked for",)
+    assert of(small, *goals[: found.places // PLACES_PER_ROBOT]).is_guaranteed
 
 
 @pytest.mark.parametrize(("robots", "holds"), [(3, True), (40, False)])
@@ -82,7 +82,7 @@ def test_floor_outside_the_walls_has_no_room() -> None:
 def test_a_closed_pocket_has_no_room() -> None:
     pocket = room(9.0, 4.0, (4.0, 0.0, 4.2, 4.0))
     found = of(pocket, *[(LEFT,)] * 60)
-    assert found.findings == (f"room for {found.places // SPARE} robots; 60 asked for",)
+    assert found.findings == (f"room for {found.places // PLACES_PER_ROBOT} robots; 60 asked for",)
     assert found.places == of(room(4.05, 4.0), (LEFT,)).places
 
 
@@ -90,8 +90,8 @@ def test_each_of_two_halls_needs_room_for_its_own_robots() -> None:
     halls = room(9.0, 4.0, (6.4, 0.0, 6.6, 4.0))  # 6.4 m and 2.4 m long
     left, right = of(halls, (LEFT,)).places, of(halls, (RIGHT,)).places
     assert left > right
-    most = right // SPARE
-    assert of(halls, *[(LEFT,)] * (left // SPARE), *[(RIGHT,)] * most).is_guaranteed
+    most = right // PLACES_PER_ROBOT
+    assert of(halls, *[(LEFT,)] * (left // PLACES_PER_ROBOT), *[(RIGHT,)] * most).is_guaranteed
     found = of(halls, (LEFT,), *[(RIGHT,)] * (most + 1))
     assert found.places == left + right
     here = "the floor around (7.9, 2.1)"

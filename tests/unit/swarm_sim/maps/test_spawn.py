@@ -17,7 +17,13 @@ from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites, SpawnArea, SpawnAreas, SpawnCircle
 from swarm_common.robots.loading import load_robot
 from swarm_sim.maps.draw_map import draw_world
-from swarm_sim.maps.spawn import CIRCUIT_CLEARANCE, STATION_CLEARANCE, spawn_poses, wall_distance
+from swarm_sim.maps.spawn import (
+    CIRCUIT_CLEARANCE,
+    STATION_CLEARANCE,
+    deal_places,
+    spawn_poses,
+    wall_distance,
+)
 from swarm_sim.ros.build import build
 from swarm_sim.ros.settings import RobotEntry, Settings
 from swarm_sim.scene.section import section_between
@@ -144,8 +150,11 @@ def test_start_areas_that_overlap_are_refused() -> None:
     with pytest.raises(
         WorldError, match=r"robots 1 and 2 .* at \(0\.20, 0\.00\): give their start"
     ):
-        spawn_poses(field, WAFFLE, 2)
-    assert len(spawn_poses(field, WAFFLE, 1)) == 1
+        deal_places(field, [WAFFLE] * 2, [""] * 2, WAFFLE)
+    assert len(deal_places(field, [WAFFLE], [""], WAFFLE)) == 1
+    assert (
+        len(spawn_poses(field, WAFFLE, 2)) == 2
+    )  # of these a robot that is added takes a free one
 
 
 def test_a_start_near_a_station_is_refused_with_the_reason() -> None:
