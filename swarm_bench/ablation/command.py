@@ -32,6 +32,9 @@ def ablate(
     seeds: Annotated[str, typer.Option(help="Of the rows, like 0-9.")] = "0-9",
     halls: Annotated[str, typer.Option(help="Seeds of random halls, or none.")] = "0-9",
     robots: Annotated[str, typer.Option(help="Swarm sizes of the halls.")] = "20",
+    trouble: Annotated[
+        str, typer.Option(help="Of the halls: none, dead, radio, people, mixed, or drawn.")
+    ] = NONE,
     jobs: Jobs = 1,
     json_: JsonLines = None,
     output: Annotated[
@@ -44,7 +47,7 @@ def ablate(
     rows = [] if scenario == NO_ROWS else select(scenario, (), parse_seeds(seeds))
     rows = [row for row in rows if row.robots == row.scenario.robots[0]]  # the smallest swarm
     in_halls = [] if halls == NO_ROWS else hall_runs(
-        parse_seeds(halls) or range(10), parse_sizes(robots), DRAWN, NONE
+        parse_seeds(halls) or range(10), parse_sizes(robots), DRAWN, trouble
     )  # fmt: skip
     if output is not None:
         check_part(output, "ablation")

@@ -30,6 +30,7 @@ from swarm_nav.planning.terrain import Terrain
 
 BASE = "as it is"
 TRAFFIC, BEHAVIOUR = "swarm_nav.traffic", "swarm_nav.behaviour"
+OBSTACLES = "swarm_nav.perception.dynamic_obstacles"
 
 
 def _everywhere(terrain: Terrain, radius: float) -> NDArray[np.bool_]:
@@ -72,6 +73,9 @@ RULES: Mapping[str, Mapping[str, Any]] = {
     "departure": {f"{TRAFFIC}.departure.parking_path": _nothing},
     "lanes": {"planner.lane_weight": 0.0},
     "keeping a route": {f"{BEHAVIOUR}.route.KEEP_COST": 0.0},
+    "station patience": {"holding.station_patience": 10_000.0},
+    "where somebody walked": {f"{OBSTACLES}.WALKED_TICKS": 0},
+    "waited in vain": {f"{BEHAVIOUR}.route.BARRED_PATIENCE": 1e6},
 }
 """How each rule is switched off: parameters, and constants or functions of modules."""
 
@@ -91,7 +95,9 @@ NUMBERS = (
     f"{TRAFFIC}.lease.QUEUE_STEP",
     f"{TRAFFIC}.traffic_costs.PASSING", f"{TRAFFIC}.traffic_costs.STANDING",
     f"{TRAFFIC}.traffic_costs.BARRED", f"{TRAFFIC}.traffic_costs.TAKEN",
-    f"{BEHAVIOUR}.route.KEEP_COST",
+    f"{BEHAVIOUR}.route.KEEP_COST", f"{BEHAVIOUR}.route.BARRED_PATIENCE",
+    f"{BEHAVIOUR}.route.BARRED_TIME", f"{OBSTACLES}.WALKED_TICKS", f"{TRAFFIC}.gate.SEEN_TICKS",
+    "traffic.patience", "holding.station_patience",
 )  # fmt: skip
 
 
