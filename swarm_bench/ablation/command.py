@@ -8,7 +8,15 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from swarm_bench.ablation.rules import BASE, ablation_markdown, jobs_of, run_job, variants
+from swarm_bench.ablation.rules import (
+    BASE,
+    ablation_markdown,
+    first_runs,
+    jobs_of,
+    run_job,
+    unsettled,
+    variants,
+)
 from swarm_bench.halls.halls import DRAWN, NONE, hall_runs
 from swarm_bench.runs.document import check_part, replace_part
 from swarm_bench.runs.json_lines import collected, read_json_lines, taken_over
@@ -41,7 +49,10 @@ def ablate(
         Path | None, typer.Option("-o", "--output", help="Document whose part `ablation` to write.")
     ] = None,
 ) -> None:
-    """Measure what each liveness rule pays: off, and each number halved and doubled."""
+    """Measure what each liveness rule pays: off, and each number halved and doubled.
+
+    A row in which a change leaves the first three seeds as they are is not run further.
+    """
     check_jobs(jobs, ros=False, method="ours")
     chosen = variants([name.strip() for name in only.split(",") if name.strip()])
     rows = [] if scenario == NO_ROWS else select(scenario, (), parse_seeds(seeds))
@@ -55,25 +66,25 @@ def ablate(
     results: list[tuple[str, RunResult]] = []
     if json_ is not None and json_.is_file():
         results = read_json_lines(json_, _parse, "swarm-bench ablate")
-    known = {(name, result.scenario, result.robots, result.seed) for name, result in results}
     wanted = jobs_of(chosen, rows, in_halls)
-    todo = [
-        job
-        for job in wanted
-        if (job.variant.name, job.options.scenario.name, job.options.robots, job.options.seed)
-        not in known
-    ]
     if results:
+        keys = {(name, found.scenario, found.robots, found.seed) for name, found in results}
         console.print(
-            taken_over(len(wanted) - len(todo), len(wanted), json_), soft_wrap=True, markup=False
+            taken_over(sum(job.key in keys for job in wanted), len(wanted), json_),
+            soft_wrap=True,
+            markup=False,
         )
-    results += collected(
-        in_processes(todo, jobs, run_job),
-        json_,
-        console,
-        lambda found: f"{found[0]}: {run_line(found[1])}",
-        lambda found: {"variant": found[0], **found[1].as_json()},
-    )
+    for is_first in (True, False):
+        part = first_runs(wanted) if is_first else unsettled(wanted, results)
+        known = {(name, found.scenario, found.robots, found.seed) for name, found in results}
+        todo = [job for job in part if job.key not in known]
+        results += collected(
+            in_processes(todo, jobs, run_job),
+            json_,
+            console,
+            lambda found: f"{found[0]}: {run_line(found[1])}",
+            lambda found: {"variant": found[0], **found[1].as_json()},
+        )
     names = {variant.name for variant in chosen}
     table = ablation_markdown([item for item in results if item[0] in names | {BASE}])
     console.print(escape(table))

@@ -2,7 +2,8 @@
 
 A rule is switched off, a number is halved and doubled. Numbers are parameters of the navigators, or
 constants of the modules beside the algorithms; these are changed in this process while a run lasts.
-Constants inside numba kernels are compiled in and are not varied.
+Constants inside numba kernels are compiled in and are not varied. Where the first runs of a row are
+the same tick for tick, the others are left out.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import importlib
 import itertools
 import math
 import statistics
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -29,6 +31,7 @@ from swarm_nav.core.config import NavConfig, parameter_values
 from swarm_nav.planning.terrain import Terrain
 
 BASE = "as it is"
+PROBES = 3  # runs after which a row in which a variant changes nothing is left
 TRAFFIC, BEHAVIOUR = "swarm_nav.traffic", "swarm_nav.behaviour"
 OBSTACLES = "swarm_nav.perception.dynamic_obstacles"
 
@@ -101,6 +104,9 @@ NUMBERS = (
 )  # fmt: skip
 
 
+Key = tuple[str, str, int, int]  # variant, scenario, robots, seed
+
+
 @dataclass(frozen=True, slots=True)
 class Variant:
     """One rule or number changed; `values` by parameter, or by module and name."""
@@ -116,6 +122,12 @@ class AblationJob:
     variant: Variant
     options: RunOptions
     is_hall: bool
+
+    @property
+    def key(self) -> Key:
+        """Which run it is."""
+        options = self.options
+        return self.variant.name, options.scenario.name, options.robots, options.seed
 
 
 def variants(only: Sequence[str] = ()) -> list[Variant]:
@@ -190,6 +202,39 @@ def _changed(constants: Mapping[str, Any]) -> Iterator[None]:
             setattr(module, constant, value)
 
 
+def first_runs(jobs: Sequence[AblationJob]) -> list[AblationJob]:
+    """Return all runs as they are, and the first `PROBES` of each variant in each row.
+
+    Args:
+        jobs: All runs, variant by variant.
+    """
+    found: list[AblationJob] = []
+    counts: Counter[tuple[str, str, int]] = Counter()
+    for job in jobs:
+        counts[job.key[:3]] += 1
+        if job.variant.name == BASE or counts[job.key[:3]] <= PROBES:
+            found.append(job)
+    return found
+
+
+def unsettled(
+    jobs: Sequence[AblationJob], results: Sequence[tuple[str, RunResult]]
+) -> list[AblationJob]:
+    """Return the runs of rows in which a variant changes anything, as far as is known.
+
+    Args:
+        jobs: All runs, variant by variant.
+        results: Of the first runs at least.
+    """
+    usual = {_run_of(result): result.trajectory_sha256 for name, result in results if name == BASE}
+    changes = {
+        (name, result.scenario, result.robots)
+        for name, result in results
+        if result.trajectory_sha256 != usual.get(_run_of(result))
+    }
+    return [job for job in jobs if job.key[:3] in changes]
+
+
 def ablation_markdown(results: Sequence[tuple[str, RunResult]]) -> str:
     """Return the table: a row per variant and kind of run, compared seed by seed.
 
@@ -213,15 +258,14 @@ def ablation_markdown(results: Sequence[tuple[str, RunResult]]) -> str:
         waits = [
             after.wait_worst / before.wait_worst for before, after in pairs if before.wait_worst
         ]
-        cells = (
-            name,
-            row,
-            len(runs),
-            f"{reached}/{sent}",
-            contacts,
-            _change(spans),
-            _change(waits),
-        )
+        changes = [_change(spans), _change(waits)]
+        if (
+            name != BASE
+            and pairs
+            and all(after.trajectory_sha256 == before.trajectory_sha256 for before, after in pairs)
+        ):
+            changes = ["the same run"] * 2
+        cells = (name, row, len(runs), f"{reached}/{sent}", contacts, *changes)
         lines.append("| " + " | ".join(map(str, cells)) + " |")
     return "\n".join(lines)
 

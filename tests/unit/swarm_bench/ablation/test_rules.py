@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections import Counter
 from typing import Any
 
 import pytest
@@ -11,11 +12,15 @@ from swarm_bench.ablation import rules as ablation
 from swarm_bench.ablation.rules import (
     BASE,
     NUMBERS,
+    PROBES,
     RULES,
     AblationJob,
     Variant,
     ablation_markdown,
+    first_runs,
+    jobs_of,
     run_job,
+    unsettled,
     variants,
 )
 from swarm_bench.runs.result import RunResult
@@ -63,10 +68,31 @@ def test_constants_are_changed_while_a_run_lasts(monkeypatch: pytest.MonkeyPatch
 
 def test_runs_are_compared_seed_by_seed() -> None:
     def of(seed: int, makespan: float, wait: float) -> RunResult:
-        return result(seed=seed, makespan=makespan, wait_worst=wait)
+        return result(
+            seed=seed, makespan=makespan, wait_worst=wait, trajectory_sha256=f"{makespan}"
+        )
 
     results = [(BASE, of(seed, 100.0 + seed, 10.0)) for seed in range(4)]
     results += [("gate off", of(seed, 1.1 * (100.0 + seed), 20.0)) for seed in range(3)]
     last = ablation_markdown(results).splitlines()[-1]
     assert last.startswith("| gate off |")
     assert last.endswith("| +10 % [+10 %..+10 %] | +100 % [+100 %..+100 %] |")
+
+
+def test_rows_in_which_a_variant_changes_nothing_are_left_after_the_first_runs() -> None:
+    rows = [*select("circle", [8], range(5)), *select("doorway", [], range(5))]
+    jobs = jobs_of(variants(["gate", "going on"]), rows, [])
+    first = first_runs(jobs)
+    assert Counter(job.key[:2] for job in first) == {
+        (BASE, "circle"): 5, (BASE, "doorway"): 5, ("gate off", "circle"): PROBES,
+        ("gate off", "doorway"): PROBES, ("going on off", "circle"): PROBES,
+        ("going on off", "doorway"): PROBES,
+    }  # fmt: skip
+    done = []
+    for name, scenario, robots, seed in (job.key for job in first):
+        differs = (name, scenario, seed) == ("going on off", "doorway", 2)
+        found = result(scenario=scenario, robots=robots, seed=seed, trajectory_sha256=f"{differs}")
+        done.append((name, found))
+    later = [job.key[:2] for job in unsettled(jobs, done)]
+    assert later == [("going on off", "doorway")] * 5
+    assert "| the same run | the same run |" in ablation_markdown(done).splitlines()[-2]
