@@ -51,7 +51,7 @@ def ablate(
 ) -> None:
     """Measure what each liveness rule pays: off, and each number halved and doubled.
 
-    A row in which a change leaves the first three seeds as they are is not run further.
+    A row of the suite in which a change leaves three seeds as they are is not run further.
     """
     check_jobs(jobs, ros=False, method="ours")
     chosen = variants([name.strip() for name in only.split(",") if name.strip()])

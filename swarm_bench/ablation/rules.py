@@ -2,8 +2,8 @@
 
 A rule is switched off, a number is halved and doubled. Numbers are parameters of the navigators, or
 constants of the modules beside the algorithms; these are changed in this process while a run lasts.
-Constants inside numba kernels are compiled in and are not varied. Where the first runs of a row are
-the same tick for tick, the others are left out.
+Constants inside numba kernels are compiled in and are not varied. Where the first runs of a row of
+the suite are the same tick for tick, the others are left out.
 """
 
 from __future__ import annotations
@@ -203,7 +203,9 @@ def _changed(constants: Mapping[str, Any]) -> Iterator[None]:
 
 
 def first_runs(jobs: Sequence[AblationJob]) -> list[AblationJob]:
-    """Return all runs as they are, and the first `PROBES` of each variant in each row.
+    """Return all runs as they are and in halls, and the first `PROBES` of each variant in a row.
+
+    Each seed of a hall is another map.
 
     Args:
         jobs: All runs, variant by variant.
@@ -212,7 +214,7 @@ def first_runs(jobs: Sequence[AblationJob]) -> list[AblationJob]:
     counts: Counter[tuple[str, str, int]] = Counter()
     for job in jobs:
         counts[job.key[:3]] += 1
-        if job.variant.name == BASE or counts[job.key[:3]] <= PROBES:
+        if job.variant.name == BASE or job.is_hall or counts[job.key[:3]] <= PROBES:
             found.append(job)
     return found
 

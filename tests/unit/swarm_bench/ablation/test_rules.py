@@ -82,6 +82,7 @@ def test_runs_are_compared_seed_by_seed() -> None:
 def test_rows_in_which_a_variant_changes_nothing_are_left_after_the_first_runs() -> None:
     rows = [*select("circle", [8], range(5)), *select("doorway", [], range(5))]
     jobs = jobs_of(variants(["gate", "going on"]), rows, [])
+    assert len(first_runs(jobs_of(variants(["gate"]), [], rows))) == 2 * len(rows)  # as halls
     first = first_runs(jobs)
     assert Counter(job.key[:2] for job in first) == {
         (BASE, "circle"): 5, (BASE, "doorway"): 5, ("gate off", "circle"): PROBES,
