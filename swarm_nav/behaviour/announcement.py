@@ -72,15 +72,14 @@ def priorities(
 
     Args:
         robot_id: Breaks ties.
-        deciders: The state gives the class, lease and right of way what is inherited.
+        deciders: The state machine gives the class, lease and right of way what is inherited.
         last_goal_tick: Tick at which the last target was reached: the robot that has waited longer
             ranks higher.
         has_goal: Whether there is a current goal.
     """
     rank = CLASS_DONE
     if has_goal:
-        is_waiting = deciders.state_machine.state in (State.HOLDING, State.BEHAVING)
-        rank = CLASS_HOLDING if is_waiting else CLASS_DRIVING
+        rank = CLASS_HOLDING if deciders.state_machine.is_waiting else CLASS_DRIVING
     own = max(base_priority(rank, last_goal_tick, robot_id), deciders.lease.inherited)
     return own, max(own, deciders.right.inherited)
 

@@ -14,6 +14,7 @@ class StateMachine:
 
     Attributes:
         state: By the table of `core/states.py`.
+        is_waiting: Whether the robot waits for its turn or is served, also while it makes way.
         holding_since: Tick at which the robot began to hold last.
         events: What happened since the last `take_events`, in order.
     """
@@ -28,6 +29,7 @@ class StateMachine:
         self._s = situation
         self._holding = holding
         self.state = State.IDLE
+        self.is_waiting = False
         self.holding_since = 0
         self.events: list[Report] = []
 
@@ -50,6 +52,8 @@ class StateMachine:
         if new is State.HOLDING:
             self.holding_since = self._s.tick
             self._holding.enter(self._s)
+        if new is not State.YIELDING:
+            self.is_waiting = new in (State.HOLDING, State.BEHAVING)
         self.state = new
         self.events.append(StateChanged(new.value, self._s.tick))
 

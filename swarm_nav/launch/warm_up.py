@@ -28,10 +28,10 @@ from swarm_nav.traffic.holding import parking_path
 from swarm_nav.traffic.right_of_way import GAIN, SLACK, refuge_path, way_of
 from swarm_nav.traffic.single_lane_kernels import (
     barrier,
+    entry_of,
     flood,
     half_width,
     label,
-    leads_in,
     places,
 )
 from swarm_nav.traffic.single_lanes import SingleLanes
@@ -147,7 +147,7 @@ def _pass_door(situation: Situation) -> None:
     narrows = SingleLanes()
     narrows.barrier(situation, situation.tube.stop)
     frame, claims = situation.planner.lattice.frame, situation.neighbors.columns()
-    leads_in(labels, frame, np.zeros((2, 2)), 1)
+    entry_of(labels, frame, np.zeros((2, 2)), 1)
     barrier(labels, frame, np.zeros((2, 2)), 1, (0, 1, 0), claims)
 
 

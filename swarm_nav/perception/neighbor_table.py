@@ -360,13 +360,12 @@ class NeighborTable:
         row = kernels.row_of(self.ids, robot_id)
         return row if row >= 0 else None
 
-    def highest_pusher(self, priority: int, patience: int, least_depth: int) -> int | None:
+    def highest_pusher(self, priority: int, patience: int) -> int | None:
         """Return the row of the highest robot that this one has blocked for a while.
 
         Args:
             priority: That it must rank above; it must not make way for this robot either.
             patience: Ticks for which it has been blocked, at least.
-            least_depth: Of its chain of inheritance.
 
         Returns:
             The row; None if there is no such robot.
@@ -374,9 +373,7 @@ class NeighborTable:
         if not self._is_pushed:
             return None
         own = (self._own_id, priority)
-        row = kernels.highest_pusher(
-            self._words, self.gone, self.priorities, own, patience, least_depth
-        )
+        row = kernels.highest_pusher(self._words, self.gone, self.priorities, own, patience)
         return row if row >= 0 else None
 
     def queue(self, stations: NDArray[np.float64], tick: int, same: float) -> tuple[int, int, int]:

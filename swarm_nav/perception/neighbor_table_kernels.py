@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_DEAF, FLAG_LEFT, HEARD_ENTRIES, word_of
 from swarm_common.model.records import FloatArray, Mask
 from swarm_common.process.numba_compat import njit
+from swarm_nav.core.order_kernels import outranks
 from swarm_nav.core.priority import DEPTH_BITS, ID_MASK, TOP_DEPTH
 
 STANDOFF_TICKS = 200  # that a robot of equal priority is blocked before it pushes
@@ -635,14 +636,12 @@ def highest_pusher(
     priorities: Ints,
     own: tuple[int, int],
     patience: int,
-    least_depth: int,
 ) -> int:
     """Return the row of the highest robot that we block and that may push us, or -1.
 
-    The pusher must rank above us, must not itself make way for us, and must be of at least
-    `least_depth` in its chain of inheritance: so that no priority outlives its source by going
-    round in a circle. If two robots inherited the same priority, the smaller id wins, once waiting
-    has not helped.
+    The pusher must rank above us, must not itself make way for us, and must have hops left in its
+    chain of inheritance: so that no priority goes round in a circle for ever. If two robots
+    inherited the same priority, the smaller id wins, once waiting has not helped.
 
     Args:
         words: (rows, words) the table.
@@ -650,21 +649,17 @@ def highest_pusher(
         priorities: (n,) as published.
         own: (id, priority without what was inherited from pushers) of this robot.
         patience: [ticks] for which it must have been blocked.
-        least_depth: Of its chain of inheritance.
     """
     own_id, own_priority = own
     best = -1
     for row in range(gone.shape[0]):
         if words[row, BLOCKED_BY] != own_id or words[row, BLOCKED_TICKS] < patience or gone[row]:
             continue
-        is_above = priorities[row] > own_priority or (
-            priorities[row] == own_priority
-            and words[row, ID] < own_id
-            and words[row, BLOCKED_TICKS] >= STANDOFF_TICKS
-        )
-        if not is_above or words[row, YIELDS_FOR] == own_id:
+        if not outranks(priorities[row], np.int64(words[row, ID]), own_priority, own_id):
             continue
-        if (priorities[row] & TOP_DEPTH) < least_depth:
+        if priorities[row] == own_priority and words[row, BLOCKED_TICKS] < STANDOFF_TICKS:
+            continue
+        if words[row, YIELDS_FOR] == own_id or priorities[row] & TOP_DEPTH == 0:
             continue
         if best < 0 or priorities[row] > priorities[best]:
             best = row

@@ -157,7 +157,7 @@ class Lease:
             self.is_full = not self._is_through and approach.is_full(situation)
             if not self.is_turn(situation.config.holding):
                 self.inherited = 0  # who waits ranks below those that it waits for
-            elif highest and (self._is_through or not self.place):
+            elif highest and (self.is_leaving or self._is_through or not self.place):
                 if self.is_leaving:  # others inherit from it, too
                     highest = max(highest, situation.own_priority)
                 # never less while it has its turn: a change would delay all requests

@@ -26,7 +26,6 @@ from swarm_nav.traffic.single_lane_kernels import FORESIGHT
 from swarm_nav.traffic.single_lanes import rooms
 from swarm_nav.traffic.situation import Situation
 
-LEAST_DEPTH = 1  # of a priority by which another robot is pushed
 REFUGE_MARGIN = 0.03  # [m] that a refuge keeps from the pusher's way beyond the reach; so much
 # more after each refuge at which the pusher was still blocked by this robot
 RETREAT_DISTANCE = 0.95  # [m] of the first retreat from a robot
@@ -83,7 +82,7 @@ class RightOfWay:
             patience = situation.wait_ticks
         else:
             patience = traffic.push_ticks + situation.radio.extra
-        return situation.neighbors.highest_pusher(situation.own_priority, patience, LEAST_DEPTH)
+        return situation.neighbors.highest_pusher(situation.own_priority, patience)
 
     def update(self, situation: Situation) -> bool:
         """React to pushers; return whether the robot is (still) making way or stepping back.

@@ -220,21 +220,21 @@ def ends_within(
 
 
 @njit(cache=True)
-def leads_in(labels: Labels, frame: Frame, way: Floats, wanted: int) -> bool:
-    """Return whether a path enters a passage within some points, and does not start in one.
+def entry_of(labels: Labels, frame: Frame, way: Floats, wanted: int) -> int:
+    """Return the index of the point at which a path enters a passage, 0 if it does not.
 
     Args:
         labels: (height, width) of passages.
         frame: Of the labels.
-        way: (n, 2) [m] in map.
+        way: (n, 2) [m] in map; one that starts in a passage does not enter any.
         wanted: Points after the first that are looked at.
     """
     if wanted <= 0 or label_at(labels, frame, way[0, 0], way[0, 1]) > 0:
-        return False
+        return 0
     for k in range(1, min(wanted + 1, way.shape[0])):
         if label_at(labels, frame, way[k, 0], way[k, 1]) > 0:
-            return True
-    return False
+            return k
+    return 0
 
 
 @njit(cache=True)
@@ -263,17 +263,10 @@ def barrier(
     Returns:
         Number of points that may be claimed, and row of the robot that is waited for or -1.
     """
-    if wanted <= 0 or label_at(labels, frame, way[0, 0], way[0, 1]) > 0:
+    entry = entry_of(labels, frame, way, wanted)
+    if entry == 0:
         return wanted, -1
-    entry = 0
-    mine = 0
-    for k in range(1, min(wanted + 1, way.shape[0])):
-        mine = label_at(labels, frame, way[k, 0], way[k, 1])
-        if mine > 0:
-            entry = k
-            break
-    if mine == 0:
-        return wanted, -1
+    mine = label_at(labels, frame, way[entry, 0], way[entry, 1])
     _, dx, dy = ends_within(labels, frame, way[entry:], way.shape[0] - entry, mine)
     others, rank = Columns(*columns), Rank(*own)
     for j in range(others.ids.shape[0]):

@@ -126,7 +126,7 @@ class SingleLanes:
         tube, neighbors = situation.tube, situation.neighbors
         way = tube.points[tube.stop : tube.stop + WAY_POINTS]
         frame = situation.planner.lattice.frame
-        if not single_lane_kernels.leads_in(self._labels, frame, way, last - tube.stop):
+        if not single_lane_kernels.entry_of(self._labels, frame, way, last - tube.stop):
             return last, -1
         count, row = single_lane_kernels.barrier(
             self._labels,

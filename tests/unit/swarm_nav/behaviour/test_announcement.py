@@ -37,7 +37,7 @@ from swarm_nav.behaviour.announcement import (
 )
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.core.priority import CLASS_DRIVING, CLASS_HOLDING, base_priority
-from swarm_nav.core.states import State
+from swarm_nav.core.states import Event, State
 from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
@@ -65,6 +65,7 @@ def deciders(
     holding = HoldingPattern({}, [])
     state_machine = StateMachine(s, holding)
     state_machine.state, state_machine.holding_since = state, 60
+    state_machine.is_waiting = state is State.HOLDING
     return Deciders(
         state_machine, right or RightOfWay(), lease, gate or Gate(None), holding, Senses(s)
     )
@@ -101,6 +102,18 @@ def test_the_priority_is_published_and_remembered() -> None:
     assert published == s.priority == base_priority(CLASS_DRIVING, 33, 4)
     announce(s, State.HOLDING)
     assert s.priority == base_priority(CLASS_HOLDING, 33, 4)
+
+
+def test_who_waits_for_its_turn_ranks_so_while_it_makes_way() -> None:
+    """It rose above the robot that pushed it, and stayed in its way."""
+    s = driving()
+    told = deciders(s, State.DRIVING, Lease(STATION, 70, 1))
+    ranks = []
+    for event in (Event.PUSHED, Event.RELEASED, Event.STATION_TAKEN, Event.PUSHED, Event.RELEASED):
+        told.state_machine.switch(event)
+        ranks.append(priorities(s.robot_id, told, 33, has_goal=True)[0])
+    driving_rank, waiting_rank = (base_priority(c, 33, 4) for c in (CLASS_DRIVING, CLASS_HOLDING))
+    assert ranks == [driving_rank] * 2 + [waiting_rank] * 2 + [driving_rank]
 
 
 def test_composing_a_beacon_changes_nothing() -> None:

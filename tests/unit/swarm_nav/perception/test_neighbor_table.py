@@ -19,7 +19,7 @@ from swarm_common.model.beacon import (
     words_of,
 )
 from swarm_nav.core.config import TrafficConfig
-from swarm_nav.core.priority import base_priority
+from swarm_nav.core.priority import DEPTH_BITS, base_priority
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.neighbor_table_kernels import UNHEARD
 from tests.fakes.navigation import beacon
@@ -477,19 +477,18 @@ def test_the_highest_of_those_that_were_blocked_for_long_enough_pushes() -> None
         record["blocked_by"], record["blocked_ticks"] = by, ticks
         return record
 
-    assert here.highest_pusher(5, 3, 0) is None
+    assert here.highest_pusher(5, 3) is None
     helping = blocked(9, 99, 9)
     helping["yields_for"] = 1
     heard(here, 1, blocked(2, 7, 3), blocked(3, 9, 3), blocked(4, 9, 9), blocked(5, 99, 2),
-          blocked(6, 99, 9, by=7), blocked(8, 4, 9), helping)  # fmt: skip
+          blocked(6, 99, 9, by=7), blocked(8, 4, 9), blocked(10, 1 << DEPTH_BITS, 9),
+          helping)  # fmt: skip  # the chain before 10 has no hops left
     here.refresh(2)
-    assert here.highest_pusher(5, 3, 0) == 1  # of equals the smaller id
-    assert here.highest_pusher(9, 3, 0) is None
-    assert here.highest_pusher(3, 9, 0) == 2
-    assert here.highest_pusher(3, 3, 9) == 1
-    assert here.highest_pusher(3, 3, 10) is None  # the chains are too long
+    assert here.highest_pusher(5, 3) == 1  # of equals the smaller id
+    assert here.highest_pusher(9, 3) is None
+    assert here.highest_pusher(3, 9) == 2
     here.refresh(40)
-    assert here.highest_pusher(5, 3, 0) is None  # all are gone
+    assert here.highest_pusher(5, 3) is None  # all are gone
 
 
 def test_earlier_requests_for_the_same_station_count() -> None:

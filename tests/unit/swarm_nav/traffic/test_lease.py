@@ -250,6 +250,18 @@ def test_a_blind_aisle_is_given_back_once_the_robot_is_out() -> None:
     assert lease.station == (9.0, 2.0)
 
 
+def test_who_leaves_a_blind_aisle_ranks_above_who_goes_in_whoever_asked_first() -> None:
+    rank = base_priority(CLASS_HOLDING, 0, 7)
+    late = beacon(7, 8.0, 2.0, station=(0.6, 4.8), station_tick=150, priority=rank)
+    _, goes_in = in_aisle(BLIND, 0.6, late)
+    s, lease = in_aisle(BLIND, 0.6, late, waiting(2, 50, (2.1, 4.8)))
+    assert (lease.place, lease.inherited) == (1, 0)
+    lease.aim((9.0, 2.0))
+    lease.update(s)
+    assert lease.is_leaving
+    assert lease.inherited > goes_in.inherited > rank
+
+
 LONG = room(14.0, 9.0, (0.0, 0.0, 8.0, 4.0), (0.0, 5.0, 8.0, 9.0))  # 1 m wide, 8 m deep, blind
 END = (0.8, 4.5)
 
