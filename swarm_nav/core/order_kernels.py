@@ -1,9 +1,9 @@
 """The one order of all robots, and what rules that only shape the flow may do in it.
 
-Single-lane passages, the gate and the right of way of a blocked robot's next metres compare ranks
-here and nowhere else: each may hold up a robot for one that ranks above it, and for nobody while it
-makes way. So waiting by a rule leads upwards in one order, has no circle, and the highest robot
-waits for bodies and held space only.
+Requests for space, pushes, the gate, single-lane passages and the right of way of a blocked robot's
+next metres compare ranks here. The last two hold up a robot for one that ranks above it only, and
+for nobody while it makes way: so waiting by them leads upwards in one order, has no circle, and
+never holds up the highest robot.
 """
 
 from __future__ import annotations
