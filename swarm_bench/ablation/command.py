@@ -11,10 +11,10 @@ from rich.markup import escape
 from swarm_bench.ablation.rules import (
     BASE,
     ablation_markdown,
-    first_runs,
     jobs_of,
+    key_of,
+    missing,
     run_job,
-    unsettled,
     variants,
 )
 from swarm_bench.halls.halls import DRAWN, NONE, hall_runs
@@ -25,6 +25,7 @@ from swarm_bench.suite.command import Jobs, JsonLines, bench_app, new_console
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes, select
 from swarm_bench.suite.sweep import in_processes
 from swarm_bench.suite.table import run_line
+from swarm_common.model.errors import ConfigError
 
 NO_ROWS = "none"
 
@@ -57,9 +58,10 @@ def ablate(
     chosen = variants([name.strip() for name in only.split(",") if name.strip()])
     rows = [] if scenario == NO_ROWS else select(scenario, (), parse_seeds(seeds))
     rows = [row for row in rows if row.robots == row.scenario.robots[0]]  # the smallest swarm
-    in_halls = [] if halls == NO_ROWS else hall_runs(
-        parse_seeds(halls) or range(10), parse_sizes(robots), DRAWN, trouble
-    )  # fmt: skip
+    hall_seeds = [] if halls == NO_ROWS else parse_seeds(halls) or range(10)
+    in_halls = hall_runs(hall_seeds, parse_sizes(robots), DRAWN, trouble)
+    if not rows and not in_halls:
+        raise ConfigError("nothing to run: --scenario and --halls are both none")
     if output is not None:
         check_part(output, "ablation")
     console = new_console()
@@ -68,16 +70,10 @@ def ablate(
         results = read_json_lines(json_, _parse, "swarm-bench ablate")
     wanted = jobs_of(chosen, rows, in_halls)
     if results:
-        keys = {(name, found.scenario, found.robots, found.seed) for name, found in results}
-        console.print(
-            taken_over(sum(job.key in keys for job in wanted), len(wanted), json_),
-            soft_wrap=True,
-            markup=False,
-        )
-    for is_first in (True, False):
-        part = first_runs(wanted) if is_first else unsettled(wanted, results)
-        known = {(name, found.scenario, found.robots, found.seed) for name, found in results}
-        todo = [job for job in part if job.key not in known]
+        known = {key_of(*found) for found in results}
+        count = sum(job.key in known for job in wanted)
+        console.print(taken_over(count, len(wanted), json_), soft_wrap=True, markup=False)
+    while todo := missing(wanted, results):
         results += collected(
             in_processes(todo, jobs, run_job),
             json_,

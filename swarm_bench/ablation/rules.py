@@ -31,7 +31,7 @@ from swarm_nav.core.config import NavConfig, parameter_values
 from swarm_nav.planning.terrain import Terrain
 
 BASE = "as it is"
-PROBES = 3  # runs after which a row in which a variant changes nothing is left
+PROBES = 3  # runs of a row after which the others are left out if a variant changes nothing
 TRAFFIC, BEHAVIOUR = "swarm_nav.traffic", "swarm_nav.behaviour"
 OBSTACLES = "swarm_nav.perception.dynamic_obstacles"
 
@@ -104,7 +104,7 @@ NUMBERS = (
 )  # fmt: skip
 
 
-Key = tuple[str, str, int, int]  # variant, scenario, robots, seed
+Key = tuple[str, str, int, int]  # variant, scenario, robots, seed: which run it is
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +125,7 @@ class AblationJob:
 
     @property
     def key(self) -> Key:
-        """Which run it is."""
+        """As `key_of` its result."""
         options = self.options
         return self.variant.name, options.scenario.name, options.robots, options.seed
 
@@ -202,39 +202,44 @@ def _changed(constants: Mapping[str, Any]) -> Iterator[None]:
             setattr(module, constant, value)
 
 
-def first_runs(jobs: Sequence[AblationJob]) -> list[AblationJob]:
-    """Return all runs as they are and in halls, and the first `PROBES` of each variant in a row.
+def key_of(variant: str, result: RunResult) -> Key:
+    """Return which run a result is of.
 
-    Each seed of a hall is another map.
+    Args:
+        variant: Its name.
+        result: Of the run.
+    """
+    return variant, result.scenario, result.robots, result.seed
+
+
+def missing(
+    jobs: Sequence[AblationJob], results: Sequence[tuple[str, RunResult]]
+) -> list[AblationJob]:
+    """Return the runs that are still needed; call it again with their results until none is.
+
+    Of a variant in a row of the suite, all seeds are needed only if it changes one of the first
+    `PROBES`; each seed of a hall is another map.
 
     Args:
         jobs: All runs, variant by variant.
+        results: What is known.
     """
+    known = {key_of(*found) for found in results}
+    usual = _as_it_is(results)
+    changed = {
+        key_of(name, result)[:3]
+        for name, result in results
+        if not _is_same(usual.get(_run_of(result)), result)
+    }
     found: list[AblationJob] = []
     counts: Counter[tuple[str, str, int]] = Counter()
     for job in jobs:
-        counts[job.key[:3]] += 1
-        if job.variant.name == BASE or job.is_hall or counts[job.key[:3]] <= PROBES:
+        row = job.key[:3]
+        counts[row] += 1
+        is_first = job.variant.name == BASE or job.is_hall or counts[row] <= PROBES
+        if job.key not in known and (is_first or row in changed):
             found.append(job)
     return found
-
-
-def unsettled(
-    jobs: Sequence[AblationJob], results: Sequence[tuple[str, RunResult]]
-) -> list[AblationJob]:
-    """Return the runs of rows in which a variant changes anything, as far as is known.
-
-    Args:
-        jobs: All runs, variant by variant.
-        results: Of the first runs at least.
-    """
-    usual = {_run_of(result): result.trajectory_sha256 for name, result in results if name == BASE}
-    changes = {
-        (name, result.scenario, result.robots)
-        for name, result in results
-        if result.trajectory_sha256 != usual.get(_run_of(result))
-    }
-    return [job for job in jobs if job.key[:3] in changes]
 
 
 def ablation_markdown(results: Sequence[tuple[str, RunResult]]) -> str:
@@ -243,7 +248,7 @@ def ablation_markdown(results: Sequence[tuple[str, RunResult]]) -> str:
     Args:
         results: Variants with their results; those that are as they are among them.
     """
-    usual = {_run_of(result): result for name, result in results if name == BASE}
+    usual = _as_it_is(results)
     lines = [
         "| changed | row | runs | goals | contacts | makespan | worst wait |",
         "| --- | --- | ---: | ---: | ---: | ---: | ---: |",
@@ -261,11 +266,7 @@ def ablation_markdown(results: Sequence[tuple[str, RunResult]]) -> str:
             after.wait_worst / before.wait_worst for before, after in pairs if before.wait_worst
         ]
         changes = [_change(spans), _change(waits)]
-        if (
-            name != BASE
-            and pairs
-            and all(after.trajectory_sha256 == before.trajectory_sha256 for before, after in pairs)
-        ):
+        if name != BASE and pairs and all(_is_same(*pair) for pair in pairs):
             changes = ["the same run"] * 2
         cells = (name, row, len(runs), f"{reached}/{sent}", contacts, *changes)
         lines.append("| " + " | ".join(map(str, cells)) + " |")
@@ -279,6 +280,17 @@ def _grouped(
     for name, result in results:
         keyed.setdefault((name, f"{result.scenario} {result.robots}"), []).append(result)
     yield from keyed.items()
+
+
+def _as_it_is(
+    results: Sequence[tuple[str, RunResult]],
+) -> dict[tuple[str, int, int], RunResult]:
+    return {_run_of(result): result for name, result in results if name == BASE}
+
+
+def _is_same(before: RunResult | None, after: RunResult) -> bool:
+    """Whether two runs are the same tick for tick."""
+    return before is not None and before.trajectory_sha256 == after.trajectory_sha256
 
 
 def _run_of(result: RunResult) -> tuple[str, int, int]:

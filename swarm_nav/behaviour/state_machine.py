@@ -43,6 +43,8 @@ class StateMachine:
             IllegalTransitionError: If the table has no such pair.
         """
         new = next_state(self.state, event)
+        if event is not Event.PUSHED:
+            self.is_waiting = event in (Event.STATION_TAKEN, Event.BEHAVIOR)
         if new is self.state:
             return
         if self.state is State.HOLDING:
@@ -52,8 +54,6 @@ class StateMachine:
         if new is State.HOLDING:
             self.holding_since = self._s.tick
             self._holding.enter(self._s)
-        if new is not State.YIELDING:
-            self.is_waiting = new in (State.HOLDING, State.BEHAVING)
         self.state = new
         self.events.append(StateChanged(new.value, self._s.tick))
 

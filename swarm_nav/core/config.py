@@ -84,7 +84,7 @@ class CostmapConfig:
     obstacle_max_range: float = 2.5  # [m] up to which a hit marks
     raytrace_max_range: float = 3.0  # [m] up to which a ray clears
     local_size: float = 3.0  # [m] width and height of the rolling local costmap
-    wall_clearance: float = 0.30  # [m] of paths to walls if it fits; no room for two: a single lane
+    wall_clearance: float = 0.30  # [m] that paths keep from walls; no room for two: a single lane
     static_tolerance: float = 0.20  # [m] from a mapped wall within which a hit is that wall
     scan_timeout: float = 1.0  # [s] without a scan after which the robot stands; 0: no LiDAR
     unknown_body_margin: float = 0.25  # [m] that a body may extend beyond what the LiDAR sees

@@ -116,6 +116,16 @@ def test_who_waits_for_its_turn_ranks_so_while_it_makes_way() -> None:
     assert ranks == [driving_rank] * 2 + [waiting_rank] * 2 + [driving_rank]
 
 
+def test_a_new_goal_ends_the_waiting_of_a_robot_that_makes_way() -> None:
+    told = deciders(driving(), State.DRIVING, Lease(STATION, 70, 1))
+    waits = []
+    for event in (Event.STATION_TAKEN, Event.PUSHED, Event.FINISHED, Event.GOAL, Event.BEHAVIOR):
+        told.state_machine.switch(event)
+        waits.append(told.state_machine.is_waiting)
+    assert told.state_machine.state is State.YIELDING
+    assert waits == [True, True, False, False, True]
+
+
 def test_composing_a_beacon_changes_nothing() -> None:
     s = driving()
     first = announce(s)

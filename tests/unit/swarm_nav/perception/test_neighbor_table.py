@@ -482,7 +482,7 @@ def test_the_highest_of_those_that_were_blocked_for_long_enough_pushes() -> None
     helping["yields_for"] = 1
     heard(here, 1, blocked(2, 7, 3), blocked(3, 9, 3), blocked(4, 9, 9), blocked(5, 99, 2),
           blocked(6, 99, 9, by=7), blocked(8, 4, 9), blocked(10, 1 << DEPTH_BITS, 9),
-          helping)  # fmt: skip  # the chain before 10 has no hops left
+          helping)  # fmt: skip  # 10 is at the end of a chain
     here.refresh(2)
     assert here.highest_pusher(5, 3) == 1  # of equals the smaller id
     assert here.highest_pusher(9, 3) is None

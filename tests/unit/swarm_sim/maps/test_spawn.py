@@ -152,9 +152,8 @@ def test_start_areas_that_overlap_are_refused() -> None:
     ):
         deal_places(field, [WAFFLE] * 2, [""] * 2, WAFFLE)
     assert len(deal_places(field, [WAFFLE], [""], WAFFLE)) == 1
-    assert (
-        len(spawn_poses(field, WAFFLE, 2)) == 2
-    )  # of these a robot that is added takes a free one
+    # a robot that is added later takes a free one of them
+    assert len(spawn_poses(field, WAFFLE, 2)) == 2
 
 
 def test_a_start_near_a_station_is_refused_with_the_reason() -> None:
