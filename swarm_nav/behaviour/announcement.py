@@ -36,6 +36,7 @@ from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import SAME_STATION, Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.senses import Senses
+from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.situation import Situation
 
 MODES = {
@@ -63,6 +64,7 @@ class Deciders:
     gate: Gate
     holding: HoldingPattern
     senses: Senses
+    single_lanes: SingleLanes
 
 
 def priorities(
@@ -80,7 +82,8 @@ def priorities(
     rank = CLASS_DONE
     if has_goal:
         rank = CLASS_HOLDING if deciders.state_machine.is_waiting else CLASS_DRIVING
-    own = max(base_priority(rank, last_goal_tick, robot_id), deciders.lease.inherited)
+    base = base_priority(rank, last_goal_tick, robot_id)
+    own = max(base, deciders.lease.inherited, deciders.single_lanes.inherited)
     return own, max(own, deciders.right.inherited)
 
 

@@ -38,6 +38,7 @@ from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.reservation import ReservationManager
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.senses import Senses
+from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.situation import begin
 from swarm_nav.traffic.speed_near_people import NOBODY_NEAR, limited, people_near
 
@@ -93,10 +94,12 @@ class Navigator:
             self._controller,
         )  # fmt: skip
         self._senses = Senses(s)
-        self._reservation = ReservationManager(s)
+        self._single_lanes = SingleLanes()
+        self._reservation = ReservationManager(s, self._single_lanes)
         self._deciders = Deciders(
-            self._state_machine, self._right, self._lease, self._gate, self._holding, self._senses
-        )
+            self._state_machine, self._right, self._lease, self._gate, self._holding, self._senses,
+            self._single_lanes,
+        )  # fmt: skip
         self._people = NOBODY_NEAR  # at the end of the last tick in which the robot could drive
 
     def _narrow_region(self) -> NDArray[np.int16] | None:
@@ -420,6 +423,8 @@ class Navigator:
     def _announce(self) -> np.void:
         """Publish priority and reservation; return the beacon."""
         s, goal_manager = self._s, self._goal_manager
+        if self._state_machine.is_waiting or not goal_manager.has_goal:
+            self._single_lanes.forget()
         s.take_priorities(
             *priorities(
                 s.robot_id, self._deciders, goal_manager.last_goal_tick, goal_manager.has_goal

@@ -148,7 +148,7 @@ def _pass_door(situation: Situation) -> None:
     narrows.barrier(situation, situation.tube.stop)
     frame, claims = situation.planner.lattice.frame, situation.neighbors.columns()
     entry_of(labels, frame, np.zeros((2, 2)), 1)
-    barrier(labels, frame, np.zeros((2, 2)), 1, (0, 1, 0), claims)
+    barrier(labels, frame, np.zeros((2, 2)), 1, (0, 1, 0), 0, claims)
 
 
 def _drive(robots: list[Navigator]) -> None:

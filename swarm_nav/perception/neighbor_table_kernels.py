@@ -18,7 +18,6 @@ from swarm_common.process.numba_compat import njit
 from swarm_nav.core.order_kernels import outranks
 from swarm_nav.core.priority import DEPTH_BITS, ID_MASK, TOP_DEPTH
 
-STANDOFF_TICKS = 200  # that a robot of equal priority is blocked before it pushes
 ID = word_of("id")
 TICK = word_of("tick")
 RADIUS = word_of("radius")
@@ -641,7 +640,7 @@ def highest_pusher(
 
     The pusher must rank above us, must not itself make way for us, and must have hops left in its
     chain of inheritance: so that no priority goes round in a circle for ever. If two robots
-    inherited the same priority, the smaller id wins, once waiting has not helped.
+    inherited the same priority, the smaller id wins.
 
     Args:
         words: (rows, words) the table.
@@ -656,8 +655,6 @@ def highest_pusher(
         if words[row, BLOCKED_BY] != own_id or words[row, BLOCKED_TICKS] < patience or gone[row]:
             continue
         if not outranks(priorities[row], np.int64(words[row, ID]), own_priority, own_id):
-            continue
-        if priorities[row] == own_priority and words[row, BLOCKED_TICKS] < STANDOFF_TICKS:
             continue
         if words[row, YIELDS_FOR] == own_id or priorities[row] & TOP_DEPTH == 0:
             continue

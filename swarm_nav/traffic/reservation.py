@@ -17,14 +17,15 @@ COMES = "comes through a single lane"
 class ReservationManager:
     """Changes the tube by what the neighbours leave, the LiDAR sees and the robot uses."""
 
-    def __init__(self, situation: Situation) -> None:
+    def __init__(self, situation: Situation, single_lanes: SingleLanes) -> None:
         """Start with the robot's own place.
 
         Args:
             situation: Of the robot; its tube is what changes.
+            single_lanes: Where the tube must not grow.
         """
         self._s = situation
-        self._single_lanes = SingleLanes()
+        self._single_lanes = single_lanes
         self._watch_pose = situation.pose
         self._watch_tick = situation.tick
         self._retracted_tick = self._retracting_since = -1000

@@ -12,6 +12,7 @@ from swarm_common.model.records import FloatArray, Mask
 from swarm_common.process.numba_compat import njit
 from swarm_nav.control.tube_kernels import INTENT_SPACING, PRIORITY_LENGTH
 from swarm_nav.core.order_kernels import Rank, may_hold_up
+from swarm_nav.core.priority import TOP_DEPTH
 from swarm_nav.perception.neighbor_table_kernels import Columns
 from swarm_nav.planning.distance_kernels import Floats, Frame
 
@@ -244,13 +245,15 @@ def barrier(
     way: Floats,
     wanted: int,
     own: tuple[int, int, int],
+    base: int,
     columns: tuple[NDArray[np.generic], ...],
-) -> tuple[int, int]:
-    """Return how far a path may be claimed before a passage, and for whom the robot waits.
+) -> tuple[int, int, int]:
+    """Return how far a path may be claimed before a passage, for whom the robot waits, and a rank.
 
     A robot waits before a passage while a robot that ranks above it is in there, or comes through
     it within `FORESIGHT`, in the opposite direction: d . (h + i) < 0, with d the way through of
-    this robot, h of what the other one holds, and i of what it intends.
+    this robot, h of what the other one holds, and i of what it intends. One that follows a higher
+    robot through inherits its rank.
 
     Args:
         labels: (height, width) of passages.
@@ -258,29 +261,37 @@ def barrier(
         way: (n, 2) [m] in map, from the end of the held tube.
         wanted: Points of it that are wanted now.
         own: `Rank` of this robot as a plain tuple.
+        base: Its priority without what it inherits here.
         columns: `Columns` of the neighbours as a plain tuple.
 
     Returns:
-        Number of points that may be claimed, and row of the robot that is waited for or -1.
+        Number of points that may be claimed, row of the robot that is waited for or -1, and the
+        priority that is inherited from the highest robot that is followed, 0 for none.
     """
     entry = entry_of(labels, frame, way, wanted)
     if entry == 0:
-        return wanted, -1
+        return wanted, -1, 0
+    last = way.shape[0] - 1
     mine = label_at(labels, frame, way[entry, 0], way[entry, 1])
-    _, dx, dy = ends_within(labels, frame, way[entry:], way.shape[0] - entry, mine)
+    _, dx, dy = ends_within(labels, frame, way[entry:], last + 1 - entry, mine)
+    leads_out = label_at(labels, frame, way[last, 0], way[last, 1]) != mine
     others, rank = Columns(*columns), Rank(*own)
+    free, ahead, inherited = wanted, -1, np.int64(0)
     for j in range(others.ids.shape[0]):
-        if not may_hold_up(others.priorities[j], others.ids[j], others.gone[j], rank):
+        is_above = may_hold_up(others.priorities[j], others.ids[j], others.gone[j], rank)
+        may_lead = leads_out and others.priorities[j] > base and not others.gone[j]
+        if not is_above and not may_lead:
             continue
         size = np.int64(others.held_size[j])
         is_inside, hx, hy = ends_within(labels, frame, others.held[j], size, mine)
-        ahead = min(np.int64(others.intent_size[j]), int(FORESIGHT / INTENT_SPACING))
-        comes, ix, iy = ends_within(labels, frame, others.intent[j], ahead, mine)
-        if not is_inside and not comes:
-            continue
-        if (hx + ix) * dx + (hy + iy) * dy < 0.0:
-            return entry - 1, j
-    return wanted, -1
+        intent = min(np.int64(others.intent_size[j]), int(FORESIGHT / INTENT_SPACING))
+        comes, ix, iy = ends_within(labels, frame, others.intent[j], intent, mine)
+        along = (hx + ix) * dx + (hy + iy) * dy
+        if may_lead and is_inside and along > 0.0 and others.priorities[j] & TOP_DEPTH > 0:
+            inherited = max(inherited, others.priorities[j] - 1)
+        if is_above and (is_inside or comes) and along < 0.0 and ahead < 0:
+            free, ahead = entry - 1, j
+    return free, ahead, inherited
 
 
 @njit(cache=True)

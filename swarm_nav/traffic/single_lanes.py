@@ -1,10 +1,14 @@
 """Single-lane passages: which direction goes first through a door too narrow for two robots.
 
 A robot does not enter such a passage, or the mouth before it, while a robot with a higher priority
-is about to come through it the other way. Robots going the same way follow each other. A robot is
-barred by higher priorities only, and never while it makes way. So the highest robot is never held
-up, and no two robots wait for each other here. The rule only orders conflicts that the reservation
-would otherwise solve by pushing robots back out of the door.
+is about to come through it the other way. A robot is barred by higher priorities only, and never
+while it makes way. So the highest robot is never held up, and no two robots wait for each other
+here. The rule only orders conflicts that the reservation would otherwise solve by pushing robots
+back out of the door.
+
+Robots that go the same way follow each other: one that is about to go through behind a higher one
+inherits its priority, less one, until it is out (priority inheritance). So a door changes its
+direction after a group of robots, not after each; the hops of the priority bound the group.
 """
 
 from __future__ import annotations
@@ -105,9 +109,16 @@ def single_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16] | None:
 
 
 class SingleLanes:
-    """Keeps one robot out of a single-lane passage while it is another robot's turn."""
+    """Keeps one robot out of a single-lane passage while it is another robot's turn.
+
+    Attributes:
+        inherited: Priority of a higher robot that it follows through a passage, less one; 0 without
+            one.
+    """
 
     def __init__(self) -> None:
+        self.inherited = 0
+        self._base = 0  # priority without that
         self._passing: tuple[Terrain, float] | None = None  # that the labels are for
         self._labels: NDArray[np.int16] | None = None
 
@@ -121,19 +132,40 @@ class SingleLanes:
         if situation.passing is not self._passing:
             self._passing = situation.passing
             self._labels = single_lanes(*situation.passing)
+            self.inherited = 0
         if self._labels is None:
             return last, -1
         tube, neighbors = situation.tube, situation.neighbors
         way = tube.points[tube.stop : tube.stop + WAY_POINTS]
         frame = situation.planner.lattice.frame
+        if not self.inherited:
+            self._base = situation.own_priority
         if not single_lane_kernels.entry_of(self._labels, frame, way, last - tube.stop):
+            self._follow(situation, 0)
             return last, -1
-        count, row = single_lane_kernels.barrier(
+        count, row, inherited = single_lane_kernels.barrier(
             self._labels,
             frame,
             way,
             last - tube.stop,
             (situation.priority, situation.robot_id, situation.yields_for),
+            self._base,
             neighbors.columns(),
         )
+        self._follow(situation, int(inherited))
         return tube.stop + count, row
+
+    def _follow(self, situation: Situation, inherited: int) -> None:
+        """Inherit, and keep what was inherited until the robot is out of the passage."""
+        if inherited:
+            self.inherited = max(self.inherited, inherited)
+        elif self.inherited:
+            assert self._labels is not None
+            frame, pose = situation.planner.lattice.frame, situation.pose
+            places = ((pose.x, pose.y), situation.stop_point)
+            if not any(single_lane_kernels.label_at(self._labels, frame, *at) for at in places):
+                self.inherited = 0
+
+    def forget(self) -> None:
+        """Inherit nothing, as without a goal to drive to."""
+        self.inherited = 0

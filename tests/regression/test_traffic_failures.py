@@ -21,6 +21,7 @@ from swarm_nav.planning.planner import SPACING
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.reservation import ReservationManager
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
+from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.situation import Situation
 from tests.fakes import aisle, doorway
 from tests.fakes.navigation import RADIUS, Squad, beacon, config, hear, room, situation
@@ -51,7 +52,7 @@ def path_of(s: Situation, *corners: tuple[float, float]) -> None:
 
 def taken(s: Situation, *others: np.void) -> int:
     """Return how many points a robot is granted beside some others."""
-    reservation = ReservationManager(s)
+    reservation = ReservationManager(s, SingleLanes())
     hear(s, *others)
     before = s.tube.stop
     reservation.extend()
@@ -141,7 +142,7 @@ def test_a_silent_robot_is_waited_for_however_little_it_may_have_moved(age: int)
     silent["heard"][0] = s.robot_id << 16 | (s.tick - age - 1)
     s.neighbors.receive(np.array([silent]), 3.0, 4.0)
     s.neighbors.refresh(s.tick)
-    ReservationManager(s).extend()
+    ReservationManager(s, SingleLanes()).extend()
     assert s.tube.stop == (0 if age > 4 else s.tube.stop)
     assert SPACING * s.tube.stop <= 2.0 - REACH
 
@@ -256,7 +257,7 @@ def test_a_claim_that_is_not_driven_is_dropped_whatever_the_robot_does() -> None
     s = situation(HALL, Pose(2.0, 4.0, 0.0))
     path_of(s, (5.0, 4.0))
     s.tube.stop = 7
-    reservation = ReservationManager(s)
+    reservation = ReservationManager(s, SingleLanes())
     dropped = False
     for _ in range(s.ticks(s.config.traffic.stuck_time) + 2):
         s.tick += 1

@@ -43,6 +43,7 @@ from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.senses import Senses
+from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.situation import Situation
 from tests.fakes.navigation import RADIUS, room, situation, waffle
 from tests.fakes.neighbors import deserialize_neighbors
@@ -60,15 +61,16 @@ def driving() -> Situation:
 
 def deciders(
     s: Situation, state: State, lease: Lease, gate: Gate | None = None,
-    right: RightOfWay | None = None,
+    right: RightOfWay | None = None, single_lanes: SingleLanes | None = None,
 ) -> Deciders:  # fmt: skip
     holding = HoldingPattern({}, [])
     state_machine = StateMachine(s, holding)
     state_machine.state, state_machine.holding_since = state, 60
     state_machine.is_waiting = state is State.HOLDING
     return Deciders(
-        state_machine, right or RightOfWay(), lease, gate or Gate(None), holding, Senses(s)
-    )
+        state_machine, right or RightOfWay(), lease, gate or Gate(None), holding, Senses(s),
+        single_lanes or SingleLanes(),
+    )  # fmt: skip
 
 
 def announce(
@@ -145,6 +147,13 @@ def test_the_mode_follows_the_state(state: State, has_goal: bool, mode: int) -> 
     record = announce(driving(), state, has_goal)
     assert record["mode"] == mode
     assert np.isnan(record["target"]).all()
+
+
+def test_who_follows_a_higher_robot_ranks_as_it_inherited_also_against_pushers() -> None:
+    s, following = driving(), SingleLanes()
+    following.inherited = 2**50 - 1
+    told = deciders(s, State.DRIVING, Lease(STATION, 70, 1), single_lanes=following)
+    assert priorities(s.robot_id, told, 33, True) == (2**50 - 1, 2**50 - 1)
 
 
 def test_a_yielding_robot_announces_its_refuge_and_what_it_inherited() -> None:

@@ -485,10 +485,20 @@ def test_the_highest_of_those_that_were_blocked_for_long_enough_pushes() -> None
           helping)  # fmt: skip  # 10 is at the end of a chain
     here.refresh(2)
     assert here.highest_pusher(5, 3) == 1  # of equals the smaller id
-    assert here.highest_pusher(9, 3) is None
+    assert here.highest_pusher(9, 3) is None  # those of equal rank have larger ids
     assert here.highest_pusher(3, 9) == 2
     here.refresh(40)
     assert here.highest_pusher(5, 3) is None  # all are gone
+
+
+@pytest.mark.parametrize("own_id", [1, 9])
+def test_of_two_robots_that_inherited_one_rank_the_smaller_id_pushes_at_once(own_id: int) -> None:
+    here = NeighborTable(own_id, TrafficConfig())
+    record = beacon(5, 1.0, 0.0, priority=9)
+    record["blocked_by"], record["blocked_ticks"] = own_id, 3
+    heard(here, 1, record)
+    here.refresh(2)
+    assert here.highest_pusher(9, 3) == (0 if own_id == 9 else None)
 
 
 def test_earlier_requests_for_the_same_station_count() -> None:

@@ -10,6 +10,7 @@ import pytest
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.core.localisation_config import LocalisationConfig
 from swarm_nav.traffic.reservation import GROWTH_SLACK, ReservationManager
+from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.situation import MARGIN_STEP, Situation
 from tests.fakes.navigation import beacon, hear, room, situation
 
@@ -24,7 +25,7 @@ def on_a_path(held: int = 0) -> tuple[Situation, ReservationManager]:
     s.tube.stop = held
     for _ in range(s.config.traffic.confirmations):
         s.tube.publish(s.pose, s.tick)
-    return s, ReservationManager(s)
+    return s, ReservationManager(s, SingleLanes())
 
 
 def test_requested_space_that_nobody_holds_is_taken() -> None:

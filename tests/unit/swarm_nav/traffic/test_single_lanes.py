@@ -11,6 +11,7 @@ from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose
 from swarm_common.robots.loading import load_robot
 from swarm_nav.core.config import NavConfig
+from swarm_nav.core.priority import OWN_DEPTH
 from swarm_nav.planning import search_kernels
 from swarm_nav.traffic import single_lane_kernels as kernels
 from swarm_nav.traffic.single_lanes import SingleLanes, rooms, single_lanes
@@ -95,7 +96,7 @@ def test_a_door_is_a_single_lane_and_a_hall_has_none() -> None:
 def approaching(priority: int) -> Situation:
     """Return a robot that is about to go east through the door."""
     s = situation(DOOR, Pose(2.3, 4.0, 0.0))
-    s.tube.adopt(np.column_stack((np.arange(2.3, 6.0, 0.05), np.full(74, 4.0))))
+    s.tube.adopt(np.column_stack((np.arange(2.3, 7.0, 0.05), np.full(94, 4.0))))
     s.priority = priority
     return s
 
@@ -132,6 +133,58 @@ def test_who_makes_way_may_go_anywhere() -> None:
     s.yields_for = 3
     hear(s, westward(9))
     assert SingleLanes().barrier(s, s.tube.stop + 7) == (s.tube.stop + 7, -1)
+
+
+def leader(x: float, ahead: float = 0.1, priority: int = 128 + OWN_DEPTH) -> np.void:
+    """Return a robot in the door, or near it, that drives east (`ahead` > 0) or west."""
+    way = [(x + ahead * k, 4.0) for k in range(31)]
+    return beacon(2, *way[0], held=way[:6], intent=way[5:], priority=priority)
+
+
+@pytest.mark.parametrize(
+    ("other", "inherited"),
+    [
+        (leader(3.6), 127 + OWN_DEPTH),  # in the passage ahead, the same way
+        (leader(3.6, -0.1), 0),  # the other way
+        (leader(6.5), 0),  # through already
+        (leader(3.6, priority=OWN_DEPTH), 0),  # it ranks below
+        (leader(3.6, priority=128), 0),  # at the end of a chain
+    ],
+)
+def test_who_goes_through_behind_a_higher_robot_inherits_its_rank(
+    other: np.void, inherited: int
+) -> None:
+    s, lanes = approaching(5 + OWN_DEPTH), SingleLanes()
+    s.own_priority = s.priority
+    hear(s, other)
+    lanes.barrier(s, s.tube.stop + 7)
+    assert lanes.inherited == inherited
+
+
+def test_who_follows_into_a_blind_end_inherits_nothing() -> None:
+    """It would keep the rank, and keep in those that come out."""
+    s, lanes = approaching(5 + OWN_DEPTH), SingleLanes()
+    s.tube.adopt(np.column_stack((np.arange(2.3, 4.5, 0.05), np.full(44, 4.0))))
+    s.own_priority = s.priority
+    hear(s, leader(3.6))
+    lanes.barrier(s, s.tube.stop + 7)
+    assert lanes.inherited == 0
+
+
+def test_who_follows_keeps_the_rank_until_it_is_out_or_waits() -> None:
+    s, lanes = approaching(5 + OWN_DEPTH), SingleLanes()
+    s.own_priority = s.priority
+    hear(s, leader(3.6))
+    lanes.barrier(s, s.tube.stop + 7)
+    inherited = lanes.inherited
+    hear(s, leader(6.5), tick=2)
+    for stop, x, expected in ((30, 2.8, inherited), (64, 4.5, inherited), (70, 5.8, 0)):
+        s.tube.stop, s.pose = stop, Pose(x, 4.0, 0.0)
+        lanes.barrier(s, s.tube.stop + 3)
+        assert lanes.inherited == expected
+    lanes.inherited = inherited
+    lanes.forget()
+    assert lanes.inherited == 0
 
 
 def test_without_a_single_lane_nothing_is_in_the_way() -> None:
