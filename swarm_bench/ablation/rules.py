@@ -9,10 +9,12 @@ the suite are the same tick for tick, the others are left out.
 from __future__ import annotations
 
 import contextlib
+import functools
 import importlib
 import itertools
 import math
 import statistics
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -31,6 +33,7 @@ from swarm_nav.core.config import NavConfig, parameter_values
 from swarm_nav.planning.terrain import Terrain
 
 BASE = "as it is"
+_Cache = type(functools.lru_cache(int))
 PROBES = 3  # runs of a row after which the others are left out if a variant changes nothing
 TRAFFIC, BEHAVIOUR = "swarm_nav.traffic", "swarm_nav.behaviour"
 OBSTACLES = "swarm_nav.perception.dynamic_obstacles"
@@ -188,7 +191,7 @@ def run_job(job: AblationJob) -> tuple[str, RunResult]:
 
 @contextlib.contextmanager
 def _changed(constants: Mapping[str, Any]) -> Iterator[None]:
-    """Within it, modules have other values under these names."""
+    """Within it, modules have other values under these names, and nothing kept of before."""
     before = []
     try:
         for name, value in constants.items():
@@ -196,10 +199,21 @@ def _changed(constants: Mapping[str, Any]) -> Iterator[None]:
             module = importlib.import_module(module_name)
             before.append((module, constant, getattr(module, constant)))
             setattr(module, constant, value)
+        _forget()
         yield
     finally:
         for module, constant, value in reversed(before):
             setattr(module, constant, value)
+        _forget()
+
+
+def _forget() -> None:
+    """Clear the caches of the navigators' modules: what is in there may depend on a constant."""
+    for name, module in list(sys.modules.items()):
+        if name.startswith("swarm_nav."):
+            for value in list(vars(module).values()):
+                if isinstance(value, _Cache):
+                    value.cache_clear()
 
 
 def key_of(variant: str, result: RunResult) -> Key:

@@ -100,10 +100,11 @@ def test_of_two_heirs_of_one_priority_only_the_one_with_the_smaller_id_pushes() 
     for own_id, other_id in ((3, 9), (9, 3)):
         s = situation(HALL, Pose(4.0, 4.0, 0.0), own_id)
         s.own_priority = s.priority = above(HIGH)
-        equal = {"priority": above(HIGH), "blocked_by": own_id, "blocked_ticks": 200}
+        patience = s.config.traffic.push_ticks
+        equal = {"priority": above(HIGH), "blocked_by": own_id, "blocked_ticks": patience}
         hear(s, beacon(other_id, 3.2, 4.0, **equal))
         assert (RightOfWay().pusher(s) is not None) == (other_id < own_id)
-        hear(s, beacon(other_id, 3.2, 4.0, **(equal | {"blocked_ticks": 199})))
+        hear(s, beacon(other_id, 3.2, 4.0, **(equal | {"blocked_ticks": patience - 1})))
         assert RightOfWay().pusher(s) is None
 
 

@@ -6,6 +6,7 @@ import importlib
 from collections import Counter
 from typing import Any
 
+import numpy as np
 import pytest
 
 from swarm_bench.ablation import rules as ablation
@@ -25,8 +26,11 @@ from swarm_bench.ablation.rules import (
 from swarm_bench.runs.result import RunResult
 from swarm_bench.suite.selection import select
 from swarm_common.model.errors import UnknownNameError
+from swarm_common.model.records import Pose
 from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
 from swarm_nav.traffic import right_of_way
+from swarm_nav.traffic.single_lanes import single_lanes
+from tests.fakes.navigation import room, situation
 from tests.fakes.results import result
 
 
@@ -63,6 +67,29 @@ def test_constants_are_changed_while_a_run_lasts(monkeypatch: pytest.MonkeyPatch
     assert run_job(job) == ("both", "done")
     assert seen == [(9.0, {"traffic.push_ticks": 7})]
     assert before == right_of_way.RETREAT_DISTANCE
+
+
+def test_what_the_navigators_keep_is_made_anew_with_other_constants(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Labels of passages were kept from the run before, so that their mouth could not be varied."""
+    s = situation(room(8.0, 8.0, (4.0, 0.0, 4.2, 3.6), (4.0, 4.4, 4.2, 8.0)), Pose(2.0, 4.0, 0.0))
+    sizes = []
+
+    def run(options: Any) -> str:
+        labels = single_lanes(s.terrain, s.radius)
+        assert labels is not None
+        sizes.append(np.count_nonzero(labels))
+        return "done"
+
+    monkeypatch.setattr(ablation, "run", run)
+    options = select("circle", [8], [0])[0]
+    for variant in variants(["swarm_nav.traffic.single_lanes.MOUTH"]):
+        run_job(AblationJob(variant, options, is_hall=False))
+    usual, halved, doubled = sizes
+    assert halved < usual < doubled
+    assert run_job(AblationJob(Variant(BASE), options, is_hall=False)) == (BASE, "done")
+    assert sizes[-1] == usual
 
 
 def test_runs_are_compared_seed_by_seed() -> None:
