@@ -10,7 +10,8 @@ import psutil
 import pytest
 
 CODE = """
-import sys
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a script's background
 from swarm_bench.runs import ros_run
 from swarm_bench.runs.scenario import load_scenario
 from swarm_bench.runs.stage import RunOptions
