@@ -33,10 +33,10 @@ from swarm_nav.core.config import NavConfig, parameter_values
 from swarm_nav.planning.terrain import Terrain
 
 BASE = "as it is"
-_Cache = type(functools.lru_cache(int))
 PROBES = 3  # runs of a row after which the others are left out if a variant changes nothing
 TRAFFIC, BEHAVIOUR = "swarm_nav.traffic", "swarm_nav.behaviour"
 OBSTACLES = "swarm_nav.perception.dynamic_obstacles"
+_Cache = type(functools.lru_cache(int))
 
 
 def _everywhere(terrain: Terrain, radius: float) -> NDArray[np.bool_]:
@@ -185,7 +185,7 @@ def run_job(job: AblationJob) -> tuple[str, RunResult]:
     constants = {name: value for name, value in job.variant.values.items() if name not in known}
     options = replace(job.options, parameters={**job.options.parameters, **parameters})
     runner: Callable[[RunOptions], RunResult] = run_hall if job.is_hall else run
-    with _changed(constants):
+    with _changed(constants) if constants else contextlib.nullcontext():
         return job.variant.name, runner(options)
 
 
