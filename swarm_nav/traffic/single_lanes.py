@@ -8,7 +8,7 @@ back out of the door.
 
 Robots that go the same way follow each other: one that is about to go through behind a higher one
 inherits its priority, less one, until it is out (priority inheritance). So a door changes its
-direction after a group of robots, not after each. It ends with its hops at the latest.
+direction after a group of robots, not after each. The group ends with its hops at the latest.
 """
 
 from __future__ import annotations
