@@ -3,9 +3,10 @@
 A robot without a goal stands where its last one ended. In the open it blocks no robot, and where
 robots only pass it is pushed. But in a narrow region with stations each standing robot takes the
 room of a working one; and on single lanes the robot that pushes it stands in its only way out. So
-it leaves: a region when it hears a robot that waits to enter or asks for a station in it; a
-station, and the single lanes around it, when another robot asks for it, large ones unasked, since
-nobody may be heard there; and the way of people, who may have no other.
+it leaves: a region, and the floor before it, through which the others come, when it hears a robot
+that waits to enter or asks for a station in it; a station, and the single lanes around it, when
+another robot asks for it, large ones unasked, since nobody may be heard there; and the way of
+people, who may have no other.
 """
 
 from __future__ import annotations
@@ -96,14 +97,9 @@ class Departure:
 
     def _leave_for_others(self, situation: Situation) -> None:
         """Set off if the robot takes the room of others in a region, at a station or of people."""
-        region, pose = self._gate.region, situation.pose
-        lattice = situation.planner.lattice
-        if region is not None and is_inside(region, lattice.frame, pose.x, pose.y):
-            highest = _highest_asking(situation, region, at_gate=True)
-            if highest:
-                self._leave(situation, highest if self._insists else 0, region > 0)
-                return
-            self._insists = False
+        if self._leave_region(situation):
+            return
+        pose = situation.pose
         left = self._lease.left
         if left is not None and left.is_of(situation) and left.contains(situation):
             highest = _highest_asking(situation, left.floor)
@@ -120,19 +116,51 @@ class Departure:
             traffic_costs.stamp(near, situation, walked, room, 1.0)
             self._leave(situation, 0, near > 0.0)
 
+    def _leave_region(self, situation: Situation) -> bool:
+        """Leave the region and the floor before it for those who ask; return whether it does."""
+        region, pose = self._gate.region, situation.pose
+        lattice = situation.planner.lattice
+        forecourt = self._gate.forecourt(lattice, situation.config.holding.request_distance)
+        if region is None or forecourt is None:
+            return False
+        if not is_inside(forecourt, lattice.frame, pose.x, pose.y):
+            return False
+        highest = _highest_asking(situation, region, at_gate=True)
+        if not highest:
+            self._insists = False
+            return False
+        stands_inside = is_inside(region, lattice.frame, pose.x, pose.y)
+        inherited = highest if self._insists and stands_inside else 0
+        if self._park(situation, inherited, forecourt):
+            return True
+        if stands_inside:
+            self._leave(situation, inherited, region > 0)
+        return stands_inside
+
     def _leave(
         self, situation: Situation, highest: int, closed: NDArray[np.bool_], hops: int = 1
     ) -> None:
+        if not self._park(situation, highest, closed, hops):
+            # all taken, or none on this map: where others get past it, too
+            self._park(situation, highest, closed, hops, rooms(*situation.passing))
+
+    def _park(
+        self,
+        situation: Situation,
+        highest: int,
+        closed: NDArray[np.bool_],
+        hops: int = 1,
+        allowed: NDArray[np.bool_] | None = None,
+    ) -> bool:
+        """Set off for the nearest place outside; return whether there is one."""
         self._next_search_tick = situation.tick + situation.wait_ticks
-        stations = list(situation.stations)
-        way = parking_path(situation, stations, closed, math.inf)
-        if way is None:  # all taken, or none on this map: where others get past it, too
-            way = parking_path(situation, stations, closed, math.inf, rooms(*situation.passing))
+        way = parking_path(situation, list(situation.stations), closed, math.inf, allowed)
         if way is not None and len(way) >= 2:
             situation.tube.adopt(way)
             x, y = situation.tube.points[-1]
             self._target = (x, y)
             self._inherit(above(highest, hops) if highest else 0)
+        return way is not None
 
 
 def _highest_asking(

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.records import FloatArray
+from swarm_common.model.records import FloatArray, Mask
 from swarm_nav.core.priority import SENIORITY
 from swarm_nav.planning import distance_kernels, search_kernels
 from swarm_nav.planning.search import SearchSpace
@@ -120,6 +120,7 @@ class Gate:
     _measured: NDArray[np.int16] | None = None  # the region whose part that is
     # points of a path, from one index to before another, that lie outside a region
     _outside: tuple[FloatArray | None, NDArray[np.int16] | None, int, int] = (None, None, 0, 0)
+    _forecourt: tuple[NDArray[np.int16] | None, Mask | None] = (None, None)  # of which region
 
     @property
     def announced(self) -> int:
@@ -221,6 +222,22 @@ class Gate:
         known, own_id = situation.neighbors.sightings, situation.robot_id
         seen = gate_kernels.count_seen(self.region, self._part, frame, known, since, own_id, False)
         return int(seen)
+
+    def forecourt(self, lattice: Lattice, depth: float) -> Mask | None:
+        """Return the lattice cells (h, w) of the region and before it, None without a region.
+
+        Args:
+            lattice: Of the map that the region is of.
+            depth: [m] from the region, the same at each call.
+        """
+        if self.region is None:
+            return None
+        region, forecourt = self._forecourt
+        if forecourt is None or region is not self.region:
+            gaps = distance_kernels.distance_cells(self.region > 0)
+            forecourt = np.asarray(gaps * lattice.step <= depth, np.bool_)
+            self._forecourt = self.region, forecourt
+        return forecourt
 
     def recheck(self, situation: Situation, way: FloatArray) -> None:
         """Ask no more if the way to the goal does not lead through the region any longer.

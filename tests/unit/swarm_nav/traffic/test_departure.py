@@ -17,9 +17,11 @@ from tests.fakes.navigation import beacon, hear, room, situation
 HALL = room(9.0, 9.0)
 
 
-def idle_robot(*others: np.void, x: float = 4.5) -> tuple[Departure, Gate, Situation]:
+def idle_robot(
+    *others: np.void, x: float = 4.5, grid: Grid = HALL
+) -> tuple[Departure, Gate, Situation]:
     """Return a robot that stands in or beside a region, 4.0 < x < 5.0 m, and hears others."""
-    s = situation(HALL, Pose(x, 4.5, 0.0))
+    s = situation(grid, Pose(x, 4.5, 0.0))
     region = np.zeros(s.planner.lattice.base.shape, np.int16)
     region[:, 40:50] = 1
     hear(s, *others)
@@ -43,6 +45,31 @@ def test_who_stands_inside_while_somebody_waits_leaves_for_a_place_outside() -> 
     x, y = s.tube.points[-1]
     assert gate.region is not None
     assert not is_inside(gate.region, s.planner.lattice.frame, x, y)
+
+
+@pytest.mark.parametrize(("x", "leaves"), [(4.5, True), (6.5, True), (10.0, False)])
+def test_the_floor_before_the_region_is_left_as_well(x: float, leaves: bool) -> None:
+    """Twenty that were done stood in the way before an aisle, in the row two_loaders."""
+    asking = beacon(2, 7.0, 4.5, gate_tick=50, priority=1 << 40)
+    departure, gate, s = idle_robot(asking, x=x, grid=room(18.0, 9.0))
+    assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
+    assert gate.region is not None
+    if leaves:
+        forecourt = gate.forecourt(s.planner.lattice, s.config.holding.request_distance)
+        assert forecourt is not None
+        assert not is_inside(forecourt, s.planner.lattice.frame, *s.tube.points[-1])
+    s.blocked_ticks = s.wait_ticks + 1  # who is only before it does not rank above those that ask
+    departure.update(s, True)
+    s.blocked_ticks = 0
+    wait(departure, s, s.config.traffic.wait_time + 0.5)
+    assert (departure._lease.inherited > 0) is (x == 4.5)
+
+
+def test_where_all_floor_is_before_the_region_only_who_is_inside_leaves() -> None:
+    asking = beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40)
+    for x in (4.5, 6.5):
+        departure, _, s = idle_robot(asking, x=x)
+        assert wait(departure, s, s.config.traffic.wait_time + 0.5) is (x == 4.5)
 
 
 def test_without_floor_wide_enough_to_park_it_leaves_for_a_place_where_others_get_past() -> None:
