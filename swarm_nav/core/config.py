@@ -182,7 +182,7 @@ class HoldingConfig:
     """Stations and the holding pattern; `holding.` parameters."""
 
     mode: str = "auto"  # where to wait for a station: circuit | park | auto
-    request_distance: float = 4.0  # [m] from the station at which its lease is requested
+    request_distance: float = 4.0  # [m] at which a station is asked for; left free before an aisle
     hold_distance: float = 3.0  # [m] from the station at which a robot without its turn holds
     approach_slots: int = 3  # robots that may be on the last metres to a station
     circuit_spacing: float = 6.0  # [m] of circuit per robot below which `auto` parks
