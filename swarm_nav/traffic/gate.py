@@ -120,7 +120,8 @@ class Gate:
     _measured: NDArray[np.int16] | None = None  # the region whose part that is
     # points of a path, from one index to before another, that lie outside a region
     _outside: tuple[FloatArray | None, NDArray[np.int16] | None, int, int] = (None, None, 0, 0)
-    _forecourt: tuple[NDArray[np.int16] | None, Mask | None] = (None, None)  # of which region
+    # a region, a depth [m], and the cells of `forecourt`
+    _forecourt: tuple[NDArray[np.int16] | None, float, Mask | None] = (None, 0.0, None)
 
     @property
     def announced(self) -> int:
@@ -228,15 +229,15 @@ class Gate:
 
         Args:
             lattice: Of the map that the region is of.
-            depth: [m] from the region, the same at each call.
+            depth: [m] from the region.
         """
         if self.region is None:
             return None
-        region, forecourt = self._forecourt
-        if forecourt is None or region is not self.region:
+        region, known_depth, forecourt = self._forecourt
+        if forecourt is None or region is not self.region or depth != known_depth:
             gaps = distance_kernels.distance_cells(self.region > 0)
             forecourt = np.asarray(gaps * lattice.step <= depth, np.bool_)
-            self._forecourt = self.region, forecourt
+            self._forecourt = self.region, depth, forecourt
         return forecourt
 
     def recheck(self, situation: Situation, way: FloatArray) -> None:

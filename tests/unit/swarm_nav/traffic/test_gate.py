@@ -304,3 +304,18 @@ def test_who_need_not_go_in_any_more_stops_waiting() -> None:
     assert gate.is_closed
     gate.recheck(s, np.array(((3.0, 4.5), (3.0, 2.5))))
     assert gate.announced == NONE
+
+
+def test_the_floor_before_a_region_follows_region_and_depth() -> None:
+    s = situation(room(9.0, 9.0), Pose(4.5, 4.5, 0.0))
+    lattice = s.planner.lattice
+    gate = Gate(None)
+    assert gate.forecourt(lattice, 1.0) is None
+    for first, depth in ((40, 1.0), (40, 2.0), (20, 2.0)):
+        gate.region = np.zeros(lattice.base.shape, np.int16)
+        gate.region[:, first : first + 10] = 1
+        forecourt = gate.forecourt(lattice, depth)
+        assert forecourt is not None
+        columns = np.flatnonzero(forecourt[45])
+        assert (columns[0], columns[-1]) == (first - depth * 10, first + 9 + depth * 10)
+        assert gate.forecourt(lattice, depth) is forecourt
