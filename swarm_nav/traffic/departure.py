@@ -3,10 +3,10 @@
 A robot without a goal stands where its last one ended. In the open it blocks no robot, and where
 robots only pass it is pushed. But in a narrow region with stations each standing robot takes the
 room of a working one; and on single lanes the robot that pushes it stands in its only way out. So
-it leaves: a region, and the floor before it, through which the others come, when it hears a robot
-that waits to enter or asks for a station in it; a station, and the single lanes around it, when
-another robot asks for it, large ones unasked, since nobody may be heard there; and the way of
-people, who may have no other.
+it leaves: a region, when it hears a robot that waits to enter or asks for a station in it, and the
+floor before it, through which the others come, unless its goal was there; a station, and the single
+lanes around it, when another robot asks for it, large ones unasked, since nobody may be heard
+there; and the way of people, who may have no other.
 """
 
 from __future__ import annotations
@@ -51,6 +51,7 @@ class Departure:
         self._next_search_tick = 0
         self._target: tuple[float, float] | None = None
         self._insists = False  # whether it was blocked on its way out
+        self._is_displaced = False  # whether it left, or made way, since its last goal
 
     def update(self, situation: Situation, is_idle: bool) -> bool:
         """Return whether the robot is on its way out.
@@ -62,6 +63,7 @@ class Departure:
         if not is_idle:
             self._idle_since = -1
             self._insists &= self._lease.station is None
+            self._is_displaced = self._lease.station is None
             if self._target is not None:
                 self._give_up()
             return False
@@ -123,13 +125,14 @@ class Departure:
         forecourt = self._gate.forecourt(lattice, situation.config.holding.request_distance)
         if region is None or forecourt is None:
             return False
-        if not is_inside(forecourt, lattice.frame, pose.x, pose.y):
+        stands_inside = is_inside(region, lattice.frame, pose.x, pose.y)
+        is_before = self._is_displaced and is_inside(forecourt, lattice.frame, pose.x, pose.y)
+        if not (stands_inside or is_before):
             return False
         highest = _highest_asking(situation, region, at_gate=True)
         if not highest:
             self._insists = False
             return False
-        stands_inside = is_inside(region, lattice.frame, pose.x, pose.y)
         inherited = highest if self._insists and stands_inside else 0
         if self._park(situation, inherited, forecourt):
             return True
@@ -159,6 +162,7 @@ class Departure:
             situation.tube.adopt(way)
             x, y = situation.tube.points[-1]
             self._target = (x, y)
+            self._is_displaced = True
             self._inherit(above(highest, hops) if highest else 0)
         return way is not None
 
