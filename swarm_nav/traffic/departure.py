@@ -125,7 +125,7 @@ class Departure:
         forecourt = self._gate.forecourt(lattice, situation.config.holding.request_distance)
         if region is None or forecourt is None:
             return False
-        stands_inside = is_inside(region, lattice.frame, pose.x, pose.y)
+        stands_inside = bool(is_inside(region, lattice.frame, pose.x, pose.y))
         is_before = self._is_displaced and is_inside(forecourt, lattice.frame, pose.x, pose.y)
         if not (stands_inside or is_before):
             return False
