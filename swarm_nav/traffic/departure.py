@@ -4,7 +4,7 @@ A robot without a goal stands where its last one ended. In the open it blocks no
 robots only pass it is pushed. But in a narrow region with stations each standing robot takes the
 room of a working one; and on single lanes the robot that pushes it stands in its only way out. So
 it leaves: a region, when it hears a robot that waits to enter or asks for a station in it, and the
-floor before it, through which the others come, unless its goal was there; a station, and the single
+floor before it, through which the others come, if it has left its goal; a station, and the single
 lanes around it, when another robot asks for it, large ones unasked, since nobody may be heard
 there; and the way of people, who may have no other.
 """
@@ -51,7 +51,7 @@ class Departure:
         self._next_search_tick = 0
         self._target: tuple[float, float] | None = None
         self._insists = False  # whether it was blocked on its way out
-        self._is_displaced = False  # whether it left, or made way, since its last goal
+        self._has_left = False  # whether it left for others since its last goal
 
     def update(self, situation: Situation, is_idle: bool) -> bool:
         """Return whether the robot is on its way out.
@@ -63,7 +63,7 @@ class Departure:
         if not is_idle:
             self._idle_since = -1
             self._insists &= self._lease.station is None
-            self._is_displaced = self._lease.station is None
+            self._has_left &= self._lease.station is None
             if self._target is not None:
                 self._give_up()
             return False
@@ -126,7 +126,7 @@ class Departure:
         if region is None or forecourt is None:
             return False
         stands_inside = bool(is_inside(region, lattice.frame, pose.x, pose.y))
-        is_before = self._is_displaced and is_inside(forecourt, lattice.frame, pose.x, pose.y)
+        is_before = self._has_left and is_inside(forecourt, lattice.frame, pose.x, pose.y)
         if not (stands_inside or is_before):
             return False
         highest = _highest_asking(situation, region, at_gate=True)
@@ -162,7 +162,7 @@ class Departure:
             situation.tube.adopt(way)
             x, y = situation.tube.points[-1]
             self._target = (x, y)
-            self._is_displaced = True
+            self._has_left = True
             self._inherit(above(highest, hops) if highest else 0)
         return way is not None
 

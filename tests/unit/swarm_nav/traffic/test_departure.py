@@ -48,15 +48,17 @@ def test_who_stands_inside_while_somebody_waits_leaves_for_a_place_outside() -> 
 
 
 @pytest.mark.parametrize(("x", "leaves"), [(4.5, True), (6.5, True), (10.0, False)])
-def test_who_was_pushed_leaves_the_floor_before_the_region_as_well(x: float, leaves: bool) -> None:
+def test_who_has_left_leaves_the_floor_before_the_region_as_well(x: float, leaves: bool) -> None:
     """Twenty that were done stood in the way before an aisle, in the row two_loaders."""
     asking = beacon(2, 7.0, 4.5, gate_tick=50, priority=1 << 40)
     departure, gate, s = idle_robot(asking, x=x, grid=room(18.0, 9.0))
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is (
         x == 4.5
     )  # at its goal it stays
-    departure.update(s, False)  # it was pushed
+    departure.update(s, False)
     s.tube.reset(s.pose)
+    assert wait(departure, s, s.config.traffic.wait_time + 0.5) is (x == 4.5)  # nor if pushed
+    departure._has_left = True
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
     assert gate.region is not None
     if leaves:
@@ -74,7 +76,7 @@ def test_where_all_floor_is_before_the_region_only_who_is_inside_leaves() -> Non
     asking = beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40)
     for x in (4.5, 6.5):
         departure, _, s = idle_robot(asking, x=x)
-        departure.update(s, False)
+        departure._has_left = True
         assert wait(departure, s, s.config.traffic.wait_time + 0.5) is (x == 4.5)
 
 
