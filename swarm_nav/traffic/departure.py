@@ -122,12 +122,13 @@ class Departure:
         """Leave the region and the floor before it for those who ask; return whether it does."""
         region, pose = self._gate.region, situation.pose
         lattice = situation.planner.lattice
-        forecourt = self._gate.forecourt(lattice, situation.config.holding.request_distance)
-        if region is None or forecourt is None:
+        if region is None:
             return False
         stands_inside = bool(is_inside(region, lattice.frame, pose.x, pose.y))
-        is_before = self._has_left and is_inside(forecourt, lattice.frame, pose.x, pose.y)
-        if not (stands_inside or is_before):
+        if not (stands_inside or self._has_left):
+            return False
+        forecourt = self._gate.forecourt(lattice, situation.config.holding.request_distance)
+        if forecourt is None or not is_inside(forecourt, lattice.frame, pose.x, pose.y):
             return False
         highest = _highest_asking(situation, region, at_gate=True)
         if not highest:

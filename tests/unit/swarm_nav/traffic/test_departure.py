@@ -52,12 +52,11 @@ def test_who_has_left_leaves_the_floor_before_the_region_as_well(x: float, leave
     """Twenty that were done stood in the way before an aisle, in the row two_loaders."""
     asking = beacon(2, 7.0, 4.5, gate_tick=50, priority=1 << 40)
     departure, gate, s = idle_robot(asking, x=x, grid=room(18.0, 9.0))
-    assert wait(departure, s, s.config.traffic.wait_time + 0.5) is (
-        x == 4.5
-    )  # at its goal it stays
+    # before the region it stays at its goal, also if it was pushed
+    assert wait(departure, s, s.config.traffic.wait_time + 0.5) is (x == 4.5)
     departure.update(s, False)
     s.tube.reset(s.pose)
-    assert wait(departure, s, s.config.traffic.wait_time + 0.5) is (x == 4.5)  # nor if pushed
+    assert wait(departure, s, s.config.traffic.wait_time + 0.5) is (x == 4.5)
     departure._has_left = True
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
     assert gate.region is not None
