@@ -2,8 +2,8 @@
 
 Requests for space, pushes, the gate, single-lane passages and the right of way of a blocked robot's
 next metres compare ranks here. The last two hold up a robot for one that ranks above it only, and
-for nobody while it makes way: so waiting by them leads upwards in one order, has no circle, and
-never holds up the highest robot.
+for nobody while it drives to a refuge: so waiting by them leads upwards in one order, has no
+circle, and never holds up the highest robot.
 """
 
 from __future__ import annotations

@@ -8,10 +8,10 @@ radio range of where its way enters has room for, and while fewer robots than th
 room for were seen in it by anybody (`swarm_nav.perception.absence`). Otherwise it waits in the
 open, wherever a place is free. Each robot decides alone.
 
-The gate is subordinate to the priorities. A robot that ranks above all others that are inside,
-admitted or ask, enters however many they are: so the highest robot never waits here, nor does the
-holder of a lease that inherits from a higher robot waiting for it. A robot that waits for a lease
-does not ask, and a robot that is blocked on its way to the mouth takes no place.
+The gate is subordinate to the priorities, with driving and waiting robots counted alike. A robot
+that ranks so above all others that are inside, admitted or ask, enters however many they are, and
+so does the holder of a lease that inherits from such a robot. A robot that waits for a lease does
+not ask, and a robot that is blocked on its way to the mouth takes no place.
 
 Plain corridors are left alone: they have no station to wait for, and robots only pass.
 """
