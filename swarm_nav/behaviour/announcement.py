@@ -45,7 +45,7 @@ MODES = {
     State.HOLDING: MODE_HOLD,
     State.YIELDING: MODE_YIELD,
     State.RECOVERING: MODE_DRIVE,
-    State.BEHAVING: MODE_PAUSE,
+    State.BEHAVING: MODE_DRIVE,
 }
 HEARD = slice(word_of("heard"), word_of("sighted_id"))
 SIGHTED = slice(word_of("sighted_id"), None)
@@ -88,7 +88,12 @@ def priorities(
 
 
 def compose_beacon(
-    situation: Situation, spec: RobotSpec, deciders: Deciders, is_active: bool
+    situation: Situation,
+    spec: RobotSpec,
+    deciders: Deciders,
+    is_active: bool,
+    *,
+    is_pausing: bool = False,
 ) -> np.void:
     """Return the beacon of this tick, with the priority and the blocks as they were published.
 
@@ -97,6 +102,7 @@ def compose_beacon(
         spec: Its footprint is sent.
         deciders: Its decisions.
         is_active: Whether the navigator is active.
+        is_pausing: Whether the robot is served, and does not make way.
     """
     s, d = situation, deciders
     priority = s.priority
@@ -107,11 +113,12 @@ def compose_beacon(
     if is_yielding:
         x, y = s.tube.points[-1]
         target = (float(x), float(y))
+    mode = MODE_PAUSE if is_pausing else MODES[d.state_machine.state]
     head = (
         *stamp_from_tick(s.tick), s.robot_id, s.tick, s.radius,
         s.pose.x, s.pose.y, s.pose.yaw, s.twist.vx, s.twist.wz,
         priority >> 32, priority & 0xFFFFFFFF, s.blocked_ticks, s.blocked_by, s.yields_for,
-        flags, MODE_YIELD if is_yielding else MODES[d.state_machine.state],
+        flags, MODE_YIELD if is_yielding else mode,
         *target, *(d.lease.station or NOWHERE), d.lease.tick, d.gate.announced,
         *s.tube.published_sizes, len(spec.footprint),
     )  # fmt: skip

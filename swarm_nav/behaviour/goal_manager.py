@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from swarm_common.model.records import Pose
 from swarm_nav.behaviour.behaviors import Behavior, recovery_goal
 from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.state_machine import StateMachine
@@ -54,7 +55,7 @@ class GoalManager:
         self.behavior: Behavior | None = None
         self.is_recovery = False
         self.last_goal_tick = 0
-        self._has_reached = False  # the goal before
+        self._reached_at: Pose | None = None  # where the goal before was reached, if it was
         self.failure = ""  # why the goal before was given up, if it was
 
     @property
@@ -75,9 +76,14 @@ class GoalManager:
 
     @property
     def is_pausing(self) -> bool:
-        """Whether the robot stands where it was sent until the next goal takes effect."""
-        goal = self._pending
-        return self._has_reached and goal is not None and goal.start_tick > self._s.tick + 1
+        """Whether the robot is served where it was sent, until the next goal takes effect.
+
+        It stays there: it does not make way meanwhile, and keeps its turn at the station.
+        """
+        goal, place, s = self._pending, self._reached_at, self._s
+        if goal is None or place is None or goal.start_tick <= s.tick + 1:
+            return False
+        return s.pose.distance(place) <= s.config.goal_checker.xy_goal_tolerance
 
     def set_goal(self, goal: Goal) -> None:
         """Take a goal for its start tick; the current one ends as canceled (preempted).
@@ -87,6 +93,8 @@ class GoalManager:
         """
         self.end(Outcome.CANCELED, message="preempted by a new goal")
         self._pending = goal
+        if self.is_pausing:
+            self._lease.keep(self._s)
 
     def begin_pending(self) -> None:
         """Begin the pending goal when it is due."""
@@ -122,7 +130,8 @@ class GoalManager:
         self.is_recovery = False
         if task is not None:
             self._count(outcome)
-        self._has_reached = task is not None and outcome is Outcome.SUCCEEDED
+        has_reached = task is not None and outcome is Outcome.SUCCEEDED
+        self._reached_at = s.pose if has_reached else None
         has_failed = task is not None and outcome is Outcome.ABORTED
         self.failure = f"error {code.value}: {message}" if has_failed else ""
         self._lease.aim(None)

@@ -127,7 +127,7 @@ class Navigator:
 
     @property
     def is_pausing(self) -> bool:
-        """Whether the robot stands where it was sent until its next goal takes effect."""
+        """Whether the robot is served where it was sent, until its next goal takes effect."""
         return self._goal_manager.is_pausing
 
     def variances(self) -> tuple[float, float, float]:
@@ -400,8 +400,13 @@ class Navigator:
             self._replan()
 
     def _decide_right_of_way(self) -> None:
-        """Make way, step back, or go on with the current goal."""
-        self._goal_manager.yield_or_resume(self._right.update(self._s))
+        """Make way, step back, go on with the current goal, or stay where the robot is served."""
+        is_yielding = False
+        if self.is_pausing:
+            self._right.stay(self._s)
+        else:
+            is_yielding = self._right.update(self._s)
+        self._goal_manager.yield_or_resume(is_yielding)
 
     def _choose_twist(self, override: Twist | None) -> Twist:
         """Return the twist along the path or instead of it, slowed down near people and walls.
@@ -431,7 +436,9 @@ class Navigator:
             )
         )
         s.tube.publish(s.pose, s.tick)
-        return compose_beacon(s, self.spec, self._deciders, self.is_active)
+        return compose_beacon(
+            s, self.spec, self._deciders, self.is_active, is_pausing=self.is_pausing
+        )
 
     def _count_waiting(self) -> None:
         """Count the time spent in a queue and behind other robots, for the report."""

@@ -12,6 +12,7 @@ from swarm_common.model.beacon import (
     FLAG_STUCK,
     HEARD_ENTRIES,
     HELD_POINTS,
+    MODE_PAUSE,
     WANTED_POINTS,
     BeaconArray,
     Reception,
@@ -220,6 +221,11 @@ class NeighborTable:
     def stuck(self) -> NDArray[np.bool_]:
         """Robots that said that they cannot make way, and those that will not."""
         return ((self.heads["flags"] & FLAG_STUCK) > 0) | self.immovable
+
+    @property
+    def served(self) -> NDArray[np.bool_]:
+        """Robots that stay at their station for now, since they are served there."""
+        return np.asarray(self.heads["mode"] == MODE_PAUSE)
 
     @property
     def immovable(self) -> NDArray[np.bool_]:

@@ -89,9 +89,12 @@ class Lease:
     is_leaving: bool = False
     # whether others, who may be out of hearing, take all the room of its large single lanes
     is_full: bool = False
+    # whether the robot is served at the station, which it keeps until the next goal begins
+    is_served: bool = False
     # floor around the last station, as long as there is no new one
     left: Approach | None = None
     _next: tuple[float, float] | None = None
+    _given_back: tuple[tuple[float, float], int] = ((math.inf, math.inf), 0)  # station, its tick
     # tick since which the robot leaves without another target, 0 before that is known
     _left_tick: int = 0
     _approach: Approach | None = None
@@ -108,6 +111,7 @@ class Lease:
         Args:
             station: (x, y) [m] in map; None for no station.
         """
+        self.is_served = False
         if station == self.station:
             self.is_leaving = False
         elif self.is_leaving or (self._approach is not None and self._approach.is_inside):
@@ -116,7 +120,21 @@ class Lease:
         else:
             self._take(station)
 
+    def keep(self, situation: Situation) -> None:
+        """Keep the station that was given back last until the next `aim`: the robot is served.
+
+        Args:
+            situation: Of the robot.
+        """
+        self.is_served = True
+        station, tick = self._given_back
+        if self.station is None and situation.distance_to(*station) <= SAME_STATION:
+            self._take(station)
+            self.tick, self._is_new = tick, False
+
     def _take(self, station: tuple[float, float] | None) -> None:
+        if self.station is not None:
+            self._given_back = self.station, self.tick
         self.left = self._approach if station is None else None
         if self.left is not None:
             self.left.forget_queue()
@@ -180,7 +198,7 @@ class Lease:
         """
         self._left_tick = self._left_tick or situation.tick
         has_stayed = situation.tick - self._left_tick > situation.wait_ticks
-        is_done = self._next is None and has_stayed
+        is_done = self._next is None and has_stayed and not self.is_served
         approach = self._approach_of(situation)
         if (is_done and not approach.is_large) or not self._is_inside(situation):
             self._take(self._next)

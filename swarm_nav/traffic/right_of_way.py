@@ -105,6 +105,18 @@ class RightOfWay:
             situation.tube.cut()
         return self.is_yielding
 
+    def stay(self, situation: Situation) -> None:
+        """Make way for nobody, as long as the robot is served where it stands.
+
+        Args:
+            situation: Of the robot.
+        """
+        if self.is_retreating:
+            self._retreat_until = -1
+            situation.tube.cut()
+        if self.inherited or self._is_diverted:
+            self._release(situation)
+
     def _await_release(self, situation: Situation) -> None:
         """Be free after a while; on a single lane look for a refuge while the pusher is away.
 
@@ -352,7 +364,8 @@ def place_of_another(
         reach: [m] to keep from that.
         is_higher: (n,) neighbours that cannot be pushed for this.
     """
-    is_wall, most = is_higher | situation.neighbors.stuck, situation.config.holding.search_distance
+    is_wall = is_higher | situation.neighbors.stuck | situation.neighbors.served
+    most = situation.config.holding.search_distance
     taken = situation.planner.no_extra()
     traffic_costs.stamp(taken, situation, way, reach, 1.0)
     here, step = situation.stop_point, situation.planner.lattice.step

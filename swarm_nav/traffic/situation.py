@@ -171,9 +171,10 @@ class Situation:
 
     @property
     def vain_ticks(self) -> int:
-        """Ticks waited for what will not move: a silent robot, or what only the LiDAR sees."""
+        """Ticks waited for what makes no way: a silent robot, a served one, or an obstacle."""
         row = self.neighbors.row(self.blocked_by) if self.blocked_ticks else None
-        is_immovable = row is not None and bool(self.neighbors.immovable[row])
+        neighbors = self.neighbors
+        is_immovable = row is not None and bool(neighbors.immovable[row] | neighbors.served[row])
         return max(self.obstacle_ticks, self.blocked_ticks if is_immovable else 0)
 
     def note_bodies(self) -> None:

@@ -105,7 +105,7 @@ def congestion(situation: Situation) -> NDArray[np.float32]:
 def refuge_costs(
     situation: Situation, is_higher: NDArray[np.bool_], margin: float
 ) -> NDArray[np.float32]:
-    """Return extra costs for making way: robots that rank higher, or are stuck, are walls.
+    """Return extra costs for making way: robots that rank higher, are stuck or served, are walls.
 
     Args:
         situation: Of the robot.
@@ -114,7 +114,7 @@ def refuge_costs(
     """
     extra = situation.planner.no_extra()
     neighbors = situation.neighbors
-    is_wall = is_higher | neighbors.stuck
+    is_wall = is_higher | neighbors.stuck | neighbors.served
     stamp_tubes(extra, situation, margin, np.where(is_wall, WALL, STANDING))
     stamp_obstacles(extra, situation, float(WALL))
     return extra

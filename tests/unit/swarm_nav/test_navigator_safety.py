@@ -162,6 +162,49 @@ def test_an_idle_robot_on_the_goal_makes_room() -> None:
     assert one.robots[1].status().state == "idle"
 
 
+def served_at_east(*, ticks: int) -> Squad:
+    """Return two robots; the second is at EAST, and its next goal is due in some ticks."""
+    one = Squad(HALL, [START, Pose(5.0, 2.0, 0.0)])
+    one.send(1, EAST)
+    one.run_until(lambda: bool(one.ended(1)), 200)
+    one.send(1, Pose(6.0, 6.0, 0.0), goal_id=2, start_tick=one.tick + ticks)
+    return one
+
+
+def test_a_robot_that_is_served_stays_where_it_is_until_it_has_been_served() -> None:
+    """Whoever came next pushed it off its station, by up to 1.8 m, while it was loaded there."""
+    one = served_at_east(ticks=300)
+    place = one.bodies[1].pose
+    one.send(0, EAST)
+    one.run(290)
+    assert one.distance(1, place) < 0.1  # it stopped
+    assert one.robots[1].status().state == "pausing"
+    assert not one.ended(0)
+    one.run_until(lambda: bool(one.ended(0)) and len(one.ended(1)) == 2, 600)
+    assert {end.outcome for k in (0, 1) for end in one.ended(k)} == {Outcome.SUCCEEDED}
+
+
+def test_a_robot_whose_next_goal_is_canceled_while_it_is_served_makes_way() -> None:
+    one = served_at_east(ticks=3000)
+    one.send(0, EAST)
+    one.run(200)
+    assert not one.ended(0)
+    one.robots[1].cancel_goal()
+    one.run_until(lambda: bool(one.ended(0)), 600)
+    assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
+
+
+def test_a_robot_that_was_sent_away_since_does_not_count_as_served() -> None:
+    one = Squad(HALL, [START, Pose(5.0, 2.0, 0.0)])
+    one.send(1, EAST)
+    one.run_until(lambda: bool(one.ended(1)), 200)
+    one.send(0, EAST)
+    one.run_until(lambda: bool(one.ended(0)), 600)  # pushed it off
+    one.send(1, EAST, goal_id=2, start_tick=one.tick + 500)
+    one.run(2)
+    assert one.robots[1].status().state != "pausing"
+
+
 def test_a_robot_that_waits_on_orders_resumes_waiting_after_making_way() -> None:
     one = Squad(HALL, [START, Pose(4.0, 2.0, 0.0)])
     one.run(20)

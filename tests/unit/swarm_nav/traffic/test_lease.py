@@ -197,6 +197,37 @@ def test_a_dead_end_is_given_back_once_the_robot_is_out(
     assert (lease.station, lease.tick > 0) == (following, following is not None)
 
 
+@pytest.mark.parametrize("station", [STATION, DEAD_END])
+def test_a_robot_that_is_served_keeps_its_station(station: tuple[float, float]) -> None:
+    if station == DEAD_END:
+        s, lease = in_alcove(5, pose=Pose(*DEAD_END, 0.0))
+    else:
+        s = situation(HALL, Pose(*STATION, 0.0), robot_id=5)
+        lease = lease_of(s)
+    lease.aim(None)
+    lease.keep(s)
+    s.tick = 700
+    rank = base_priority(CLASS_HOLDING, 0, 2)
+    other = beacon(2, 2.0, 10.0, station=station, station_tick=150, priority=rank)
+    hear(s, other)
+    lease.update(s)
+    assert (lease.station, lease.tick, lease.place) == (station, 100, 0)
+    assert lease.inherited > 0  # who waits for it lends it its rank
+    lease.aim((9.0, 9.0))
+    s.pose = Pose(9.0, 9.0, 0.0)
+    s.tube.reset(s.pose)
+    lease.update(s)
+    assert lease.station == (9.0, 9.0)
+
+
+def test_a_robot_that_left_its_station_does_not_keep_it() -> None:
+    s = situation(HALL, NEAR, robot_id=5)
+    lease = lease_of(s)
+    lease.aim(None)
+    lease.keep(s)
+    assert lease.station is None
+
+
 # aisles 1.6 m wide: a blind one, 5 m deep, and one that is open on both sides
 BLIND = room(12.0, 9.0, (0.0, 0.0, 5.0, 4.0), (0.0, 5.6, 5.0, 9.0))
 OPEN = room(16.0, 9.0, (4.0, 0.0, 9.0, 4.0), (4.0, 5.6, 9.0, 9.0))

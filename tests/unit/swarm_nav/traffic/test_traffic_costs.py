@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_STUCK, MODE_YIELD
+from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_STUCK, MODE_PAUSE, MODE_YIELD
 from swarm_common.model.records import Pose
 from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.traffic import traffic_costs
@@ -42,6 +42,13 @@ def test_a_robot_costs_by_what_it_does(fields: dict, cost: float) -> None:
     costs = traffic_costs.congestion(s)
     assert cost_at(s, costs, *THERE) == pytest.approx(cost)
     assert cost_at(s, costs, 6.5, 6.5) == 0.0
+
+
+@pytest.mark.parametrize(("mode", "is_wall"), [(MODE_PAUSE, True), (MODE_YIELD, False)])
+def test_a_robot_that_is_served_is_a_wall_for_who_makes_way(mode: int, is_wall: bool) -> None:
+    s = robot(beacon(7, *THERE, mode=mode))
+    costs = traffic_costs.refuge_costs(s, np.zeros(1, np.bool_), 0.0)
+    assert (cost_at(s, costs, *THERE) >= WALL) == is_wall
 
 
 def test_a_robot_costs_as_far_as_both_tubes_reach() -> None:
