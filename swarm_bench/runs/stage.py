@@ -82,7 +82,8 @@ def check(options: RunOptions) -> None:
         SwarmError: If a file or a value is unusable.
     """
     scene, mission, homes, specs = _cast(options)
-    mission.stops(scene.sites, homes[0], seed=options.seed, robot_id=1, homes_map=homes)
+    for number, home in enumerate(homes, start=1):
+        mission.stops(scene.sites, home, seed=options.seed, robot_id=number, homes_map=homes)
     _map_for(options.scenario.world, specs)
     heights = [spec.lidar.z for spec in specs]
     checked(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")

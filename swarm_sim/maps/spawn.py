@@ -90,14 +90,14 @@ def spawn_poses(scene: Scene, spec: RobotSpec, count: int, spawn: Start = "") ->
         return _on_circle(start, section, scene, spec, count)
     areas = start.areas if isinstance(start, SpawnAreas) else (start,)
     shares = [
-        _in_area(area, section, scene, spec, len(range(index, count, len(areas))))
+        _in_area(area, section, scene, spec, len(range(index, count, len(areas))), len(areas))
         for index, area in enumerate(areas)
     ]
     return [shares[number % len(areas)][number // len(areas)] for number in range(count)]
 
 
 def _in_area(
-    area: SpawnArea, section: Section, scene: Scene, spec: RobotSpec, count: int
+    area: SpawnArea, section: Section, scene: Scene, spec: RobotSpec, count: int, areas: int
 ) -> list[Pose]:
     """Return places in an area, row by row from its lower left corner.
 
@@ -112,8 +112,10 @@ def _in_area(
         most = max(most, len(points))
     raise WorldError(
         f"the spawn area of world '{scene.name}', ({area.x_min:g}, {area.y_min:g}) to "
-        f"({area.x_max:g}, {area.y_max:g}), has room for {most} robots of model {spec.model}; "
-        f"{count} are asked for{_in_the_way(area, section, scene.sites, spec)}"
+        f"({area.x_max:g}, {area.y_max:g}), has room for {most} robot{'s' * (most != 1)} "
+        f"of model {spec.model}; {count} are asked for"
+        + (f", as robots are dealt to {areas} areas in turn" if areas > 1 else "")
+        + f"{_in_the_way(area, section, scene.sites, spec)}"
     )
 
 

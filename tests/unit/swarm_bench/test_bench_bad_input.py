@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 
 from swarm_bench import cli
 from swarm_bench.suite import sweep
+from swarm_common.files.resources import share_directory
 
 Refusal = Callable[..., str]
 
@@ -48,7 +50,7 @@ def refusal(
         (["--robots", "1000"], ["--robots is 1000"]),
         (["--robots", "ten"], ["--robots is 'ten'"]),
         (["--robots", "20,"], ["--robots is '20,'"]),
-        (["--scenario", "doorway", "--robots", "150"], ["room for", "75 are asked for"]),
+        (["--scenario", "doorway", "--robots", "150"], ["room for", "75 are asked for", "2 areas"]),
         (["--scenario", "circle", "--robots", "60"], ["room for 44", "60 are asked for"]),
         (["--seeds", "x"], ["--seeds is 'x'", "0-19"]),
         (["--seeds", "5-2"], ["'5-2'"]),
@@ -77,6 +79,18 @@ def test_bad_flags_of_traffic_are_refused(
                       *([] if "--scenario" in flags else flags))  # fmt: skip
     for part in parts:
         assert part in message
+
+
+def test_a_mission_to_own_places_needs_one_for_each_robot(refusal: Refusal, tmp_path: Path) -> None:
+    folder = tmp_path / "few"
+    shutil.copytree(share_directory() / "worlds" / "hall_12", folder)
+    sites = folder / "sites.yaml"
+    places = "places: [[-4.0, 0.0, 0.0], [4.0, 0.0, 0.0]]\n"
+    sites.write_text(sites.read_text(encoding="utf-8") + places, encoding="utf-8")
+    scenario = f"world: {folder}\nmission: own_place\nrobots: [3]\n"
+    (tmp_path / "few.yaml").write_text(scenario, encoding="utf-8")
+    message = refusal("traffic", "--scenario", "few.yaml")
+    assert "the world has 2 places; Srobot3 has none of its own" in message
 
 
 def test_a_file_that_holds_no_results_is_refused(refusal: Refusal, tmp_path: Path) -> None:
