@@ -143,7 +143,7 @@ def _around_origin(section: Section, scene: Scene, spec: RobotSpec, count: int) 
     area = _default_area(section, count)
     points = _places(area, max(area.pitch, _min_pitch(spec)), section, scene, spec)
     if len(points) < count:
-        return _in_area(area, section, scene, spec, count)
+        return _in_area(area, section, scene, spec, count, 1)
     nearest = np.argsort(np.hypot(points[:, 0], points[:, 1]).round(6), kind="stable")[:count]
     return [Pose(float(x), float(y), area.yaw) for x, y in points[np.sort(nearest)]]
 
