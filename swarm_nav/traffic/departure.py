@@ -137,16 +137,15 @@ class Departure:
         inherited = highest if self._insists and stands_inside else 0
         if self._park(situation, inherited, forecourt):
             return True
-        if stands_inside:
-            self._leave(situation, inherited, region > 0)
-        return stands_inside
+        return stands_inside and self._leave(situation, inherited, region > 0)
 
     def _leave(
         self, situation: Situation, highest: int, closed: NDArray[np.bool_], hops: int = 1
-    ) -> None:
-        if not self._park(situation, highest, closed, hops):
-            # all taken, or none on this map: where others get past it, too
-            self._park(situation, highest, closed, hops, rooms(*situation.passing))
+    ) -> bool:
+        """Set off for a parking place, else to where others get past; return whether it does."""
+        return self._park(situation, highest, closed, hops) or self._park(
+            situation, highest, closed, hops, rooms(*situation.passing)
+        )
 
     def _park(
         self,

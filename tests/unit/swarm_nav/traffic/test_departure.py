@@ -159,6 +159,21 @@ def test_on_large_single_lanes_it_leaves_unasked_and_keeps_its_turn_until_it_is_
     assert lease.station is None
 
 
+def test_a_region_that_is_all_of_the_floor_does_not_keep_a_robot_on_single_lanes() -> None:
+    """It was to leave the region, which it could not, and stood there: 6 of 96 goals in a hall."""
+    departure, lease, s = done_at_station(LONG_AISLE)
+    departure._gate.region = np.ones(s.planner.lattice.base.shape, np.int16)
+    rank = base_priority(CLASS_HOLDING, 5, 2)
+    hear(s, beacon(2, 1.85, 5.0, station=STATION, station_tick=50, priority=rank))
+    leaves = False
+    for _ in range(60):
+        lease.update(s)
+        leaves = departure.update(s, True)
+        s.tick += 1
+    assert leaves
+    assert s.tube.points[-1][1] > 9.0
+
+
 @pytest.mark.parametrize(("station", "leaves"), [((4.5, 8.0), True), ((2.0, 8.0), False)])
 def test_a_region_is_left_for_who_asks_for_a_station_in_it(
     station: tuple[float, float], leaves: bool
