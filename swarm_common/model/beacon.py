@@ -28,6 +28,7 @@ SIGHTED_ASKS = 1 << 16  # in `sighted_id`: the robot had asked for a station
 NO_ROBOT = 0  # ids start at 1
 MOST_ID = 0xFFFF  # an acknowledgement has 16 bits for it
 
+# PAUSE: served at a station, makes way for nobody
 MODE_DRIVE, MODE_HOLD, MODE_YIELD, MODE_PAUSE, MODE_DONE = range(5)
 FLAG_STUCK = 1
 FLAG_ACTIVE = 2  # the navigator is active (lifecycle)
