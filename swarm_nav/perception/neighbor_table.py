@@ -228,6 +228,11 @@ class NeighborTable:
         return np.asarray(self.heads["mode"] == MODE_PAUSE)
 
     @property
+    def unyielding(self) -> NDArray[np.bool_]:
+        """Robots that do not make way now: those that cannot, will not, or are served."""
+        return self.stuck | self.served
+
+    @property
     def immovable(self) -> NDArray[np.bool_]:
         """Robots that cannot be pushed: gone ones and those with an inactive navigator."""
         is_inactive: NDArray[np.bool_] = (self.heads["flags"] & FLAG_ACTIVE) == 0

@@ -364,7 +364,7 @@ def place_of_another(
         reach: [m] to keep from that.
         is_higher: (n,) neighbours that cannot be pushed for this.
     """
-    is_wall = is_higher | situation.neighbors.stuck | situation.neighbors.served
+    is_wall = is_higher | situation.neighbors.unyielding
     most = situation.config.holding.search_distance
     taken = situation.planner.no_extra()
     traffic_costs.stamp(taken, situation, way, reach, 1.0)

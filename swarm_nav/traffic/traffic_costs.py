@@ -114,7 +114,7 @@ def refuge_costs(
     """
     extra = situation.planner.no_extra()
     neighbors = situation.neighbors
-    is_wall = is_higher | neighbors.stuck | neighbors.served
+    is_wall = is_higher | neighbors.unyielding
     stamp_tubes(extra, situation, margin, np.where(is_wall, WALL, STANDING))
     stamp_obstacles(extra, situation, float(WALL))
     return extra
