@@ -53,7 +53,7 @@ def narrow_region(
     A cell is narrow if it is farther than `HALL_DISTANCE` from all places with such clearance. In
     halls without open floor that is all of the hall, which never is full. There half the distance
     counts, for stations where two robots pass each other: in an aisle in which none can wait beside
-    them.
+    them. Only floor with a way to a station counts, not what lies outside of the outer walls.
 
     Args:
         terrain: Map for one size of robot.
@@ -68,42 +68,48 @@ def narrow_region(
     if not stations:
         return None
     lattice = terrain.lattice
-    narrow, aisles = (_narrow(lattice, width) for width in (HALL_DISTANCE, HALL_DISTANCE / 2))
+    at_stations = [node for xy in stations if (node := lattice.node_of(*xy)) is not None]
+    reach = _reachable(lattice, at_stations)
+    narrow, aisles = (_narrow(lattice, reach, gap) for gap in (HALL_DISTANCE, HALL_DISTANCE / 2))
     for part in parts(narrow):
         if part.sum() * lattice.step**2 <= MOST_AREA:
             aisles &= ~part
     region = np.zeros(narrow.shape, np.int16)
     count = 0
     for floor, starts in ((aisles, aisles & rooms(terrain, radius)), (narrow, narrow)):
-        for x, y in stations:
-            node = lattice.node_of(x, y)
-            if node is None:
-                continue
-            row, column = divmod(node, narrow.shape[1])
-            if starts[row, column] and not region[row, column]:
-                part = _component(lattice, floor, row, column)
+        for node in at_stations:
+            if starts.flat[node] and not region.flat[node]:
+                part = _component(lattice, floor, node)
                 if part.sum() * lattice.step**2 >= LEAST_AREA and not region[part].any():
                     count += 1
                     region[part] = count
     return with_rim(region, lattice.base < search_kernels.WALL) if count else None
 
 
-def _narrow(lattice: Lattice, width: float) -> NDArray[np.bool_]:
-    """Return the cells (h, w) farther than `width` [m] from all places with such clearance."""
-    is_hall = lattice.clearance >= width
+def _reachable(lattice: Lattice, nodes: list[int]) -> Mask:
+    """Return the cells (h, w) with a way to one of the nodes."""
+    is_open = lattice.base < search_kernels.WALL
+    reach = np.zeros_like(is_open)
+    for node in nodes:
+        if not reach.flat[node]:
+            reach |= _component(lattice, is_open, node)
+    return reach
+
+
+def _narrow(lattice: Lattice, reach: Mask, width: float) -> Mask:
+    """Return the cells (h, w) of `reach` farther than `width` [m] from all with such clearance."""
+    is_hall = reach & (lattice.clearance >= width)
     if not is_hall.any():
         return is_hall  # no open place to wait in
     is_far = distance_kernels.distance_cells(is_hall) * lattice.step > width
-    return np.asarray((lattice.base < search_kernels.WALL) & is_far, np.bool_)
+    return np.asarray(reach & is_far, np.bool_)
 
 
-def _component(
-    lattice: Lattice, narrow: NDArray[np.bool_], row: int, column: int
-) -> NDArray[np.bool_]:
-    base = np.where(narrow, np.float32(1.0), search_kernels.WALL)
+def _component(lattice: Lattice, floor: Mask, node: int) -> Mask:
+    """Return the cells (h, w) of the floor with a way to the node over it."""
+    base = np.where(floor, np.float32(1.0), search_kernels.WALL)
     space = SearchSpace(base, np.zeros_like(lattice.lane), lattice.heading, lattice.step)
-    cost = space.cost_to_go(row * narrow.shape[1] + column)
-    return np.isfinite(cost)
+    return np.isfinite(space.cost_to_go(node))
 
 
 @dataclass(slots=True)

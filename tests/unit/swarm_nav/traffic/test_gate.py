@@ -250,6 +250,17 @@ def test_a_narrow_aisle_is_a_region_where_all_ways_are_narrow() -> None:
     assert [label_at(region, frame, x, y) for x, y in places] == [1, 1, 0, 0]
 
 
+def test_floor_outside_of_the_walls_is_no_open_floor() -> None:
+    """In a hall that lay askew in its map all floor that robots reach was one region."""
+    outside = (0.0, 4.2, 28.0, 4.6)
+    s = situation(room(28.0, 14.0, (2.5, 1.4, 25.5, 1.8), outside), Pose(1.0, 3.0, 0.0))
+    region = region_of(s, (14.0, 0.7), (14.0, 3.0))
+    assert region is not None
+    frame = s.planner.lattice.frame
+    places = ((14.0, 0.7), (14.0, 3.0), (14.0, 9.0))
+    assert [label_at(region, frame, x, y) for x, y in places] == [1, 0, 0]
+
+
 def test_who_stands_beside_the_nodes_of_a_region_is_in_it() -> None:
     """At a corner two robots waited at the gate in the lanes of those for whom they waited."""
     s = situation(AISLES, Pose(1.0, 3.0, 0.0))
