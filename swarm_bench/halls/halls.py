@@ -149,8 +149,8 @@ def build_hall(options: RunOptions) -> Stage:
     names = {(pose.x, pose.y): name for name, pose in scene.sites.stations.items()}
     stops = [_stops(goals, names) for goals in hall.goals]
     itineraries = [Itinerary(route, 1) for route in stops]
-    found = room_for(options, specs, grid, hall.homes, stops)
     dead = frozenset(range(options.robots - hall.dead, options.robots))
+    found = room_for(options, specs, grid, hall.homes, stops, dead)
     return Stage(world, drivers, itineraries, hall.homes, dead, grid, conditions=found)
 
 

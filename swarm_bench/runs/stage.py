@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -31,6 +32,7 @@ from swarm_sim.scene.actors import Actors, WalkerSpec, load_actors
 from swarm_sim.scene.scene import Scene
 from swarm_sim.sdf.reader import load_world
 from swarm_sim.sensing.radio import RadioConfig
+from swarm_sim.sensing.visibility import overlooked
 from swarm_sim.world.world import World, WorldConfig
 
 
@@ -131,7 +133,7 @@ def build(
     itineraries = [Itinerary(route, mission.retries) for route in routes]
     world = make_world(options, scene, specs, homes, actors, world_class)
     drivers = make_drivers(options, scene.sites, specs, grid, homes)
-    found = room_for(options, specs, grid, homes, routes)
+    found = room_for(options, specs, grid, homes, routes, dead)
     return Stage(world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found)
 
 
@@ -197,15 +199,19 @@ def room_for(
     grid: Grid,
     homes: Sequence[Pose],
     stops: Sequence[Sequence[Stop]],
+    dead: Collection[int],
 ) -> Conditions:
-    """Return what the map of a run has room for; robots without goals stay where they start.
+    """Return what the map of a run has room for, and whether robots see those that are dead.
+
+    Robots without goals stay where they start.
 
     Args:
         options: What to run.
         specs: Models of the robots.
         grid: The map.
         homes: Start poses in map, one per robot.
-        stops: Goals of each robot; none for one that is dead.
+        stops: Goals of each robot.
+        dead: Indices of the dead robots.
     """
     goals = [
         [(stop.pose_map.x, stop.pose_map.y) for stop in route] or [(home.x, home.y)]
@@ -213,7 +219,26 @@ def room_for(
     ]
     starts = [(home.x, home.y) for home in homes]
     robots = [(spec, nav_config(options, spec)) for spec in specs]
-    return conditions(robots, grid, starts, goals)
+    found = conditions(robots, grid, starts, goals)
+    unseen = tuple(_unseen(options, specs, dead))
+    return dataclasses.replace(found, findings=(*unseen, *found.findings))
+
+
+def _unseen(
+    options: RunOptions, specs: Sequence[RobotSpec], dead: Collection[int]
+) -> Iterator[str]:
+    """Yield a sentence on each model whose LiDAR sees too little of robots that are dead."""
+    if not dead:
+        return
+    models = _models(options.scenario, options)
+    if not options.scenario.with_lidar or models is None:
+        yield "without LiDARs no robot sees the dead ones: it may hit them"
+        return
+    living = [spec for index, spec in enumerate(specs) if index not in dead]
+    costmap = nav_config(options, specs[0]).costmap
+    margin = costmap.unknown_body_margin + costmap.footprint_padding
+    for sentence in overlooked(living, [specs[index] for index in sorted(dead)], models, margin):
+        yield f"{sentence}: it may hit one that is dead"
 
 
 def ground_of(options: RunOptions) -> tuple[Grid, list[Pose]]:

@@ -22,10 +22,12 @@ from swarm_sim.ros.settings import Settings
 from swarm_sim.scene.actors import load_actors
 from swarm_sim.scene.scene import Scene
 from swarm_sim.sdf.reader import load_world
+from swarm_sim.sensing.visibility import overlooked
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.world import WorldConfig
 
 PICTURE = "map_difference.png"
+BODY_MARGIN = 0.26  # [m] that navigators allow for what they do not see of a body, by default
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +63,9 @@ def build(settings: Settings) -> WorldSetup:
     robots = _robots(settings)
     specs = tuple(robots[entry.model].spec for entry in settings.robots)
     notes = [f"{r.spec.model}: {note}" for r in robots.values() for note in r.model.notes]
+    models = {robot.spec.model: robot.model for robot in robots.values()}
+    over = overlooked(specs, specs, models, BODY_MARGIN) if settings.with_lidar else ()
+    notes += [f"{it}: one that falls silent and that it never heard it may hit" for it in over]
     scene = dataclasses.replace(scene, notes=(*scene.notes, *notes))
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
     check_sites(scene, widest)
@@ -91,7 +96,7 @@ def build(settings: Settings) -> WorldSetup:
         ),
         settings.seed,
         [entry.name for entry in settings.robots],
-        {robot.spec.model: robot.model for robot in robots.values()},
+        models,
     )
     urdfs = tuple(robots[entry.model].urdf for entry in settings.robots)
     return WorldSetup(scene, world, grid, specs, urdfs, tuple(poses))

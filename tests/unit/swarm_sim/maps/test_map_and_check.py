@@ -152,3 +152,19 @@ def test_a_map_is_checked_at_the_height_of_the_robots_scan(monkeypatch: pytest.M
     )
     build.build(settings).world.close()
     assert heights == [0.2]
+
+
+def test_a_world_says_whose_lidar_does_not_meet_which_robots() -> None:
+    models = ("turtlebot3_burger", "turtlebot3_waffle")
+    robots = tuple(RobotEntry(f"Srobot{k}", model) for k, model in enumerate(models, 1))
+    for entries, with_lidar, count in (
+        (robots, True, 1),
+        (robots, False, 0),
+        (robots[:1], True, 0),
+    ):
+        setup = build.build(
+            Settings(world="crossing", robots=entries, engine="planar", with_lidar=with_lidar)
+        )
+        setup.world.close()
+        told = [note for note in setup.scene.notes if "does not meet a turtlebot3_waffle" in note]
+        assert len(told) == count

@@ -1,0 +1,46 @@
+"""Which robots the LiDARs of others see too little of: a LiDAR cuts all bodies at one height."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import shapely
+
+from swarm_common.model.records import RobotSpec
+from swarm_sim.scene.robot_model import RobotModel, bodies_of
+from swarm_sim.scene.section import Section, section_between
+
+
+def overlooked(
+    seers: Sequence[RobotSpec],
+    others: Sequence[RobotSpec],
+    models: Mapping[str, RobotModel],
+    margin: float,
+) -> Iterator[str]:
+    """Yield a sentence on each model of which another one's LiDAR sees nothing, or too little.
+
+    Args:
+        seers: Robots that look.
+        others: Robots that are to be seen.
+        models: Bodies of these, by the name of the model.
+        margin: [m] that a robot allows for what its LiDAR does not see of a body.
+    """
+    bodies = {other: bodies_of(models[other.model]) for other in dict.fromkeys(others)}
+    for seer in dict.fromkeys(seers):
+        for other, parts in bodies.items():
+            height = seer.lidar.z
+            hidden = _reach_beyond(section_between(parts, height, height), other)
+            lidar = f"the LiDAR of a {seer.model}, {height:.2f} m above the ground,"
+            if math.isinf(hidden):
+                yield f"{lidar} does not meet a {other.model}"
+            elif hidden > margin:
+                yield f"{lidar} meets a {other.model} {hidden:.2f} m inside of its outline only"
+
+
+def _reach_beyond(section: Section, robot: RobotSpec) -> float:
+    """Return the distance [m] from a section to the corner farthest from it, inf if it is empty."""
+    seen = shapely.union_all([shapely.Polygon(outline) for outline in section.outlines()])
+    if seen.is_empty:
+        return math.inf
+    return float(shapely.distance(seen, shapely.points(robot.footprint)).max())
