@@ -35,7 +35,10 @@ def overlooked(
             if math.isinf(hidden):
                 yield f"{lidar} does not meet a {other.model}"
             elif hidden > margin:
-                yield f"{lidar} meets a {other.model} {hidden:.2f} m inside of its outline only"
+                yield (
+                    f"{lidar} meets a {other.model} {hidden:.2f} m inside of its outline only "
+                    "(costmap.unknown_body_margin)"
+                )
 
 
 def _reach_beyond(section: Section, robot: RobotSpec) -> float:
