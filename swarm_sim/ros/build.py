@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.model.errors import MapError, RobotModelError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
+from swarm_common.robots.description import RobotModel
 from swarm_common.robots.loading import Robot, open_robot
 from swarm_sim.maps.check import check_map, check_sites, check_vehicles, check_walkers
 from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
@@ -64,8 +65,7 @@ def build(settings: Settings) -> WorldSetup:
     specs = tuple(robots[entry.model].spec for entry in settings.robots)
     notes = [f"{r.spec.model}: {note}" for r in robots.values() for note in r.model.notes]
     models = {robot.spec.model: robot.model for robot in robots.values()}
-    over = overlooked(specs, specs, models, BODY_MARGIN) if settings.with_lidar else ()
-    notes += [f"{it}: one that falls silent and that it never heard it may hit" for it in over]
+    notes += _unseen(settings, specs, models)
     scene = dataclasses.replace(scene, notes=(*scene.notes, *notes))
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
     check_sites(scene, widest)
@@ -100,6 +100,23 @@ def build(settings: Settings) -> WorldSetup:
     )
     urdfs = tuple(robots[entry.model].urdf for entry in settings.robots)
     return WorldSetup(scene, world, grid, specs, urdfs, tuple(poses))
+
+
+def _unseen(
+    settings: Settings, specs: Sequence[RobotSpec], models: Mapping[str, RobotModel]
+) -> Iterator[str]:
+    """Yield a sentence on each model whose LiDAR sees too little of robots that are silent."""
+    works = [robot.broken_at is None for robot in settings.robots]
+    if not settings.with_lidar:
+        if not all(works):
+            yield "without LiDARs no robot sees the broken ones: it may hit them"
+    elif all(works):
+        for sentence in overlooked(specs, specs, models, BODY_MARGIN):
+            yield f"{sentence}: it may hit one that falls silent and that it never heard"
+    else:
+        seers, broken = ([s for s, w in zip(specs, works, strict=True) if w == it] for it in (1, 0))
+        for sentence in overlooked(seers, broken, models, BODY_MARGIN):
+            yield f"{sentence}: it may hit one that is broken"
 
 
 def _robots(settings: Settings) -> dict[str, Robot]:

@@ -154,17 +154,29 @@ def test_a_map_is_checked_at_the_height_of_the_robots_scan(monkeypatch: pytest.M
     assert heights == [0.2]
 
 
-def test_a_world_says_whose_lidar_does_not_meet_which_robots() -> None:
-    models = ("turtlebot3_burger", "turtlebot3_waffle")
-    robots = tuple(RobotEntry(f"Srobot{k}", model) for k, model in enumerate(models, 1))
-    for entries, with_lidar, count in (
-        (robots, True, 1),
-        (robots, False, 0),
-        (robots[:1], True, 0),
-    ):
+@pytest.mark.parametrize(
+    ("broken", "with_lidar", "end"),
+    [
+        (
+            False,
+            True,
+            "turtlebot3_waffle: it may hit one that falls silent and that it never heard",
+        ),
+        (True, True, "does not meet a turtlebot3_waffle: it may hit one that is broken"),
+        (True, False, "without LiDARs no robot sees the broken ones: it may hit them"),
+    ],
+)
+def test_a_world_says_whose_lidar_does_not_meet_which_robots(
+    broken: bool, with_lidar: bool, end: str
+) -> None:
+    spot = Pose(3.0, 3.0, 0.0) if broken else None
+    robots = (
+        RobotEntry("Srobot1", "turtlebot3_burger"),
+        RobotEntry("Srobot2", "turtlebot3_waffle", spot),
+    )
+    for entries, count in ((robots, 1), (robots[:1], 0)):
         setup = build.build(
-            Settings(world="crossing", robots=entries, engine="planar", with_lidar=with_lidar)
+            Settings(world="slim_blockage", robots=entries, engine="planar", with_lidar=with_lidar)
         )
         setup.world.close()
-        told = [note for note in setup.scene.notes if "does not meet a turtlebot3_waffle" in note]
-        assert len(told) == count
+        assert len([note for note in setup.scene.notes if note.endswith(end)]) == count
