@@ -37,7 +37,7 @@ def overlooked(
             elif hidden > margin:
                 yield (
                     f"{lidar} meets a {other.model} {hidden:.2f} m inside of its outline only "
-                    "(costmap.unknown_body_margin)"
+                    f"(costmap.unknown_body_margin {math.ceil(hidden * 100) / 100:g} allows for that)"
                 )
 
 
