@@ -35,9 +35,10 @@ def overlooked(
             if math.isinf(hidden):
                 yield f"{lidar} does not meet a {other.model}"
             elif hidden > margin:
+                enough = math.ceil(hidden * 100) / 100
                 yield (
                     f"{lidar} meets a {other.model} {hidden:.2f} m inside of its outline only "
-                    f"(costmap.unknown_body_margin {math.ceil(hidden * 100) / 100:g} allows for that)"
+                    f"(costmap.unknown_body_margin {enough:g} allows for that)"
                 )
 
 
