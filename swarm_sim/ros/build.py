@@ -111,7 +111,8 @@ def _unseen(
         if not all(works):
             yield "without LiDARs no robot sees the broken ones: it may hit them"
     elif all(works):
-        for sentence in overlooked(specs, specs, models, BODY_MARGIN):
+        others = specs if len(specs) > 1 else ()
+        for sentence in overlooked(specs, others, models, BODY_MARGIN):
             yield f"{sentence}: it may hit one that falls silent and that it never heard"
     else:
         seers, broken = ([s for s, w in zip(specs, works, strict=True) if w == it] for it in (1, 0))

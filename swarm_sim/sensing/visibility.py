@@ -38,7 +38,7 @@ def overlooked(
                 enough = math.ceil(hidden * 100) / 100
                 yield (
                     f"{lidar} meets a {other.model} {hidden:.2f} m inside of its outline only "
-                    f"(costmap.unknown_body_margin {enough:g} allows for that)"
+                    f"(unless costmap.unknown_body_margin is {enough:g} or more)"
                 )
 
 

@@ -180,3 +180,11 @@ def test_a_world_says_whose_lidar_does_not_meet_which_robots(
         )
         setup.world.close()
         assert len([note for note in setup.scene.notes if note.endswith(end)]) == count
+
+
+def test_a_lone_robot_has_nobody_to_overlook() -> None:
+    for count, expected in ((1, 0), (2, 1)):
+        robots = tuple(RobotEntry(f"Srobot{k}", "carrier") for k in range(1, count + 1))
+        setup = build.build(Settings(world="crossing", robots=robots, engine="planar"))
+        setup.world.close()
+        assert len([note for note in setup.scene.notes if "0.64 or more" in note]) == expected
