@@ -136,10 +136,11 @@ class WorldProgress(EventBase, frozen=True, tag="progress"):
 
 
 class WorldBuilt(EventBase, frozen=True, tag="spawn"):
-    """The world is built; poses (x, y, yaw) of all robots, and the digest of the map."""
+    """The world is built; `poses` (x, y, yaw) are those of all robots, `map_sha256` is a digest."""
 
     poses: list[tuple[float, float, float]]
     map_sha256: str = ""
+    unseen: list[str] = []  # whose LiDAR sees too little of broken robots, a sentence each
 
 
 class RobotSpawned(EventBase, frozen=True, tag="spawned"):

@@ -28,7 +28,6 @@ from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.world import WorldConfig
 
 PICTURE = "map_difference.png"
-BODY_MARGIN = 0.26  # [m] that navigators allow for what they do not see of a body, by default
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +40,7 @@ class WorldSetup:
     specs: tuple[RobotSpec, ...]  # model of each robot
     urdfs: tuple[str, ...]  # description of each robot
     poses_map: tuple[Pose, ...]  # where each robot starts
+    unseen: tuple[str, ...]  # whose LiDAR sees too little of broken robots, a sentence each
 
 
 def build(settings: Settings) -> WorldSetup:
@@ -65,7 +65,8 @@ def build(settings: Settings) -> WorldSetup:
     specs = tuple(robots[entry.model].spec for entry in settings.robots)
     notes = [f"{r.spec.model}: {note}" for r in robots.values() for note in r.model.notes]
     models = {robot.spec.model: robot.model for robot in robots.values()}
-    notes += _unseen(settings, specs, models)
+    unseen = tuple(_unseen(settings, specs, models))
+    notes += unseen
     scene = dataclasses.replace(scene, notes=(*scene.notes, *notes))
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
     check_sites(scene, widest)
@@ -98,26 +99,38 @@ def build(settings: Settings) -> WorldSetup:
         [entry.name for entry in settings.robots],
         models,
     )
+    if all(robot.broken_at is None for robot in settings.robots):
+        scene = dataclasses.replace(
+            scene, notes=(*scene.notes, *silent_notes(world, settings.body_margin))
+        )
     urdfs = tuple(robots[entry.model].urdf for entry in settings.robots)
-    return WorldSetup(scene, world, grid, specs, urdfs, tuple(poses))
+    return WorldSetup(scene, world, grid, specs, urdfs, tuple(poses), unseen)
+
+
+def silent_notes(world: ChangingWorld, margin: float) -> list[str]:
+    """Return whose LiDAR would see too little of one that falls silent, a sentence each.
+
+    Args:
+        world: With the robots.
+        margin: [m] that robots allow for what their LiDARs do not see of a body.
+    """
+    end = "it may hit one that falls silent and that it never heard"
+    return [f"{sentence}: {end}" for sentence in world.overlooked(margin)]
 
 
 def _unseen(
     settings: Settings, specs: Sequence[RobotSpec], models: Mapping[str, RobotModel]
 ) -> Iterator[str]:
-    """Yield a sentence on each model whose LiDAR sees too little of robots that are silent."""
+    """Yield a sentence on each model whose LiDAR sees too little of the broken robots."""
     works = [robot.broken_at is None for robot in settings.robots]
+    if all(works):
+        return
     if not settings.with_lidar:
-        if not all(works):
-            yield "without LiDARs no robot sees the broken ones: it may hit them"
-    elif all(works):
-        others = specs if len(specs) > 1 else ()
-        for sentence in overlooked(specs, others, models, BODY_MARGIN):
-            yield f"{sentence}: it may hit one that falls silent and that it never heard"
-    else:
-        seers, broken = ([s for s, w in zip(specs, works, strict=True) if w == it] for it in (1, 0))
-        for sentence in overlooked(seers, broken, models, BODY_MARGIN):
-            yield f"{sentence}: it may hit one that is broken"
+        yield "without LiDARs no robot sees the broken ones: it may hit them"
+        return
+    seers, broken = ([s for s, w in zip(specs, works, strict=True) if w == it] for it in (1, 0))
+    for sentence in overlooked(seers, broken, models, settings.body_margin):
+        yield f"{sentence}: it may hit one that is broken"
 
 
 def _robots(settings: Settings) -> dict[str, Robot]:

@@ -48,7 +48,7 @@ def main(arguments: list[str] | None = None) -> int:
     for note in stage.scene.notes:
         events.write(Note(note))
     poses = [(pose.x, pose.y, pose.yaw) for pose in stage.poses_map]
-    events.write(WorldBuilt(poses, map_digest(stage.grid)))
+    events.write(WorldBuilt(poses, map_digest(stage.grid), list(stage.unseen)))
     ros_env.set_defaults()
     robots = len(settings.robots)
     profile = options.config.resolve().with_suffix(".xml")

@@ -50,6 +50,7 @@ class Settings:
     wall_limit: float = 15.0  # [s] for a tick; longer than a mission's next goal is waited for
     duration: float | None = None  # [s] of simulated time, then the world ends
     verdict_path: str | None = None
+    body_margin: float = 0.26  # [m] that robots allow for what their LiDARs do not see of a body
     trace_dir: str | None = None  # where to leave the map and a time series for the report
     engine: str = field(default_factory=usual_engine)
     actuation_noise: float = 0.0  # of each speed, as a share of it

@@ -21,6 +21,7 @@ from swarm_common.process.last_resort import FaultLog
 from swarm_common.process.messages import (
     WORLD,
     MeetingPorts,
+    Note,
     RobotDead,
     RobotHeard,
     RobotLate,
@@ -31,7 +32,7 @@ from swarm_common.process.messages import (
     WorldCommand,
 )
 from swarm_common.process.pipes import EventWriter, MessageReader
-from swarm_sim.ros.build import WorldSetup
+from swarm_sim.ros.build import WorldSetup, silent_notes
 from swarm_sim.ros.pacing import Rate, Throttle
 from swarm_sim.ros.report import Reporter
 from swarm_sim.ros.robots.barrier import Barrier
@@ -87,6 +88,7 @@ class WorldNode:
         self._settings = settings
         self._events = events
         self._tick = 0
+        self._told = set(stage.scene.notes)
         self._is_stopped = False
         self._is_speed_new = False
         self.is_over = False
@@ -180,6 +182,10 @@ class WorldNode:
         else:
             self._barrier.welcome(robot)
         self._scenery.renew(self._robots.robots)
+        for note in silent_notes(self._world, self._settings.body_margin):
+            if note not in self._told:
+                self._told.add(note)
+                self._events.write(Note(note))
         pose = arrival.pose_map
         self._events.write(
             RobotSpawned(

@@ -15,6 +15,7 @@ from swarm_common.model.records import FloatArray, Pose, RobotSpec, Twist
 from swarm_common.model.shapes import Transform
 from swarm_sim.scene.robot_model import RobotModel
 from swarm_sim.scene.scene import Body, Scene
+from swarm_sim.sensing.visibility import overlooked
 from swarm_sim.world.world import World, WorldConfig
 
 PARKED = 1e6  # [m] from the origin
@@ -65,6 +66,17 @@ class ChangingWorld(World):
     def heights(self) -> tuple[float, float]:
         """Heights [m] between which things are obstacles to robots."""
         return self._objects.heights
+
+    def overlooked(self, margin: float) -> list[str]:
+        """Return whose LiDAR sees nothing, or too little, of which other model, a sentence each.
+
+        Args:
+            margin: [m] that a robot allows for what its LiDAR does not see of a body.
+        """
+        specs = [self.specs[robot] for robot in self.present]
+        if self._lidars is None or len(specs) == 1:
+            return []
+        return list(overlooked(specs, specs, self._models, margin))
 
     def step(
         self, commands: Sequence[Twist | None], beacons: Sequence[np.void | None]

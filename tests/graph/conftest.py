@@ -193,9 +193,9 @@ class Swarm:
             self.host.end()
 
 
-def parameters(robot_id: int, pose: list[float]) -> dict[str, Any]:
+def parameters(robot_id: int, pose: list[float], model: str = ROBOT) -> dict[str, Any]:
     """Return the parameters of one navigator by dotted name."""
-    spec = load_robot(ROBOT)
+    spec = load_robot(model)
     limits = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")
     sites = find_resource("world", WORLD, "sites.yaml")
     return (

@@ -132,7 +132,14 @@ class RunPlan:
             "free_run": options.free_run,
             "duration": options.duration,
             "verdict_path": str(verdict),
+            "body_margin": self._body_margin(),
         }
+
+    def _body_margin(self) -> float:
+        """Return [m] that each robot allows for what its LiDAR does not see of a body."""
+        parts = ("costmap.unknown_body_margin", "costmap.footprint_padding")
+        robots = [self.defaults | self.overrides.for_robot(name) for name in self.alive]
+        return min(sum(robot[part] for part in parts) for robot in robots)
 
     def parameter_file(
         self, number: int, initial_pose_map: Pose, map_sha256: str = ""

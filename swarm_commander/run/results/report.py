@@ -15,7 +15,6 @@ from swarm_commander.run.results.fairness import fairness
 from swarm_commander.run.results.run_statistics import COUNTS, RunStatistics
 from swarm_common.files.whole_file import write_whole
 from swarm_common.model.breaches import Collision, breaches_json
-from swarm_common.process.messages import ConditionsChecked
 
 SCHEMA = 1
 OK, MISSED, BAD_INPUT, COMPONENT_FAILED = range(4)  # exit codes
@@ -85,7 +84,7 @@ def compose_report(
             "robot_robot": verdict.get("robot_robot", statistics.robot_robot or None),
             "robot_world": verdict.get("robot_world", statistics.robot_world or None),
         },
-        "conditions": _conditions(statistics.conditions),
+        "conditions": _conditions(statistics),
         "near_misses": verdict.get("near_misses"),
         "min_clearance": rounded(verdict.get("min_clearance"), 4),
         "makespan": rounded(makespan),
@@ -124,15 +123,16 @@ def _collisions(statistics: RunStatistics, verdict: Mapping[str, Any]) -> list[C
     return [Collision.from_json(collision) for collision in verdict["collisions"]]
 
 
-def _conditions(found: ConditionsChecked | None) -> dict[str, Any] | None:
-    """Return what the map has room for, None if nobody looked."""
+def _conditions(statistics: RunStatistics) -> dict[str, Any] | None:
+    """Return which conditions hold, None if nobody looked at the map."""
+    found, unseen = statistics.conditions, statistics.unseen
     if found is None:
         return None
     return {
-        "guaranteed": found.guaranteed,
+        "guaranteed": found.guaranteed and not unseen,
         "places": found.places,
         "robots": found.robots,
-        "findings": found.findings,
+        "findings": [*unseen, *found.findings],
     }
 
 

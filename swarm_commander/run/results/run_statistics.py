@@ -209,6 +209,7 @@ class RunStatistics:
         foreign: Topics with the names of nodes that should not publish there.
         waits: Who waits for whom.
         conditions: What the map has room for, as the navigators say.
+        unseen: Whose LiDAR sees too little of broken robots, as the world says.
     """
 
     robots: dict[str, RobotStatistics]
@@ -227,6 +228,7 @@ class RunStatistics:
     foreign: list[tuple[str, str]] = field(default_factory=list)
     waits: WaitGraph = field(default_factory=WaitGraph)
     conditions: ConditionsChecked | None = None
+    unseen: list[str] = field(default_factory=list)
 
     @classmethod
     def of(cls, names: Iterable[str], has_mission: bool) -> RunStatistics:
@@ -300,7 +302,9 @@ class RunStatistics:
                 self._add_status(event)
             case MissionDone():
                 self.is_done = True
-            case WorldBuilt() | MeetingPorts() | RobotLate() | TimeOver():
+            case WorldBuilt():
+                self.unseen = event.unseen
+            case MeetingPorts() | RobotLate() | TimeOver():
                 pass
             case _:
                 if not isinstance(event, Uncounted):

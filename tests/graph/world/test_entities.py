@@ -76,7 +76,7 @@ def drive(swarm, name, pose_map):
 def start_navigator(swarm, event):
     """Start the navigator of a newcomer, as swarm-up does."""
     name = event["robot"]
-    values = parameters(event["number"], event["pose"])
+    values = parameters(event["number"], event["pose"], event["model"])
     path = swarm.folder / f"{name}.yaml"
     path.write_text(yaml.safe_dump({f"/{name}/navigator": {"ros__parameters": values}}))
     config = swarm.folder / "newcomer.json"
@@ -125,9 +125,11 @@ def test_bad_input_is_refused_with_the_reason(swarm):
 @pytest.mark.timeout(400)
 def test_a_robot_comes_drives_is_put_elsewhere_and_goes(swarm):
     place = Pose(3.0, 3.0, 1.0)
-    answer = spawn(swarm, place)
+    answer = spawn(swarm, place, model="turtlebot3_burger")
     assert (answer.result.result, answer.entity_name) == (OK, "Srobot3")
     swarm.world.wait_for("spawned")
+    (note,) = swarm.world.named("note")
+    assert "does not meet a turtlebot3_waffle: it may hit one that falls" in note["message"]
     newcomer = start_navigator(swarm, swarm.world.named("spawned")[0])
     try:
         newcomer.wait_for("active")

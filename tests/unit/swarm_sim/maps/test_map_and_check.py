@@ -179,12 +179,16 @@ def test_a_world_says_whose_lidar_does_not_meet_which_robots(
             Settings(world="slim_blockage", robots=entries, engine="planar", with_lidar=with_lidar)
         )
         setup.world.close()
-        assert len([note for note in setup.scene.notes if note.endswith(end)]) == count
+        said = [note for note in setup.scene.notes if note.endswith(end)]
+        assert len(said) == count
+        assert list(setup.unseen) == (said if broken else [])
 
 
-def test_a_lone_robot_has_nobody_to_overlook() -> None:
-    for count, expected in ((1, 0), (2, 1)):
+def test_nothing_is_said_of_a_lone_robot_or_of_robots_that_allow_for_it() -> None:
+    for count, margin, expected in ((1, 0.26, 0), (2, 0.26, 1), (2, 0.65, 0)):
         robots = tuple(RobotEntry(f"Srobot{k}", "carrier") for k in range(1, count + 1))
-        setup = build.build(Settings(world="crossing", robots=robots, engine="planar"))
+        setup = build.build(
+            Settings(world="crossing", robots=robots, engine="planar", body_margin=margin)
+        )
         setup.world.close()
         assert len([note for note in setup.scene.notes if "0.64 or more" in note]) == expected

@@ -62,6 +62,17 @@ def test_the_users_parameters_win_over_the_fleets(tmp_path: Path) -> None:
     assert flat["/Srobot1/navigator.ros__parameters.max_vel_x"] == 0.1
 
 
+def test_the_world_knows_what_every_robot_allows_for_of_unseen_bodies(tmp_path: Path) -> None:
+    text = "/Srobot{}/navigator: {{ros__parameters: {{costmap: {{unknown_body_margin: {}}}}}}}\n"
+    for params, margin in (
+        (None, 0.26),
+        (text.format(1, 0.1), 0.11),
+        (text.format("*", 0.6), 0.61),
+    ):
+        config = make_plan(tmp_path, params).world_config(tmp_path / "v.json")
+        assert config["body_margin"] == pytest.approx(margin)
+
+
 def test_a_group_may_have_a_mission_of_its_own(tmp_path: Path) -> None:
     plan = make_plan(tmp_path)
     config = plan.runner_config([Pose(float(i), 0.0, 0.0) for i in range(3)])

@@ -300,6 +300,17 @@ def test_terminal_and_page_say_the_same_of_robots_and_makespan() -> None:
     assert merits(report)["makespan"] == "goals are open"
 
 
+def test_there_is_no_guarantee_if_a_lidar_looks_over_broken_robots() -> None:
+    room = say.ConditionsChecked("all 2 robots have room", True, 40, 2, [])
+    for unseen in ([], ["the LiDAR of a waffle does not meet a carrier"]):
+        for events in (
+            (say.WorldBuilt([], "", unseen), room),
+            (room, say.WorldBuilt([], "", unseen)),
+        ):
+            found = report_of(statistics_of(*events))["conditions"]
+            assert (found["guaranteed"], found["findings"]) == (not unseen, unseen)
+
+
 def test_events_that_do_not_count_are_ignored() -> None:
     assert statistics_of(say.WorldBuilt([]), say.MissionDone()).sent == 0
 
