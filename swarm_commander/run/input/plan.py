@@ -139,7 +139,7 @@ class RunPlan:
         """Return [m] that each robot allows for what its LiDAR does not see of a body."""
         parts = ("costmap.unknown_body_margin", "costmap.footprint_padding")
         robots = [self.defaults | self.overrides.for_robot(name) for name in self.alive]
-        return min(sum(robot[part] for part in parts) for robot in robots)
+        return min(float(sum(robot[part] for part in parts)) for robot in robots)
 
     def parameter_file(
         self, number: int, initial_pose_map: Pose, map_sha256: str = ""
