@@ -260,6 +260,8 @@ def _signed_rest(tube: Tube, end: int, pose: Pose) -> float:
     """Return how far the robot is before point `end` along the path's last direction."""
     if end == 0:
         return 0.0
-    step = tube.points[end] - tube.points[end - 1]
-    step = step / max(1e-9, math.hypot(*step))
-    return max(0.0, float(step @ (tube.points[end] - np.array((pose.x, pose.y)))))
+    (x0, y0), (x, y) = tube.points[end - 1 : end + 1].tolist()
+    length = max(1e-9, math.hypot(x - x0, y - y0))
+    # no `@`: the last bit of a BLAS product depends on the processor
+    rest = (x - x0) / length * (x - pose.x) + (y - y0) / length * (y - pose.y)
+    return max(0.0, float(rest))

@@ -252,7 +252,7 @@ class Situation:
         if tube.stop - tube.near <= self.brake_points or len(path) < 3:
             return False
         arriving = tube.points[tube.stop] - tube.points[tube.stop - 2]
-        if float(arriving @ (path[2] - path[0])) >= 0.0:
+        if (arriving * (path[2] - path[0])).sum() >= 0.0:
             return False
         stop = tube.stop
         self.release_ahead(self.brake_points if abs(self.twist.vx) > 0.05 else 0)
