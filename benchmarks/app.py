@@ -22,6 +22,11 @@ def benchmarks() -> None:
 
 def load() -> typer.Typer:
     """Return the command with all of its parts."""
-    from benchmarks import decisions_command, floor_command, peers_command  # noqa: F401  # add theirs
+    from benchmarks import (  # noqa: F401  # add theirs
+        decisions_command,
+        floor_command,
+        peers_command,
+        results_command,
+    )
 
     return benchmarks_app
