@@ -1,4 +1,4 @@
-# make demo    all set-up, then 20 robots work through the factory hall
+# make demo    all set-up, then 20 robots at work in the factory hall, with the viewer
 # make test    all set-up, then style, types, layering and all tests
 # make setup   only the set-up that `demo` needs
 # make docs    serves the documentation at http://127.0.0.1:8000 until Ctrl-C
@@ -18,7 +18,7 @@ runs := $(filter-out $(robots) $(worlds) $(hall),$(wildcard tests/scenario/test_
 commands := tests/unit/swarm_bench tests/unit/swarm_commander tests/unit/swarm_report
 pure := $(filter-out $(live) tests/scenario tests/unit,$(patsubst %/,%,$(wildcard tests/*/))) \
 	$(filter-out $(commands),$(patsubst %/,%,$(wildcard tests/unit/*/))) $(wildcard tests/unit/*.py)
-DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --until-done
+DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --viewer
 
 .PHONY: help demo test test-style test-kernels test-live test-pure test-commands test-robots \
 	test-worlds test-hall test-runs setup docs clean

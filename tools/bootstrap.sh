@@ -19,34 +19,47 @@ find_python() {
             return
         fi
     done
-    fail "no Python 3.11, 3.12 or 3.13 found (3.11 is best: PyBullet has ready wheels for it);
-install it: sudo apt install python3.11 python3.11-venv python3.11-dev
-or name it: make PYTHON=/path/to/python3.11"
 }
 
-make_venv() {
-    version=$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
-    if "$python" -c 'import venv, ensurepip' 2>/dev/null; then
-        "$python" -m venv .venv
-    elif "$python" -m pip --version >/dev/null 2>&1; then
-        # Debian splits ensurepip off; the system's pip can fill the environment as well.
-        "$python" -m venv --without-pip .venv
-        "$python" -m pip --quiet --python .venv/bin/python install pip
-    else
-        fail "Python $version cannot make virtual environments;
-install what is missing: sudo apt install python$version-venv"
+# Prints the Debian packages that the system lacks, in one line.
+missing_packages() {
+    command -v "${CC:-gcc}" >/dev/null 2>&1 || echo gcc
+    command -v "${CXX:-g++}" >/dev/null 2>&1 || echo g++
+    found=$(find_python)
+    if [ -z "$found" ]; then
+        echo python3 python3-venv python3-dev
+        return
     fi
+    version=$("$found" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+    if ! "$found" -c 'import venv, ensurepip' 2>/dev/null && [ ! -x .venv/bin/python ]; then
+        echo "python$version-venv"
+    fi
+    header=$("$found" -c 'import sysconfig; print(sysconfig.get_path("include"))')/Python.h
+    [ -f "$header" ] || echo "python$version-dev"
 }
 
-for compiler in "${CC:-gcc}" "${CXX:-g++}"; do
-    command -v "$compiler" >/dev/null 2>&1 ||
-        fail "the compiler $compiler is missing, which the ROS 2 interface packages need;
-install it: sudo apt install gcc g++"
-done
+install_missing() {
+    lacking=$(missing_packages | tr '\n' ' ')
+    [ -z "$lacking" ] && return
+    if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
+        echo "installing with apt: $lacking"
+        # shellcheck disable=SC2086  # one word per package
+        apt-get -qq update && DEBIAN_FRONTEND=noninteractive \
+            apt-get -qq -y install --no-install-recommends $lacking >/dev/null ||
+            fail "apt could not install $lacking"
+        [ -n "$(find_python)" ] || fail "this system has no Python 3.11, 3.12 or 3.13
+name one: make PYTHON=/path/to/python3.11"
+    fi
+    lacking=$(missing_packages | tr '\n' ' ')
+    [ -z "$lacking" ] || fail "this system lacks $lacking
+install it, then call make again: sudo apt install $lacking"
+}
+
+install_missing
 if ! .venv/bin/python -m pip --version >/dev/null 2>&1; then
     python=$(find_python)
     echo "making .venv with $python"
-    make_venv
+    "$python" -m venv .venv
 fi
 echo "installing dependencies into .venv (a few minutes the first time)"
 .venv/bin/python -m pip install --quiet --upgrade pip

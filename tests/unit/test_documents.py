@@ -150,3 +150,60 @@ def test_the_reference_is_what_the_commands_and_classes_say() -> None:
     for name, text in pages().items():
         on_disk = (ROOT / "docs" / "reference" / name).read_text("utf-8")
         assert on_disk == text, f"{name} is out of date: python -m tools.write_reference"
+
+
+PAST = re.compile(
+    r"\b(?=[0-9a-f]*[a-f])(?=[0-9a-f]*\d)[0-9a-f]{7,10}\b"  # a commit
+    r"|older code|code of (?:now|then|today)|not repeated|earlier runs|\bno longer\b"
+    r"|\b(?:until|since) (?:[0-9a-f]{7,}|today|then)\b"
+)
+WHERE_COMMITS_BELONG = {"results.md"}  # in the line under each table
+
+
+@pytest.mark.parametrize("document", texts())
+def test_documents_say_what_holds_now(document: Path) -> None:
+    text = re.sub(r"```.*?```|`[^`\n]*`|https?://\S+", "", document.read_text("utf-8"), flags=re.S)
+    if document.name not in WHERE_COMMITS_BELONG:
+        assert not PAST.findall(text)
+
+
+@pytest.mark.parametrize("document", texts())
+def test_every_table_is_whole(document: Path) -> None:
+    text = re.sub(r"```.*?```", "", document.read_text("utf-8"), flags=re.S)
+    wrong = []
+    for block in re.findall(r"(?:^\|.*\n)+", text + "\n", re.M):
+        lines = block.splitlines()
+        widths = {len(re.findall(r"(?<!\\)\|", re.sub(r"`[^`]*`", "", line))) for line in lines}
+        if len(lines) < 2 or not re.fullmatch(r"\|[ :|-]+\|", lines[1]) or len(widths) > 1:
+            wrong.append(lines[0])
+    assert not wrong
+
+
+def anchors_of(document: Path) -> set[str]:
+    """Return the anchors of a document's headings, as GitHub and mkdocs make them."""
+    text = re.sub(r"```.*?```", "", document.read_text("utf-8"), flags=re.S)
+    found: set[str] = set()
+    for heading in re.findall(r"^#+ (.+)$", text, re.M):
+        plain = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading)
+        found.add(re.sub(r"[\s-]+", "-", re.sub(r"[^\w\s-]", "", plain.lower())).strip("-"))
+    return found
+
+
+@pytest.mark.parametrize("document", texts())
+def test_every_anchor_leads_somewhere(document: Path) -> None:
+    links = re.findall(r"\]\((?!https?://)([^)#\s]*)#([^)\s]+)\)", document.read_text("utf-8"))
+    targets = [(document.parent / name if name else document, anchor) for name, anchor in links]
+    lost = [
+        f"{path.name}#{anchor}"
+        for path, anchor in targets
+        if path.suffix == ".md" and anchor not in anchors_of(path)
+    ]
+    assert not lost
+
+
+def test_the_documents_are_short() -> None:
+    words = {path: len(path.read_text("utf-8").split()) for path in DOCUMENTS}
+    assert sum(words.values()) <= 50_000
+    assert words[ROOT / "CHANGELOG.md"] <= 1_500
+    assert words[ROOT / "docs" / "architecture" / "decisions.md"] <= 2_000
+    assert len((ROOT / "README.md").read_text("utf-8").splitlines()) <= 100
