@@ -22,11 +22,12 @@ def benchmarks() -> None:
 
 def load() -> typer.Typer:
     """Return the command with all of its parts."""
-    from benchmarks import (  # noqa: F401  # add theirs
-        decisions_command,
-        floor_command,
-        peers_command,
-        results_command,
-    )
+    import benchmarks.ablation.command  # each adds its command
+    import benchmarks.decisions_command
+    import benchmarks.floor_command
+    import benchmarks.peers_command
+    import benchmarks.results_command
+    import benchmarks.scale.command
+    import benchmarks.storm.command  # noqa: F401
 
     return benchmarks_app

@@ -10,10 +10,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from benchmarks.scale.row import ScaleRow
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.scenario import Scenario
 from swarm_bench.runs.stage import RunOptions
-from swarm_bench.scale.row import ScaleRow
 from swarm_bench.suite.table import number
 from swarm_common.model.engines import BULLET, check_engine
 from swarm_sim.sensing.lidar import Lidars
@@ -109,7 +109,7 @@ def floor_markdown(units: Sequence[Unit], rows: Sequence[ScaleRow]) -> str:
 
     Args:
         units: As measured.
-        rows: Of `swarm-bench scale` on the graph; may be none.
+        rows: Of `python -m benchmarks scale` on the graph; may be none.
     """
     floor = sum(unit.total for unit in units)
     lines = [

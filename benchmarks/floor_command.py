@@ -11,11 +11,11 @@ from rich.markup import escape
 from benchmarks.app import Output, Robots, benchmarks_app
 from benchmarks.floor import floor_markdown, measure_floor
 from benchmarks.profile_parts import profile_harness, profile_markdown
+from benchmarks.scale.plan import GRAPH
+from benchmarks.scale.result import read_scale_results
+from benchmarks.scale.row import rows_of
 from swarm_bench.runs.document import replace_part
 from swarm_bench.runs.scenario import check_size
-from swarm_bench.scale.plan import GRAPH
-from swarm_bench.scale.result import read_scale_results
-from swarm_bench.scale.row import rows_of
 from swarm_bench.suite.command import new_console
 from swarm_bench.suite.machine import machine_line
 from swarm_common.model.engines import usual_engine

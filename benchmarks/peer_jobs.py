@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.scale.plan import ScaleJob
+from benchmarks.scale.process import result_of, run_program
+from benchmarks.scale.result import ScaleResult
 from swarm_bench.runs.stage import RunOptions, build
-from swarm_bench.scale.plan import ScaleJob
-from swarm_bench.scale.process import result_of, run_program
-from swarm_bench.scale.result import ScaleResult
 from swarm_commander.mission.itinerary import Itinerary
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import FloatArray
@@ -62,7 +62,7 @@ PEERS: dict[str, PeerSystem] = {
     ),
 }  # fmt: skip
 OURS_INCLUDES = (
-    "`swarm-bench scale --harness`: kinematic drives with acceleration limits, contacts with walls "
+    "`benchmarks scale --harness`: kinematic drives with acceleration limits, contacts with walls "
     "and robots, LiDAR 360 x 5 Hz, radio, and for each robot map, costmap, A*, DWA and traffic; "
     "no ROS"
 )

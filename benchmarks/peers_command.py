@@ -10,13 +10,13 @@ import typer
 
 from benchmarks.app import Output, benchmarks_app
 from benchmarks.peer_jobs import OURS_INCLUDES, PEERS, check_python, run_peer
+from benchmarks.scale.plan import HARNESS, ScaleJob, plan_jobs
+from benchmarks.scale.process import run_harness
+from benchmarks.scale.result import ScaleResult
+from benchmarks.scale.row import COMMON, ENDS, Column, ScaleRow, markdown, rows_of, scale_table
+from benchmarks.scale.sweep import run_scale
 from swarm_bench.runs.document import replace_part
 from swarm_bench.runs.stage import RunOptions, build
-from swarm_bench.scale.plan import HARNESS, ScaleJob, plan_jobs
-from swarm_bench.scale.process import run_harness
-from swarm_bench.scale.result import ScaleResult
-from swarm_bench.scale.row import COMMON, ENDS, Column, ScaleRow, markdown, rows_of, scale_table
-from swarm_bench.scale.sweep import run_scale
 from swarm_bench.suite.command import JsonLines, new_console
 from swarm_bench.suite.selection import parse_sizes
 from swarm_common.model.errors import UnknownNameError

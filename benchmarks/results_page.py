@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import msgspec
 
 from benchmarks.measured_runs import BASELINE_LIMIT, SCALE, Kept, read_part
+from benchmarks.scale.result import ScaleResult
+from benchmarks.scale.row import GRAPH_COLUMNS, HARNESS_COLUMNS, rows_of
 from swarm_bench.halls.halls import NONE, TROUBLES
 from swarm_bench.runs.document import table_line
 from swarm_bench.runs.result import RunResult
-from swarm_bench.scale.result import ScaleResult
-from swarm_bench.scale.row import GRAPH_COLUMNS, HARNESS_COLUMNS, rows_of
 from swarm_bench.suite.summary import Row, summarise
 from swarm_bench.suite.table import contacts_text, number
 

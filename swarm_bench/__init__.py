@@ -6,9 +6,6 @@ What imports nothing of the folders below it stands first:
     runs       One run of a scenario, up to its result
     suite      Many runs, and their tables
     halls      Random halls
-    storm      Seeded faults
-    scale      Cost by swarm size
-    ablation   Each rule off
     cli        The command `swarm-bench`
 
 May import swarm_sim, swarm_nav, swarm_commander's modules without ROS, and swarm_common; nobody

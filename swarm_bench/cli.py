@@ -16,10 +16,7 @@ def main() -> None:
 
 
 def _load() -> typer.Typer:
-    import swarm_bench.ablation.command  # each adds its command
-    import swarm_bench.halls.command
-    import swarm_bench.scale.command
-    import swarm_bench.storm.command  # noqa: F401
+    import swarm_bench.halls.command  # noqa: F401  # adds its command
     from swarm_bench.suite.command import bench_app
 
     return bench_app

@@ -7,7 +7,7 @@ from itertools import chain
 
 import pytest
 
-from swarm_bench.scale import watch as scale_watch
+from benchmarks.scale import watch as scale_watch
 from swarm_commander.hosts import robots_run, world_run
 from swarm_commander.run import local_run
 

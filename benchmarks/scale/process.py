@@ -1,4 +1,4 @@
-"""One run of `swarm-bench scale` in a process of its own that prints its result as JSON."""
+"""One run of `benchmarks scale` in a process of its own that prints its result as JSON."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from benchmarks.scale.graph import environment
+from benchmarks.scale.plan import ScaleJob
+from benchmarks.scale.result import ScaleResult
+from benchmarks.scale.watch import Neighbours
 from swarm_bench.runs.ros_run import last_lines
-from swarm_bench.scale.graph import environment
-from swarm_bench.scale.plan import ScaleJob
-from swarm_bench.scale.result import ScaleResult
-from swarm_bench.scale.watch import Neighbours
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.lifetime import die_with
 

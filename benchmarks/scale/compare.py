@@ -1,4 +1,4 @@
-"""Two sweeps of `swarm-bench scale` side by side: two files, or two commits."""
+"""Two sweeps of `python -m benchmarks scale` side by side: two files, or two commits."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from swarm_bench.scale.plan import ScaleJob
-from swarm_bench.scale.result import ScaleResult, read_scale_results
-from swarm_bench.scale.row import ScaleRow, rows_of
-from swarm_bench.scale.sweep import run_jobs, scale_line
+from benchmarks.scale.plan import ScaleJob
+from benchmarks.scale.result import ScaleResult, read_scale_results
+from benchmarks.scale.row import ScaleRow, rows_of
+from benchmarks.scale.sweep import run_jobs, scale_line
 from swarm_bench.suite.table import number
 from swarm_common.model.errors import ConfigError
 
@@ -48,7 +48,7 @@ def compare(
     """Return two sides: result files as they are, commits run now, in turn.
 
     Args:
-        names: Two files of `swarm-bench scale --json`, or two commits of this repository.
+        names: Two files of `python -m benchmarks scale --json`, or two commits of this repository.
         jobs: What to run of each commit.
         console: For a line per run.
 

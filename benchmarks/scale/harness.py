@@ -1,4 +1,4 @@
-"""One run of `swarm-bench scale` in one process, without the ROS graph.
+"""One run of `python -m benchmarks scale` in one process, without the ROS graph.
 
 Run as a program of its own, so that start-up and memory are those of the run alone; it imports
 nothing of `scale`, so that it can measure the code of another commit, too. Its argument is a job

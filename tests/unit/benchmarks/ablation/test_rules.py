@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from swarm_bench.ablation import rules as ablation
-from swarm_bench.ablation.rules import (
+from benchmarks.ablation import rules as ablation
+from benchmarks.ablation.rules import (
     BASE,
     NUMBERS,
     PROBES,

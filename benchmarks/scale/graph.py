@@ -1,4 +1,4 @@
-"""One run of `swarm-bench scale` on the ROS graph: `swarm-up`, watched from outside."""
+"""One run of `python -m benchmarks scale` on the ROS graph: `swarm-up`, watched from outside."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from benchmarks.scale.plan import WORKLOADS, ScaleJob
+from benchmarks.scale.result import ScaleResult
+from benchmarks.scale.watch import Neighbours, ThreadTimes, dds_share, proportional_mb
 from swarm_bench.runs.ros_run import SWARM_UP, SwarmUpError, last_lines
-from swarm_bench.scale.plan import WORKLOADS, ScaleJob
-from swarm_bench.scale.result import ScaleResult
-from swarm_bench.scale.watch import Neighbours, ThreadTimes, dds_share, proportional_mb
 from swarm_commander.run.processes.usage import process_tree
 from swarm_common.process.lifetime import die_with
 

@@ -9,7 +9,7 @@ from enum import Enum
 
 import numpy as np
 
-from swarm_bench.storm.reachable import Floor
+from benchmarks.storm.reachable import Floor
 from swarm_common.model.records import Pose
 from swarm_sim.scene.actors import WalkerSpec
 

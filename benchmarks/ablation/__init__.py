@@ -3,7 +3,7 @@
 What a module imports of its folder stands above it:
 
     rules    What each liveness rule and number pays: the same runs with one of them changed
-    command  The command `swarm-bench ablate`: its options
+    command  The command `python -m benchmarks ablate`: its options
 
 May import of swarm_bench: `halls`, `runs`, `suite`.
 """

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from rich.markup import escape
 from rich.table import Table
 
+from benchmarks.scale.result import ScaleResult, median_of
 from swarm_bench.runs.document import table_line
-from swarm_bench.scale.result import ScaleResult, median_of
 from swarm_bench.suite.table import number
 
 NOISY = 0.1  # share of the processors that others had, from which figures are marked

@@ -1,4 +1,4 @@
-"""The command `swarm-bench storm`."""
+"""The command `python -m benchmarks storm`."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import msgspec
 import typer
 from rich.table import Table
 
+from benchmarks.app import benchmarks_app
+from benchmarks.storm.storm import ROWS, StormOptions, StormResult, run_storm
 from swarm_bench.runs.json_lines import collected, read_json_lines, taken_over
-from swarm_bench.storm.storm import ROWS, StormOptions, StormResult, run_storm
-from swarm_bench.suite.command import MISSED, Jobs, bench_app, new_console
+from swarm_bench.suite.command import MISSED, Jobs, new_console
 from swarm_bench.suite.selection import check_jobs, parse_seeds
 from swarm_bench.suite.sweep import in_processes
 from swarm_common.model.errors import ConfigError, UnknownNameError
@@ -22,7 +23,7 @@ COLUMNS = (
 )  # fmt: skip
 
 
-@bench_app.command()
+@benchmarks_app.command()
 def storm(
     seeds: Annotated[str, typer.Option(help="Seeds like 0-199 or 1,5,7.")] = "0-3",
     world: Annotated[
@@ -57,7 +58,7 @@ def _run(options: list[StormOptions], jobs: int, file: Path | None) -> list[Stor
     known: list[StormResult] = []
     if file is not None and file.is_file():
         known = read_json_lines(
-            file, lambda data: msgspec.convert(data, StormResult), "swarm-bench storm"
+            file, lambda data: msgspec.convert(data, StormResult), "python -m benchmarks storm"
         )
     wanted = {(item.world, item.seed) for item in options}
     results = [result for result in known if (result.world, result.seed) in wanted]

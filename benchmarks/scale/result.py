@@ -1,4 +1,4 @@
-"""What one run of `swarm-bench scale` cost, and the file of JSON lines that keeps it."""
+"""What one run of `python -m benchmarks scale` cost, and the file of JSON lines that keeps it."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def read_scale_results(path: Path) -> list[ScaleResult]:
         ConfigError: If the file cannot be read, or a complete line is not a result.
     """
     return read_json_lines(
-        path, lambda data: msgspec.convert(data, ScaleResult), "swarm-bench scale"
+        path, lambda data: msgspec.convert(data, ScaleResult), "python -m benchmarks scale"
     )
 
 

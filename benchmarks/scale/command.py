@@ -1,4 +1,4 @@
-"""The command `swarm-bench scale`: its options, and what it writes."""
+"""The command `python -m benchmarks scale`: its options, and what it writes."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Annotated
 
 import typer
 
-from swarm_bench.runs.document import replace_part
-from swarm_bench.scale.compare import compare, comparison_table
-from swarm_bench.scale.plan import AUTO, GRAPH, HARNESS, WORKLOADS, plan_jobs
-from swarm_bench.scale.plot import draw_scale
-from swarm_bench.scale.result import ScaleResult
-from swarm_bench.scale.row import (
+from benchmarks.app import benchmarks_app
+from benchmarks.scale.compare import compare, comparison_table
+from benchmarks.scale.plan import AUTO, GRAPH, HARNESS, WORKLOADS, plan_jobs
+from benchmarks.scale.plot import draw_scale
+from benchmarks.scale.result import ScaleResult
+from benchmarks.scale.row import (
     NOISY,
     ScaleRow,
     columns_of,
@@ -22,15 +22,16 @@ from swarm_bench.scale.row import (
     rows_of,
     scale_table,
 )
-from swarm_bench.scale.sweep import run_scale
-from swarm_bench.suite.command import MISSED, JsonLines, bench_app, new_console
+from benchmarks.scale.sweep import run_scale
+from swarm_bench.runs.document import replace_part
+from swarm_bench.suite.command import MISSED, JsonLines, new_console
 from swarm_bench.suite.selection import parse_sizes
 from swarm_common.model.errors import ConfigError
 
 SIZES = "1,5,20,50,100,200"
 
 
-@bench_app.command()
+@benchmarks_app.command()
 def scale(
     robots: Annotated[str, typer.Option(help="Swarm sizes.")] = SIZES,
     harness: Annotated[

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from swarm_bench.scale.row import ScaleRow
+from benchmarks.scale.row import ScaleRow
 from swarm_common.model.errors import ConfigError
 
 PARTS = {"world": "#4477aa", "navigators": "#ee6677", "other": "#bbbbbb"}

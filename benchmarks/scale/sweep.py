@@ -1,4 +1,4 @@
-"""The runs of `swarm-bench scale`, one after the other, with their results kept on disk."""
+"""The runs of `benchmarks scale`, one after the other, with their results kept on disk."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from pathlib import Path
 
 from rich.console import Console
 
+from benchmarks.scale.graph import run_graph
+from benchmarks.scale.plan import GRAPH, ScaleJob
+from benchmarks.scale.process import run_harness
+from benchmarks.scale.result import ScaleResult, read_scale_results
 from swarm_bench.runs.json_lines import collected, taken_over
 from swarm_bench.runs.stage import RunOptions, check
-from swarm_bench.scale.graph import run_graph
-from swarm_bench.scale.plan import GRAPH, ScaleJob
-from swarm_bench.scale.process import run_harness
-from swarm_bench.scale.result import ScaleResult, read_scale_results
 from swarm_bench.suite.machine import machine_line
 from swarm_bench.suite.table import number
 

@@ -1,4 +1,4 @@
-"""What `swarm-bench scale` runs: which hall, how many robots, for how long."""
+"""What `python -m benchmarks scale` runs: which hall, how many robots, for how long."""
 
 from __future__ import annotations
 

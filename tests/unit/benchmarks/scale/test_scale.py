@@ -1,4 +1,4 @@
-"""Jobs, results, tables, plots and comparisons of `swarm-bench scale`, without running a swarm."""
+"""Jobs, results, tables, plots and comparisons of `benchmarks scale`, without running a swarm."""
 
 import dataclasses
 import io
@@ -7,14 +7,14 @@ import json
 import pytest
 from rich.console import Console
 
+from benchmarks.scale.compare import Side, comparison_table
+from benchmarks.scale.plan import GRAPH, HARNESS, plan_jobs
+from benchmarks.scale.plot import draw_scale
+from benchmarks.scale.result import ScaleResult, median_of, read_scale_results
+from benchmarks.scale.row import GRAPH_COLUMNS, growth, markdown, rows_of, scale_table
+from benchmarks.scale.sweep import run_scale
+from benchmarks.scale.watch import dds_share
 from swarm_bench.runs.document import replace_part
-from swarm_bench.scale.compare import Side, comparison_table
-from swarm_bench.scale.plan import GRAPH, HARNESS, plan_jobs
-from swarm_bench.scale.plot import draw_scale
-from swarm_bench.scale.result import ScaleResult, median_of, read_scale_results
-from swarm_bench.scale.row import GRAPH_COLUMNS, growth, markdown, rows_of, scale_table
-from swarm_bench.scale.sweep import run_scale
-from swarm_bench.scale.watch import dds_share
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 

@@ -1,4 +1,4 @@
-"""The command `swarm-bench ablate`: its options."""
+"""The command `python -m benchmarks ablate`: its options."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from swarm_bench.ablation.rules import (
+from benchmarks.ablation.rules import (
     BASE,
     ablation_markdown,
     jobs_of,
@@ -17,11 +17,12 @@ from swarm_bench.ablation.rules import (
     run_job,
     variants,
 )
+from benchmarks.app import benchmarks_app
 from swarm_bench.halls.halls import DRAWN, NONE, hall_runs
 from swarm_bench.runs.document import check_part, replace_part
 from swarm_bench.runs.json_lines import collected, read_json_lines, taken_over
 from swarm_bench.runs.result import RunResult, result_from_json
-from swarm_bench.suite.command import Jobs, JsonLines, bench_app, new_console
+from swarm_bench.suite.command import Jobs, JsonLines, new_console
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes, select
 from swarm_bench.suite.sweep import in_processes
 from swarm_bench.suite.table import run_line
@@ -30,7 +31,7 @@ from swarm_common.model.errors import ConfigError
 NO_ROWS = "none"
 
 
-@bench_app.command()
+@benchmarks_app.command()
 def ablate(
     only: Annotated[
         str, typer.Option(help="Rules and numbers, comma-separated.  [default: all]")
@@ -67,7 +68,7 @@ def ablate(
     console = new_console()
     results: list[tuple[str, RunResult]] = []
     if json_ is not None and json_.is_file():
-        results = read_json_lines(json_, _parse, "swarm-bench ablate")
+        results = read_json_lines(json_, _parse, "python -m benchmarks ablate")
     wanted = jobs_of(chosen, rows, in_halls)
     if results:
         known = {key_of(*found) for found in results}

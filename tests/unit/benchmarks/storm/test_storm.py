@@ -9,8 +9,7 @@ import json
 import numpy as np
 import pytest
 
-from swarm_bench.runs.harness import Harness
-from swarm_bench.storm.plan import (
+from benchmarks.storm.plan import (
     FIRST,
     FOR_EVER,
     Crate,
@@ -19,8 +18,9 @@ from swarm_bench.storm.plan import (
     StormPlan,
     draw_faults,
 )  # fmt: skip
-from swarm_bench.storm.reachable import Floor
-from swarm_bench.storm.storm import ROWS, Storm, StormOptions, StormResult
+from benchmarks.storm.reachable import Floor
+from benchmarks.storm.storm import ROWS, Storm, StormOptions, StormResult
+from swarm_bench.runs.harness import Harness
 from swarm_sim.world.verdict import Collision
 from tests.fakes.navigation import room
 
@@ -128,7 +128,7 @@ def test_people_find_a_place_to_start_among_the_robots() -> None:
 
 @pytest.mark.parametrize("world", ["crossing", "pillars"])
 def test_a_short_storm_hurts_nobody(world: str) -> None:
-    """The whole seeds are `swarm-bench storm`; see docs/reliability.md."""
+    """The whole seeds are `python -m benchmarks storm`; see docs/reliability.md."""
     storm = Storm(StormOptions(world, list(ROWS).index(world)))
     for _ in range(700):
         if not storm.advance():
