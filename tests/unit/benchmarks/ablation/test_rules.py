@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections import Counter
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,10 @@ from benchmarks.ablation.rules import (
     run_job,
     variants,
 )
+from benchmarks.app import load
 from swarm_bench.runs.result import RunResult
 from swarm_bench.suite.selection import select
-from swarm_common.model.errors import UnknownNameError
+from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
 from swarm_nav.traffic import right_of_way
@@ -125,3 +127,23 @@ def test_rows_in_which_a_variant_changes_nothing_are_left_after_the_first_runs()
     done += [(job.key[0], result(scenario="doorway", seed=job.key[3], robots=12)) for job in later]
     assert not missing(jobs, done)
     assert "| the same run | the same run |" in ablation_markdown(done).splitlines()[-2]
+
+
+def test_a_part_that_is_missing_is_told_before_anything_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.md").write_text("# Mine\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match="has no part"):
+        load()(["ablate", "--only", "gate", "-o", "own.md"], standalone_mode=False)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [(["--halls", "none"], "nothing to run"), (["--trouble", "mud", "--halls", "none"], "mud")],
+)
+def test_an_ablation_of_no_runs_and_an_unknown_trouble_are_refused(
+    words: list[str], message: str
+) -> None:
+    with pytest.raises(ConfigError, match=message):
+        load()(["ablate", "--scenario", "none", *words], standalone_mode=False)

@@ -190,7 +190,6 @@ def test_a_mean_has_an_interval_if_there_are_several_runs() -> None:
     "words",
     [
         ["halls", "--seeds", "0"],
-        ["ablate", "--only", "gate"],
         ["suite", "--json", "own.jsonl", "--ros-seeds", "none"],
     ],
 )
@@ -202,14 +201,3 @@ def test_a_part_that_is_missing_is_told_before_anything_runs(
     with pytest.raises(ConfigError, match="has no part"):
         _load()([*words, "-o", "own.md"], standalone_mode=False)
     assert not (tmp_path / "own.jsonl").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [(["--halls", "none"], "nothing to run"), (["--trouble", "mud", "--halls", "none"], "mud")],
-)
-def test_an_ablation_of_no_runs_and_an_unknown_trouble_are_refused(
-    words: list[str], message: str
-) -> None:
-    with pytest.raises(ConfigError, match=message):
-        _load()(["ablate", "--scenario", "none", *words], standalone_mode=False)
