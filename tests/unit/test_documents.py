@@ -154,8 +154,8 @@ def test_the_reference_is_what_the_commands_and_classes_say() -> None:
 
 PAST = re.compile(
     r"\b(?=[0-9a-f]*[a-f])(?=[0-9a-f]*\d)[0-9a-f]{7,10}\b"  # a commit
-    r"|older code|code of (?:now|then|today)|not repeated|earlier runs"
-    r"|\b(?:until|since) (?:[0-9a-f]{7,}|today|then)\b"
+    r"|older code|code of (?:now|then|today)|earlier runs"
+    r"|\b(?:until|since) (?:[0-9a-f]{7,}|today)\b"
 )
 WHERE_COMMITS_BELONG = {"results.md"}  # in the line under each table
 
