@@ -108,7 +108,6 @@ def floor_markdown(units: Sequence[Unit], rows: Sequence[ScaleRow]) -> str:
     """Return unit costs, their sum, and how far measured swarms are from it, as Markdown.
 
     Args:
-        units: As measured.
         rows: Of `python -m benchmarks scale` on the graph; may be none.
     """
     floor = sum(unit.total for unit in units)

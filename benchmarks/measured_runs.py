@@ -156,7 +156,6 @@ def measure(name: str, jobs: int, console: Console) -> None:
     Args:
         name: Of `PARTS`, or `SCALE`.
         jobs: Processes; runs on the ROS graph use one.
-        console: For a line per run.
     """
     if name == SCALE:
         measure_scale(console)

@@ -74,7 +74,6 @@ def run_peer(job: ScaleJob, python: Path, machine: str) -> ScaleResult:
     Args:
         job: What to run; its system is one of `PEERS`.
         python: Interpreter of an environment that has the peer.
-        machine: For the result.
 
     Raises:
         ScaleRunError: If it left no result; the message ends with what it said last.

@@ -25,7 +25,6 @@ def profile_harness(robots: int, engine: str) -> list[tuple[str, float, int]]:
 
     Args:
         robots: Swarm size, in the factory hall with LiDARs.
-        engine: Physics.
     """
     scenario = Scenario(name="hall", with_lidar=True, noise=0.0)
     harness = Harness(RunOptions(scenario=scenario, robots=robots, engine=engine))

@@ -40,7 +40,6 @@ def load_grid_map(
     """Return the plan that a `.map` file is, its middle at (0, 0), with a wall around it.
 
     Args:
-        path: The map.
         cell: [m] of a cell's side.
         scenario: `.scen` file; robot k starts and has its place where the k-th usable line says.
         wall_height: [m]

@@ -64,7 +64,6 @@ def write_world(plan: FloorPlan, folder: Path, resolution: float = 0.05) -> Scen
     They are written beside the folder first: it changes only if all of them are usable.
 
     Args:
-        plan: Contents of the world.
         folder: Created if necessary; files of these names are overwritten.
         resolution: [m] per cell of the map, which is made finer if navigation needs it.
 

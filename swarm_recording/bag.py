@@ -108,7 +108,6 @@ class Bag:
         """Yield messages in order of time.
 
         Args:
-            topics: Only of these.
             after: [ns] only later ones.
 
         Raises:

@@ -81,8 +81,6 @@ class Losses:
         """Note a message that has arrived.
 
         Args:
-            topic: That it was sent on.
-            sender: Of the message.
             sequence: Its number among those of the sender on the topic.
         """
         if topic.is_latched:

@@ -50,9 +50,7 @@ class Recorder:
 
         Args:
             node: Appears as the subscriber in the graph.
-            robots: Names of the robots.
             patterns: Of the topics to record, see `select`.
-            tape: To write on.
             rate: See `RateFilter`.
 
         Raises:

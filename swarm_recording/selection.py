@@ -31,7 +31,6 @@ def select(text: str, robots: Sequence[str]) -> list[Topic]:
         text: Comma-separated names or patterns (`*`), relative to every robot (`scan`,
             `*costmap*`) or absolute (`/Srobot3/scan`, `/Srobot1*`); `all`; empty for the default.
             What a viewer needs of the world (`ALWAYS`) is recorded in any case.
-        robots: Their names.
 
     Raises:
         ConfigError: If a pattern matches nothing.

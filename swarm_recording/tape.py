@@ -219,9 +219,6 @@ def metadata_text(
     """Return rosbag2's metadata (version 9, ROS 2 Jazzy) of a bag of one file.
 
     Args:
-        name: Of the file.
-        topics: By name.
-        counts: Messages of each.
         span: [ns] times of the first and the last message.
     """
     start = {"nanoseconds_since_epoch": span[0]}

@@ -41,7 +41,6 @@ def plots_html(plots: Sequence[Plot], map_image: Mapping[str, Any] | None = None
     """Return the figures with their tables, and what plotly.js needs to draw them.
 
     Args:
-        plots: In order.
         map_image: Of plotly.js, below charts that are `on_map`.
     """
     figures = "\n".join(map(_figure, plots))

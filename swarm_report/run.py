@@ -107,7 +107,6 @@ class RunData:
         """Find the run.
 
         Args:
-            folder: Of the run.
             report: Its report, if that is not written yet.
 
         Raises:

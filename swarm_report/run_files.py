@@ -180,7 +180,6 @@ def read_json(path: Path, kind: type[Any] = dict[str, Any]) -> dict[str, Any]:
     """Return the object in a file; empty if there is no file.
 
     Args:
-        path: Of the file.
         kind: What it has to be; what else is in it is kept.
 
     Raises:

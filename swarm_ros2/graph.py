@@ -37,7 +37,6 @@ def open_node(name: str | None = None, *, sim_time: bool = False) -> Iterator[No
     """Create a node, hidden unless named, without parameter services and without a log topic.
 
     Args:
-        name: Of the node.
         sim_time: Whether its clock is `/clock`.
     """
     context = rclpy.Context()
@@ -70,8 +69,6 @@ def settled(
     machine with gaps.
 
     Args:
-        node: Our own.
-        read: Returns what matters.
         is_whole: Tells whether something is missing for certain, so that it is worth a wait.
     """
     start = changed = time.monotonic()

@@ -10,11 +10,7 @@ MARKER = b"swarm_ros2"  # in the script that pip writes for our entry point
 
 
 def find_real_ros2(environ: Mapping[str, str]) -> Path | None:
-    """Return the first `ros2` on PATH that is not this one.
-
-    Args:
-        environ: Usually os.environ.
-    """
+    """Return the first `ros2` on PATH that is not this one."""
     for folder in environ.get("PATH", "").split(os.pathsep):
         candidate = Path(folder or ".") / "ros2"
         if os.access(candidate, os.X_OK) and candidate.is_file() and not _is_ours(candidate):
@@ -26,10 +22,6 @@ def clean_environment(environ: Mapping[str, str], prefix: Path) -> dict[str, str
     """Return the environment without what the ROS 2 wheels put there at start-up.
 
     The libraries of this environment must not get in the way of those of the real ROS 2.
-
-    Args:
-        environ: Usually os.environ.
-        prefix: Root of this Python environment.
     """
     cleaned = dict(environ)
     cleaned.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)

@@ -103,10 +103,8 @@ def _lines(name: str, *, comments: bool, nested: bool, indent: str = "") -> list
     """Return a definition's lines with those of its fields' types below each field.
 
     Args:
-        name: Of the interface.
         comments: Whether its comments are shown.
         nested: Whether those of the fields' types are.
-        indent: Before each line.
     """
     lines = []
     package = name.split("/")[0]

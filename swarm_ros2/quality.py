@@ -25,7 +25,6 @@ def add_arguments(parser: argparse.ArgumentParser, preset: str) -> None:
     """Add ros2cli's options for quality of service.
 
     Args:
-        parser: The verb's parser.
         preset: Name of the profile that the options start from.
     """
     parser.set_defaults(qos_preset=preset)

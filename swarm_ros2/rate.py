@@ -14,7 +14,6 @@ class BandwidthMeter:
     """Sizes of the last messages."""
 
     def __init__(self, window: int) -> None:
-        """Start without messages; keep `window` of them."""
         self._messages: deque[tuple[float, int]] = deque(maxlen=window)
 
     def add(self, now: float, data: bytes) -> None:
@@ -42,7 +41,6 @@ class DelayMeter:
     """How old the last messages were by their stamps."""
 
     def __init__(self, window: int) -> None:
-        """Start without messages; keep `window` of them."""
         self._delays: deque[float] = deque(maxlen=window)
         self._is_new = False
 
@@ -70,11 +68,6 @@ class RateMeter:
     """Arrival times of the last messages, and their statistics."""
 
     def __init__(self, window: int = WINDOW) -> None:
-        """Start without messages.
-
-        Args:
-            window: Number of intervals to keep.
-        """
         self._last: float | None = None
         self._intervals: deque[float] = deque(maxlen=window)
         self._reported = 0

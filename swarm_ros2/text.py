@@ -35,7 +35,6 @@ def to_yaml(
     """Return a message as YAML, fields in the order of the definition.
 
     Args:
-        message: A ROS message.
         longest: Cut arrays and strings after this many elements; None for not at all.
         arrays: Write arrays; otherwise only their type and length.
         strings: Write strings; otherwise only their length.
@@ -59,7 +58,6 @@ def to_plain(
     """Return a message or a field as dicts, lists and numbers.
 
     Args:
-        value: A message, or a field's value.
         longest: As for `to_yaml`.
         arrays: As for `to_yaml`.
         strings: As for `to_yaml`.
@@ -146,7 +144,6 @@ def fill(message: Any, values: dict[str, Any]) -> None:
     """Set the fields of a message from plain values.
 
     Args:
-        message: Changed in place.
         values: Field names to numbers, strings, lists or nested mappings. A header or stamp of
             ``auto`` or ``now`` is left as it is.
 

@@ -22,11 +22,6 @@ def add_flag(parser: Any, *names: str, **settings: Any) -> None:
 
 
 def add_list_options(verb: argparse.ArgumentParser, kind: str) -> None:
-    """Add what the verbs that list or find topics or services have in common.
-
-    Args:
-        verb: Its parser.
-        kind: topic or service.
-    """
+    """Add what the verbs that list or find topics or services have in common."""
     add_flag(verb, "-c", f"--count-{kind}s", help=f"Only display the number of {kind}s discovered")
     add_flag(verb, f"--include-hidden-{kind}s", help=f"Consider hidden {kind}s as well")

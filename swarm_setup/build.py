@@ -38,9 +38,6 @@ VERSION = re.compile(r"<version>\s*(\d+)\.(\d+)[\d.]*\s*</version>")
 def ensure_interfaces(*, quiet: bool = False) -> list[str]:
     """Build and install the interface packages that are missing or out of date.
 
-    Args:
-        quiet: No progress on the terminal.
-
     Returns:
         The names of the packages that were installed by this call.
 

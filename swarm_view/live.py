@@ -25,8 +25,6 @@ def serve_live(server: Server, node: Node, hear: Hear | None = None) -> None:
     """Show the live graph until a signal asks for the end; the node is destroyed then.
 
     Args:
-        server: Where pages come in.
-        node: In the graph.
         hear: Returns what the run that starts meanwhile has said since the last call.
     """
     link = OperatorLink(node)

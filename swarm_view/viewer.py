@@ -54,8 +54,6 @@ class Viewer:
         """Attach to a server.
 
         Args:
-            server: Where pages come in.
-            feed: Where messages come from.
             link: To the swarm; None for a recording.
             recording: The feed, if it can be played.
             hear: Returns what the run that this viewer is part of has said since the last call.

@@ -50,7 +50,6 @@ def rate(browser: webdriver.Chrome, size: str, seconds: float) -> tuple[float, f
     """Return the frames per second of the page that is open, and CPU seconds per frame.
 
     Args:
-        browser: Shows the page.
         size: Of it, like 1600x900.
         seconds: [s] to count.
     """

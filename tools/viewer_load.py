@@ -55,7 +55,6 @@ class SilentPage:
     """
 
     def __init__(self, link: str, robot: str) -> None:
-        """Connect as viser's client does."""
         self.updates = self.size = 0
         where = urlsplit(link)
         address = f"ws://{where.netloc}/?{where.query}&robot={robot}"
@@ -85,7 +84,6 @@ class Run:
     """A swarm with a viewer."""
 
     def __init__(self, robots: int, folder: Path) -> None:
-        """Start it and wait until it is at work."""
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
             self.port = int(probe.getsockname()[1])

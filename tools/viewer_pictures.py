@@ -57,7 +57,6 @@ class FilmedSwarm:
     """A paused swarm that is stepped from picture to picture."""
 
     def __init__(self, robots: int, folder: Path) -> None:
-        """Start it."""
         self._log = folder / "up.log"
         command = [*UP.split(), "--swarm-size", str(robots), "--run-dir", str(folder / "run")]
         self._process = subprocess.Popen(

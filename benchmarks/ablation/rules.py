@@ -217,12 +217,7 @@ def _forget() -> None:
 
 
 def key_of(variant: str, result: RunResult) -> Key:
-    """Return which run a result is of.
-
-    Args:
-        variant: Its name.
-        result: Of the run.
-    """
+    """Return which run a result is of."""
     return variant, result.scenario, result.robots, result.seed
 
 
@@ -233,10 +228,6 @@ def missing(
 
     Of a variant in a row of the suite, all seeds are needed only if it changes one of the first
     `PROBES`; each seed of a hall is another map.
-
-    Args:
-        jobs: All runs, variant by variant.
-        results: What is known.
     """
     known = {key_of(*found) for found in results}
     usual = _as_it_is(results)
@@ -334,8 +325,6 @@ def jobs_of(
 
     Args:
         chosen: What is changed, one after the other.
-        rows: Runs of the suite.
-        halls: Runs in random halls.
     """
     kinds = [(options, False) for options in rows] + [(options, True) for options in halls]
     return [

@@ -110,9 +110,7 @@ def write_part(document: Path, name: str, rows: Sequence[ScaleRow]) -> None:
     """Write table, remarks and plot of a system into a document.
 
     Args:
-        document: Markdown file with the part's marks.
         name: Of the part; the plot's files are called so as well.
-        rows: To show.
     """
     plot = document.with_name(name.replace("-", "_"))
     commits = sorted({run.code or "unknown" for row in rows for run in row.runs})

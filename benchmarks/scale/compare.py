@@ -49,8 +49,6 @@ def compare(
 
     Args:
         names: Two files of `python -m benchmarks scale --json`, or two commits of this repository.
-        jobs: What to run of each commit.
-        console: For a line per run.
 
     Raises:
         ConfigError: If a name is neither.
@@ -75,7 +73,6 @@ def comparison_table(first: Side, second: Side) -> Table:
     """Return figure by figure what both cost and the ratio of the second to the first.
 
     Args:
-        first: Before.
         second: After; runs that only one side has are left out.
     """
     table = Table(box=None, header_style="bold")

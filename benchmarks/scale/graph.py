@@ -28,11 +28,6 @@ USAGE = Path("trace") / "usage.jsonl"  # of a run's folder
 def run_graph(job: ScaleJob, code: str, machine: str) -> ScaleResult:
     """Run `swarm-up` once.
 
-    Args:
-        job: What to run.
-        code: Commit, for the result.
-        machine: For the result.
-
     Raises:
         SwarmUpError: If it left no report; the message ends with what it said last.
     """

@@ -30,18 +30,10 @@ class CpuClock:
         self.seconds = 0.0
 
     def timed(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Return the function wrapped so that its CPU time is counted.
-
-        Args:
-            function: Also one that raises.
-        """
+        """Return the function wrapped so that its CPU time is counted."""
 
         def call(*arguments: Any) -> Any:
-            """Return what the function returns.
-
-            Args:
-                arguments: Of the function, passed on.
-            """
+            """Return what the function returns."""
             started = time.process_time()
             try:
                 return function(*arguments)

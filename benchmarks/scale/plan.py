@@ -92,8 +92,6 @@ def plan_jobs(
 
     Args:
         system: `graph`, `harness`, or a peer's name.
-        sizes: Of swarms.
-        repeats: Runs of each size.
         workload: Of `WORKLOADS`; `auto` for the hall, and for the warehouse beyond its room.
         seconds: [s] of simulated time.
         goals: Per robot; 0 for all of the mission.

@@ -17,10 +17,6 @@ SIZE = (9.0, 6.2)  # [inch]
 def draw_scale(rows: Sequence[ScaleRow], path: Path) -> list[Path]:
     """Draw rows of one system; return the files: SVG and PNG beside each other.
 
-    Args:
-        rows: By size.
-        path: Of the files, without a suffix.
-
     Raises:
         ConfigError: If they cannot be written.
     """

@@ -31,11 +31,6 @@ class ScaleRunError(SwarmError):
 def run_harness(job: ScaleJob, code: str, machine: str) -> ScaleResult:
     """Run world core and navigators once, without the ROS graph.
 
-    Args:
-        job: What to run.
-        code: Commit, for the result.
-        machine: For the result.
-
     Raises:
         ScaleRunError: If it left no result.
     """
@@ -56,7 +51,6 @@ def run_program(command: Sequence[str], env: Mapping[str, str]) -> tuple[dict[st
 
     Args:
         command: Program and arguments; the second is a file, by whose name errors call it.
-        env: Its whole environment.
 
     Returns:
         The last line that is a JSON object, and the share of the processors, 0 to 1, that others
@@ -89,11 +83,8 @@ def result_of(
     """Return the result in what a program printed.
 
     Args:
-        job: What was run.
         said: As of `harness.measure`.
         others: Share of the processors, 0 to 1, that others had.
-        code: Commit.
-        machine: In one line.
     """
     seconds = job.robots * said["sim_time"]
     return ScaleResult(

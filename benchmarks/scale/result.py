@@ -69,9 +69,6 @@ class ScaleResult:
 def read_scale_results(path: Path) -> list[ScaleResult]:
     """Return the results in a file; see `read_json_lines`.
 
-    Args:
-        path: Of JSON lines.
-
     Raises:
         ConfigError: If the file cannot be read, or a complete line is not a result.
     """

@@ -133,11 +133,7 @@ HARNESS_COLUMNS: dict[str, Column] = {
 
 
 def rows_of(results: Iterable[ScaleResult]) -> list[ScaleRow]:
-    """Return a row per system, workload, size and setting, by size.
-
-    Args:
-        results: In any order.
-    """
+    """Return a row per system, workload, size and setting, by size."""
     groups: dict[tuple[object, ...], list[ScaleResult]] = {}
     for result in results:
         key = (result.system, result.workload, result.robots, *result.setting.values())
@@ -149,9 +145,6 @@ def rows_of(results: Iterable[ScaleResult]) -> list[ScaleRow]:
 def columns_of(rows: Sequence[ScaleRow]) -> dict[str, Column]:
     """Return the columns that rows of one system have.
 
-    Args:
-        rows: The first decides.
-
     Returns:
         By name in the table's head, what the cell of a row says.
     """
@@ -162,7 +155,6 @@ def scale_table(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> Table:
     """Return the table for the terminal; rows measured on a busy machine are dim.
 
     Args:
-        rows: Of one system.
         columns: As of `columns_of`.
     """
     table = Table(box=None, header_style="bold")
@@ -180,7 +172,6 @@ def markdown(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> str:
     """Return the table as Markdown.
 
     Args:
-        rows: Of one system.
         columns: As of `columns_of`.
     """
     left = ("workload", "system", "includes")
@@ -194,11 +185,6 @@ def markdown(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> str:
 
 def growth(rows: Sequence[ScaleRow], few: int = 20, many: int = 100) -> float | None:
     """Return by which factor the CPU time of a robot-second grows from few robots to many.
-
-    Args:
-        rows: Of one workload.
-        few: Swarm size.
-        many: Swarm size.
 
     Returns:
         None if a size is missing, or cost nothing.

@@ -26,9 +26,7 @@ def run_scale(
     """Run the jobs that are not in a result file yet, add their results to it, and return all.
 
     Args:
-        jobs: The runs.
         file: Of JSON lines; None to keep nothing.
-        console: For a line per run.
         runner: Of peers; None for our own systems.
 
     Raises:
@@ -50,7 +48,6 @@ def run_jobs(jobs: Sequence[ScaleJob], runner: Runner | None = None) -> Iterator
     """Yield the result of each run as it comes.
 
     Args:
-        jobs: The runs, in turn.
         runner: Takes a job, its commit and the machine; None for our own systems.
 
     Raises:
@@ -80,11 +77,7 @@ def commit_of(code: Path | None) -> str:
 
 
 def scale_line(result: ScaleResult) -> str:
-    """Return one line about one run.
-
-    Args:
-        result: Of the run.
-    """
+    """Return one line about one run."""
     cpu = result.cpu_ms
     others = None if result.others is None else 100.0 * result.others
     return (

@@ -53,7 +53,6 @@ def dds_share(
 
     Args:
         before: As of `ThreadTimes.totals`.
-        after: The same later.
 
     Returns:
         Shares, 0 to 1, by group; 0 for one that did nothing.

@@ -73,11 +73,7 @@ def _run(options: list[StormOptions], jobs: int, file: Path | None) -> list[Stor
 
 
 def storm_line(result: StormResult) -> str:
-    """Return one line about one storm.
-
-    Args:
-        result: Of the storm.
-    """
+    """Return one line about one storm."""
     faults = ", ".join(f"{count} {kind.replace('_', ' ')}" for kind, count in result.faults.items())
     text = (
         f"{result.world} seed {result.seed}: {faults}, {result.crates} crates, "
@@ -89,11 +85,7 @@ def storm_line(result: StormResult) -> str:
 
 
 def storm_table(results: list[StormResult]) -> Table:
-    """Return a table with a row per world; a row with a storm that is not flawless is red.
-
-    Args:
-        results: In any order.
-    """
+    """Return a table with a row per world; a row with a storm that is not flawless is red."""
     table = Table(box=None, header_style="bold")
     for column in COLUMNS:
         table.add_column(column, justify="left" if column == "world" else "right")

@@ -84,9 +84,6 @@ def draw_plan(seed: int, robots: int, floor: Floor, homes_map: Sequence[Pose]) -
     """Return what happens in a storm; equal arguments give equal storms.
 
     Args:
-        seed: Of the storm.
-        robots: Swarm size.
-        floor: Free ground, on which people walk.
         homes_map: Where robots start; people begin their ways where there is room for that.
 
     Raises:
@@ -115,7 +112,6 @@ def draw_faults(rng: np.random.Generator, robots: int) -> tuple[Fault, ...]:
 
     Args:
         rng: Random numbers; equal states give equal failures.
-        robots: Swarm size.
     """
     faults: list[Fault] = []
     free_from = [0] * robots

@@ -19,11 +19,7 @@ class Floor:
     """The map's free ground."""
 
     def __init__(self, grid: Grid) -> None:
-        """Measure how far each cell is from the walls; unknown cells are neither walls nor free.
-
-        Args:
-            grid: The map, upright.
-        """
+        """Measure how far each cell is from the walls; unknown cells are neither walls nor free."""
         self._grid = grid
         self._distance = distance_kernels.distance_cells(grid.cells >= OCCUPIED) * grid.resolution
         rows, columns = np.nonzero(grid.cells == 0)
@@ -56,7 +52,6 @@ class Floor:
         """Return a free place (x, y) [m] in map, each cell alike.
 
         Args:
-            rng: Random numbers.
             clearance: [m] from walls at least.
 
         Raises:
@@ -73,7 +68,6 @@ class Floor:
 
         Args:
             clearance: [m] that the robot's centre keeps from walls.
-            discs: That its centre keeps out of.
         """
         free = self._distance >= clearance
         for x, y, radius in discs:

@@ -126,7 +126,6 @@ class Storm(Harness):
         """Build world and robots.
 
         Args:
-            options: World and seed.
             plan: What happens; None to draw it from the seed.
         """
         run_options = options.run_options
@@ -307,9 +306,5 @@ class Storm(Harness):
 
 
 def run_storm(options: StormOptions) -> StormResult:
-    """Run one storm, and return what came of it.
-
-    Args:
-        options: World and seed.
-    """
+    """Run one storm, and return what came of it."""
     return Storm(options).storm()

@@ -72,9 +72,6 @@ class Baseline(ABC):
 
         Args:
             config: All parameters, of which a method uses some.
-            spec: Of the robot.
-            grid: The map, upright.
-            sites: Of the world; not used.
             robot_id: From 1.
             initial_pose_map: Of base_footprint, at the first odometry.
         """
@@ -147,11 +144,7 @@ class Baseline(ABC):
     # The face of a driver
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry of this tick.
-
-        Args:
-            odom: Pose in odom, and twist.
-        """
+        """Take the odometry of this tick."""
         self._localiser.on_odom(odom)
         self.twist = odom.twist
 
@@ -184,9 +177,6 @@ class Baseline(ABC):
     def tick(self, tick: int) -> Output:
         """Decide.
 
-        Args:
-            tick: Now.
-
         Returns:
             The twist to drive, the beacon to send, and what happened since the last tick.
         """
@@ -199,12 +189,7 @@ class Baseline(ABC):
         return Output(twist, self._beacon(), events)
 
     def fail(self, code: ErrorCode, message: str) -> None:
-        """Give the current goal up.
-
-        Args:
-            code: Why, for programs.
-            message: Why, for people.
-        """
+        """Give the current goal up."""
         self._failed += 1
         self._end(Outcome.ABORTED, code, message)
 

@@ -192,7 +192,6 @@ class Recovery:
 
         Args:
             kind: One of `RECOVERIES`.
-            robot: That is stuck.
         """
         behavior = robot.config.behavior
         self._kind = kind

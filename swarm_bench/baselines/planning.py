@@ -30,7 +30,6 @@ def plain_planner(grid: Grid, config: NavConfig, radius: float) -> Planner:
     """Return a planner on a terrain that all robots of a process share.
 
     Args:
-        grid: The map, upright.
         config: The parameters of planner and costmap count.
         radius: [m] of the robot's circle, which keeps off walls.
     """
@@ -68,7 +67,6 @@ def robot_costs(
     """Return the lattice costs of other robots, for a robot that plans.
 
     Args:
-        planner: Its lattice is used, not changed.
         places: Centres (k, 2) [m] in map.
         radii: (k,) [m] of the others.
         radius: [m] of the robot that plans.
@@ -99,22 +97,14 @@ class PathTrack:
         self._near = 0
 
     def update(self, pose: Pose) -> None:
-        """Note where the robot is; it may have been pushed back or cut a corner.
-
-        Args:
-            pose: In map.
-        """
+        """Note where the robot is; it may have been pushed back or cut a corner."""
         first = max(0, self._near - round(1.0 / SPACING))
         window = self.points[first : self._near + round(1.5 / SPACING)]
         gaps = np.hypot(window[:, 0] - pose.x, window[:, 1] - pose.y)
         self._near = first + int(gaps.argmin())
 
     def is_lost(self, pose: Pose) -> bool:
-        """Whether the robot is off the path, as of the last `update`.
-
-        Args:
-            pose: In map.
-        """
+        """Whether the robot is off the path, as of the last `update`."""
         x, y = self.points[self._near]
         return math.hypot(x - pose.x, y - pose.y) > LOST_PATH
 
@@ -141,9 +131,6 @@ def waypoint(
     """Return the farthest point of the path to which a straight line is clear of walls.
 
     Args:
-        track: With the robot's place on it.
-        planner: Its terrain has the walls.
-        pose: Of the robot in map.
         distance: [m] ahead along the path, at most.
         clearance: [m] that the line of sight keeps from walls, or as much as its ends do.
 

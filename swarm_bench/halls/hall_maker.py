@@ -48,7 +48,6 @@ def make_hall(wish: HallRequest, seed: int) -> tuple[Hall, Grid]:
     """Return the hall of a seed and its map.
 
     Args:
-        wish: What the hall is made for.
         seed: Of walls, stations, homes, goals and people.
 
     Raises:
@@ -74,8 +73,6 @@ class Furnisher:
 
         Args:
             hall: Its walls; the rest is written by `furnish`.
-            grid: Map of its walls.
-            wish: What the hall is made for.
             rng: Random numbers; equal states give equal halls.
         """
         self._hall = hall

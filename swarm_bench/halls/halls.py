@@ -44,11 +44,9 @@ def hall_runs(
     """Return the run of each seed and size.
 
     Args:
-        seeds: Of hall, mission and everything else.
         sizes: Of swarms; empty: one of `SIZES` by the seed.
         mission: One of `MISSIONS`, or `DRAWN`.
         trouble: One of `TROUBLES`, or `DRAWN`: by the seed, none in every second one.
-        common: What all runs have in common.
 
     Raises:
         ConfigError: If mission or trouble is none of these.
@@ -94,9 +92,6 @@ def _scenario(seed: int, size: int, mission: str, trouble: str) -> Scenario:
 def run_hall(options: RunOptions) -> RunResult:
     """Run one of `hall_runs`, and return its result.
 
-    Args:
-        options: Of the run.
-
     Raises:
         ConfigError: If no hall for so many robots comes up.
     """
@@ -132,9 +127,6 @@ def hall_of(options: RunOptions) -> tuple[Hall, Grid]:
 
 def build_hall(options: RunOptions) -> Stage:
     """Return the stage of one of `hall_runs`.
-
-    Args:
-        options: Of the run.
 
     Raises:
         ConfigError: If no hall for so many robots comes up.

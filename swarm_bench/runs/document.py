@@ -13,7 +13,6 @@ def replace_part(path: Path, name: str, text: str) -> None:
 
     Args:
         path: The file; it is rewritten as a whole.
-        name: Of the part.
         text: Markdown; blank lines around it are set anew.
 
     Raises:
@@ -28,10 +27,6 @@ def replace_part(path: Path, name: str, text: str) -> None:
 
 def check_part(path: Path, name: str) -> None:
     """Look for a part of a file before long runs whose results are put there.
-
-    Args:
-        path: The file.
-        name: Of the part.
 
     Raises:
         ConfigError: As of `replace_part`, if the file cannot be read or has no such part.

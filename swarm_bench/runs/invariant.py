@@ -44,7 +44,6 @@ class Invariant:
         """Take in the beacons that were sent at a tick.
 
         Args:
-            tick: At which they were sent.
             beacons: (n,) of all robots; n may change from tick to tick.
         """
         if len(self._bounds) != len(beacons):

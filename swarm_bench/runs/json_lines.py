@@ -20,7 +20,6 @@ def read_json_lines(path: Path, parse: Callable[[Any], T], command: str) -> list
     """Return the results in a file; a line that a killed bench left unfinished does not count.
 
     Args:
-        path: The file.
         parse: Makes a result of a line's data without its schema.
         command: That writes such files, for the error.
 
@@ -73,7 +72,6 @@ def append_json_line(file: TextIO, data: Mapping[str, Any]) -> None:
     """Write one result, so that it is there whatever comes next.
 
     Args:
-        file: Open for writing.
         data: Fit for JSON, without NaN and infinity.
     """
     file.write(json.dumps(data, allow_nan=False) + "\n")
@@ -90,10 +88,7 @@ def collected(
     """Print each result as it comes, add it to a file, and return all.
 
     Args:
-        new: The results.
         file: Of JSON lines; None to keep nothing.
-        console: For a line per result.
-        line: Returns that line.
         as_json: Returns what is kept of a result.
     """
     results = []
@@ -108,13 +103,7 @@ def collected(
 
 
 def taken_over(count: int, total: int, file: Path | None) -> str:
-    """Return what to say of runs that are not repeated, since a file has their results.
-
-    Args:
-        count: Runs with known results.
-        total: Runs that were asked for.
-        file: Where the results are.
-    """
+    """Return what to say of runs that are not repeated, since a file has their results."""
     return (
         f"{count} of {total} runs are in {file} already; "
         "take another file after a change of code or scenario"

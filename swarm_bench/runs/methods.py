@@ -25,18 +25,10 @@ class Driver(Protocol):
     """
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry of this tick.
-
-        Args:
-            odom: Pose in odom, and twist.
-        """
+        """Take the odometry of this tick."""
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan.
-
-        Args:
-            scan: Ranges of one revolution.
-        """
+        """Take a scan."""
 
     def on_reception(self, reception: Reception) -> None:
         """Take the beacons heard in this tick.

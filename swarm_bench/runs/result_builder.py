@@ -33,10 +33,8 @@ def compose_result(
     """Return the result of a run that is over.
 
     Args:
-        options: What was run.
         stage: World, drivers and missions at the end.
         dead: Indices of the robots whose goals are not asked for.
-        invariant: As watched.
         durations: [s] of wall time of brains' ticks, of all or of some.
         wall_time: [s] of the run.
     """
@@ -74,11 +72,7 @@ def compose_result(
 
 
 def identity(options: RunOptions) -> dict[str, Any]:
-    """Return the fields that say which run it was.
-
-    Args:
-        options: What was run.
-    """
+    """Return the fields that say which run it was."""
     return {
         "scenario": options.scenario.name,
         "method": options.method,
@@ -128,9 +122,6 @@ def _pace(durations: Sequence[float]) -> dict[str, Any]:
 
 def conditions(options: RunOptions) -> dict[str, Any]:
     """Return what a run depends on beside scenario, size, seed, method and engine.
-
-    Args:
-        options: Of the run.
 
     Returns:
         By name: what the scenario says of radio, LiDAR and noise, and the parameters that were

@@ -65,9 +65,6 @@ def run_on_graph(options: RunOptions) -> RunResult:
 def last_lines(said: str) -> str:
     """Return the last lines of a program's output, for an error.
 
-    Args:
-        said: All that it wrote.
-
     Returns:
         At most `LAST_LINES` lines.
     """
@@ -78,7 +75,6 @@ def up_flags(options: RunOptions, folder: Path) -> list[str]:
     """Return the flags of `swarm-up` for a run; writes the files that they name to a folder.
 
     Args:
-        options: What to run.
         folder: That exists; the run's own folder is made in it.
     """
     scenario, count = options.scenario, options.robots
@@ -142,7 +138,6 @@ def result_of_report(options: RunOptions, report: Mapping[str, Any]) -> RunResul
     """Return the result in a `report.json`; what only the harness knows is None.
 
     Args:
-        options: What was run.
         report: As `swarm-up` wrote it.
     """
     goals, collisions = report["goals"], report["collisions"]

@@ -65,9 +65,7 @@ def traffic_report(results: Sequence[RunResult], machine: str, command: str) -> 
     """Return the document.
 
     Args:
-        results: Of any number of sweeps.
         machine: That they ran on, in one line.
-        command: That writes it.
     """
     rows = summarise(results)
     rows.sort(key=lambda row: (row.label, row.first.robots, row.first.method))

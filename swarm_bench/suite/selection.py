@@ -50,9 +50,6 @@ def parse_seeds(text: str) -> list[int] | None:
 def parse_sizes(text: str | None) -> list[int]:
     """Return the swarm sizes in a text like 20,50; none for None.
 
-    Args:
-        text: Numbers, comma-separated.
-
     Raises:
         ConfigError: If one is not a number or out of bounds.
     """
@@ -86,11 +83,8 @@ def select(
         names: Of scenarios, comma-separated; `all` for every one that comes with the project.
         sizes: Of swarms; empty for those of each scenario.
         seeds: The seeds; None for as many as each scenario says.
-        method: What drives the robots.
-        engine: Physics.
         loss: Of beacons, in place of the scenario's.
         delay: [s] of beacons, likewise.
-        lidar: Likewise.
         realistic: Whether sensors err and navigators localise by AMCL; needs LiDARs.
         settings: Parameters like traffic.safety_margin=0.06.
 
@@ -127,9 +121,7 @@ def check_jobs(jobs: int, *, ros: bool, method: str) -> None:
     """Refuse a number of processes, or a way to run, that cannot be.
 
     Args:
-        jobs: Processes.
         ros: Whether runs are on the ROS graph.
-        method: What drives the robots.
 
     Raises:
         ConfigError: With what to do.
@@ -150,11 +142,7 @@ def suite_sweeps(
     Each sweep goes seed by seed, so that a killed one has something of every row.
 
     Args:
-        seeds: Of our method in the bench.
         baseline_seeds: Of the other methods; `none` to leave them out.
-        ros_seeds: On the ROS graph; likewise.
-        ros_most: Largest swarm on the ROS graph.
-        jobs: Processes of the bench.
     """
     sweeps = [Sweep(_by_seed(select(ALL, (), parse_seeds(seeds))), jobs)]
     if baseline_seeds != NONE:

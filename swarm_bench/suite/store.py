@@ -16,11 +16,7 @@ Key = tuple[Any, ...]
 
 
 def key_of(result: RunResult) -> Key:
-    """Return what tells runs apart.
-
-    Args:
-        result: Of the run.
-    """
+    """Return what tells runs apart."""
     return (
         result.scenario, result.method, result.robots, result.seed, result.engine,
         _flat(result.conditions),
@@ -31,7 +27,6 @@ def key_of_options(options: RunOptions, *, ros: bool) -> Key:
     """Return the key of the result that these options would give.
 
     Args:
-        options: Of the run.
         ros: Whether it is on the ROS graph, where the engine is not told apart.
     """
     engine = ROS if ros else options.engine
@@ -44,9 +39,6 @@ def key_of_options(options: RunOptions, *, ros: bool) -> Key:
 def read_results(path: Path) -> list[RunResult]:
     """Return the results in a file; see `read_json_lines`.
 
-    Args:
-        path: Of JSON lines.
-
     Raises:
         ConfigError: If the file cannot be read, or a complete line is not a result.
     """
@@ -57,8 +49,6 @@ def missing(options: Iterable[RunOptions], known: Iterable[RunResult], *, ros: b
     """Return the runs whose results are not known yet.
 
     Args:
-        options: The runs.
-        known: Results, of these runs or others.
         ros: Whether they are on the ROS graph.
 
     Returns:

@@ -145,11 +145,7 @@ class Row:
 
 
 def summarise(results: Iterable[RunResult]) -> list[Row]:
-    """Return a row per scenario, method, engine, size and conditions, in order of appearance.
-
-    Args:
-        results: In any order.
-    """
+    """Return a row per scenario, method, engine, size and conditions, in order of appearance."""
     groups: dict[tuple[object, ...], list[RunResult]] = {}
     for result in results:
         key = (

@@ -53,7 +53,6 @@ class Sweep:
 
         Args:
             file: Of JSON lines; None to keep nothing.
-            console: For a line per run.
         """
         known = store.read_results(file) if file is not None and file.is_file() else []
         keys = {store.key_of_options(item, ros=self.ros) for item in self.options}
@@ -68,13 +67,7 @@ class Sweep:
 
 
 def in_processes(options: Sequence[T], jobs: int, runner: Callable[[T], R]) -> Iterator[R]:
-    """Yield the result of each job as it comes.
-
-    Args:
-        options: What to run, in order.
-        jobs: Processes.
-        runner: Runs one.
-    """
+    """Yield the result of each job as it comes."""
     told = functools.partial(_run_and_tell, runner)
     if jobs == 1 or len(options) < 2:
         for item in options:

@@ -18,11 +18,7 @@ COLUMNS = (
 
 
 def run_line(result: RunResult) -> str:
-    """Return one line about one run.
-
-    Args:
-        result: Of the run.
-    """
+    """Return one line about one run."""
     text = (
         f"{result.scenario} {result.method} {result.engine} {result.robots} robots "
         f"seed {result.seed}: goals {result.goals_reached}/{result.goals_sent}, "
@@ -80,19 +76,10 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 
 def contacts_text(count: int) -> str:
-    """Return a number of contact episodes in words.
-
-    Args:
-        count: Of any kind.
-    """
+    """Return a number of contact episodes in words."""
     return "1 contact" if count == 1 else f"{count} contacts"
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Return a number for a table, - for None.
-
-    Args:
-        value: The number.
-        digits: Behind the point.
-    """
+    """Return a number for a table, - for None."""
     return "-" if value is None else f"{value:.{digits}f}"

@@ -19,9 +19,6 @@ def command_node(name: str) -> Iterator[Node]:
     rclpy's own handlers of signals would take the graph down at Ctrl-C, before the command has
     cancelled its goals and given its robots back.
 
-    Args:
-        name: Of the node.
-
     Raises:
         NoSwarmError: If there is no swarm.
     """

@@ -34,7 +34,6 @@ class StatusConsole:
 
         Args:
             goal: Like ``3/8 loader_2``.
-            moment: The robot's status.
         """
         what = f"{goal}{moment.state}{moment.station}{moment.place}"
         if what == self._said and moment.sim_time < self._due:

@@ -61,12 +61,7 @@ def _run(name: str) -> None:
 
 
 def run_command(name: str, load: Callable[[], typer.Typer]) -> NoReturn:
-    """Run a command line as this process, and end it.
-
-    Args:
-        name: Of the command.
-        load: Imports its command line.
-    """
+    """Run a command line as this process, and end it."""
     _end_quietly()
     try:
         code = run_app(name, load)

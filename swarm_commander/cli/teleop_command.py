@@ -73,11 +73,6 @@ def teleop(
 def drive(node: Node, name: str, keys: Keys) -> int:
     """Drive a robot by what is typed, until the operator or the robot ends it.
 
-    Args:
-        node: To do it on.
-        name: Of the robot.
-        keys: Of the operator.
-
     Returns:
         The exit code.
     """

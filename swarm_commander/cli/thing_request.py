@@ -35,7 +35,6 @@ def thing_request(
         box: Edges [m].
         cylinder: Radius and height [m].
         mass: [kg] of a box or cylinder that can be pushed; None if it stands.
-        pose: x, y, yaw in the map.
 
     Raises:
         ConfigError: If the values contradict each other or are impossible.

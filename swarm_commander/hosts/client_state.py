@@ -58,7 +58,6 @@ class ClientState:
 
         Args:
             report: With the robots to serve; none active yet.
-            own_edition: Of the software on this host.
             stated: Facts that the user states about the run, see `RunDescription.facts`.
             now: Wall time [s].
             find_limit: [s] to find it in.

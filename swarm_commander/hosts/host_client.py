@@ -40,7 +40,6 @@ class HostClient(LinkEnd[ClientCommand]):
     def __init__(
         self, node: Node, config: dict[str, Any], events: EventWriter, secret: str
     ) -> None:
-        """Begin to look for the world's host; see `RobotsRun`."""
         super().__init__(events)
         self._descriptions, self._tables = Opener(secret, CHARTER), Opener(secret, ROLL)
         self._sealer = Sealer(secret, HOSTS, config["host"])

@@ -66,7 +66,6 @@ def serve(
     Args:
         name_of: Gives the node's name, from the process's configuration.
         make: Makes the end, with the secret that the hosts share.
-        decoder: Of the commands that it takes.
     """
     secret = os.environ.pop(VARIABLE)
     options = child_options("Link between hosts")

@@ -59,10 +59,6 @@ class HostReport:
 def parse_report(data: Mapping[str, Any], sender: str) -> HostReport:
     """Return the report in a message.
 
-    Args:
-        data: Content of the message.
-        sender: Host that sealed it.
-
     Raises:
         ConfigError: If the data is not a report, or speaks for another host.
     """
@@ -99,7 +95,6 @@ class HostTable:
         """Begin without hosts.
 
         Args:
-            robots: That need a host.
             notice_after: [s] of silence that is worth a note.
             lost_after: [s] of silence after which a host is given up.
         """

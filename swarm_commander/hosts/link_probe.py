@@ -163,7 +163,6 @@ def least_share(lost: int, asked: int) -> float:
     """Return the lower end of Wilson's interval for a share (Wilson 1927, eq. 2 in today's form).
 
     Args:
-        lost: Packets that were.
         asked: Packets in all, at least one.
     """
     share, wide = lost / asked, SIGMAS**2 / asked
@@ -230,8 +229,6 @@ class ProbeSocket:
         """Listen; if the port is in use, no datagram ever arrives.
 
         Args:
-            address: Own one.
-            domain: ROS domain.
             take: Called in the thread with datagram and sender; what it returns is sent back.
         """
         self._port = probe_port(domain)

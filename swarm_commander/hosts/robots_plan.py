@@ -56,11 +56,8 @@ def robots_plan(
     """Return the plan of a robots' host.
 
     Args:
-        robots: As typed.
         connect: Name or address of the world's host.
         bind: Own address or interface; None for the one on the way there.
-        pack: Navigators per process.
-        run_dir: --run-dir.
         typed: Every option that was typed, by its name.
         secret: That the user gave; empty for none.
 

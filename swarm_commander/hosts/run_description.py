@@ -87,13 +87,8 @@ def compose(
     """Return the description of a run.
 
     Args:
-        run: Name of the run.
-        edition: Of the software.
-        facts: World, seed, robot and swarm size.
-        trees: Parameter file of each robot.
         sites_path: Sites file, if there is one.
         peers: See `RunDescription`.
-        params: Parameter file of the user.
     """
     flats = {robot: flatten(tree[f"/{robot}/{NODE}"][SECTION]) for robot, tree in trees.items()}
     first = next(iter(flats.values()))

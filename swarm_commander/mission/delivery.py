@@ -105,7 +105,6 @@ class Delivery:
         """Take news at wall time `now`; return the next action.
 
         Args:
-            event: What it is.
             now: Wall time [s].
             question: For UNKNOWN, the number of the request that it answers.
 

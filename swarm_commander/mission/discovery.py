@@ -31,9 +31,7 @@ def find_robots(node: Node, wanted: Sequence[str], patience: SwarmPatience) -> l
     """Return the names of the robots that run, in order of their numbers.
 
     Args:
-        node: Node that looks.
         wanted: Return as soon as these are seen; empty to look for all.
-        patience: Decides how long to look.
 
     Raises:
         ConfigError: If there are none.

@@ -62,7 +62,6 @@ class Listener(Protocol):
 
         Args:
             driver: Of the robot that it is about.
-            status: As received, with its own stamp.
         """
 
 

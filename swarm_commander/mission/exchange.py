@@ -18,9 +18,6 @@ TRIES = 50  # draws of a place before a robot takes the farthest free one
 def opposite(count: int) -> list[int]:
     """Return the robot whose place each robot takes if all cross to the far side of a ring.
 
-    Args:
-        count: Number of robots.
-
     Returns:
         Index of the partner of each robot, from 0.
     """
@@ -32,11 +29,6 @@ def other_groups(count: int, groups: int, seed: str) -> list[int]:
 
     Robot k belongs to group k mod `groups`. Where groups of unequal size leave no other way, a
     robot takes a place of its own group.
-
-    Args:
-        count: Number of robots.
-        groups: Number of groups.
-        seed: Of the draw.
 
     Returns:
         Index of the partner of each robot, from 0.
@@ -66,11 +58,9 @@ def roaming(
     """Return the place (index) of each robot in each round, different ones in a round.
 
     Args:
-        homes: Where the robots start.
         places: At least as many as robots.
         rounds: Places that each robot is sent to.
         distance: [m] at least from a robot's last place to its next, where one is free.
-        seed: Of the draw.
     """
     rng = random.Random(seed)
     last: Sequence[Pose] = homes

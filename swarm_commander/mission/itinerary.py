@@ -97,7 +97,6 @@ class Itinerary:
         """Begin.
 
         Args:
-            stops: In order.
             retries: Times that a goal is tried again.
             settled: Stops at the beginning that are settled already.
         """
@@ -147,8 +146,6 @@ class Itinerary:
 
         Args:
             reached: Whether the robot got there.
-            tick: At which the goal ended.
-            reason: Why it did not.
             is_final: Whether another try would fail, too.
 
         Returns:
@@ -183,9 +180,6 @@ class Itinerary:
     def on_free_again(self, tick: int) -> Order | None:
         """The other's goal has ended: send ours once more; this is not a failed try.
 
-        Args:
-            tick: Current tick.
-
         Returns:
             The goal to send; None for a robot that is lost.
 
@@ -198,9 +192,6 @@ class Itinerary:
 
     def on_forgotten(self, tick: int) -> Order | None:
         """The robot does not know its goal any more: send it once more; no try has failed.
-
-        Args:
-            tick: Current tick.
 
         Returns:
             The goal to send; None for a robot that is lost.
@@ -217,9 +208,6 @@ class Itinerary:
 
         Only for a robot whose goals `on_lost` returned.
 
-        Args:
-            tick: Current tick.
-
         Returns:
             Number of stops that were missed by the loss and are open again, and the goal to send.
 
@@ -234,9 +222,6 @@ class Itinerary:
 
     def on_lost(self, tick: int) -> list[StopOutcome]:
         """The robot is gone: return its remaining stops, which count as failed.
-
-        Args:
-            tick: Current tick.
 
         Returns:
             Outcomes of the stops that were open, all missed; none if the mission was over.

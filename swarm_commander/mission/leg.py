@@ -82,9 +82,6 @@ class Draw:
     def stops(self, leg: Leg) -> list[Stop]:
         """Return the goals of the leg in order.
 
-        Args:
-            leg: Part of the mission's route.
-
         Raises:
             ConfigError: If the world has too few places for the leg.
         """

@@ -51,7 +51,6 @@ class Mission:
         """Check that the world has every station, place and spawn of the route.
 
         Args:
-            sites: Of the world.
             where: Source of the sites, for the message.
 
         Raises:
@@ -88,7 +87,6 @@ class Mission:
         Args:
             sites: Of the world; must have the route's stations.
             home_map: Where the robot goes for a `home` leg.
-            seed: Of the run.
             robot_id: 3 for Srobot3; robots draw different orders from one seed.
             laps: Times that the route is driven, each with an order of its own.
             limit: Cut after this many goals; None for all.
@@ -133,7 +131,6 @@ def usual_mission(sites: Sites, where: str) -> Mission:
     Otherwise all stations in random order, or the place with the robot's number; then home.
 
     Args:
-        sites: Of the world.
         where: Source of the sites, for the message.
 
     Raises:

@@ -24,9 +24,7 @@ class SwarmPatience:
         """Begin with nothing said.
 
         Args:
-            domain: ROS domain.
             has_swarm: Says whether somebody has it; None if that cannot be known.
-            tell: Takes a line for the user.
             limit: [s] of wall time where it cannot be known.
         """
         self._domain, self._has_swarm, self._tell, self._limit = domain, has_swarm, tell, limit

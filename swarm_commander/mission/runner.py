@@ -72,7 +72,6 @@ class Runner:
             hubs: Nodes that the robots are spread over.
             config: As `RunPlan.runner_config` writes it, with `resumed_at` and `settled` in place
                 of another mission process that died.
-            events: To swarm-up.
         """
         self._hubs = hubs
         self._events = events
@@ -209,7 +208,6 @@ class Runner:
 
         Args:
             driver: Of the robot that it is about.
-            status: As received.
         """
         if self._state_log is not None:
             self._state_log.note(driver.name, status)
@@ -281,7 +279,6 @@ def status_event(robot: str, status: RobotStatus) -> StatusReported:
 
     Args:
         robot: Name of the robot, like `Srobot3`.
-        status: As received.
     """
     is_under_way = has_goal(status) and status.state not in BUSY_STATES
     return StatusReported(

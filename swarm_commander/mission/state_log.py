@@ -63,7 +63,6 @@ class StateLog:
 
         Args:
             robot: Name of the robot, like `Srobot3`.
-            goal: Name of the stop.
             outcome: `sent`, `reached` or `failed`.
             t: Simulated time [s].
             duration: [s] that the stop took, with all tries; 0 when it is sent.

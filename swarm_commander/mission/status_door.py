@@ -35,8 +35,6 @@ class StatusDoor:
         """Whether a status on the topic of a robot is to be believed; one that is not is counted.
 
         Args:
-            name: Of the robot, from the topic.
-            status: As received.
             now: Wall time [s]; by default that of the clock.
         """
         now = time.monotonic() if now is None else now

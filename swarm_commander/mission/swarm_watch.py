@@ -20,9 +20,6 @@ GONE_TIME = 5.0  # [s] of wall time without a world after which a swarm on other
 def domain_address(domain: int) -> str:
     """Return the abstract socket that the process which owns a domain's swarm listens on.
 
-    Args:
-        domain: ROS domain.
-
     Returns:
         Its name with the leading NUL of Linux, see unix(7).
     """
@@ -34,9 +31,6 @@ def has_swarm(domain: int) -> bool | None:
 
     If the graph is limited to this host, a process here holds the domain of a swarm. A swarm on
     another host cannot be seen.
-
-    Args:
-        domain: ROS domain.
     """
     if ros_env.bound_address() != ros_env.LOOPBACK:
         return None

@@ -45,9 +45,6 @@ def domain_id(environment: Mapping[str, str] = os.environ) -> int:
 def check_swarm(domain: int) -> None:
     """Raise an error if there can be no swarm in the domain.
 
-    Args:
-        domain: ROS domain.
-
     Raises:
         NoSwarmError: If there is none.
     """
@@ -56,11 +53,7 @@ def check_swarm(domain: int) -> None:
 
 
 def patience_for(domain: int) -> SwarmPatience:
-    """Return how long to wait for a domain's swarm; what it waits for is printed to stderr.
-
-    Args:
-        domain: ROS domain.
-    """
+    """Return how long to wait for a domain's swarm; what it waits for is printed to stderr."""
     return SwarmPatience(domain, functools.partial(has_swarm, domain), _tell)
 
 
@@ -77,9 +70,6 @@ class DomainLock:
 
     def __init__(self, domain: int) -> None:
         """Claim the domain.
-
-        Args:
-            domain: ROS domain.
 
         Raises:
             ConfigError: If another swarm has it.
@@ -131,12 +121,6 @@ class Request:
     """
 
     def __init__(self, connection: socket.socket, command: RestartNavigator) -> None:
-        """Keep the connection until the answer.
-
-        Args:
-            connection: To the process that asks.
-            command: What is to be done.
-        """
         self.command = command
         self._connection = connection
 
@@ -144,7 +128,6 @@ class Request:
         """Answer and close the connection; the client may be gone.
 
         Args:
-            message: For the user.
             is_done: Whether what was asked for is done; otherwise the message says why not.
         """
         _answer(self._connection, message, is_done=is_done)
@@ -160,8 +143,6 @@ def ask(domain: int, command: RestartNavigator, limit: float) -> str:
     """Ask the `swarm-up` of a domain for something; return its answer.
 
     Args:
-        domain: ROS domain.
-        command: What is to be done.
         limit: [s] of wall time to wait.
 
     Raises:

@@ -115,10 +115,6 @@ class LocalRun(ProcessRun):
         """Prepare a run; `run` starts the processes.
 
         Args:
-            plan: The checked input.
-            folder: Of the run, claimed.
-            progress: Shows the user what goes on.
-            statistics: Is told every event.
             modules: Python module of each process by its name; tests put others there.
         """
         super().__init__(folder, progress, statistics, modules, restarts=plan.options.restart)

@@ -94,9 +94,6 @@ class ProcessRun:
         """Prepare a run; `run` starts the processes.
 
         Args:
-            folder: Of the run, claimed.
-            progress: Shows the user what goes on.
-            statistics: Is told every event.
             modules: Python module of each process by its name.
             restarts: Whether processes that die are restarted.
         """
@@ -164,11 +161,7 @@ class ProcessRun:
         self._selector.register(lock, selectors.EVENT_READ, take)
 
     def complete(self, report: dict[str, Any]) -> None:
-        """Add what only this kind of run knows to its report.
-
-        Args:
-            report: Changed in place.
-        """
+        """Add what only this kind of run knows to its report."""
 
     def _guard(self, do: Callable[[], None]) -> None:
         """Do something that writes files; a full disk ends the run, with its report."""
@@ -361,11 +354,7 @@ class ProcessRun:
             self._keeper.kill(name)
 
     def _take_death(self, event: NavigatorDied) -> bool:
-        """Restart a dead navigator if that may help; return whether it will be restarted.
-
-        Args:
-            event: Whose navigator died, and how.
-        """
+        """Restart a dead navigator if that may help; return whether it will be restarted."""
         name, begins_anew = event.robot, event.returncode == BEGINS_ANEW
         how = f"died: {describe_exit(event.returncode)}"
         message = f"{name} {FORGOTTEN if begins_anew else how}"

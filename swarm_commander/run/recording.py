@@ -12,12 +12,7 @@ FILE = "recording.mcap"
 
 
 def recorder_config(plan: RunPlan, folder: Path) -> dict[str, Any]:
-    """Return the configuration of the recorder; the facts about the run are kept in the bag.
-
-    Args:
-        plan: Of the run.
-        folder: For the bag.
-    """
+    """Return the configuration of the recorder; the facts about the run are kept in the bag."""
     options = plan.options
     models = [member.model for member in plan.fleet.members]
     about = {

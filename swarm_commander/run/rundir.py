@@ -23,11 +23,7 @@ class RunFolder:
     """Paths within one run's folder."""
 
     def __init__(self, path: Path) -> None:
-        """Name the paths; nothing is created.
-
-        Args:
-            path: Of the folder.
-        """
+        """Name the paths; nothing is created."""
         self.path = path.absolute()
         self.params = self.path / "params"
         self.logs = self.path / "logs"
@@ -69,11 +65,7 @@ class RunFolder:
             os.close(descriptor)
 
     def log(self, name: str) -> Path:
-        """Return the log file of a process.
-
-        Args:
-            name: Of the process.
-        """
+        """Return the log file of a process."""
         return self.logs / f"{name}.log"
 
 
@@ -82,7 +74,6 @@ def create_run_folder(chosen: Path | None, now: datetime) -> RunFolder:
 
     Args:
         chosen: --run-dir; None for a new folder in `runs/`, to which `runs/latest` then points.
-        now: Names the new folder.
 
     Returns:
         The folder, claimed.
@@ -167,7 +158,6 @@ def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
     """Write `env.sh`, which another terminal sources to see this swarm.
 
     Args:
-        folder: Of the run.
         environment: Of the swarm; variables of `ros_env.VARIABLES` that it lacks are unset there.
     """
     programs = shlex.quote(str(Path(sys.prefix) / "bin"))
@@ -186,9 +176,6 @@ def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
 
 def end_of(log: Path) -> str:
     """Return how a log file ends, which need not be why its process did.
-
-    Args:
-        log: Of a process.
 
     Raises:
         ConfigError: If it cannot be read.

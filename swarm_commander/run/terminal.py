@@ -30,9 +30,6 @@ class Outlet(io.TextIOBase):
     def write(self, text: str) -> int:
         """Write a text, or drop it.
 
-        Args:
-            text: To write.
-
         Returns:
             Number of characters, also of a text that is dropped.
         """
@@ -79,11 +76,7 @@ def console() -> Console:
 
 
 def complain(message: str) -> None:
-    """Say something on stderr, if anybody listens.
-
-    Args:
-        message: One line, without its end.
-    """
+    """Say something on stderr, if anybody listens."""
     outlet = Outlet(sys.stderr)
     outlet.write(f"swarm-up: {message}\n")
     outlet.flush()

@@ -106,7 +106,6 @@ def relay_frames(node: Node, tell: Callable[[list[str]], None]) -> None:
     """Relay all frames until the process is ended.
 
     Args:
-        node: Without an executor.
         tell: Called with the names of the robots, at first and when they have changed.
     """
     relay = FrameRelay(node)

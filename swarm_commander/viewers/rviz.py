@@ -42,7 +42,6 @@ def windows(text: str, robots: Sequence[str]) -> list[str]:
 
     Args:
         text: Names separated by commas; `all` for one window per robot, empty for the swarm.
-        robots: Those that run.
 
     Raises:
         ConfigError: If a name is unknown.

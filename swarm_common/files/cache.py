@@ -33,7 +33,6 @@ def kept(kind: str, parts: Iterable[str | bytes], make: Callable[[], Result]) ->
     A cache that can't be read or written counts as empty.
 
     Args:
-        kind: Of the results; names their folder.
         parts: All that the result depends on, the code included.
         make: Makes the result, which pickle must be able to keep.
     """

@@ -34,11 +34,7 @@ def cache_base() -> Path:
 
 
 def can_be_written(folder: Path) -> bool:
-    """Whether files can be put into a folder, which may have to be made, and the one above it.
-
-    Args:
-        folder: Need not exist; nothing is made.
-    """
+    """Whether files can be put into a folder, which may have to be made, and the one above it."""
     for place in (folder, folder.parent, folder.parent.parent):
         if os.path.lexists(place):  # unlike Path.exists no error if we may not look
             return os.path.isdir(place) and os.access(place, os.W_OK | os.X_OK)
@@ -93,7 +89,6 @@ def log_to(folder: Path, environment: MutableMapping[str, str]) -> None:
     """Let ROS log to a folder, unless the user has chosen another one that can be written.
 
     Args:
-        folder: Of the run.
         environment: Of this process, after `set_defaults`.
     """
     chosen = Path(environment.get("ROS_LOG_DIR", ""))

@@ -31,9 +31,6 @@ class Journal:
     def write(self, **values: Any) -> None:
         """Append a line.
 
-        Args:
-            **values: Keys and values of its object.
-
         Raises:
             ValueError: If a number is not finite.
         """
@@ -54,11 +51,7 @@ class Journal:
 
 
 def read_journal(path: Path) -> list[dict[str, Any]]:
-    """Return the lines of a journal; none if there is no file, without those that are cut off.
-
-    Args:
-        path: Of the file.
-    """
+    """Return the lines of a journal; none if there is no file, without those that are cut off."""
     try:
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError:

@@ -45,9 +45,6 @@ class MapImage:
 def read_image(image: Path) -> MapImage:
     """Return the pixels in a file.
 
-    Args:
-        image: PGM, or whatever else Pillow reads.
-
     Raises:
         MapImageError: If it cannot be read, or is too large.
     """

@@ -28,19 +28,12 @@ GREY_FREE, GREY_UNKNOWN, GREY_OCCUPIED = 254, 205, 0
 
 
 def map_path(name: str) -> Path:
-    """Return where the map that ships with a world is, whether it exists or not.
-
-    Args:
-        name: Of the world.
-    """
+    """Return where the map that ships with a world is, whether it exists or not."""
     return share_directory() / "maps" / f"{name}.yaml"
 
 
 def map_of_world(world: Path) -> Path | None:
     """Return the map that belongs to a world file: ours, or `map.yaml` beside a `world.sdf`.
-
-    Args:
-        world: SDF file of the world.
 
     Returns:
         None if there is no map; it is drawn from the world then.
@@ -59,9 +52,6 @@ def load_map(path: str | Path) -> Grid:
     """Return the map that a Nav2 map file describes; keys that Nav2 ignores are ignored.
 
     A rotated origin is kept as it is; `Grid.upright` turns such a map.
-
-    Args:
-        path: Of the YAML file.
 
     Raises:
         MapImageError: If its image is missing or unusable.
@@ -90,7 +80,6 @@ def save_map(grid: Grid, path: str | Path) -> None:
 
     Args:
         grid: Of free, occupied and unknown cells; values between free and occupied become free.
-        path: Of the YAML file.
 
     Raises:
         OSError: If a file cannot be written.

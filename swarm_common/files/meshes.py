@@ -20,10 +20,6 @@ THINNEST = 1e-4  # [m] that a flat mesh is given as thickness
 def load_hull(path: Path, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Hull:
     """Return the convex hull of the mesh in a file, scaled.
 
-    Args:
-        path: Of the mesh.
-        scale: Factor along x, y and z.
-
     Raises:
         MeshError: If the file cannot be read, or holds no body.
     """
@@ -36,7 +32,6 @@ def hull_of(points: FloatArray, where: str) -> Hull:
     Args:
         points: (n, 3) [m]; those of a mesh that is flat along an axis get a thickness of
             `THINNEST`.
-        where: Its file, for messages.
 
     Returns:
         The hull; one of more than `MAX_FACES` faces is approximated from inside.

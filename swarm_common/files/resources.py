@@ -82,7 +82,6 @@ def resource_names(kind: str, file_name: str) -> list[str]:
 
     Args:
         kind: ``robot`` or ``world``.
-        file_name: File that such a folder has.
     """
     home = share_directory() / f"{kind}s"
     return sorted(path.parent.name for path in home.glob(f"*/{file_name}"))

@@ -24,9 +24,6 @@ SECTIONS = ("description", "stations", "circuits", "spawn", "spawns", "places")
 def load_sites(path: str | Path) -> Sites:
     """Return the sites in a file, which may name none.
 
-    Args:
-        path: Of the YAML file.
-
     Raises:
         ConfigError: If the file is malformed; the message names file and key.
     """
@@ -75,10 +72,6 @@ def _places(value: object, what: str) -> tuple[Pose, ...]:
 
 def parse_spawn(value: object, what: str) -> Spawn:
     """Return a spawn: an area, a list of areas, or a circle.
-
-    Args:
-        value: As read from the file.
-        what: File and key, for messages.
 
     Raises:
         ConfigError: If it is none; the message names `what`.

@@ -35,7 +35,6 @@ class UniqueKeys:
         """Return the mapping of a node.
 
         Args:
-            node: Of the document.
             deep: Whether to construct what is in it at once, as for PyYAML's own.
 
         Raises:
@@ -116,8 +115,6 @@ def read_yaml(
     """Return the mapping at the top of a YAML file.
 
     Args:
-        path: File to read.
-        error: Class of the exception to raise.
         may_be_empty: Whether a file without any key is an empty mapping, not an error.
 
     Raises:
@@ -161,8 +158,6 @@ def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
     """Refuse keys that are not known.
 
     Args:
-        data: Mapping that was read.
-        known: Keys that it may have.
         where: File and place in it, for messages.
 
     Raises:
@@ -177,11 +172,6 @@ def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
 def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
     """Return a finite number; true and false are none.
 
-    Args:
-        value: As read from the file.
-        what: File and key, for messages.
-        error: Class of the exception to raise.
-
     Raises:
         SwarmError: `error`, saying what was expected.
     """
@@ -194,11 +184,6 @@ def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> f
 
 def yaw_number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
     """Return an angle [rad] of at most a turn to either side: a larger one may be in degrees.
-
-    Args:
-        value: As read from the file.
-        what: File and key, for messages.
-        error: Class of the exception to raise.
 
     Raises:
         SwarmError: `error`, saying what was expected.
@@ -214,11 +199,6 @@ def pose_numbers(
 ) -> tuple[float, float, float]:
     """Return x, y [m] and yaw [rad].
 
-    Args:
-        value: As read from the file.
-        what: File and key, for messages.
-        error: Class of the exception to raise.
-
     Raises:
         SwarmError: `error`, saying what was expected.
     """
@@ -232,10 +212,7 @@ def numbers(
     """Return a tuple of finite numbers.
 
     Args:
-        value: As read from the file.
         count: How many there must be.
-        what: File and key, for messages.
-        error: Class of the exception to raise.
 
     Raises:
         SwarmError: `error`, saying what was expected.

@@ -17,7 +17,6 @@ def check_address(host: str, port: int) -> None:
     """Refuse an address that cannot be listened on, before anything is started.
 
     Args:
-        host: Name or address of this machine.
         port: TCP; 0 for a free one.
 
     Raises:
@@ -39,9 +38,6 @@ def check_address(host: str, port: int) -> None:
 def check_port(port: int) -> None:
     """Refuse a number that is not a TCP port.
 
-    Args:
-        port: As typed.
-
     Raises:
         ConfigError: If it is none.
     """
@@ -62,9 +58,6 @@ def own_addresses() -> dict[str, str]:
 def own_address(text: str) -> str:
     """Return the address that --bind names: an IPv4 address of this host, or its interface.
 
-    Args:
-        text: As typed.
-
     Raises:
         ConfigError: If this host has neither.
     """
@@ -82,9 +75,6 @@ def own_address(text: str) -> str:
 
 def address_of(host: str) -> str:
     """Return the IPv4 address of a host by name or address.
-
-    Args:
-        host: Name or address, as typed.
 
     Raises:
         ConfigError: If it has none.

@@ -45,7 +45,6 @@ class BatchWriter:
 
         Args:
             secret: Shared by the hosts; seals the batches.
-            run: Of the swarm.
             host: Name of the start of its swarm-up.
         """
         self._secret = secret
@@ -56,8 +55,6 @@ class BatchWriter:
         """Return the message of one tick.
 
         Args:
-            sec: Of the stamp.
-            nanosec: Of the stamp.
             receptions: What each robot of the host hears, by its number; all share their words.
         """
         self._number += 1
@@ -76,7 +73,6 @@ class BatchReader:
 
         Args:
             secret: Shared by the hosts; seals the batches.
-            run: Of the swarm.
             host: Name of the start of its swarm-up.
         """
         self._secret = secret

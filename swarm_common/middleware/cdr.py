@@ -45,20 +45,13 @@ COVARIANCE = struct.pack("<36d", *([0.0] * 36))
 
 
 def encode_string(text: str) -> bytes:
-    """Return the CDR string: length with the closing NUL, then the characters.
-
-    Args:
-        text: Without NUL.
-    """
+    """Return the CDR string: length with the closing NUL, then the characters."""
     raw = text.encode() + b"\x00"
     return struct.pack("<I", len(raw)) + raw
 
 
 def read_tick(data: bytes) -> int:
     """Return the control tick in the stamp of a message that starts with one.
-
-    Args:
-        data: CDR message, of either byte order.
 
     Raises:
         RejectedError: If there is no sensible stamp.
@@ -68,12 +61,6 @@ def read_tick(data: bytes) -> int:
 
 def yaw_of(qx: float, qy: float, qz: float, qw: float) -> float:
     """Return the yaw of a unit quaternion.
-
-    Args:
-        qx: Of the quaternion.
-        qy: Of the quaternion.
-        qz: Of the quaternion.
-        qw: Of the quaternion.
 
     Returns:
         [rad] in [-π, π].
@@ -147,9 +134,6 @@ class OdometryReader:
 
     def read(self, data: bytes) -> Odometry:
         """Return what a message says.
-
-        Args:
-            data: CDR message, of either byte order.
 
         Raises:
             RejectedError: If it is not odometry, or has an impossible number.
@@ -261,9 +245,6 @@ class TransformsReader:
     def read(self, data: bytes) -> tuple[int, list[str], NDArray[np.float64]]:
         """Return (tick, child frames, their x, y, yaw (n, 3)) of a message.
 
-        Args:
-            data: CDR message, little-endian.
-
         Raises:
             RejectedError: If it is not such a message, or big-endian.
         """
@@ -350,9 +331,6 @@ def read_scan(data: bytes) -> Scan:
     A view would be read-only, for which numba would compile every kernel once more. A range may be
     anything, as in the message's definition: only those within the LiDAR's limits count.
 
-    Args:
-        data: CDR message, of either byte order.
-
     Raises:
         RejectedError: If it is not a scan, or its geometry makes no sense.
     """
@@ -395,7 +373,6 @@ class CommandWriter:
 
         Args:
             tick: That is answered; the stamp of the command.
-            twist: In base_footprint.
         """
         STAMP.pack_into(self._data, HEAD, *stamp_from_tick(tick))
         self._TWIST.pack_into(
@@ -413,9 +390,6 @@ class CommandReader:
     def read(self, data: bytes) -> tuple[int, Twist]:
         """Return (tick, twist) of a message.
 
-        Args:
-            data: CDR message, of either byte order.
-
         Raises:
             RejectedError: If it is not a command, or asks for more than any robot can do.
         """
@@ -425,9 +399,6 @@ class CommandReader:
 
 def read_plain_command(data: bytes) -> Twist:
     """Return the twist of a geometry_msgs/Twist message.
-
-    Args:
-        data: CDR message, of either byte order.
 
     Raises:
         RejectedError: If it is not a command, or asks for more than any robot can do.

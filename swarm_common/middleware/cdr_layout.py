@@ -35,7 +35,6 @@ def after_string(data: bytes, offset: int, order: str = LITTLE) -> int:
     """Return the offset behind the CDR string that starts at `offset` (4-aligned).
 
     Args:
-        data: Message from its encapsulation on.
         offset: [bytes] from the start of the message, encapsulation included.
         order: `LITTLE` or `BIG`.
 
@@ -52,9 +51,6 @@ def after_string(data: bytes, offset: int, order: str = LITTLE) -> int:
 
 def byte_order(data: bytes) -> str:
     """Return the byte order of a message as `struct` has it.
-
-    Args:
-        data: CDR message, of either byte order.
 
     Raises:
         RejectedError: If it is not plain CDR.
@@ -82,9 +78,6 @@ def check_stamp(sec: int, nanosec: int) -> None:
 def read_stamp(data: bytes) -> tuple[int, int]:
     """Return (sec, nanosec) of a message that begins with a stamp.
 
-    Args:
-        data: CDR message, of either byte order.
-
     Raises:
         RejectedError: If it does not, or the stamp makes no sense.
     """
@@ -103,7 +96,6 @@ class Layout:
         """Know no message yet.
 
         Args:
-            strings: How many.
             alignment: [bytes] of the first number.
             numbers: Format of the numbers, as `struct` has it.
         """
@@ -117,9 +109,6 @@ class Layout:
 
     def unpack(self, data: bytes) -> tuple[Any, ...]:
         """Return seconds and nanoseconds of the stamp, then the numbers.
-
-        Args:
-            data: CDR message, of either byte order.
 
         Raises:
             RejectedError: If the message is not plain CDR, is too short, or has no sensible stamp.

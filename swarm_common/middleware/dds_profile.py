@@ -43,8 +43,6 @@ def profile(own_address: str, peers: Sequence[Peers], domain: int, lease: int = 
 
     Args:
         own_address: IPv4 address of this host; the only one that is bound to and announced.
-        peers: Participants to announce oneself to.
-        domain: ROS domain.
         lease: [s] of silence after which a participant counts as gone.
     """
     root = ElementTree.parse(TEMPLATE).getroot()
@@ -108,11 +106,7 @@ def peers_of_robots(own_address: str, world_address: str, processes: int) -> lis
 
 
 def foreign_setting(environment: Mapping[str, str]) -> str:
-    """Return the variable by which the user replaces our DDS profile; empty if there is none.
-
-    Args:
-        environment: Usually os.environ.
-    """
+    """Return the variable by which the user replaces our DDS profile; empty if there is none."""
     for name in FOREIGN:
         value = environment.get(name, "")
         if value and Path(value) != TEMPLATE:
@@ -122,9 +116,6 @@ def foreign_setting(environment: Mapping[str, str]) -> str:
 
 def check_environment(environment: Mapping[str, str]) -> None:
     """Refuse settings of DDS by the user that a profile of ours would contradict.
-
-    Args:
-        environment: Usually os.environ.
 
     Raises:
         ConfigError: If there are some.

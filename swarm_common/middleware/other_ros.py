@@ -31,9 +31,6 @@ def set_aside(name: str) -> None:
 
     Where the order of the libraries is to change, or what becomes of warnings, the process begins
     anew, because they are read only once.
-
-    Args:
-        name: Of the command, for the message.
     """
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     unusable = unusable_packages(os.environ, version)
@@ -83,7 +80,6 @@ def unusable_packages(environ: Mapping[str, str], version: str) -> list[str]:
     """Return the folders on PYTHONPATH that belong to a ROS 2 for another Python.
 
     Args:
-        environ: Usually os.environ.
         version: Of this Python, like 3.11.
     """
     folders = environ.get(PACKAGES, "").split(os.pathsep)
@@ -91,12 +87,7 @@ def unusable_packages(environ: Mapping[str, str], version: str) -> list[str]:
 
 
 def without(folders: str, unwanted: Iterable[str]) -> str:
-    """Return a search path without some of its folders.
-
-    Args:
-        folders: Separated as in PATH.
-        unwanted: Written as they are there.
-    """
+    """Return a search path without some of its folders."""
     left_out = set(unwanted)
     return os.pathsep.join(f for f in folders.split(os.pathsep) if f not in left_out)
 
@@ -114,7 +105,6 @@ def libraries_of_others(folders: str, own: set[Path]) -> list[str]:
     built for it are.
 
     Args:
-        folders: Separated as in PATH.
         own: Folders `ros_*.libs` of this environment, resolved.
     """
     parts = {folder: Path(folder).resolve() for folder in folders.split(os.pathsep) if folder}
@@ -124,12 +114,7 @@ def libraries_of_others(folders: str, own: set[Path]) -> list[str]:
 
 
 def own_first(folders: str, prefix: Path) -> str:
-    """Return a search path with the folders below a prefix before all others.
-
-    Args:
-        folders: Separated as in PATH.
-        prefix: Of our Python environment.
-    """
+    """Return a search path with the folders below a prefix before all others."""
     parts = [folder for folder in folders.split(os.pathsep) if folder]
     own = [folder for folder in parts if Path(folder).is_relative_to(prefix)]
     return os.pathsep.join([*own, *(folder for folder in parts if folder not in own)])

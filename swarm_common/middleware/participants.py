@@ -34,8 +34,6 @@ def prepare(robots: int, navigators: int, profile: Path) -> bool:
     Then the process announces itself to newcomers only: the navigators come to it.
 
     Args:
-        robots: Size of the swarm.
-        navigators: Processes that these are in.
         profile: Where the process's DDS profile is written.
     """
     if not ros_env.is_large(robots):
@@ -61,8 +59,6 @@ class Hubs:
         """Create the hubs, before anybody is there to be told.
 
         Args:
-            own: Node of the process.
-            robots: How many there will be.
             is_large: What `prepare` returned.
             with_gallery: Whether `gallery` is to be a participant of its own, too.
 
@@ -91,11 +87,7 @@ class Hubs:
         return self._nodes
 
     def node_of(self, robot: int) -> Node:
-        """Return the node for the topics of a robot, by its index; late ones share the last.
-
-        Args:
-            robot: Its index.
-        """
+        """Return the node for the topics of a robot, by its index; late ones share the last."""
         return self._nodes[min(robot // HUB_SIZE, len(self._nodes) - 1)]
 
     def ports(self, names: Sequence[str]) -> dict[str, int]:

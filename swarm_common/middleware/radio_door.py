@@ -31,7 +31,6 @@ def read_beacon(data: bytes, robot_id: int, now: int) -> np.void:
     """Return the beacon in a CDR message of one robot.
 
     Args:
-        data: Message, of either byte order.
         robot_id: Id that the beacon must have; 0 accepts any.
         now: Tick after which no beacon can be.
 
@@ -53,7 +52,6 @@ def read_neighbors(data: bytes, own_id: int) -> tuple[int, BeaconArray, str]:
     """Return the sound beacons of a NeighborArray message.
 
     Args:
-        data: Message, of either byte order.
         own_id: Of the receiver, which does not hear itself.
 
     Returns:

@@ -99,11 +99,7 @@ class Taker:
         self._places = ctypes.addressof(self._bytes), ctypes.addressof(self._info)
 
     def take(self, subscription: int) -> bytes | None:
-        """Return the oldest message that waits, None if there is none that can be taken.
-
-        Args:
-            subscription: Address of the rcl_subscription_t.
-        """
+        """Return the oldest message that waits, None if there is none that can be taken."""
         data, info = self._places
         result = self._take(subscription, data, info, None)
         if result != RET_OK:

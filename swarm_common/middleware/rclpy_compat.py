@@ -68,9 +68,7 @@ def subscription(node: Node, kind: Any, name: str, quality: QoSProfile) -> Any:
 
     Args:
         node: Appears as the subscriber in the graph.
-        kind: Type of the messages.
         name: Relative to the node's namespace, or absolute.
-        quality: QoS profile of the topic.
     """
     check_for_type_support(kind)
     with node.handle:
@@ -82,7 +80,6 @@ def service(node: Node, kind: Any, name: str) -> Any:
 
     Args:
         node: Appears as the server in the graph.
-        kind: Type of the service.
         name: Relative to the node's namespace, or absolute.
     """
     check_for_type_support(kind)
@@ -92,12 +89,7 @@ def service(node: Node, kind: Any, name: str) -> Any:
 
 
 def name_in_graph(node: Node, name: str) -> Any:
-    """Return the handle of a node that has only a name, beside another one in its namespace.
-
-    Args:
-        node: The real one.
-        name: Without namespace.
-    """
+    """Return the handle of a node that has only a name, beside another one in its namespace."""
     context = node.context.handle
     with context:
         return _rclpy.Node(name, node.get_namespace(), context, None, False, False)
@@ -109,10 +101,7 @@ def service_of_name(
     """Offer a service of a node that exists in name only; a real node's executor answers.
 
     Args:
-        node: The real one.
         owner: What `name_in_graph` returned.
-        kind: Type of the service.
-        name: Relative to the namespace of both.
         answer: Takes request and response, returns the response.
     """
     check_for_type_support(kind)
@@ -135,9 +124,7 @@ def removable_publisher(node: Node, kind: Any, name: str, quality: QoSProfile) -
 
     Args:
         node: Appears as the publisher in the graph.
-        kind: Type of the messages.
         name: Relative to the node's namespace, or absolute.
-        quality: QoS profile of the topic.
     """
     silent = PublisherEventCallbacks(use_default_callbacks=False)
     return node.create_publisher(kind, name, quality, event_callbacks=silent)
@@ -150,10 +137,8 @@ def removable_subscription(
 
     Args:
         node: Appears as the subscriber in the graph.
-        kind: Type of the messages.
         name: Relative to the node's namespace, or absolute.
         callback: Called with each message, by the node's executor.
-        quality: QoS profile of the topic.
     """
     silent = SubscriptionEventCallbacks(use_default_callbacks=False)
     return node.create_subscription(kind, name, callback, quality, event_callbacks=silent)
@@ -163,7 +148,6 @@ def wait_set(context: Context, capacity: int) -> Any:
     """Return a wait set for a number of subscriptions.
 
     Args:
-        context: Of the nodes that subscribe.
         capacity: Largest number of subscriptions at a time.
     """
     with context.handle:
@@ -194,8 +178,6 @@ class SafeExecutor(_rclpy.EventsExecutor):  # type: ignore[misc]  # rclpy has no
 
         Args:
             callback: The function; what it raises is logged.
-            *args: For it.
-            **options: For it, by name.
 
         Returns:
             rclpy's task.
@@ -204,12 +186,7 @@ class SafeExecutor(_rclpy.EventsExecutor):  # type: ignore[misc]  # rclpy has no
         if inspect.iscoroutinefunction(callback):
 
             async def wait_for(*args: Any, **options: Any) -> Any:
-                """Await the callback, and log what it raises.
-
-                Args:
-                    *args: For the callback.
-                    **options: For the callback, by name.
-                """
+                """Await the callback, and log what it raises."""
                 try:
                     return await callback(*args, **options)
                 except Exception as error:
@@ -218,12 +195,7 @@ class SafeExecutor(_rclpy.EventsExecutor):  # type: ignore[misc]  # rclpy has no
             return super().create_task(wait_for, *args, **options)
 
         def call(*args: Any, **options: Any) -> Any:
-            """Call the callback, and log what it raises.
-
-            Args:
-                *args: For the callback.
-                **options: For the callback, by name.
-            """
+            """Call the callback, and log what it raises."""
             try:
                 return callback(*args, **options)
             except Exception as error:
@@ -243,7 +215,6 @@ class CheckedParameterService(ParameterService):  # type: ignore[misc]  # rclpy 
         """Offer them.
 
         Args:
-            node: With parameters.
             describe: Adds to rclpy's descriptions of parameters what clients ask for. A range that
                 rclpy knew would be checked by rclpy, with another message than ours.
         """

@@ -34,7 +34,6 @@ class Rejections:
         """Begin with none.
 
         Args:
-            events: For swarm-up.
             say: Takes the line that is said once per kind and source, for the log.
         """
         self.counts: Counter[str] = Counter()

@@ -71,11 +71,7 @@ def set_defaults() -> None:
 
 
 def use_profile(path: str) -> None:
-    """Activate one of our DDS profiles, with its settings of participants and endpoints.
-
-    Args:
-        path: Of the profile's file.
-    """
+    """Activate one of our DDS profiles, with its settings of participants and endpoints."""
     os.environ[PROFILES] = path
     os.environ[DISCOVERY_RANGE] = "SYSTEM_DEFAULT"  # leaves the choice to the profile
     os.environ[ENDPOINTS] = "1"
@@ -137,9 +133,6 @@ def is_large(robots: int) -> bool:
 
     Then navigators are told which participants to announce themselves to, and create rarely used
     servers only when a client appears.
-
-    Args:
-        robots: Size of the swarm.
     """
     return robots > FEW_ROBOTS and bool(bound_address())
 
@@ -148,7 +141,6 @@ def participants_of(robots: int, navigators: int) -> int:
     """Return the DDS participants of a large swarm.
 
     Args:
-        robots: Size of the swarm.
         navigators: Processes with navigators, on the same host.
     """
     return PROCESSES + 2 * -(-robots // HUB_SIZE) + navigators
@@ -178,7 +170,6 @@ def write_profile(path: Path, ports: Iterable[int], first_free: int, host: str =
 
     Args:
         path: Of the profile; its folder is made.
-        ports: Of those that the process needs.
         first_free: Participant id that the next newcomer on this host will get.
         host: Address of those that the process needs, if they are on another host.
     """
@@ -202,11 +193,7 @@ def world_port() -> int:
 
 
 def is_discovery_port(port: int) -> bool:
-    """Whether a participant of this domain may listen for announcements on a UDP port.
-
-    Args:
-        port: UDP.
-    """
+    """Whether a participant of this domain may listen for announcements on a UDP port."""
     offset = port - world_port()
     return 0 <= offset < 2 * MOST_PARTICIPANTS and offset % 2 == 0
 
@@ -224,7 +211,6 @@ def unicast_port(domain: int, participant: int) -> int:
     """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1).
 
     Args:
-        domain: ROS domain.
         participant: Its id, from 0 on each host.
     """
     return FIRST_PORT + 10 + DOMAIN_PORTS * domain + 2 * participant

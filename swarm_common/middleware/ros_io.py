@@ -49,21 +49,13 @@ START, MOST_DIGITS = "start_at_tick ", 12  # of a goal that begins later
 
 
 def time_msg(tick: int) -> Time:
-    """Return the stamp of a control tick.
-
-    Args:
-        tick: Control tick.
-    """
+    """Return the stamp of a control tick."""
     sec, nanosec = stamp_from_tick(tick)
     return Time(sec=sec, nanosec=nanosec)
 
 
 def tick_of(stamp: Time) -> int:
-    """Return the control tick nearest to a stamp.
-
-    Args:
-        stamp: Of the simulation.
-    """
+    """Return the control tick nearest to a stamp."""
     return tick_from_stamp(stamp.sec, stamp.nanosec)
 
 
@@ -116,9 +108,6 @@ def pose_msg(pose: Pose) -> PoseMsg:
 
 def pose_from_msg(message: PoseMsg) -> Pose:
     """Return the planar part of a pose; an all-zero quaternion counts as yaw 0, as in Nav2.
-
-    Args:
-        message: From anybody.
 
     Raises:
         ValueError: If a number is not finite or the quaternion is not of unit length.
@@ -184,7 +173,6 @@ def grid_msg(grid: Grid, tick: int) -> OccupancyGrid:
     """Return the map as nav_msgs/OccupancyGrid.
 
     Args:
-        grid: The map, which may be turned.
         tick: Control tick, for the stamp.
     """
     origin = (grid.origin_x, grid.origin_y)
@@ -217,9 +205,6 @@ def occupancy_msg(
 def grid_from_msg(message: OccupancyGrid) -> Grid:
     """Return the map in an OccupancyGrid.
 
-    Args:
-        message: From anybody.
-
     Raises:
         RejectedError: If the sizes disagree, or a number makes no sense.
     """
@@ -247,10 +232,6 @@ def grid_from_msg(message: OccupancyGrid) -> Grid:
 def unpacked(data: bytes, kind: Any) -> Any:
     """Return the message of a type in CDR bytes.
 
-    Args:
-        data: From anybody.
-        kind: Type of the message.
-
     Raises:
         RejectedError: If it is none.
     """
@@ -277,11 +258,7 @@ def message_digest(message: OccupancyGrid) -> str:
 
 
 def map_digest(grid: Grid) -> str:
-    """Return the digest of the message that brings a map to the robots.
-
-    Args:
-        grid: The map, which may be turned.
-    """
+    """Return the digest of the message that brings a map to the robots."""
     return message_digest(grid_msg(grid, 0))
 
 
@@ -335,7 +312,6 @@ def planar_transform(parent: str, child: str, pose: Pose, tick: int) -> Transfor
     Args:
         parent: Frame id, like `odom`.
         child: Frame id, like `odom`.
-        pose: Of the child in the parent.
         tick: Control tick, for the stamp.
     """
     half = 0.5 * pose.yaw

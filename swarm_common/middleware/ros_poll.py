@@ -48,7 +48,6 @@ class PolledTopic:
 
         Args:
             node: Appears as the subscriber in the graph.
-            kind: Message type.
             name: Topic, relative to the node's namespace or absolute.
             quality: Its depth is how many messages wait.
         """
@@ -101,7 +100,6 @@ class SoleTopic(PolledTopic):
 
         Args:
             node: Appears as the subscriber in the graph.
-            kind: Message type.
             name: Topic, relative to the node's namespace or absolute.
             quality: Its depth is how many messages wait.
             is_rightful: Whether a node, by its full name, is to be heard before all others.
@@ -194,7 +192,6 @@ class PolledService:
 
         Args:
             node: Appears as the server in the graph.
-            kind: Service type.
             name: Of the service, relative to the node's namespace or absolute.
         """
         self._kind = kind
@@ -215,7 +212,6 @@ class PolledService:
         """Answer a request.
 
         Args:
-            response: Of the service's type.
             request_id: As `take` returned it with the request.
         """
         with contextlib.suppress(RuntimeError):  # RCLError: the client is gone
@@ -233,7 +229,6 @@ class Waiter:
         """Prepare to wait.
 
         Args:
-            context: Of the nodes that subscribe.
             capacity: Largest number of topics at a time.
         """
         self._set = rclpy_compat.wait_set(context, capacity)
@@ -259,7 +254,6 @@ def drain(executor: Executor, on_fault: Callable[[Exception], object] | None = N
     portions: what is left has its turn with the next call.
 
     Args:
-        executor: An EventsExecutor.
         on_fault: Takes what a callback raises, rclpy's own included; then the others go on. None:
             it is raised.
     """

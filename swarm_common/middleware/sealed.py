@@ -39,7 +39,6 @@ def tag(secret: str, *parts: bytes) -> bytes:
     """Return the seal (32 bytes) of some parts; where one ends and the next begins counts.
 
     Args:
-        secret: Shared by the hosts.
         *parts: In an order that both sides know.
     """
     joined = b"".join(struct.pack("<I", len(part)) + part for part in parts)
@@ -53,7 +52,6 @@ class Sealer:
         """Begin with message 1.
 
         Args:
-            secret: Shared by the hosts.
             kind: What the messages are; one of another kind is not accepted.
             sender: Different for each process that ever speaks.
         """
@@ -63,12 +61,7 @@ class Sealer:
         self._number = 0
 
     def seal(self, run: str, content: Mapping[str, Any]) -> str:
-        """Return the text of a message.
-
-        Args:
-            run: Of the swarm.
-            content: As JSON can hold it.
-        """
+        """Return the text of a message."""
         self._number += 1
         body = json.dumps(content)
         seal = _seal(self._secret, self._kind, run, self._sender, self._number, body)
@@ -90,7 +83,6 @@ class Opener:
         """Begin with nothing heard.
 
         Args:
-            secret: Shared by the hosts.
             kind: What the messages are; one of another kind is not accepted.
         """
         self._secret = secret
@@ -99,9 +91,6 @@ class Opener:
 
     def open(self, text: str) -> Letter | None:
         """Return what a message says; None for one that was heard already, or is overtaken.
-
-        Args:
-            text: From anybody.
 
         Raises:
             ForgedError: If its seal is not right.

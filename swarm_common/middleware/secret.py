@@ -62,11 +62,7 @@ def own_secret(environment: MutableMapping[str, str]) -> str:
 
 
 def secret_path(environment: MutableMapping[str, str]) -> Path:
-    """Return where a world's host keeps the secret that it made.
-
-    Args:
-        environment: XDG_STATE_HOME and HOME count.
-    """
+    """Return where a world's host keeps the secret that it made."""
     base = environment.get("XDG_STATE_HOME", "")
     home = environment.get("HOME", "") or "/nonexistent"
     folder = Path(base) if base else Path(home) / ".local" / "state"

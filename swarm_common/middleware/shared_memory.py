@@ -23,9 +23,6 @@ def remove_abandoned(folder: Path = FOLDER) -> int:
 
     What belongs to other users, or has gone meanwhile, is left alone.
 
-    Args:
-        folder: Where they are.
-
     Returns:
         How many there were.
     """

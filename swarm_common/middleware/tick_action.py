@@ -92,9 +92,6 @@ class TickActionServer:
         """Create the server; it ends with the node.
 
         Args:
-            node: To create it on.
-            kind: Action type.
-            name: Relative to the node's namespace.
             consider: Whether to accept a goal request. A `RejectedError` says why not; who asks
                 for the result is told.
             begin: Called with each accepted goal, which is executing then.
@@ -126,8 +123,6 @@ class TickActionServer:
         the header of the request.
 
         Args:
-            name: Of the service.
-            kind: Its type.
             on_request: Takes request, empty response and header; returns the response, or None if
                 it is sent elsewhere.
 
@@ -140,24 +135,14 @@ class TickActionServer:
         send_response = service.send_response
 
         def respond(response: Any, header: Any) -> None:
-            """Send a response.
-
-            Args:
-                response: Of the service's type.
-                header: Of the request that it answers.
-            """
+            """Send a response."""
             with contextlib.suppress(
                 RuntimeError
             ):  # RCLError: the client is gone, or not known yet
                 send_response(response, header)
 
         def send(request: Any, header: Any) -> None:
-            """Handle a request, in place of rclpy's sending of a response.
-
-            Args:
-                request: What the callback above returned.
-                header: Of the request.
-            """
+            """Handle a request, in place of rclpy's sending of a response."""
             try:
                 response = on_request(request, kind.Response(), header)
                 if response is not None:
@@ -247,12 +232,7 @@ class TickActionServer:
         return bool(self._feedback.get_subscription_count() > 0)
 
     def publish_feedback(self, goal: GoalHandle, feedback: Any) -> None:
-        """Publish feedback on a goal.
-
-        Args:
-            goal: That is under way.
-            feedback: Of the action's feedback type.
-        """
+        """Publish feedback on a goal."""
         self._feedback.publish(
             self.kind.Impl.FeedbackMessage(goal_id=goal.info.goal_id, feedback=feedback)
         )
@@ -261,8 +241,6 @@ class TickActionServer:
         """End a goal and send its result; one that has ended already stays as it is.
 
         Args:
-            goal: That was begun.
-            result: Of the action's result type.
             succeeded: Otherwise it counts as canceled if its client wanted that, else as aborted.
         """
         if not goal.is_active:

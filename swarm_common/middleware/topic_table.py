@@ -84,7 +84,6 @@ def robot_topic(robot: str, name: str) -> Topic:
     """Return a topic of a robot by its relative name, with its full name.
 
     Args:
-        robot: Namespace.
         name: Relative, like `odom`.
 
     Raises:
@@ -95,11 +94,7 @@ def robot_topic(robot: str, name: str) -> Topic:
 
 
 def all_topics(robots: Iterable[str]) -> list[Topic]:
-    """Return every topic of a swarm with its full name: the world's, then robot by robot.
-
-    Args:
-        robots: Namespaces.
-    """
+    """Return every topic of a swarm with its full name: the world's, then robot by robot."""
     return [
         *WORLD_TOPICS,
         *(

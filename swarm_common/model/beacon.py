@@ -127,11 +127,7 @@ def record_of(words: NDArray[np.uint32]) -> np.void:
 
 
 def empty_beacons(count: int) -> BeaconArray:
-    """Return zeroed beacons.
-
-    Args:
-        count: Number of beacons.
-    """
+    """Return zeroed beacons."""
     return np.zeros(count, BEACON_DTYPE)
 
 

@@ -22,11 +22,7 @@ class Collision:
 
     @classmethod
     def from_json(cls, item: Mapping[str, Any]) -> Collision:
-        """Return the episode in an item of a report or of a verdict.
-
-        Args:
-            item: With the fields of this class.
-        """
+        """Return the episode in an item of a report or of a verdict."""
         place = (float(item["x"]), float(item["y"]))
         return cls(tuple(item["robots"]), item["obstacle"], *place, float(item["sim_time"]))
 
@@ -71,7 +67,6 @@ def breaches_json(
 
     Args:
         collisions: In the order in which they began.
-        missed: Goals that were given up.
         unfinished: Goals that were under way at the end of the run, or never sent.
     """
     return {
@@ -87,7 +82,6 @@ def breach_lines(
     """Return the `breaches` of a report in words, the first of each kind.
 
     Args:
-        breaches: Of the report.
         had_to_finish: True if goals under way at the end of the run count as missed.
     """
     kinds: dict[str, list[Collision] | list[MissedGoal] | list[UnfinishedGoal]] = {
@@ -104,11 +98,7 @@ def breach_lines(
 
 
 def broken_lines(report: Mapping[str, Any]) -> list[str]:
-    """Return in words which robots of a run were broken from its start; nothing if none was.
-
-    Args:
-        report: Fields of report.json.
-    """
+    """Return in words which robots of a run were broken from its start; nothing if none was."""
     names = report.get("broken") or []
     if not names:
         return []
@@ -117,12 +107,7 @@ def broken_lines(report: Mapping[str, Any]) -> list[str]:
 
 
 def shortened(lines: Sequence[str], kind: str) -> list[str]:
-    """Return the first `SHOWN` lines, and one that says how many more of their kind there are.
-
-    Args:
-        lines: All of them.
-        kind: What they are, in the plural.
-    """
+    """Return the first `SHOWN` lines, and one that says how many more of their kind there are."""
     if len(lines) <= SHOWN:
         return list(lines)
     return [*lines[:SHOWN], f"and {len(lines) - SHOWN} more {kind}; all are in the report"]

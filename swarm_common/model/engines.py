@@ -25,7 +25,6 @@ def check_engine(engine: str | None, asked: str) -> None:
 
     Args:
         engine: Its name; None for the usual one.
-        asked: How it was asked for.
 
     Raises:
         ConfigError: If PyBullet is asked for and is not there.

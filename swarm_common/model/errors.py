@@ -104,8 +104,6 @@ class UnknownNameError(ConfigError):
 
         Args:
             kind: What the name stands for, for example ``world``.
-            name: The name as given.
-            known: All valid names, in any order.
             where: File that the name is in; empty if it is in none.
         """
         self.kind = kind

@@ -51,9 +51,6 @@ def _circle(radius: float) -> FloatArray:
 def placed_corners(parts: Sequence[Part]) -> FloatArray:
     """Return the corners of parts in their body's frame, see `corners`.
 
-    Args:
-        parts: Of one body.
-
     Returns:
         (n, 3) [m].
     """
@@ -185,7 +182,6 @@ def estimated_inertia(
     """Return mass, centre and inertia of a link from the box around its shapes.
 
     Args:
-        parts: Its shapes.
         mass: [kg]; None if it is not given.
 
     Returns:

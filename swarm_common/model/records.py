@@ -151,9 +151,6 @@ class Scan:
 
         The rays of one that hangs upside down turn clockwise, seen from above.
 
-        Args:
-            lidar: That took the scan.
-
         Returns:
             The scan itself if the LiDAR stands upright.
         """

@@ -61,9 +61,5 @@ def shown(message: str) -> str:
 
 
 def printable(message: str) -> str:
-    """Return a message without control characters: it may quote an input of any letters.
-
-    Args:
-        message: Its line ends stay.
-    """
+    """Return a message without control characters: it may quote an input of any letters."""
     return "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in message)

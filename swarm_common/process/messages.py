@@ -23,11 +23,7 @@ class UnknownMessageError(SwarmError):
 
 
 def encode(message: EventBase | CommandBase) -> bytes:
-    """Return a message as a line, with its end.
-
-    Args:
-        message: Its numbers may be numpy's.
-    """
+    """Return a message as a line, with its end."""
     return msgspec.json.encode(message, enc_hook=_plain) + b"\n"
 
 
@@ -35,7 +31,6 @@ def decode(line: bytes, decoder: msgspec.json.Decoder[Kind]) -> Kind:
     """Return the message in a line.
 
     Args:
-        line: One JSON object.
         decoder: Of the kinds that are expected, like `FORK_SERVER`.
 
     Raises:

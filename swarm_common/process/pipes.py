@@ -20,7 +20,6 @@ class MessageReader(Generic[Kind]):
         """Switch the descriptor to non-blocking.
 
         Args:
-            descriptor: Of the pipe, to read from.
             decoder: Of the kinds that are expected, like `FORK_SERVER`.
         """
         os.set_blocking(descriptor, False)

@@ -18,7 +18,6 @@ def require(distribution: str, user: str, parts: Iterable[tuple[Any, str]]) -> N
 
     Args:
         distribution: Name of the library as it is installed.
-        user: Our module that uses the parts.
         parts: Owner and name of each: an attribute of the owner, or an attribute that the code
             of the owner, a function, sets.
 

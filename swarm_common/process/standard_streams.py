@@ -39,7 +39,6 @@ def finish_output(name: str, code: int, failed: int = CANNOT_WRITE) -> int:
     """Write what is still in the buffers of stdout and stderr, before the interpreter would.
 
     Args:
-        name: Of the command, for its message.
         code: Exit code of the command so far.
         failed: Exit code of a command that did well, but whose output cannot be written.
 
@@ -57,8 +56,6 @@ def end_of_output(name: str, error: OSError, failed: int = CANNOT_WRITE) -> int:
     """Say that the output cannot be written, unless its reader (`head`, `less`) has seen enough.
 
     Args:
-        name: Of the command, for its message.
-        error: Of the write.
         failed: Exit code if it is not the reader who left.
 
     Returns:

@@ -57,8 +57,6 @@ def describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | N
     """Return what follows from a description; None if something of it is unusable.
 
     Args:
-        source: The files.
-        asked: What robot.yaml says.
         faults: Takes all that is wrong with the description.
     """
     try:
@@ -113,8 +111,6 @@ def place_meshes(root: ET.Element, finder: PackageFinder, directory: Path) -> No
     """Let every mesh that is found be named by its file: viewers need not know the packages.
 
     Args:
-        root: Of the URDF, changed.
-        finder: Of the packages of meshes.
         directory: From which relative paths of meshes start.
     """
     for mesh in root.iter("mesh"):
@@ -151,11 +147,6 @@ def with_scan_frame(urdf: str, model: RobotModel, lidar: LidarSpec) -> str:
     """Return a description in which the link base_scan is where the LiDAR is.
 
     That is the frame of the scans. Viewers read from the description where it is.
-
-    Args:
-        urdf: With base_footprint as its root.
-        model: Of that description.
-        lidar: Its place in base_footprint.
 
     Returns:
         The URDF; the text itself if the link is there already.

@@ -81,8 +81,6 @@ def parse_urdf(
     """Return the model that a URDF text describes.
 
     Args:
-        text: The URDF.
-        where: Its file, for messages.
         moving: Joints that move; the others are held at zero. None: all that can.
         finder: Of the packages of meshes. None: one that looks where ROS would.
         directory: From which relative paths of meshes start.

@@ -62,8 +62,6 @@ def find_drive(
     """Return the drive of a robot: as asked for, as its plugin says, or as its wheels look.
 
     Args:
-        model: With every joint that can move.
-        where: Its file, for messages.
         tags: Of its plugin; None without one.
         drive: Asked for in robot.yaml; None if it is not.
         joints: Left and right ones, asked for there; None if they are not.
@@ -149,11 +147,7 @@ def _refuse_car(wheels: Sequence[_Wheel], where: str) -> None:
 
 
 def car_message(reason: str) -> str:
-    """Return why a robot that steers like a car is refused.
-
-    Args:
-        reason: What shows it.
-    """
+    """Return why a robot that steers like a car is refused."""
     return (
         f"it steers like a car ({reason}), and cannot turn on the spot; the navigator needs robots "
         "that can, to make room for each other. If it can, tell what drives it in robot.yaml: "
@@ -176,11 +170,7 @@ def _without_wheels(model: RobotModel) -> DriveTrain:
 
 
 def radius_of(group: RigidGroup) -> float | None:
-    """Return the radius [m] of a turning group about its axis, None without a collision shape.
-
-    Args:
-        group: On a turning joint.
-    """
+    """Return the radius [m] of a turning group about its axis, None without a collision shape."""
     for part in group.parts:
         if isinstance(part.shape, Cylinder | Sphere):
             return part.shape.radius

@@ -25,9 +25,6 @@ MOST = 1000  # robots in a group
 def limits_of(spec: RobotSpec) -> dict[str, float]:
     """Return the limits of a robot model by name, which are the defaults of its controller's.
 
-    Args:
-        spec: Of the model.
-
     Returns:
         [m/s], [rad/s], [m/s²] and [rad/s²] by the names of `LIMITS`; with those of `SIDEWAYS` for
         an omnidirectional drive.
@@ -73,7 +70,6 @@ def uniform_fleet(model: str, count: int) -> Fleet:
 
     Args:
         model: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or `robot.yaml`.
-        count: Number of robots.
 
     Raises:
         UnknownNameError: If there is no such model, or robot.yaml has an unknown key.

@@ -82,10 +82,6 @@ class RaySensor:
 def read_drive(root: ET.Element, where: str) -> DriveTags | None:
     """Return what the first drive plugin says, None if there is none.
 
-    Args:
-        root: Of the URDF.
-        where: Its file, for messages.
-
     Raises:
         RobotModelError: If a parameter of the plugin is not a number.
     """
@@ -130,10 +126,6 @@ def read_car(root: ET.Element) -> str | None:
 
 def read_ray_sensors(root: ET.Element, where: str) -> list[RaySensor]:
     """Return all ray sensors on links, in the order of the file.
-
-    Args:
-        root: Of the URDF.
-        where: Its file, for messages.
 
     Raises:
         RobotModelError: If a number of a sensor is none, or its pose is not six of them.

@@ -63,10 +63,7 @@ def choose_lidar(
     """Return the values of a `LidarSpec` as far as they follow, and notes on the choice.
 
     Args:
-        model: The robot, base_footprint as its root.
-        sensors: Of its description.
         asked: The section `lidar:` of robot.yaml, which wins.
-        where: The description, for messages.
 
     Raises:
         RobotModelError: If there are sensors, and none is a LiDAR without further word.

@@ -53,9 +53,6 @@ class PackageFinder:
     def share(self, package: str) -> Path:
         """Return a package's folder.
 
-        Args:
-            package: Its name.
-
         Raises:
             MissingPackageError: If it is nowhere; the message lists the places.
         """
@@ -66,10 +63,6 @@ class PackageFinder:
 
     def resolve(self, uri: str, beside: Path) -> Path:
         """Return the file of a `package://`, `file://`, absolute or relative URI.
-
-        Args:
-            uri: As written.
-            beside: Folder that relative paths start from.
 
         Raises:
             MeshError: If there is no such file.

@@ -27,9 +27,7 @@ def sensor_errors(
 
     Args:
         data: Groups of keys, as in robot.yaml; it is checked.
-        where: For messages.
         base: Values of the keys that are missing.
-        error: Class of the exception to raise.
 
     Raises:
         SwarmError: If a key is unknown or a value impossible.

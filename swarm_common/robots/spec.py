@@ -35,7 +35,6 @@ def spec_of(source: RobotSource, values: Mapping[str, Any], faults: Faults) -> R
     """Return the model that values by name describe; None if something is wrong with one.
 
     Args:
-        source: Where they are from.
         values: As many of `REQUIRED` as there are, and what else there is; without all of them
             the others are checked all the same.
         faults: Takes what is wrong; the messages name file and key.
@@ -78,10 +77,6 @@ def _sideways(values: Mapping[str, Any], drive: str, where: str) -> dict[str, An
 def parse_drive(value: object, where: str) -> str:
     """Return a drive.
 
-    Args:
-        value: As read from robot.yaml.
-        where: Its file, for messages.
-
     Raises:
         RobotModelError: If it is none of `DRIVES`.
     """
@@ -92,10 +87,6 @@ def parse_drive(value: object, where: str) -> str:
 
 def parse_inertia(value: object, where: str) -> str:
     """Return where inertias come from.
-
-    Args:
-        value: As read from robot.yaml.
-        where: Its file, for messages.
 
     Raises:
         RobotModelError: If it is none of `INERTIA`.
@@ -114,10 +105,6 @@ def _name(value: object, what: str) -> str:
 def parse_wheels(value: object, where: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the left and the right driven joints.
 
-    Args:
-        value: As read from robot.yaml.
-        where: Its file, for messages.
-
     Raises:
         UnknownNameError: If there are other keys than `left` and `right`.
         RobotModelError: If a side is not a list of names.
@@ -135,10 +122,6 @@ def parse_wheels(value: object, where: str) -> tuple[tuple[str, ...], tuple[str,
 
 def positive(value: object, what: str) -> float:
     """Return a positive number of sensible size.
-
-    Args:
-        value: As read from robot.yaml, or derived.
-        what: File and key, for messages.
 
     Raises:
         RobotModelError: If it is no number, or not from `SMALLEST` to `LARGEST`.

@@ -27,10 +27,6 @@ JOINTS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 def read_tree(text: str, where: str) -> ET.Element:
     """Return the checked tree of a URDF text; placeholders of namespaces are taken out.
 
-    Args:
-        text: The URDF.
-        where: Its file, for messages.
-
     Raises:
         RobotModelError: If the text is malformed; the message names `where` and every element
             that is wrong.
@@ -66,11 +62,7 @@ def root_link(root: ET.Element) -> str:
 
 
 def child_of(joint: ET.Element) -> str:
-    """Return the name of a joint's child link, empty if there is none.
-
-    Args:
-        joint: Element of the URDF.
-    """
+    """Return the name of a joint's child link, empty if there is none."""
     return _end(joint, "child")
 
 

@@ -32,7 +32,6 @@ def expand(path: Path, arguments: Mapping[str, str], prepare: Callable[[Any], No
     """Return a xacro file as URDF text.
 
     Args:
-        path: Of the file.
         arguments: Values of `xacro:arg`s by name.
         prepare: Changes the parsed document before it is expanded.
 

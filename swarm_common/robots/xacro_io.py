@@ -31,7 +31,6 @@ def expand(path: Path, arguments: Mapping[str, str], finder: PackageFinder) -> s
     """Return a xacro file as URDF text.
 
     Args:
-        path: Of the file.
         arguments: Values of `xacro:arg`s by name.
         finder: Of the packages in `$(find package)`.
 

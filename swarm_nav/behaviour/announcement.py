@@ -73,7 +73,6 @@ def priorities(
     """Return the robot's own priority, and the one with what it inherits from a robot that pushes.
 
     Args:
-        robot_id: Breaks ties.
         deciders: The state machine gives the class, lease and right of way what is inherited.
         last_goal_tick: Tick at which the last target was reached: the robot that has waited longer
             ranks higher.
@@ -98,9 +97,6 @@ def compose_beacon(
     """Return the beacon of this tick, with the priority and the blocks as they were published.
 
     Args:
-        situation: Of the robot.
-        spec: Its footprint is sent.
-        deciders: Its decisions.
         is_active: Whether the navigator is active.
         is_pausing: Whether the robot is served, and does not make way.
     """
@@ -145,11 +141,8 @@ def compose_status(
     """Return the status for the operator.
 
     Args:
-        situation: Of the robot.
-        deciders: Its decisions.
         is_active: Whether the navigator is active.
         target: In map, None without a goal.
-        sites: Names of stations.
         distance: [m] of path left.
         is_pausing: Whether it is being served where it was sent.
         is_by_hand: Whether an operator drives it.
@@ -215,8 +208,6 @@ def compose_feedback(
     """Return the progress of a task, or without one of a behaviour.
 
     Args:
-        situation: Of the robot.
-        goal_id: Of the current or pending goal.
         task: The current navigation goal; None without one.
         behavior: The current behaviour; None without one.
     """

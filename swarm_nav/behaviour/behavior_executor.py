@@ -37,13 +37,9 @@ class BehaviorExecutor:
         """Connect the parts that a state acts on.
 
         Args:
-            situation: Of the robot.
             state_machine: Its state, which is switched when it is over.
-            goal_manager: Its goals.
             lease: Its turn at the station that it drives to.
             gate: Its admission to the narrow region ahead.
-            holding: Where it waits.
-            controller: Its local controller.
         """
         self._s = situation
         self._state_machine = state_machine

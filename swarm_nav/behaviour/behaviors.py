@@ -41,7 +41,6 @@ class Behavior:
 
         Args:
             goal: Of kind SPIN, BACKUP, DRIVE_ON_HEADING, WAIT or TELEOP.
-            situation: Of the robot.
         """
         self.goal = goal
         self._start_tick = situation.tick
@@ -57,40 +56,22 @@ class Behavior:
         self._way = 0  # of a steered robot: 1 ahead, -1 back, 0 neither
 
     def steer(self, wish: Twist, tick: int) -> None:
-        """Take what an operator wants now; counts for TELEOP.
-
-        Args:
-            wish: Twist that is asked for.
-            tick: Now.
-        """
+        """Take what an operator wants now; counts for TELEOP."""
         self._wish, self._wish_tick = wish, tick
 
     def finish(self, end: BehaviorEnd) -> None:
-        """End at the next step.
-
-        Args:
-            end: How.
-        """
+        """End at the next step."""
         self.end = end
 
     def resume(self, situation: Situation) -> None:
-        """Continue with the rest of the behaviour after the robot made way for another one.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Continue with the rest of the behaviour after the robot made way for another one."""
         self._last_yaw = situation.pose.yaw
         self._driven = self._traveled
         self._start = situation.pose
         self._is_pathed = False
 
     def step(self, situation: Situation, controller: Controller) -> Twist:
-        """Return the twist of this tick; `end` tells when it is over.
-
-        Args:
-            situation: Of the robot.
-            controller: Its local controller.
-        """
+        """Return the twist of this tick; `end` tells when it is over."""
         self.angle_traveled += wrap_angle(situation.pose.yaw - self._last_yaw)
         self._last_yaw = situation.pose.yaw
         self._traveled = self.distance_traveled(situation)
@@ -111,11 +92,7 @@ class Behavior:
         return self._drive(situation, controller)
 
     def distance_traveled(self, situation: Situation) -> float:
-        """Return the distance [m] from the start, without ways to make way.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Return the distance [m] from the start, without ways to make way."""
         return self._driven + self._start.distance(situation.pose)
 
     def _spin(self, situation: Situation, controller: Controller) -> Twist:
@@ -191,12 +168,7 @@ class Behavior:
 
 
 def recovery_goal(attempt: int, situation: Situation) -> Goal | None:
-    """Return the behaviour of the n-th recovery (0: clear only → None), in Nav2's order.
-
-    Args:
-        attempt: Recoveries spent on the goal before.
-        situation: Of the robot.
-    """
+    """Return the behaviour of the n-th recovery (0: clear only → None), in Nav2's order."""
     behavior = situation.config.behavior
     choice = attempt % 4
     if choice == 1:

@@ -40,10 +40,6 @@ class Window:
 def changed_window(before: Costmap, now: Costmap) -> Window | None:
     """Return the smallest rectangle that holds every changed cell.
 
-    Args:
-        before: The earlier costmap.
-        now: The later one.
-
     Returns:
         The rectangle. None where nothing has changed, and where the costmaps cannot be compared:
         another size, resolution or origin.
@@ -93,7 +89,6 @@ def compose(situation: Situation, inscribed_radius: float, window: float | None)
     """Return the global costmap, or with `window` [m] the rolling local one around the robot.
 
     Args:
-        situation: Of the robot.
         inscribed_radius: [m] of its footprint.
         window: [m] edge of the local costmap; None for the global one.
     """

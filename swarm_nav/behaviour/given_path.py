@@ -46,9 +46,6 @@ class GivenPath:
     def way(self, situation: Situation) -> FloatArray:
         """Return the path (n, 2) from the stop point back to the given one and along its rest.
 
-        Args:
-            situation: Of the robot.
-
         Raises:
             PlanError: If the given path comes too near to a wall, or there is no way to it.
         """

@@ -39,7 +39,6 @@ class GoalManager:
         """Start without a goal.
 
         Args:
-            situation: Of the robot.
             state_machine: Its state, which is switched as goals begin and end.
             lease: Its turn at stations; it is aimed at the present target.
             right: Tells whether it makes way; then its path outlives the goal.
@@ -119,9 +118,7 @@ class GoalManager:
         """End the current or pending goal, if any.
 
         Args:
-            outcome: Succeeded, aborted or canceled.
             code: Nav2's error code.
-            message: For people.
         """
         s, task, goal_id = self._s, self.task, self.goal_id
         if goal_id is None:
@@ -160,11 +157,7 @@ class GoalManager:
             self._lease.aim((task.target.x, task.target.y))
 
     def reach_target(self, task: GoalProgress) -> None:
-        """Go on to the next target, or end the goal as succeeded.
-
-        Args:
-            task: The current goal.
-        """
+        """Go on to the next target, or end the goal as succeeded."""
         if task.next_target(self._s.tick):
             self.last_goal_tick = self._s.tick
             self._aim(task)
@@ -175,9 +168,7 @@ class GoalManager:
         """Leave out a waypoint, or end any other goal as aborted.
 
         Args:
-            task: The current goal.
             code: Nav2's error code.
-            message: For people.
         """
         if task.goal.kind is not GoalKind.WAYPOINTS:
             self.end(Outcome.ABORTED, code, message)
@@ -192,9 +183,7 @@ class GoalManager:
         """Start the next recovery, or give the target up when all are spent.
 
         Args:
-            task: The current goal.
             code: Nav2's error code if it is given up.
-            message: For people.
         """
         s = self._s
         if task.recoveries >= s.config.progress_checker.number_of_retries:

@@ -31,7 +31,6 @@ class GoalProgress:
 
         Args:
             goal: Of a kind that navigates, with a pose or a path at least.
-            situation: Of the robot.
         """
         self.goal = goal
         self.start_tick = situation.tick
@@ -83,11 +82,7 @@ class GoalProgress:
         return len(self.goal.poses_map) - self.index
 
     def distance_remaining(self, situation: Situation) -> float:
-        """Return the path length [m] to the last pose driven to without a stop.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Return the path length [m] to the last pose driven to without a stop."""
         rest = situation.tube.length_ahead()
         rest += math.dist(situation.tube.points[-1], self.place)
         if self.goal.kind is GoalKind.THROUGH:
@@ -96,11 +91,7 @@ class GoalProgress:
         return rest
 
     def next_target(self, tick: int) -> bool:
-        """Go on to the next target; False if there is none.
-
-        Args:
-            tick: Now.
-        """
+        """Go on to the next target; False if there is none."""
         self.has_arrived = False
         self.is_planned = False
         self._moved_to = None
@@ -116,11 +107,7 @@ class GoalProgress:
         return False
 
     def is_reached(self, situation: Situation) -> bool:
-        """Whether the present target is reached; position first, then heading (stateful).
-
-        Args:
-            situation: Of the robot.
-        """
+        """Whether the present target is reached; position first, then heading (stateful)."""
         target = self.target
         distance = situation.distance_to(*self.place)
         if self.is_passing:
@@ -149,7 +136,6 @@ class GoalProgress:
         person who comes by repeatedly would excuse a robot that another obstacle blocks.
 
         Args:
-            situation: Of the robot.
             is_excused: Whether it could not be expected to move.
             is_person_near: Whether it drives slowly for a person.
         """
@@ -163,20 +149,12 @@ class GoalProgress:
             self.progress_tick = min(self.progress_tick + 1, situation.tick)
 
     def note_holding(self, situation: Situation) -> None:
-        """Restart all clocks: a robot in a queue is not expected to move, however long that is.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Restart all clocks: a robot in a queue is not expected to move, however long that is."""
         self.progress_pose = situation.pose
         self.progress_tick = self.moved_tick = situation.tick
 
     def lacks_progress(self, situation: Situation) -> bool:
-        """Whether the progress checker's time is over.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Whether the progress checker's time is over."""
         allowance = situation.config.progress_checker.movement_time_allowance
         return situation.tick - self.progress_tick > situation.ticks(allowance)
 

@@ -62,9 +62,6 @@ class Navigator:
         """Build all parts of an active robot without a goal.
 
         Args:
-            config: All parameters.
-            spec: Of the robot.
-            grid: The map, upright.
             sites: Stations and circuits of the world, in the same map frame.
             robot_id: From 1.
             initial_pose_map: Of base_footprint, at the first odometry.
@@ -139,21 +136,13 @@ class Navigator:
         return self._localiser.particles()
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry of this tick.
-
-        Args:
-            odom: Pose in odom, and twist.
-        """
+        """Take the odometry of this tick."""
         self._localiser.on_odom(odom)
         self._s.twist = self._controller.course(odom.twist)
         self._s.pose = self._localiser.pose_map
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan.
-
-        Args:
-            scan: Ranges of one revolution.
-        """
+        """Take a scan."""
         scan = scan.from_above(self.spec.lidar)
         if scan.tick - self._s.listening_since > self._s.config.traffic.listen_ticks // 2:
             self._localiser.on_scan(scan)  # only then are the robots around known by radio
@@ -181,7 +170,6 @@ class Navigator:
         """Take a pose from the operator, known to within `deviation` [m], [rad].
 
         Args:
-            pose_map: Of base_footprint.
             deviation: Standard deviations of position [m] and heading [rad].
         """
         self._localiser.initialise(pose_map, deviation)
@@ -210,11 +198,7 @@ class Navigator:
         self._gate.region = self._narrow_region()
 
     def reconfigure(self, config: NavConfig) -> None:
-        """Take new parameters, effective from the next tick.
-
-        Args:
-            config: All parameters.
-        """
+        """Take new parameters, effective from the next tick."""
         self._controller.configure(config.controller)
         self._s.configure(config)
         self._localiser.configure(config.localisation)
@@ -476,7 +460,6 @@ class Navigator:
 
         Args:
             start: Where the path begins; None for the pose of the robot.
-            goals: Poses to pass, in order.
 
         Raises:
             PlanError: With Nav2's code, if there is none.

@@ -43,11 +43,7 @@ class Route:
         self._barred: list[tuple[int, float, float]] = []  # tick and place [m] in map
 
     def update(self, task: GoalProgress) -> None:
-        """Plan if it is due; a target without a way is recovered from or given up.
-
-        Args:
-            task: The current goal.
-        """
+        """Plan if it is due; a target without a way is recovered from or given up."""
         if task.given is not None:
             task.given.advance(self._s.pose.x, self._s.pose.y)
         if self._is_due(task):

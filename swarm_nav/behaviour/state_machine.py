@@ -23,7 +23,6 @@ class StateMachine:
         """Start idle.
 
         Args:
-            situation: Of the robot.
             holding: Entered and left with the state `HOLDING`.
         """
         self._s = situation
@@ -35,9 +34,6 @@ class StateMachine:
 
     def switch(self, event: Event) -> None:
         """Go to the state that follows `event`.
-
-        Args:
-            event: What happened.
 
         Raises:
             IllegalTransitionError: If the table has no such pair.

@@ -59,19 +59,11 @@ class Controller:
         self.arc: FloatArray = np.zeros((max(1, round(config.sim_time / dwa_kernels.STEP)), 3))
 
     def course(self, twist: Twist) -> Twist:
-        """Take the measured twist; return it as the other parts are to see it.
-
-        Args:
-            twist: In base_footprint.
-        """
+        """Take the measured twist; return it as the other parts are to see it."""
         return twist
 
     def stop(self, twist: Twist) -> Twist:
-        """Return the twist that brakes as hard as the drive can.
-
-        Args:
-            twist: The current one.
-        """
+        """Return the twist that brakes as hard as the drive can."""
         self._is_turning = False
         self.arc[:] = 0.0
         return Twist()
@@ -81,8 +73,6 @@ class Controller:
 
         Args:
             yaw: [rad] in map, to turn to.
-            pose: Of the robot, in map.
-            twist: The current one.
         """
         return self._turn(wrap_angle(yaw - pose.yaw), pose, twist)
 
@@ -93,8 +83,6 @@ class Controller:
 
         Args:
             tube: Whose `is_reverse` is set.
-            pose: Of the robot, in map.
-            twist: The current one.
             may_back: Whether driving backwards is allowed.
 
         Returns:
@@ -116,8 +104,6 @@ class Controller:
 
         Args:
             tube: Path and held part; its index of the robot is advanced.
-            pose: Of the robot, in map.
-            twist: The current one.
         """
         if tube.is_reverse:
             flipped = Pose(pose.x, pose.y, wrap_angle(pose.yaw + math.pi))
@@ -177,7 +163,6 @@ def corner_ahead(tube: Tube, pose: Pose) -> int:
 
     Args:
         tube: Path and held part; its index of the robot is advanced.
-        pose: Of the robot, in map.
 
     Returns:
         Index of the corner. One that is held and that the robot stands on counts as passed.
@@ -222,13 +207,7 @@ def rate_that_stops(rest: float, rate: float, acceleration: float) -> float:
 
 
 def gap_to(tube: Tube, index: int, pose: Pose) -> float:
-    """Return the distance [m] of the robot to a point of the tube.
-
-    Args:
-        tube: The path.
-        index: Of the point.
-        pose: Of the robot, in map.
-    """
+    """Return the distance [m] of the robot to a point of the tube."""
     return math.hypot(tube.points[index, 0] - pose.x, tube.points[index, 1] - pose.y)
 
 
@@ -248,8 +227,6 @@ def length_to(tube: Tube, end: int, pose: Pose) -> float:
 
     Args:
         tube: The path, with the robot's index on it.
-        end: Index of the point.
-        pose: Of the robot, in map.
     """
     if end <= tube.near:
         return _signed_rest(tube, end, pose)

@@ -32,7 +32,6 @@ def make_controller(spec: RobotSpec, config: ControllerConfig) -> Controller:
     """Return the controller for a robot's drive and shape.
 
     Args:
-        spec: Of the robot.
         config: Limits of the drive, samples and critics.
     """
     if spec.is_omni:
@@ -53,11 +52,7 @@ class OmniController(Controller):
         self._velocity = (0.0, 0.0, 0.0)
 
     def course(self, twist: Twist) -> Twist:
-        """Take in the measured twist; return the speed along the course in place of vx, vy.
-
-        Args:
-            twist: In base_footprint.
-        """
+        """Take in the measured twist; return the speed along the course in place of vx, vy."""
         self._velocity = (twist.vx, twist.vy, twist.wz)
         return Twist(math.hypot(twist.vx, twist.vy), 0.0, twist.wz)
 
@@ -66,9 +61,6 @@ class OmniController(Controller):
 
         Args:
             tube: Whose `is_reverse` is cleared.
-            pose: Not used.
-            twist: Not used.
-            may_back: Not used.
 
         Returns:
             True: nothing has to be waited for.
@@ -81,7 +73,6 @@ class OmniController(Controller):
 
         Args:
             tube: Path and held part; its index of the robot is advanced.
-            pose: Of the robot, in map.
             twist: As `course` returned it.
         """
         self._is_turning = False

@@ -35,7 +35,6 @@ class Tube:
         """Hold the place of the robot, without a path.
 
         Args:
-            pose: Of the robot, in map.
             confirmations: Beacons in which space is requested before it is taken.
             held_length: [m] of path held ahead.
             wanted_length: [m] requested beyond that.
@@ -68,11 +67,7 @@ class Tube:
         self._noted = 0
 
     def reset(self, pose: Pose) -> None:
-        """Drop path, claim and request; keep the place under the robot.
-
-        Args:
-            pose: Of the robot, in map.
-        """
+        """Drop path, claim and request; keep the place under the robot."""
         self.points: FloatArray = np.array(((pose.x, pose.y),))
         self.near = 0
         self.stop = 0
@@ -123,7 +118,6 @@ class Tube:
 
         Args:
             last: Index of the last point that stays held.
-            pose: Of the robot, in map.
             way: [m] that it needs to stop.
         """
         needed = tube_kernels.last_to_keep(self.points, self.near, self.stop, (pose.x, pose.y), way)
@@ -154,10 +148,6 @@ class Tube:
 
     def publish(self, pose: Pose, tick: int) -> tuple[NDArray[np.float32], ...]:
         """Return the blocks of a beacon, and remember the request.
-
-        Args:
-            pose: Of the robot, in map.
-            tick: Of the beacon.
 
         Returns:
             (held, wanted, intent), each (n, 2) float32 [m] in map: views of `published` that the
@@ -193,19 +183,13 @@ class Tube:
         self._noted = min(self._noted + 1, REMEMBERED)
 
     def advance(self, pose: Pose, limit: int) -> None:
-        """Move the robot's index to the nearest point from here on.
-
-        Args:
-            pose: Of the robot, in map.
-            limit: Largest index.
-        """
+        """Move the robot's index to the nearest point from here on."""
         self.near = tube_kernels.nearest_ahead(self.points, self.near, limit, pose.x, pose.y)
 
     def note_rest(self, pose: Pose, is_standing: bool) -> None:
         """Note whether the robot stands on its stop: then it stays, and announces its pose only.
 
         Args:
-            pose: Of the robot, in map.
             is_standing: Whether it has stopped.
         """
         self._is_standing = is_standing

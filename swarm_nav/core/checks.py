@@ -12,8 +12,6 @@ def positive(owner: str, config: object, *names: str) -> None:
 
     Args:
         owner: Prefix of the names in messages, like `planner.`; empty for none.
-        config: Whose attributes are checked.
-        *names: Of the attributes; they hold numbers.
 
     Raises:
         ConfigError: Naming the first parameter that is refused.
@@ -29,8 +27,6 @@ def not_negative(owner: str, config: object, *names: str) -> None:
 
     Args:
         owner: Prefix of the names in messages, like `planner.`; empty for none.
-        config: Whose attributes are checked.
-        *names: Of the attributes; they hold numbers.
 
     Raises:
         ConfigError: Naming the first parameter that is refused.
@@ -46,9 +42,7 @@ def at_most(owner: str, config: object, name: str, limit: float) -> None:
 
     Args:
         owner: Prefix of the name in messages, like `planner.`; empty for none.
-        config: Whose attribute is checked.
         name: Of the attribute; it holds a number.
-        limit: Largest value that is allowed.
 
     Raises:
         ConfigError: Naming the parameter and the limit.

@@ -224,9 +224,6 @@ class NavConfig:
 def parameter_values(config: NavConfig) -> dict[str, Any]:
     """Return the flat ROS parameters {name: value} of a configuration.
 
-    Args:
-        config: All parameters of a navigator.
-
     Returns:
         Values by name, in the order of the classes. The groups are prefixes (`traffic.patience`),
         but for those of `controller`, which have none, as in Nav2.

@@ -104,7 +104,6 @@ class PlanError(SwarmError):
 
         Args:
             code: Nav2 error code, for the result of the action.
-            message: The reason in words.
             is_final: Whether the map alone decided it, so that no recovery helps.
         """
         self.code = code

@@ -73,9 +73,6 @@ RANGES: Mapping[str, tuple[float, float]] = {
 def check(config: Any) -> None:
     """Refuse a configuration with a number beyond its limits.
 
-    Args:
-        config: A NavConfig: groups of parameters.
-
     Raises:
         ConfigError: Naming the parameter.
     """
@@ -94,13 +91,7 @@ def check(config: Any) -> None:
 
 
 def takes(group: Any, field: str, value: float) -> bool:
-    """Tell whether a group of parameters takes a value, the others being as they are.
-
-    Args:
-        group: Dataclass that checks itself.
-        field: Name of the parameter in it.
-        value: To try.
-    """
+    """Tell whether a group of parameters takes a value, the others being as they are."""
     try:
         dataclasses.replace(group, **{field: value})
     except ConfigError:

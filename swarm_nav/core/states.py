@@ -82,10 +82,6 @@ class IllegalTransitionError(SwarmError):
 def next_state(state: State, event: Event) -> State:
     """Return the state after `event`.
 
-    Args:
-        state: The present state.
-        event: What happened.
-
     Raises:
         IllegalTransitionError: If the table has no such pair.
     """

@@ -38,11 +38,7 @@ class ForkServer:
     """Forks, watches and ends the navigators' processes."""
 
     def __init__(self, events: EventWriter) -> None:
-        """Start without children and without a parent that is listened to.
-
-        Args:
-            events: For swarm-up.
-        """
+        """Start without children and without a parent that is listened to."""
         self._events = events
         self._children: dict[int, set[str]] = {}  # names of the robots of each
         self._starts: dict[str, str] = {}  # parameter files of robots that are to get one
@@ -91,7 +87,6 @@ class ForkServer:
         """Start one process for a group of robots; the child does not return.
 
         Args:
-            group: Robots of the process.
             log_dir: Folder of the file that gets its output, named after the first robot. None: the
                 output goes where that of the fork server goes.
         """

@@ -36,7 +36,6 @@ def run_navigators(group: Sequence[NodeSettings], events: EventWriter) -> None:
 
     Args:
         group: Settings of the robots of the process.
-        events: For swarm-up.
 
     Raises:
         Exception: Whatever the last navigator fails with.
@@ -74,7 +73,6 @@ class StopWatch:
         """Start awake.
 
         Args:
-            sleep: Notices that the process was stopped.
             clock: Wall clock [s].
         """
         self._sleep = sleep or SleepWatch(LEASE)

@@ -98,7 +98,6 @@ class Grouping:
 
         Args:
             name: Of the robot, like Srobot3.
-            params: Path of its parameter file.
 
         Raises:
             SwarmError: If its parameters are unusable.

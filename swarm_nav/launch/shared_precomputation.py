@@ -29,9 +29,7 @@ def prepare(
     """Work out what robots on a map have in common; robots of one model have all of it.
 
     Args:
-        robots: All that will be started.
         grid: The map that they will most likely get from the world.
-        processes: Among which they are divided.
         goals: (x, y) [m] in map where a robot will be told to go, by its name; one without any may
             be told to go to every station.
 

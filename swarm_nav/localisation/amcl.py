@@ -55,16 +55,7 @@ class AmclLocaliser:
         neighbors: NeighborTable,
         robot_id: int,
     ) -> None:
-        """Start at a pose that is known with the deviation `START_DEVIATION`.
-
-        Args:
-            pose_map: Of base_footprint.
-            config: Parameters.
-            spec: Its LiDAR and drive count.
-            terrain: Of the map.
-            neighbors: Neighbours, which explain LiDAR hits.
-            robot_id: For random numbers of its own.
-        """
+        """Start at a pose that is known with the deviation `START_DEVIATION`."""
         self._lidar = spec.lidar
         self._neighbors = neighbors
         self._terrain = terrain
@@ -142,7 +133,6 @@ class AmclLocaliser:
         """Take a pose for the present odometry, and draw the particles around it.
 
         Args:
-            pose_map: Where base_footprint is now.
             deviation: Standard deviations of x and y [m], and of yaw [rad].
         """
         self._map_from_odom = self._target = pose_map.compose(self._odom.inverse())
@@ -193,11 +183,7 @@ class AmclLocaliser:
         self._last_odom = drift.inverse().compose(self._last_odom)
 
     def on_scan(self, scan: Scan) -> None:
-        """Compare the newest scan with the map, if it is time to.
-
-        Args:
-            scan: Ranges of one revolution.
-        """
+        """Compare the newest scan with the map, if it is time to."""
         is_vague = self._deviation > self._config.lost_deviation
         self._vague_scans = self._vague_scans + 1 if is_vague else 0
         if self._pose_odom is None or not self._is_due:
@@ -323,21 +309,12 @@ class AmclLocaliser:
 
 
 def is_leap(now: Pose, best: Pose) -> bool:
-    """Whether a correction is too large to drive on meanwhile.
-
-    Args:
-        now: The pose in use, in map.
-        best: The better one.
-    """
+    """Whether a correction is too large to drive on meanwhile."""
     return best.distance(now) > LEAP or abs(wrap_angle(best.yaw - now.yaw)) > SPIN
 
 
 def nudged(now: Pose, best: Pose) -> Pose | None:
     """Return a pose moved towards a better one by as much as one tick may correct.
-
-    Args:
-        now: The pose in use, in map.
-        best: The better one.
 
     Returns:
         The moved pose; None if the better one is within reach of this tick.

@@ -35,7 +35,6 @@ def field_for(terrain: Terrain, config: LocalisationConfig, range_max: float) ->
     """Return the field of a map; robots in one process share it.
 
     Args:
-        terrain: Of the map.
         config: Its sigma_hit, z_hit, z_rand and distances count.
         range_max: [m] of the LiDAR.
     """

@@ -26,11 +26,7 @@ class OdometryLocaliser:
     wants_leap = False
 
     def __init__(self, pose_map: Pose) -> None:
-        """Start at a known pose; the odometry frame is tied to it by the first message.
-
-        Args:
-            pose_map: Where base_footprint is now.
-        """
+        """Start at a known pose; the odometry frame is tied to it by the first message."""
         self._pending: Pose | None = pose_map
         self._pose_odom = Pose(0.0, 0.0, 0.0)
         self._map_from_odom = pose_map
@@ -51,24 +47,15 @@ class OdometryLocaliser:
         """Nothing is found out here."""
 
     def configure(self, config: LocalisationConfig) -> None:
-        """There are no parameters.
-
-        Args:
-            config: Not used.
-        """
+        """There are no parameters."""
 
     def load_map(self, terrain: Terrain) -> None:
-        """Maps do not enter dead reckoning.
-
-        Args:
-            terrain: Not used.
-        """
+        """Maps do not enter dead reckoning."""
 
     def initialise(self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION) -> None:
         """Take a pose for the present odometry.
 
         Args:
-            pose_map: Where base_footprint is now.
             deviation: Standard deviations of x and y [m], and of yaw [rad].
         """
         self._deviation = deviation
@@ -76,11 +63,7 @@ class OdometryLocaliser:
         self._driven = 0.0
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the newest odometry.
-
-        Args:
-            odom: Pose in odom, and twist.
-        """
+        """Take the newest odometry."""
         self._driven += self._pose_odom.distance(odom.pose_odom)
         self._pose_odom = odom.pose_odom
         if self._pending is not None:
@@ -88,11 +71,7 @@ class OdometryLocaliser:
             self._pending = None
 
     def on_scan(self, scan: Scan) -> None:
-        """Scans do not enter dead reckoning.
-
-        Args:
-            scan: Not used.
-        """
+        """Scans do not enter dead reckoning."""
 
     def particles(self) -> FloatArray:
         """Return the one hypothesis."""
@@ -122,12 +101,7 @@ def make_localiser(
     """Return the localiser that the parameters ask for.
 
     Args:
-        pose_map: Where base_footprint is now.
         config: `localisation.` parameters.
-        spec: LiDAR and drive of the robot.
-        terrain: Of the map.
-        neighbors: Neighbours, which explain LiDAR hits.
-        robot_id: For random numbers of its own.
     """
     if config.type == AMCL:
         # its kernels are loaded only where they are needed

@@ -45,8 +45,6 @@ class ParticleFilter:
         """Start without particles; `scatter` draws them.
 
         Args:
-            config: Parameters.
-            seed: Of all random numbers.
             is_omni: Whether the robot drives sideways.
         """
         self._is_omni = is_omni
@@ -71,7 +69,6 @@ class ParticleFilter:
         """Draw the particles around a pose.
 
         Args:
-            pose_map: Of base_footprint.
             deviation: ([m], [rad]) standard deviations within which it is known.
             is_wide: Whether to draw the largest number of particles instead of the smallest.
         """
@@ -125,7 +122,6 @@ class ParticleFilter:
 
         Args:
             hits: Points (k, 2) in base_footprint.
-            field: Of the map.
             power: How much of a new view the scan is, 0 to 1.
             is_searching: Whether most particles may be wrong, so that all hits count.
         """
@@ -147,7 +143,6 @@ class ParticleFilter:
 
         Args:
             weights: (n,) of the present ones, as `weigh` returned them.
-            estimate: Their mean pose.
             fresh: Share of them that is drawn around that instead.
             is_searching: Whether to scatter them, since the right place may be between them.
         """

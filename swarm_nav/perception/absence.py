@@ -111,10 +111,8 @@ class Absence:
         """Take the beacons of a tick, and find out what became of robots that are not heard.
 
         Args:
-            inbox: Batches of this tick.
             position: Own (x, y) [m] in map.
             edge: [m] within which a robot that lives is heard.
-            tick: Now.
 
         Returns:
             Beacons (k, words) of robots found silent where they were; ids of robots that have left

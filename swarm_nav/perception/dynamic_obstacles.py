@@ -68,9 +68,6 @@ class DynamicObstacles:
     def present(self, tick: int) -> NDArray[np.bool_]:
         """Return which marks may still be there: a moving body that is out of sight goes away.
 
-        Args:
-            tick: Now.
-
         Returns:
             (n,) bool.
         """
@@ -90,8 +87,6 @@ class DynamicObstacles:
         Args:
             hits: Unexplained ones (k, 2) in map.
             ranges: Of the scan (n,) [m].
-            beam: Of the LiDAR.
-            pose: Of the LiDAR.
             reach: [m] up to which rays tell of free space.
         """
         past = self._past[0] if len(self._past) == PAST_SCANS else None
@@ -120,7 +115,6 @@ class DynamicObstacles:
             old: Those that were kept (m, 2), in order.
             hits: What the new ones come from (k, 2).
             arrivals: (j, 2) those of the hits that have come lately.
-            tick: Of the scan.
         """
         births = np.empty(len(marks), np.int64)
         hit_ticks = np.empty(len(marks), np.int64)
@@ -142,11 +136,7 @@ class DynamicObstacles:
             self._walked[x, y] = tick
 
     def walked(self, tick: int) -> FloatArray:
-        """Return the places (n, 2) [m] in map where somebody has walked lately.
-
-        Args:
-            tick: Now.
-        """
+        """Return the places (n, 2) [m] in map where somebody has walked lately."""
         if not self._walked:
             return NO_PLACES
         self._walked = {at: then for at, then in self._walked.items() if tick - then < WALKED_TICKS}
@@ -159,7 +149,6 @@ class DynamicObstacles:
             marks: (n, 2) [m] in map, all of them.
             x: [m] of the place, in map.
             y: [m] of the place, in map.
-            tick: Now.
         """
         if len(marks) == 0:
             return math.inf

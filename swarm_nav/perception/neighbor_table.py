@@ -74,8 +74,6 @@ class NeighborTable:
         """Start without neighbours.
 
         Args:
-            own_id: Of this robot.
-            config: Parameters.
             remembers_absent: Whether robots last heard near the edge are remembered: for robots
                 that acknowledge beacons, because they learn from each other which robots have left.
         """
@@ -140,9 +138,6 @@ class NeighborTable:
 
     def refresh(self, tick: int) -> bool:
         """Store the received beacons, compute ages and forget robots that left.
-
-        Args:
-            tick: Now.
 
         Returns:
             Whether one of them has a larger body than all before.
@@ -331,11 +326,7 @@ class NeighborTable:
         return (self.ids, self.acks, self.gone, self.priorities, *self._claims)
 
     def heard(self, tick: int) -> NDArray[np.uint32]:
-        """Return the acknowledgements for a beacon; the next call overwrites them.
-
-        Args:
-            tick: Of the beacon.
-        """
+        """Return the acknowledgements for a beacon; the next call overwrites them."""
         if tick != self._heard_tick:
             self._heard_tick = tick
             kernels.acknowledge(self._words, self._notes, self._count, tick, self._heard)
@@ -355,19 +346,11 @@ class NeighborTable:
         return self._absence.sightings
 
     def radius(self, row: int) -> float:
-        """Return the safety radius [m] of a robot.
-
-        Args:
-            row: Of the robot in the table.
-        """
+        """Return the safety radius [m] of a robot."""
         return float(self._floats[row, kernels.RADIUS])
 
     def row(self, robot_id: int) -> int | None:
-        """Return the row of a robot, None if it is not known.
-
-        Args:
-            robot_id: Its id on the radio.
-        """
+        """Return the row of a robot, None if it is not known."""
         row = kernels.row_of(self.ids, robot_id)
         return row if row >= 0 else None
 
@@ -392,7 +375,6 @@ class NeighborTable:
 
         Args:
             stations: (k, 2) [m] in map.
-            tick: Of the own request.
             same: [m] within which two stations are the same.
 
         Returns:
@@ -407,9 +389,6 @@ class NeighborTable:
 
     def tubes(self, row: int) -> NDArray[np.float32]:
         """Return the held points of one robot, and its requested ones if it is gone.
-
-        Args:
-            row: Of the robot in the table.
 
         Returns:
             (n, 2) [m] in map.

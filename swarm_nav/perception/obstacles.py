@@ -34,7 +34,6 @@ class ObstacleLayer:
         """Start without marks.
 
         Args:
-            config: Parameters.
             lidar: Where it is and how it sees.
             footprint: [m] in base_footprint; robots with the same one are seen by their LiDARs.
         """
@@ -80,7 +79,6 @@ class ObstacleLayer:
         Args:
             x: [m] of the place, in map.
             y: [m] of the place, in map.
-            tick: Now.
 
         Returns:
             The distance; inf if there is no such mark.
@@ -88,11 +86,7 @@ class ObstacleLayer:
         return self._dynamic_obstacles.gap(self.points, x, y, tick)
 
     def walked(self, tick: int) -> FloatArray:
-        """Return the places (n, 2) [m] in map where people have walked lately.
-
-        Args:
-            tick: Now.
-        """
+        """Return the places (n, 2) [m] in map where people have walked lately."""
         return self._dynamic_obstacles.walked(tick)
 
     def update(
@@ -106,9 +100,6 @@ class ObstacleLayer:
         """Mark unexplained hits and clear marks that a ray passes through or a robot stands on.
 
         Args:
-            scan: Of this tick.
-            pose_map: Of the robot.
-            terrain: Explains hits of walls.
             neighbors: Explains hits of robots, and learns which silent ones are not there any more.
             margin: [m] by which the robot's radius exceeds its body's.
         """

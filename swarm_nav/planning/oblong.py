@@ -46,11 +46,7 @@ class Oblong:
 
     @classmethod
     def of(cls, spec: RobotSpec) -> Oblong | None:
-        """Return the outline of a long robot, None for a robot that is planned with its circle.
-
-        Args:
-            spec: Of the robot.
-        """
+        """Return the outline of a long robot, None for a robot that is planned with its circle."""
         if not spec.is_oblong:
             return None
         return cls(spec.footprint, spec.circumscribed_radius, spec.half_width)
@@ -82,11 +78,7 @@ class Oblong:
         """Return the largest scaling of a twist that keeps the polygon clear.
 
         Args:
-            field: Distances to the mapped walls.
             obstacles_map: LiDAR hits (n, 2) [m] that the map does not explain.
-            pose_map: Where the robot is.
-            now: Its twist.
-            wish: The twist that is asked for.
             acceleration: Of the drive, [m/s²] and [rad/s²].
 
         Returns:
@@ -152,10 +144,7 @@ class Slots:
         """Look for slots.
 
         Args:
-            oblong: The robot's outline.
-            field: Distances to the mapped walls.
             clearance: (height, width) the same on the lattice.
-            frame: Of the lattice.
             room: [m] clearance from which the robot may turn.
         """
         self._frame = frame

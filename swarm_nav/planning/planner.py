@@ -338,7 +338,6 @@ def straight_path(start: Pose, distance: float) -> FloatArray:
     """Return points from a pose straight ahead, `SPACING` apart.
 
     Args:
-        start: The pose, in map.
         distance: [m]; below 0: behind the pose.
 
     Returns:

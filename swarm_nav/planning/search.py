@@ -54,9 +54,6 @@ class SearchSpace:
     def cost_to_go(self, goal: int) -> NDArray[np.float32]:
         """Return the cost of driving from every node to a goal, without other robots.
 
-        Args:
-            goal: Flat index.
-
         Returns:
             (h, w) [m]; inf where there is no way to the goal.
         """
@@ -71,8 +68,6 @@ class SearchSpace:
         """Return the nodes from start to goal, none without a way, and the number expanded.
 
         Args:
-            start: Flat index.
-            goal: Flat index.
             extra: (h, w) cost per metre that other robots add; `WALL` closes a node.
             heuristic: (h, w) `cost_to_go` of the goal.
         """
@@ -87,7 +82,6 @@ class SearchSpace:
         """Return the way to the cheapest node of a set.
 
         Args:
-            start: Flat index.
             extra: (h, w) cost per metre that other robots add; `WALL` closes a node.
             places: (h, w); above 0 on the nodes of the set.
             reach: Cost [m] beyond which the search ends.

@@ -43,7 +43,6 @@ def wall_clearance(costmap: CostmapConfig, radius: float) -> float:
     """Return the clearance [m] that the centre of a robot keeps from walls where it can.
 
     Args:
-        costmap: The configured clearance.
         radius: [m] circumscribed radius of the robot.
     """
     return max(costmap.wall_clearance, radius + NODE_MARGIN)
@@ -100,9 +99,6 @@ class Lattice:
 
     def point_of(self, node: int) -> tuple[float, float]:
         """Return the centre of a node.
-
-        Args:
-            node: Flat index.
 
         Returns:
             (x, y) [m] in map.
@@ -169,9 +165,6 @@ class Terrain:
         """Derive everything from the map.
 
         Args:
-            grid: The shared map.
-            planner: Lattice and lane parameters.
-            costmap: Clearances.
             radius: [m] circumscribed radius of the robot.
             oblong: Outline of a long robot, else None.
         """
@@ -212,7 +205,6 @@ class Terrain:
         """Return the cost of driving from every node to one of them, without other robots.
 
         Args:
-            node: Flat index of the goal.
             sector: Direction of the last metre, see `sector_of`.
 
         Returns:
@@ -222,9 +214,6 @@ class Terrain:
 
     def costs_in_order(self, node: int) -> NDArray[np.float32]:
         """Return the finite costs of driving to a node, in rising order.
-
-        Args:
-            node: Flat index of the goal.
 
         Returns:
             (n,) [m], kept for the next call.
@@ -247,7 +236,6 @@ class Terrain:
         and leave it ahead, instead of meeting head-on in front of it.
 
         Args:
-            node: Flat index of the goal.
             sector: The direction, see `sector_of`; `ANY_SECTOR` changes nothing.
         """
         if sector == ANY_SECTOR:
@@ -296,8 +284,6 @@ def terrain_for(
 
     Args:
         grid: The map; coarse cells are divided into finer ones.
-        planner: Lattice and lane parameters.
-        costmap: Clearances.
         radius: [m] circumscribed radius of the robot.
         oblong: Outline of a long robot, else None.
 

@@ -22,7 +22,6 @@ class Answers:
         """Take the node; `announce` has to follow before the first tick.
 
         Args:
-            node: To send from.
             waits_for_mission: Whether a mission counts as active from the start.
         """
         self._node = node
@@ -50,8 +49,6 @@ class Answers:
         """Answer a tick, unless it must wait.
 
         Args:
-            tick: In hand.
-            output: Of the brain.
             has_goal: Whether there is a current or pending goal.
             has_ended: Whether a goal ended in this tick.
         """
@@ -75,11 +72,7 @@ class Answers:
             self._send()
 
     def take_mission(self, message: Mission) -> None:
-        """Record whether more goals will come, and send what was withheld if none will.
-
-        Args:
-            message: Of the operator.
-        """
+        """Record whether more goals will come, and send what was withheld if none will."""
         if self._answer_barrier.on_mission(message.active, time.monotonic()):
             self.send_withheld()
 
@@ -87,7 +80,6 @@ class Answers:
         """Send what was withheld for a mission that has been silent for too long.
 
         Args:
-            tick: In hand, for the log.
             now: [s] of wall time.
         """
         if self._answer_barrier.has_expired(now):

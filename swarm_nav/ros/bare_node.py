@@ -20,7 +20,6 @@ def create_node(settings: NodeSettings, context: Context) -> Node:
 
     Args:
         settings: Name of the robot, which is the namespace.
-        context: An initialised rclpy context.
     """
     return Node(
         NODE,
@@ -42,19 +41,11 @@ class TickClock:
     """
 
     def __init__(self, node: Node) -> None:
-        """Switch the node to simulated time, without a subscription to /clock.
-
-        Args:
-            node: The navigator's.
-        """
+        """Switch the node to simulated time, without a subscription to /clock."""
         self._source = time_source_without_topic(node)
         node.set_parameters([Parameter(USE_SIM_TIME, value=True)])
 
     def set(self, tick: int) -> None:
-        """Set the clock of the node to a tick.
-
-        Args:
-            tick: Now.
-        """
+        """Set the clock of the node to a tick."""
         if self._source.ros_time_is_active:
             self._source.clock_callback(Clock(clock=time_msg(tick)))

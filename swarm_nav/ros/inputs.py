@@ -34,11 +34,7 @@ class TickInputs:
         self.last_tick = -1  # newest tick that was complete
 
     def is_repeat(self, tick: int) -> bool:
-        """Whether a message belongs to the newest complete tick, that is, asks for it again.
-
-        Args:
-            tick: Of the message.
-        """
+        """Whether a message belongs to the newest complete tick, that is, asks for it again."""
         return tick == self.last_tick
 
     @property
@@ -57,9 +53,6 @@ class TickInputs:
     def add_odom(self, odom: Odometry) -> TickInput | None:
         """Take an odometry; ticks that are over are ignored.
 
-        Args:
-            odom: Pose in odom, and twist.
-
         Returns:
             The inputs of its tick, if that is complete now; else None.
         """
@@ -67,9 +60,6 @@ class TickInputs:
 
     def add_scan(self, scan: Scan) -> TickInput | None:
         """Take a scan; ticks that are over are ignored.
-
-        Args:
-            scan: Ranges of one revolution.
 
         Returns:
             The inputs of its tick, if that is complete now; else None.
@@ -80,7 +70,6 @@ class TickInputs:
         """Take the radio's batch; ticks that are over are ignored.
 
         Args:
-            tick: Of the batch.
             beacons: (n,) by ascending id; n may be 0.
 
         Returns:

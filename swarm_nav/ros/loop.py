@@ -41,12 +41,6 @@ class TickLoop:
     """
 
     def __init__(self, slots: Sequence[Slot], context: Context) -> None:
-        """Take the navigators over; their executors get their nodes.
-
-        Args:
-            slots: At least one.
-            context: Of all of their nodes.
-        """
         self._slots = list(slots)
         self._waiter = Waiter(context, len(slots))
         self._requests_due = 0.0

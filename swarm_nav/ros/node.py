@@ -68,10 +68,7 @@ class NavigatorNode:
         """Create the node and wait for the map.
 
         Args:
-            settings: From its parameter file.
-            context: An initialised rclpy context.
             on_active: Called once, when the navigator is active for the first time.
-            events: For swarm-up.
         """
         self._settings = settings
         self._config: NavConfig = settings.config

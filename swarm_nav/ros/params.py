@@ -61,15 +61,7 @@ class Parameters:
         on_demand: OnDemand,
         rejections: Rejections,
     ) -> None:
-        """Declare everything.
-
-        Args:
-            node: Without parameter services.
-            settings: What to declare.
-            on_change: Called with each accepted configuration.
-            on_demand: Takes the services.
-            rejections: Counts what is refused.
-        """
+        """Declare everything."""
         self.config = settings.config
         self._spec = settings.spec
         self._on_change = on_change
@@ -115,7 +107,6 @@ def describe(found: ParameterDescriptor, spec: RobotSpec) -> ParameterDescriptor
     """Return what there is to know of a parameter beside its name and type.
 
     Args:
-        found: What rclpy knows.
         spec: Of the robot, whose limits are those of its controller.
     """
     told = ParameterDescriptor(

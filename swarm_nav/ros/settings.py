@@ -84,7 +84,6 @@ def flatten(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return nested parameters under their dotted names.
 
     Args:
-        tree: Parameters as YAML nests them.
         prefix: Of all names, with the dot at its end.
     """
     flat: dict[str, Any] = {}
@@ -101,7 +100,6 @@ def read_node_settings(name: str, path: str | Path) -> NodeSettings:
 
     Args:
         name: Of the robot, like Srobot3; sections of other robots are ignored, `/**` is for all.
-        path: Of the YAML file.
 
     Raises:
         SwarmError: If the file cannot be read, or a parameter is missing, unknown, of the wrong
@@ -153,10 +151,6 @@ def parse_node_settings(name: str, values: Mapping[str, Any], where: str) -> Nod
 
 def check_limits(config: NavConfig, spec: RobotSpec) -> None:
     """Refuse a controller that asks for more than the robot can do.
-
-    Args:
-        config: All parameters of the navigator.
-        spec: Of the robot.
 
     Raises:
         ConfigError: Naming the limit.

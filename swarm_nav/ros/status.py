@@ -30,7 +30,6 @@ class StatusWriter:
         """Return the message of one tick in CDR, as it goes over the wire.
 
         Args:
-            tick: Of the stamp.
             status: Without a goal, the goal's pose becomes NaN.
         """
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(*stamp_from_tick(tick)) + self._robot)

@@ -48,8 +48,6 @@ def blind_aisle(
     """Return the floor [m²] around a station that has one narrow mouth; results are kept.
 
     Args:
-        terrain: Map for one size of robot.
-        node: Flat index of the station.
         within: (least, most) [m²] of floor.
         farthest: Distance [m] of the mouth by the way, at most.
         widest: [m] of the mouth.
@@ -74,7 +72,6 @@ def lane_at(situation: Situation, place: tuple[float, float]) -> int:
     """Return the number of the connected single lanes that a place lies on, 0 for none.
 
     Args:
-        situation: Of the robot.
         place: (x, y) [m] in map.
     """
     node = situation.planner.lattice.node_of(*place)
@@ -86,7 +83,6 @@ def is_large(situation: Situation, lane: int) -> bool:
     """Whether robots before two mouths of connected single lanes may not hear each other.
 
     Args:
-        situation: Of the robot.
         lane: Number of the single lanes, 0 for none.
     """
     most = situation.config.traffic.radio_range - 2.0 * (MOUTH_GAP + WAITING_GAP)
@@ -110,7 +106,6 @@ class Approach:
         """Look at the floor around a station; one without a way to it lies on no single lane.
 
         Args:
-            situation: Of the robot.
             station: (x, y) [m] in map.
         """
         self.lattice = situation.planner.lattice
@@ -140,18 +135,13 @@ class Approach:
         self._told = b""  # stations of the neighbours, of which `_targets` are
 
     def is_of(self, situation: Situation) -> bool:
-        """Whether map and sizes of robots are still those that were looked at.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Whether map and sizes of robots are still those that were looked at."""
         return self._passing == situation.passing
 
     def _closed_floor(self, situation: Situation, station: tuple[float, float]) -> float:
         """Return the floor [m²] of a dead end, or of a blind aisle for few robots.
 
         Args:
-            situation: Of the robot.
             station: (x, y) [m] in map.
 
         Returns:
@@ -184,9 +174,6 @@ class Approach:
         """Return the places (k, 2) [m] in map whose requests are served in one order.
 
         These are the station, and all to which robots drive on the same single lanes.
-
-        Args:
-            situation: Of the robot.
         """
         if not self.room:
             return self._own_targets
@@ -224,11 +211,7 @@ class Approach:
         return self._floor
 
     def is_full(self, situation: Situation) -> bool:
-        """Whether others take all the room of large single lanes, as far as anybody saw.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Whether others take all the room of large single lanes, as far as anybody saw."""
         if not self.is_large:
             return False
         # deep inside nobody sees a robot until it comes out; one that never does has died
@@ -239,11 +222,7 @@ class Approach:
         return int(seen) >= self.room
 
     def contains(self, situation: Situation) -> bool:
-        """Whether the robot stops where it keeps those out who want to go there.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Whether the robot stops where it keeps those out who want to go there."""
         return self._is_on_floor(self.lattice.node_of(*situation.stop_point))
 
     def _is_on_floor(self, node: int | None) -> bool:
@@ -254,11 +233,7 @@ class Approach:
         return bool((field.ravel()[node : node + 1] <= most)[0])
 
     def gap(self, situation: Situation) -> float:
-        """Return the distance [m] from where the robot stops to the shared floor; inf without any.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Return the distance [m] from the stop point to the shared floor; inf without any."""
         node = self.lattice.node_of(*situation.stop_point) if self.room else None
         if node is None:
             return math.inf
@@ -267,11 +242,7 @@ class Approach:
         return float(self.costs.ravel()[node]) - self._depth
 
     def is_ahead(self, situation: Situation) -> bool:
-        """Whether the way ahead leads onto the single lanes, or the robot is there.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Whether the way ahead leads onto the single lanes, or the robot is there."""
         if not self.lane:
             return False
         tube = situation.tube
@@ -281,20 +252,12 @@ class Approach:
         return bool(gate_kernels.entry(self.floor, self.lattice.frame, way) >= 0)
 
     def way(self, situation: Situation) -> float:
-        """Return the distance from where the robot stops to the station.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Return the distance from where the robot stops to the station."""
         node = self.lattice.node_of(*situation.stop_point)
         return math.inf if node is None else float(self.costs.ravel()[node])
 
     def way_to_queue(self, situation: Situation) -> float:
-        """Return the distance [m] from where the robot stops to large single lanes; else `way`.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Return the distance [m] from where the robot stops to large single lanes; else `way`."""
         node = self.lattice.node_of(*situation.stop_point)
         return math.inf if node is None else float(self._ways.ravel()[node])
 

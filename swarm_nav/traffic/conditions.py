@@ -67,8 +67,6 @@ def conditions(
     Only the floor is that of the smallest: where the largest does not fit is a single lane.
 
     Args:
-        robots: Body and parameters of each.
-        grid: The map.
         starts: Of each robot: (x, y) [m] in map.
         goals: Of each robot: all places (x, y) [m] in map where it may be told to go.
 
@@ -183,7 +181,6 @@ class _Floor:
         Args:
             lane: (h, w) its cells.
             room: For how many robots with goals there it has room.
-            nodes: The goals of each robot.
         """
         robots = len(nodes)
         around = grown(lane) & self._open & ~lane

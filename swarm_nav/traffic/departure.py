@@ -41,7 +41,6 @@ class Departure:
         """Start as a robot that has not asked to leave.
 
         Args:
-            gate: Has the region that is left.
             lease: Knows the station that is left, and inherits the priority of the waiting robots;
                 without a goal it has a station on single lanes only, until the robot is out.
         """
@@ -57,7 +56,6 @@ class Departure:
         """Return whether the robot is on its way out.
 
         Args:
-            situation: Of the robot.
             is_idle: Whether it has no goal, and does not make way for anybody.
         """
         if not is_idle:
@@ -173,7 +171,6 @@ def _highest_asking(
     """Return the highest priority of robots that ask for a station on a floor, 0 without any.
 
     Args:
-        situation: Of the robot.
         floor: (h, w) of the lattice.
         at_gate: Whether robots that wait to enter a region count as well.
     """

@@ -56,7 +56,6 @@ def narrow_region(
     them. Only floor with a way to a station counts, not what lies outside of the outer walls.
 
     Args:
-        terrain: Map for one size of robot.
         stations: (x, y) [m] in map.
         radius: [m] safety radius.
 
@@ -157,7 +156,6 @@ class Gate:
         """Ask, wait or be admitted.
 
         Args:
-            situation: Of the robot.
             has_turn: Whether the robot is on its way to a goal, and waits for no station's lease.
             is_driving: Whether the current path is the one to the goal: only that one counts.
             priority: Returns that of the robot while it drives, with what it inherits as holder of
@@ -250,7 +248,6 @@ class Gate:
         """Ask no more if the way to the goal does not lead through the region any longer.
 
         Args:
-            situation: Of the robot.
             way: (n, 2) [m] in map, from the robot to its goal.
         """
         frame = situation.planner.lattice.frame

@@ -48,11 +48,7 @@ class HoldingPattern:
         self.target: tuple[float, float] | None = None
 
     def enter(self, situation: Situation) -> None:
-        """Choose the pattern: `circuit`, `park`, or by the room on the circuit (`auto`).
-
-        Args:
-            situation: Of the robot.
-        """
+        """Choose the pattern: `circuit`, `park`, or by the room on the circuit (`auto`)."""
         mode = situation.config.holding.mode
         circuit = self._nearest_circuit(situation)
         if mode == "auto":
@@ -74,7 +70,6 @@ class HoldingPattern:
         """Keep going round, or look for a parking place until it is reached.
 
         Args:
-            situation: Of the robot.
             kept_free: Returns the lattice cells (h, w) that are no parking places, None without
                 any; called only when the robot looks for one.
         """
@@ -160,7 +155,6 @@ def parking_path(
     """Return the way (n, 2) to the nearest free parking place, None if there is none in reach.
 
     Args:
-        situation: Of the robot.
         stations: (x, y) [m] in map, to keep away from.
         closed: (h, w) lattice cells that are no places; None for none.
         reach: Cost [m] of the longest way; None for `holding.search_distance`.

@@ -26,7 +26,6 @@ def lane_labels(terrain: Terrain, radius: float) -> NDArray[np.int16]:
     """Return the number of the connected single lanes that each lattice cell belongs to.
 
     Args:
-        terrain: Map for one size of robot.
         radius: [m] safety radius: two robots keep twice that between their centres.
 
     Returns:
@@ -44,7 +43,6 @@ def labels_with_rim(terrain: Terrain, radius: float) -> NDArray[np.int16]:
 
     Args:
         terrain: See `lane_labels`.
-        radius: See there.
     """
     return with_rim(lane_labels(terrain, radius), terrain.lattice.base < search_kernels.WALL)
 
@@ -55,8 +53,6 @@ def gaps_to(terrain: Terrain, radius: float, lane: int) -> NDArray[np.float32]:
 
     Args:
         terrain: See `lane_labels`.
-        radius: See there.
-        lane: Their number.
     """
     found = distance_kernels.distance_cells(lane_labels(terrain, radius) == lane)
     return np.asarray(found * np.float32(terrain.lattice.step), np.float32)
@@ -70,8 +66,6 @@ def ways_to(
 
     Args:
         terrain: See `lane_labels`.
-        radius: See there.
-        lane: Their number.
 
     Returns:
         (h, w) [m] from each lattice cell, inf where there is no way; and for one mouth, if all have
@@ -97,8 +91,6 @@ def extent(terrain: Terrain, radius: float, lane: int) -> float:
 
     Args:
         terrain: See `lane_labels`.
-        radius: See there.
-        lane: Their number.
     """
     cells = np.argwhere(lane_labels(terrain, radius) == lane)
     return float(np.hypot(*np.ptp(cells, axis=0))) * terrain.lattice.step
@@ -110,8 +102,6 @@ def capacity(terrain: Terrain, radius: float, lane: int) -> int:
 
     Args:
         terrain: See `lane_labels`.
-        radius: See there.
-        lane: Their number.
     """
     cells = lane_labels(terrain, radius) == lane
     gap = int(2.0 * radius / terrain.lattice.step)
@@ -125,8 +115,6 @@ def mouths(terrain: Terrain, radius: float, lane: int) -> int:
 
     Args:
         terrain: See `lane_labels`.
-        radius: See there.
-        lane: Their number.
     """
     is_open = terrain.lattice.base < search_kernels.WALL
     cells = lane_labels(terrain, radius) == lane
@@ -139,7 +127,6 @@ def _blind_ends(lane: Mask, wide: Mask, gap: int) -> int:
     Args:
         lane: (h, w) their cells.
         wide: (h, w) cells where two robots pass each other.
-        gap: Cells between two robots.
     """
     seeds = grown(wide) & lane
     if not seeds.any():

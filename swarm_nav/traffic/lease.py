@@ -47,7 +47,6 @@ class Cover:
         """Take what is known in this tick.
 
         Args:
-            situation: Of the robot.
             station: (x, y) [m] in map.
             is_covered: Whether something is on it.
         """
@@ -62,11 +61,7 @@ class Cover:
             self.since = tick
 
     def lasts(self, situation: Situation) -> bool:
-        """Whether the station has been covered for longer than `holding.station_patience`.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Whether the station has been covered for longer than `holding.station_patience`."""
         is_known = situation.tick == self.looked
         return is_known and self.seen - self.since > self._patience(situation)
 
@@ -121,11 +116,7 @@ class Lease:
             self._take(station)
 
     def keep(self, situation: Situation) -> None:
-        """Keep the station that was given back last until the next `aim`: the robot is served.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Keep the station that was given back last until the next `aim`: the robot is served."""
         self.is_served = True
         station, tick = self._given_back
         if self.station is None and situation.distance_to(*station) <= SAME_STATION:
@@ -151,11 +142,7 @@ class Lease:
         self._lane_there = None, 0
 
     def update(self, situation: Situation) -> None:
-        """Request within range of the station and work out the place in the queue.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Request within range of the station and work out the place in the queue."""
         if self.is_leaving:
             self._leave(situation)
         if self.station is None:
@@ -265,7 +252,6 @@ class Lease:
         """Whether the robot is nearer to the station than its place in the queue allows.
 
         Args:
-            situation: Of the robot.
             slack: Distance [m] by which it is to be beyond its place.
         """
         if self.station is None or self.tick == 0 or self.is_leaving:
@@ -283,11 +269,7 @@ class Lease:
         return self._way_to_queue(situation) <= self._queue(situation, self.place) + slack
 
     def kept_free(self, situation: Situation) -> NDArray[np.bool_] | None:
-        """Return the lattice cells that those earlier in the queue need, None without any.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Return the lattice cells that those earlier in the queue need, None without any."""
         if self.station is None or self.tick == 0 or not (self.place or self.is_full):
             return None
         queue = self._queue(situation, self.place)
@@ -311,11 +293,7 @@ class Lease:
         return self._approach is not None and self._approach.room > 0
 
     def is_barred(self, situation: Situation) -> bool:
-        """Whether something that does not move is on the station, and was waited for long enough.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Whether something immovable has been on the station for long enough."""
         return self.tick > 0 and not self.is_leaving and self._cover.lasts(situation)
 
     def _has_something_on_it(self, situation: Situation) -> bool:
@@ -343,19 +321,11 @@ class Lease:
         return len(points) > 0 and float(np.hypot(*(points - self.station).T).min()) < limit
 
     def is_covered(self, situation: Situation) -> bool:
-        """Whether a robot that will not move by itself is on the station, or may be.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Whether a robot that will not move by itself is on the station, or may be."""
         return self.covering(situation) is not None
 
     def covering(self, situation: Situation) -> int | None:
-        """Return the row of a neighbour that will not move by itself and may be on the station.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Return the row of a neighbour that will not move by itself and may be on the station."""
         if self.station is None or self.tick == 0 or self.is_leaving:
             return None
         neighbors, near = situation.neighbors, situation.config.goal_checker.xy_goal_tolerance

@@ -71,11 +71,7 @@ class RightOfWay:
         return self._retreat_until >= 0
 
     def pusher(self, situation: Situation) -> int | None:
-        """Return the row of the highest robot that this one blocks and that ranks above it.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Return the row of the highest robot that this one blocks and that ranks above it."""
         traffic = situation.config.traffic
         # a robot that drives on its own path is not disturbed at once
         if situation.twist.vx > traffic_costs.MOVING_SPEED and not self.is_yielding:
@@ -85,11 +81,7 @@ class RightOfWay:
         return situation.neighbors.highest_pusher(situation.own_priority, patience)
 
     def update(self, situation: Situation) -> bool:
-        """React to pushers; return whether the robot is (still) making way or stepping back.
-
-        Args:
-            situation: Of the robot.
-        """
+        """React to pushers; return whether the robot is (still) making way or stepping back."""
         tick = situation.tick
         if situation.has_grown:
             self.is_stuck = False
@@ -106,11 +98,7 @@ class RightOfWay:
         return self.is_yielding
 
     def stay(self, situation: Situation) -> None:
-        """Make way for nobody, as long as the robot is served where it stands.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Make way for nobody, as long as the robot is served where it stands."""
         if self.is_retreating:
             self._retreat_until = -1
             situation.tube.cut()
@@ -244,12 +232,7 @@ class RightOfWay:
 
 
 def clears_way(situation: Situation, row: int) -> bool:
-    """Whether the robot's own path leads out of the way of a neighbour, or ahead of it.
-
-    Args:
-        situation: Of the robot.
-        row: Of the neighbour.
-    """
+    """Whether the robot's own path leads out of the way of a neighbour, or ahead of it."""
     tube = situation.tube
     path = tube.points[tube.near : tube.near + WAY_AHEAD]
     if len(path) < 3 or situation.obstacle_ticks:
@@ -269,7 +252,6 @@ def planned(situation: Situation, find: Callable[[], FloatArray | None]) -> Floa
     """Return a way from the stop point, after giving up held space that it would lead back along.
 
     Args:
-        situation: Of the robot.
         find: Returns the way (n, 2) [m] in map from the present stop point, None if there is none.
     """
     path = find()
@@ -277,22 +259,13 @@ def planned(situation: Situation, find: Callable[[], FloatArray | None]) -> Floa
 
 
 def is_in_room(situation: Situation) -> bool:
-    """Whether the robot stops where two robots pass each other.
-
-    Args:
-        situation: Of the robot.
-    """
+    """Whether the robot stops where two robots pass each other."""
     floor = rooms(*situation.passing)
     return bool(is_inside(floor, situation.planner.lattice.frame, *situation.stop_point))
 
 
 def way_of(situation: Situation, row: int) -> FloatArray:
-    """Return the way (n, 2) [m] in map that a pusher needs: held, requested, the next metres.
-
-    Args:
-        situation: Of the robot.
-        row: Of the pusher.
-    """
+    """Return the way (n, 2) [m] in map that a pusher needs: held, requested, the next metres."""
     pusher = situation.neighbors.beacons[row]
     return np.vstack(
         (
@@ -317,10 +290,8 @@ def refuge_path(
     where that bars the way, none is tried.
 
     Args:
-        situation: Of the robot.
         way: (n, 2) [m] in map that the pusher needs.
         reach: [m] to keep from that.
-        priority: That the robot makes way with.
         smooth: Whether the first try is for a smooth path.
     """
     neighbors = situation.neighbors
@@ -359,7 +330,6 @@ def place_of_another(
     as long as they stand as they do.
 
     Args:
-        situation: Of the robot.
         way: (n, 2) [m] in map that the pusher needs.
         reach: [m] to keep from that.
         is_higher: (n,) neighbours that cannot be pushed for this.
@@ -396,7 +366,6 @@ def retreat_path(situation: Situation, distance: float) -> FloatArray | None:
     """Return a way to a free place at least so far from here, if any.
 
     Args:
-        situation: Of the robot.
         distance: [m]
     """
     taken = situation.planner.no_extra()

@@ -16,11 +16,7 @@ class Senses:
     """
 
     def __init__(self, situation: Situation) -> None:
-        """Start before the first scan and the first batch of the radio.
-
-        Args:
-            situation: Of the robot.
-        """
+        """Start before the first scan and the first batch of the radio."""
         self._s = situation
         self.missing = ""
         self.is_deaf = False
@@ -29,11 +25,7 @@ class Senses:
         self._scan_tick = -1
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan; it marks obstacles only once the robots around are known by radio.
-
-        Args:
-            scan: Ranges of one revolution.
-        """
+        """Take a scan; it marks obstacles only once the robots around are known by radio."""
         self._scan_tick = scan.tick
         s = self._s
         if scan.tick - s.listening_since > s.config.traffic.listen_ticks // 2:

@@ -37,7 +37,6 @@ def rooms(terrain: Terrain, radius: float) -> Mask:
     """Return the lattice cells (height, width) of the floor on which two robots pass each other.
 
     Args:
-        terrain: Map for one size of robot.
         radius: [m] safety radius: two robots keep twice that between their centres.
     """
     lattice = terrain.lattice
@@ -90,7 +89,6 @@ def single_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16] | None:
     """Return labels (height, width) of single-lane passages with their mouths, 0 elsewhere.
 
     Args:
-        terrain: Map for one size of robot.
         radius: [m] safety radius.
 
     Returns:
@@ -126,7 +124,6 @@ class SingleLanes:
         """Return (index of the last point that may be claimed, row of the robot waited for).
 
         Args:
-            situation: Of the robot.
             last: Index of the last path point that is wanted; (last, -1) if nothing is in the way.
         """
         if situation.passing is not self._passing:

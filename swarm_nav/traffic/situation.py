@@ -103,11 +103,7 @@ class Situation:
         self.note_bodies()
 
     def configure(self, config: NavConfig) -> None:
-        """Take new parameters and hand them to every layer.
-
-        Args:
-            config: All parameters.
-        """
+        """Take new parameters and hand them to every layer."""
         old, self.config = self.config, config
         traffic = config.traffic
         self.radius = self.usual_radius
@@ -141,7 +137,6 @@ class Situation:
 
         Args:
             own: Without what is inherited from robots that push.
-            published: With it.
         """
         if published != self.priority:
             self.tube.forget_requests()  # robots that acknowledged them compared another priority
@@ -192,11 +187,7 @@ class Situation:
         return self.body_radius + self.config.traffic.safety_margin
 
     def reach(self, row: int) -> float:
-        """Return the distance [m] that the own tube and a neighbour's keep.
-
-        Args:
-            row: Of the neighbour.
-        """
+        """Return the distance [m] that the own tube and a neighbour's keep."""
         return self.radius + self.neighbors.radius(row)
 
     @property
@@ -337,11 +328,6 @@ class Situation:
 def terrain_of(config: NavConfig, spec: RobotSpec, grid: Grid) -> Terrain:
     """Return what a robot makes of a map; equal ones in one process share it.
 
-    Args:
-        config: Parameters.
-        spec: Of the robot.
-        grid: Map.
-
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones.
     """
@@ -360,11 +346,7 @@ def begin(
     """Return the situation of a robot that stands at a pose and knows of no other robot yet.
 
     Args:
-        config: Parameters.
-        spec: Of the robot.
-        grid: Map.
         robot_id: From 1.
-        pose_map: Of base_footprint in map.
         stations: (x, y) [m] in map that many robots go to.
 
     Raises:

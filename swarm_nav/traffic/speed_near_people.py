@@ -62,11 +62,7 @@ NOBODY_NEAR = People(math.inf, False)
 
 
 def people_near(situation: Situation) -> People:
-    """Return how near the nearest person may be.
-
-    Args:
-        situation: Of the robot.
-    """
+    """Return how near the nearest person may be."""
     s = situation
     config = s.config.controller
     gap = s.obstacles.restless_gap(s.pose.x, s.pose.y, s.tick) - s.body_radius
@@ -76,13 +72,7 @@ def people_near(situation: Situation) -> People:
 
 
 def limited(twist: Twist, people: People, config: ControllerConfig) -> Twist:
-    """Return a twist scaled so that the robot stands before a person reaches it.
-
-    Args:
-        twist: As chosen without regard to people.
-        people: Who is near.
-        config: Limits of the drive.
-    """
+    """Return a twist scaled so that the robot stands before a person reaches it."""
     if not people.is_near:
         return twist
     if people.gap < TURN_ROOM:

@@ -26,10 +26,8 @@ def stamp(
 
     Args:
         grid: (h, w) lattice of costs; changed.
-        situation: Of the robot.
         points: (n, 2) [m] in map, or one point.
         radius: [m]
-        value: Cost per metre.
     """
     block = np.ascontiguousarray(points, np.float64).reshape(-1, 2)
     frame = situation.planner.lattice.frame
@@ -46,7 +44,6 @@ def stamp_tubes(
 
     Args:
         grid: (h, w) lattice of costs; changed.
-        situation: Of the robot.
         margins: [m] beyond the distance that the robot keeps from each, (n,) or one for all.
         values: Cost per metre, (n,) or one for all.
     """
@@ -70,8 +67,6 @@ def stamp_obstacles(grid: NDArray[np.float32], situation: Situation, value: floa
 
     Args:
         grid: (h, w) lattice of costs; changed.
-        situation: Of the robot.
-        value: Cost per metre.
     """
     points = situation.obstacle_points()
     if len(points):
@@ -79,11 +74,7 @@ def stamp_obstacles(grid: NDArray[np.float32], situation: Situation, value: floa
 
 
 def congestion(situation: Situation) -> NDArray[np.float32]:
-    """Return the extra costs under which a way to the goal is planned.
-
-    Args:
-        situation: Of the robot.
-    """
+    """Return the extra costs under which a way to the goal is planned."""
     extra = situation.planner.no_extra()
     neighbors = situation.neighbors
     speeds = np.abs(neighbors.heads["twist"][:, 0].astype(np.float64))
@@ -108,7 +99,6 @@ def refuge_costs(
     """Return extra costs for making way: robots that rank higher, are stuck or served, are walls.
 
     Args:
-        situation: Of the robot.
         is_higher: (n,) neighbours that cannot be pushed for this.
         margin: [m] to keep from other robots beyond the reach.
     """

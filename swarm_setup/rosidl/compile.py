@@ -142,10 +142,7 @@ def build_all(
 
     Args:
         libraries: What to build, dependencies first.
-        build: The build folder.
-        tools: Compilers and search paths.
         jobs: How many processes may run at once.
-        done: Called after each finished compiler call.
 
     Raises:
         BuildError: A call failed; the others have been stopped.

@@ -57,8 +57,6 @@ def collect(package: InterfacePackage, build: Path, tree: Path) -> None:
     """Gather one package's results from a build folder into an installable tree.
 
     Args:
-        package: The package.
-        build: The finished build folder.
         tree: Written at once, by renaming, so that an interrupted run leaves nothing half done.
     """
     name = package.name

@@ -33,9 +33,6 @@ class InterfacePackage:
 def load_package(folder: Path) -> InterfacePackage:
     """Read one interface package.
 
-    Args:
-        folder: The folder that holds package.xml.
-
     Raises:
         ConfigError: package.xml is malformed or nothing is defined.
     """
@@ -81,7 +78,6 @@ def content_key(packages: list[InterfacePackage], platform: str) -> str:
     """Return the name under which a build of these packages is cached.
 
     Args:
-        packages: What is built.
         platform: Everything else that the result depends on (Python, generators, compiler flags).
     """
     state = hashlib.sha256(platform.encode())

@@ -27,8 +27,6 @@ def check_map(
     """Compare a map with the world's geometry; see `map_difference.compare`.
 
     Args:
-        scene: The world.
-        grid: The map.
         height: [m] above ground of the plane that the map shows.
         reach: Heights between which robots can touch something; None for a map of only what the
             LiDAR sees.
@@ -53,10 +51,6 @@ def _world(scene: Scene) -> str:
 def check_sites(scene: Scene, spec: RobotSpec) -> None:
     """Check that a robot fits at every station and corner of a circuit.
 
-    Args:
-        scene: World with its sites.
-        spec: Model of the robot.
-
     Raises:
         ConfigError: If an obstacle is nearer than the robot's circumscribed radius.
     """
@@ -77,7 +71,6 @@ def check_walkers(scene: Scene, specs: Sequence[WalkerSpec]) -> None:
 
     Args:
         scene: Its bodies count where they are at the start.
-        specs: The walkers.
 
     Raises:
         ConfigError: Naming the walker and the place where it would.
@@ -92,7 +85,6 @@ def check_vehicles(scene: Scene, specs: Sequence[VehicleSpec]) -> None:
 
     Args:
         scene: Its bodies count where they are at the start.
-        specs: The vehicles.
 
     Raises:
         ConfigError: Naming the vehicle and the place where it would hit something.

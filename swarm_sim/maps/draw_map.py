@@ -30,7 +30,6 @@ def draw_world(
     """Return the map of a world.
 
     Args:
-        scene: World with its sites.
         height: [m] of the LiDAR above ground.
         resolution: [m] per cell.
         starts: Where robots start; around those beyond the obstacles there is open ground.
@@ -53,7 +52,6 @@ def draw_section(
 
     Args:
         scene: World with its sites: what robots reach from these is known.
-        section: What is drawn.
         resolution: [m] per cell.
         covered: Points (k, 2) that the map covers, too.
 
@@ -92,9 +90,7 @@ def with_touchable(grid: Grid, scene: Scene, height: float, reach: Reach) -> Gri
 
     Args:
         grid: An upright map that shows the world at the LiDAR's height.
-        scene: The world.
         height: [m] of the LiDAR above ground.
-        reach: Heights of the robots' bodies.
     """
     shape, lattice = grid.cells.shape, (grid.resolution, grid.origin_x, grid.origin_y)
     seen = draw_on(shape, *lattice, section_between(scene.fixed, height, height))
@@ -120,20 +116,12 @@ def _open_ground(section: Section, starts: Sequence[Pose]) -> FloatArray:
 
 
 def accessible_points(scene: Scene) -> FloatArray:
-    """Return the points (n, 2) that robots must be able to reach: stations and circuits.
-
-    Args:
-        scene: World with its sites.
-    """
+    """Return the points (n, 2) that robots must be able to reach: stations and circuits."""
     return np.array([*site_points(scene).values()], dtype=np.float64).reshape(-1, 2)
 
 
 def site_points(scene: Scene) -> dict[str, tuple[float, float]]:
-    """Return by what they are called the stations and the corners of circuits.
-
-    Args:
-        scene: World with its sites.
-    """
+    """Return by what they are called the stations and the corners of circuits."""
     points = {f"station '{name}'": (pose.x, pose.y) for name, pose in scene.sites.stations.items()}
     for name, circuit in scene.sites.circuits.items():
         points |= {f"corner {i} of circuit '{name}'": xy for i, xy in enumerate(circuit, 1)}

@@ -116,8 +116,6 @@ def compare(
     own cells a coarse map may put an obstacle where it likes.
 
     Args:
-        scene: The world.
-        grid: The map.
         height: [m] above ground of the plane that the map shows.
         reach: Heights between which robots can touch something; the map may show that, too.
 
@@ -208,7 +206,6 @@ def grown(mask: Mask, reach: int) -> Mask:
 
     Args:
         mask: (height, width).
-        reach: Cells.
     """
     from scipy.ndimage import maximum_filter  # slow to import
 

@@ -39,8 +39,6 @@ def check_ways(scene: Scene, specs: Sequence[RobotSpec], poses: Sequence[Pose]) 
     """Check that the widest robot of each height gets from its start to every station and place.
 
     Args:
-        scene: World with its sites.
-        specs: One per robot.
         poses: Where each starts, in the map frame.
 
     Raises:
@@ -60,11 +58,7 @@ def check_ways(scene: Scene, specs: Sequence[RobotSpec], poses: Sequence[Pose]) 
 
 
 def needed_width(spec: RobotSpec) -> float:
-    """Return the width [m] that a passage needs: long robots pass it straight.
-
-    Args:
-        spec: Model of the robot.
-    """
+    """Return the width [m] that a passage needs: long robots pass it straight."""
     half = spec.half_width if spec.is_oblong else spec.circumscribed_radius
     return 2.0 * (half + ROOM)
 

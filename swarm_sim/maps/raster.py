@@ -33,7 +33,6 @@ def draw_grid(
     walls on the lattice are drawn without excess.
 
     Args:
-        section: Obstacles.
         seeds: Points (n, 2) known to be accessible; what cannot be reached from them becomes
             unknown. With n = 0 everything that is not occupied is free.
         resolution: [m] per cell.
@@ -90,7 +89,6 @@ def draw_on(
     """Return a grid of a given shape and place on which a section is occupied, all else free.
 
     Args:
-        shape: Rows and columns.
         resolution: [m] per cell.
         origin_x: [m] of the lower left corner.
         origin_y: [m] of the lower left corner.

@@ -36,8 +36,6 @@ def deal_places(
     """Return where each robot of a fleet starts; groups may have starts of their own.
 
     Args:
-        scene: World with its sites.
-        specs: One per robot.
         starts: One per robot; see `spawn_poses`.
         widest: The largest robot of all, for which places in the default start are made.
 
@@ -73,7 +71,6 @@ def spawn_poses(scene: Scene, spec: RobotSpec, count: int, spawn: Start = "") ->
     """Return places for `count` robots in the map frame, the same ones for the same input.
 
     Args:
-        scene: World with its sites.
         spec: The largest robot that may stand on any of the places.
         count: Number of robots, at least 1.
         spawn: Name of one of the spawns of `sites.yaml`, empty for the default one; or a spawn.
@@ -210,7 +207,6 @@ def wall_distance(points: FloatArray, section: Section) -> FloatArray:
 
     Args:
         points: [m] in the map frame.
-        section: Obstacles.
 
     Returns:
         (n,) [m]; inf where there is no obstacle at all.

@@ -67,7 +67,6 @@ def checked(
     """Return a world that is as its file has it; the result of the comparison is cached.
 
     Args:
-        scene: The world.
         scan_heights: [m] of the LiDARs above ground.
         reach: Heights between which robots can touch something.
         with_physics: Whether the bodies of the physics engine are looked at, too.
@@ -110,7 +109,6 @@ def differences(
     """Compare what is made of each fixed body with its triangles.
 
     Args:
-        scene: The world.
         scan_heights: [m] of the LiDARs above ground.
         reach: Heights between which robots can touch something.
         with_physics: Whether the bodies of the physics engine are looked at, too.
@@ -140,7 +138,6 @@ def picture(scene: Scene, reach: Reach) -> MapDifference:
     """Return the map of a world compared with the triangles, on the map's cells.
 
     Args:
-        scene: The world; its fixed bodies count.
         reach: Heights between which robots can touch something.
     """
     section = section_between(scene.fixed, *reach)

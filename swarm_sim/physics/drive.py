@@ -24,33 +24,20 @@ class CommandBuffer:
     """Holds the last command of each robot, within its limits, until it is too old."""
 
     def __init__(self, specs: Sequence[RobotSpec]) -> None:
-        """Begin with robots that stand still.
-
-        Args:
-            specs: One per robot.
-        """
         self._limits = np.array([[s.max_vel_x, s.max_vel_theta, s.max_vel_y] for s in specs])
         self._targets = np.zeros((len(specs), 3))
         self._ages = np.zeros(len(specs), np.int64)
         self._max_age = round(COMMAND_TIMEOUT / CONTROL_PERIOD)
 
     def add(self, spec: RobotSpec) -> None:
-        """Add a robot, which stands still.
-
-        Args:
-            spec: Its model.
-        """
+        """Add a robot, which stands still."""
         limits = [spec.max_vel_x, spec.max_vel_theta, spec.max_vel_y]
         self._limits = np.vstack([self._limits, limits])
         self._targets = np.vstack([self._targets, _STOP])
         self._ages = np.append(self._ages, 0)
 
     def stop(self, robot: int) -> None:
-        """Forget the last command of a robot.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Forget the last command of a robot."""
         self._targets[robot] = _STOP
 
     def update(self, commands: Sequence[Twist | None]) -> FloatArray:
@@ -151,11 +138,6 @@ class Odometer:
     """Odometry as a TurtleBot3 does it: distance from the wheels, heading from the gyro."""
 
     def __init__(self, count: int) -> None:
-        """Begin at the origin of every robot's odom frame.
-
-        Args:
-            count: Number of robots.
-        """
         self._poses = np.zeros((count, 3))
         self._travels = np.zeros((count, 2))
         self._yaws = np.zeros(count)
@@ -167,11 +149,7 @@ class Odometer:
         self._yaws = np.append(self._yaws, 0.0)
 
     def restart(self, robot: int) -> None:
-        """Begin again at the origin; the readings of wheels and gyro begin at 0, too.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Begin again at the origin; the readings of wheels and gyro begin at 0, too."""
         self._poses[robot] = 0.0
         self._travels[robot] = 0.0
         self._yaws[robot] = 0.0

@@ -69,9 +69,6 @@ class Engine(Protocol):
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
         """Return the state of a robot's wheel joints.
 
-        Args:
-            robot: Index of the robot.
-
         Returns:
             Names, the left ones from front to rear, then the right ones; angles [rad]; speeds
             [rad/s].
@@ -82,7 +79,6 @@ class Engine(Protocol):
         """Take another robot, which stands at a pose (3,).
 
         Args:
-            spec: Its model.
             model: Its bodies; None for an engine that needs none.
             pose: x, y, yaw [m, rad] in the map frame.
         """
@@ -92,17 +88,12 @@ class Engine(Protocol):
         """Put a robot elsewhere, where it stands; wheels and gyro do not notice.
 
         Args:
-            robot: Index of the robot.
             pose: x, y, yaw [m, rad] in the map frame.
         """
         ...
 
     def restart(self, robot: int) -> None:
-        """Let what a robot's wheels and gyro report begin at 0 again.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Let what a robot's wheels and gyro report begin at 0 again."""
         ...
 
     def place_object(self, index: int, place: Transform) -> None:

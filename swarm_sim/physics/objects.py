@@ -32,8 +32,6 @@ class Objects:
         """Put all where their bodies say.
 
         Args:
-            loose: Bodies that can be pushed.
-            vehicles: On their paths already.
             heights: [m] lower and upper end of what robots can touch.
         """
         self.loose = tuple(loose)

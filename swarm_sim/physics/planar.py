@@ -40,11 +40,8 @@ class PlanarEngine:
         """Place the robots.
 
         Args:
-            section: What the robots can touch.
-            specs: One per robot.
             poses: Start poses in the map frame, one per robot.
             physics_period: [s] of a step.
-            walkers: People who move among the robots.
             objects: Vehicles, and things that could be pushed, which stay where they are here.
         """
         count = len(specs)
@@ -108,8 +105,6 @@ class PlanarEngine:
         """Take another robot, which stands at a pose (3,).
 
         Args:
-            spec: Its model.
-            model: Of no account here.
             pose: x, y, yaw [m, rad] in the map frame.
         """
         count = len(self._state) + 1
@@ -133,18 +128,13 @@ class PlanarEngine:
         """Put a robot elsewhere, where it stands; wheels and gyro do not notice.
 
         Args:
-            robot: Index of the robot.
             pose: x, y, yaw [m, rad] in the map frame.
         """
         self._state[robot] = [*pose, 0.0, 0.0, 0.0]
         self._measure()
 
     def restart(self, robot: int) -> None:
-        """Restart the readings of a robot's wheels and gyro at 0.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Restart the readings of a robot's wheels and gyro at 0."""
         self.travels[robot], self.yaws_gyro[robot] = 0.0, 0.0
 
     def place_object(self, index: int, place: Transform) -> None:
@@ -180,9 +170,6 @@ class PlanarEngine:
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
         """Return the state of the wheel joints, as rolling without slip would turn them.
-
-        Args:
-            robot: Index of the robot.
 
         Returns:
             Names, angles [rad] and speeds [rad/s], in the order of `Wheels.names`.
@@ -269,7 +256,6 @@ def pad_polygon(polygon: FloatArray, corners: int) -> FloatArray:
 
     Args:
         polygon: (k, 2) with at most `corners` corners.
-        corners: Of the result.
     """
     return np.vstack([polygon, np.repeat(polygon[-1:], corners - len(polygon), axis=0)])
 
@@ -294,7 +280,6 @@ def pack_like(polygons: FloatArray, corners: int) -> FloatArray:
 
     Args:
         polygons: Packed, with at most `corners` corners.
-        corners: Of each polygon of the result.
     """
     missing = corners - polygons.shape[1]
     return np.concatenate([polygons, np.repeat(polygons[:, -1:], missing, axis=1)], axis=1)

@@ -41,9 +41,6 @@ class ScriptedPaths(ABC, Generic[Spec]):
         """Place them on their paths, away from the robots.
 
         Args:
-            specs: One for each.
-            robots: Models of the robots.
-            poses_map: Where these start.
             seed: Of starts that are not given, and of pauses.
             words: What the random numbers of starts and pauses are for.
             search_step: [m] along a path when looking for a place that is free of robots.
@@ -72,11 +69,7 @@ class ScriptedPaths(ABC, Generic[Spec]):
         return len(self.specs)
 
     def add_robot(self, spec: RobotSpec) -> None:
-        """Look out for another robot, too.
-
-        Args:
-            spec: Its model.
-        """
+        """Look out for another robot, too."""
         self._radii = np.append(self._radii, spec.circumscribed_radius)
         self._touches = np.full((len(self._radii), len(self.specs)), -1, np.int64)
 
@@ -94,7 +87,6 @@ class ScriptedPaths(ABC, Generic[Spec]):
             speeds: Forward speeds (n,) [m/s].
             hulls: Footprints (n, k, 2) in base_footprint.
             period: [s] of the step.
-            step: Its number within the control period.
         """
         if not len(self.specs) or not len(hulls):
             return False

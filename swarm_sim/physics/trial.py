@@ -90,8 +90,6 @@ def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
     """Let a robot model drive once, or take the result of its last trial from the cache.
 
     Args:
-        spec: The model.
-        model: Its bodies.
         period: [s] of a physics step.
 
     Returns:
@@ -121,8 +119,6 @@ def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
     """Drive a robot that is alone on the ground; return what it did.
 
     Args:
-        spec: The model.
-        model: Its bodies.
         period: [s] of a physics step.
 
     Raises:

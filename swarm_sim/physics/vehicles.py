@@ -35,9 +35,6 @@ class Vehicles(ScriptedPaths[VehicleSpec]):
         """Place the vehicles on their paths, away from the robots.
 
         Args:
-            specs: One for each vehicle.
-            robots: Models of the robots.
-            poses_map: Where these start.
             seed: Of starts that are not given, and of pauses.
 
         Raises:

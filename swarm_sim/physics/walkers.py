@@ -34,9 +34,6 @@ class Walkers(ScriptedPaths[WalkerSpec]):
         """Place the walkers on their paths, away from the robots.
 
         Args:
-            specs: One for each walker.
-            robots: Models of the robots.
-            poses_map: Where these start.
             seed: Of starts that are not given, and of pauses.
 
         Raises:

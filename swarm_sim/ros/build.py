@@ -111,7 +111,6 @@ def silent_notes(world: ChangingWorld, margin: float) -> list[str]:
     """Return whose LiDAR would see too little of one that falls silent, a sentence each.
 
     Args:
-        world: With the robots.
         margin: [m] that robots allow for what their LiDARs do not see of a body.
     """
     end = "it may hit one that falls silent and that it never heard"

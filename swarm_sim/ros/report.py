@@ -34,10 +34,7 @@ class Reporter:
         """Create the topic.
 
         Args:
-            node: Of the world.
-            world: Asked for its verdict.
             barrier: Knows who answers, and how often nobody did.
-            events: To swarm-up.
         """
         self._world = world
         self._barrier = barrier
@@ -59,8 +56,6 @@ class Reporter:
         """Say how things are.
 
         Args:
-            tick: Current tick.
-            robots: How many there are.
             is_paused: Whether time stands still on request.
         """
         self._meter.update(time.monotonic(), self._world.sim_time)
@@ -87,11 +82,7 @@ class Reporter:
         )
 
     def collision(self, collision: Collision) -> None:
-        """Tell of a collision.
-
-        Args:
-            collision: That has just begun.
-        """
+        """Tell of a collision."""
         self._events.write(CollisionBegan(collision))
 
     def final(self, path: str | None) -> dict[str, Any]:

@@ -108,9 +108,6 @@ def _parse_robot(
 def read_settings(path: str | Path) -> Settings:
     """Return the settings in a JSON file.
 
-    Args:
-        path: Of the file.
-
     Raises:
         ConfigError: If it cannot be read, a key is unknown or a value impossible.
     """

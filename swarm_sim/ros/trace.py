@@ -84,10 +84,6 @@ def _whole(values: FloatArray) -> NDArray[np.int64]:
 def begin_trace(folder: Path, stage: WorldSetup) -> Trace:
     """Write the map that the robots get into a folder, and begin the time series beside it.
 
-    Args:
-        folder: Which is there.
-        stage: World at its start.
-
     Returns:
         The open time series, with the present tick in it.
 

@@ -76,9 +76,6 @@ class WorldNode:
         """Create all topics; rclpy must be initialised.
 
         Args:
-            stage: The world, built.
-            settings: What to do with it.
-            events: For swarm-up.
             is_large: What `participants.prepare` returned.
 
         Raises:
@@ -171,11 +168,7 @@ class WorldNode:
         self._moves.settle(lambda: self._is_stopped)
 
     def on_arrival(self, arrival: Arrival) -> None:
-        """Let a robot that has come take part.
-
-        Args:
-            arrival: With its index, model and place.
-        """
+        """Let a robot that has come take part."""
         robot, spec = arrival.index, arrival.robot.spec
         if self._links.add(robot, arrival.name, spec, arrival.robot.urdf):
             self._barrier.add()
@@ -198,11 +191,7 @@ class WorldNode:
         )
 
     def on_removal(self, robot: int) -> None:
-        """Let a robot that was taken out no longer take part.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Let a robot that was taken out no longer take part."""
         self._moves.forget(robot)
         name = self._links.remove(robot)
         self._barrier.lose(robot)
@@ -210,12 +199,7 @@ class WorldNode:
         self._events.write(RobotRemoved(name, self._world.sim_time))
 
     def on_move(self, robot: int, pose_map: Pose) -> None:
-        """Tell a robot that it was put elsewhere; it stands until its beacon says so, too.
-
-        Args:
-            robot: Index of the robot.
-            pose_map: Where it is now.
-        """
+        """Tell a robot that it was put elsewhere; it stands until its beacon says so, too."""
         speaks = self._world.last_beacons[robot] is not None  # a foreign navigator does not
         patience = LIMIT if self._barrier.expects(robot) else 0.0
         self._moves.tell(

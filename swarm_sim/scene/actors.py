@@ -111,7 +111,6 @@ def parse_walkers(value: object, where: str) -> tuple[WalkerSpec, ...]:
     """Return the walkers in a YAML list; each item needs `path`, all else has a default.
 
     Args:
-        value: As read from YAML.
         where: What the value is in a file, for the message.
 
     Raises:
@@ -125,7 +124,6 @@ def check_names(specs: Sequence[WalkerSpec | VehicleSpec], where: str) -> None:
 
     Args:
         specs: Of walkers and vehicles, whose names share one space.
-        where: Their file, for the message.
 
     Raises:
         ConfigError: Naming it.

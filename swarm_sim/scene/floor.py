@@ -31,9 +31,6 @@ def on_floor(scene: Scene) -> Scene:
     The slab has to be level, at most `HIGHEST` above ground, and lie under most of the places
     and most of the world; otherwise it is an obstacle, as anything else.
 
-    Args:
-        scene: As its file has it.
-
     Returns:
         The world itself if its robots stand on the ground.
     """

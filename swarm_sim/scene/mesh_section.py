@@ -263,7 +263,6 @@ def closed_faces(count: int, faces: IntArray) -> NDArray[np.bool_]:
     """Return for each face whether its connected part has no rim.
 
     Args:
-        count: Number of vertices.
         faces: (m, 3); equal vertices have equal indices.
     """
     edges = np.sort(np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)

@@ -17,9 +17,6 @@ RIM = 12  # points that stand for a round rim
 def overlaps(bodies: Sequence[Body]) -> dict[str, str]:
     """Return which models have a body wholly inside a shape of another one, and where.
 
-    Args:
-        bodies: At their places in the world.
-
     Returns:
         A sentence for the user by name of the inner model.
     """
@@ -74,12 +71,7 @@ def _cloud(body: Body) -> FloatArray:
 
 
 def points_of(part: Part, body: Body) -> FloatArray:
-    """Return points (n, 3) of the world whose hull is around a part; infinite for a plane.
-
-    Args:
-        part: Of the body.
-        body: At its place in the world.
-    """
+    """Return points (n, 3) of the world whose hull is around a part; infinite for a plane."""
     world_from_part = body.world_from_body @ part.body_from_part
     points: FloatArray = (
         _corners(part.shape) @ world_from_part[:3, :3].T + world_from_part[:3, 3]

@@ -26,22 +26,13 @@ NONE: FloatArray = np.zeros((0, 3, 3))
 
 
 def triangles_of(bodies: Iterable[Body]) -> FloatArray:
-    """Return the triangles (n, 3, 3) of bodies in the world; planes have none.
-
-    Args:
-        bodies: At their places.
-    """
+    """Return the triangles (n, 3, 3) of bodies in the world; planes have none."""
     corners = [triangles_of_part(part, body) for body in bodies for part in body.parts]
     return np.concatenate([NONE, *corners])
 
 
 def triangles_of_part(part: Part, body: Body) -> FloatArray:
-    """Return the triangles (n, 3, 3) of a part in the world.
-
-    Args:
-        part: Of the body.
-        body: At its place.
-    """
+    """Return the triangles (n, 3, 3) of a part in the world."""
     world_from_part = body.world_from_body @ part.body_from_part
     turned = _triangles(part.shape) @ world_from_part[:3, :3].T
     triangles: FloatArray = turned + world_from_part[:3, 3]

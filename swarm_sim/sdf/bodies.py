@@ -38,10 +38,8 @@ def bodies_of(models: list[Model], scope: Scope, state: WorldState, source: Sour
     Models in which something is malformed are left out; the source takes note of them.
 
     Args:
-        models: Of the world, in file order.
         scope: Frames of the world.
         state: Poses that count in place of those of the models, and models that are gone.
-        source: Finds meshes and takes notes.
     """
     bodies: list[Body] = []
     for model in models:
@@ -233,7 +231,6 @@ def convex(body: Body, source: Source) -> Body:
     """Return a body that can move with the hulls of its meshes in place of them.
 
     Args:
-        body: At its place.
         source: Takes a note if there is a mesh.
 
     Raises:

@@ -28,8 +28,6 @@ def load_mesh(path: Path, scale: tuple[float, ...], submesh: str = "") -> Mesh:
     """Return the triangles of a file in metres.
 
     Args:
-        path: Of a file that is there.
-        scale: Along x, y, z.
         submesh: Name of the only part of the file that is wanted; empty for all.
 
     Raises:

@@ -42,8 +42,6 @@ def models_in(
 
     Args:
         parent: World, model or `<sdf>`.
-        here: Folder of its file.
-        source: Takes notes.
         scope: Frames of the parent.
         trail: Files and models that are open, to find circles.
 

@@ -90,9 +90,6 @@ def load_world(
 def read_bodies(path: Path) -> list[Body]:
     """Return the links with collisions of all models in an SDF file, in file order.
 
-    Args:
-        path: Of the SDF file.
-
     Raises:
         WorldError: If something in it is unusable.
     """
@@ -103,7 +100,6 @@ def read_world(path: Path, *, skip_missing: bool = False, skip_broken: bool = Fa
     """Return what is in an SDF file, and in those that it includes.
 
     Args:
-        path: Of the SDF file.
         skip_missing: Whether models and meshes that are nowhere are left out.
         skip_broken: Whether models that are unusable are.
 

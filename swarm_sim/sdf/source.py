@@ -66,31 +66,18 @@ class Source:
         return found
 
     def ignore(self, parent: ET.Element) -> None:
-        """Count the children of an element that are left out.
-
-        Args:
-            parent: World, model, link or joint.
-        """
+        """Count the children of an element that are left out."""
         for child in parent:
             if child.tag in IGNORED:
                 self.ignored[child.tag] += 1
 
     def remark(self, text: str) -> None:
-        """Add a note, once.
-
-        Args:
-            text: For the user.
-        """
+        """Add a note, once."""
         if text not in self.remarks:
             self.remarks.append(text)
 
     def break_off(self, model: str, cause: WorldError) -> None:
-        """Note that a model is unusable; `check` refuses it, or leaves it out.
-
-        Args:
-            model: Its full name.
-            cause: What is wrong with it.
-        """
+        """Note that a model is unusable; `check` refuses it, or leaves it out."""
         self.broken.setdefault(model, str(cause))
 
     def check(self) -> None:
@@ -148,7 +135,6 @@ def parse_sdf(path: Path, source: Source) -> ET.Element:
     """Return the outermost element of an SDF file.
 
     Args:
-        path: Of the file.
         source: Takes a note if the version is newer than we know.
 
     Raises:
@@ -168,9 +154,6 @@ def parse_sdf(path: Path, source: Source) -> ET.Element:
 def parse_xml(path: Path) -> ET.Element:
     """Return the outermost element of an XML file; a bare & is one, as for Gazebo.
 
-    Args:
-        path: Of the file.
-
     Raises:
         ParseError, OSError, ValueError, LookupError: If it cannot be read.
     """
@@ -188,8 +171,6 @@ def check_sdf(root: ET.Element, path: Path, source: Source) -> None:
     """Check the outermost element of an SDF file.
 
     Args:
-        root: The outermost element.
-        path: Of the file, for the message.
         source: Takes a note if the version is newer than we know.
 
     Raises:
@@ -208,7 +189,6 @@ def version_of(root: ET.Element, path: Path) -> tuple[int, int]:
 
     Args:
         root: `<sdf>`, in a world file or a model.config.
-        path: Of the file, for the message.
 
     Raises:
         WorldError: If it states none or one that we do not read.

@@ -29,7 +29,6 @@ def state_of(world: ET.Element, source: Source) -> WorldState:
 
     Args:
         world: `<world>`, or `<sdf>` without one.
-        source: Takes notes of what is ignored.
 
     Raises:
         WorldError: If a pose is malformed.

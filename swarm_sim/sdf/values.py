@@ -20,7 +20,6 @@ def text_of(element: ET.Element, tag: str, default: str = "") -> str:
     """Return the text of a child, or the default.
 
     Args:
-        element: The parent.
         tag: Of the child; a path like `submesh/name` is possible.
         default: Where there is no child, or no text in it.
     """
@@ -31,7 +30,6 @@ def flag_of(element: ET.Element, tag: str) -> bool:
     """Return whether a child says true.
 
     Args:
-        element: The parent.
         tag: Of the child; one that is missing says false.
     """
     return text_of(element, tag).lower() in TRUE_WORDS
@@ -42,8 +40,6 @@ def floats_of(element: ET.Element | None, count: int, default: str, where: str) 
 
     Args:
         element: None for the default.
-        count: Of numbers.
-        default: Text instead.
         where: What the element belongs to, for the message.
 
     Raises:
@@ -64,9 +60,6 @@ def sizes_of(element: ET.Element, tag: str, count: int, where: str) -> list[floa
     """Return the lengths [m] in a child, which must be there.
 
     Args:
-        element: The parent.
-        tag: Of the child.
-        count: Of lengths.
         where: What the element belongs to, for the message.
 
     Raises:

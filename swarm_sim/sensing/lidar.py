@@ -41,7 +41,6 @@ class LidarGroup:
         """Prepare the arrays.
 
         Args:
-            spec: The LiDAR.
             members: Indices of the robots that carry it.
             world: Fixed bodies at the height of the scan plane.
             robots: The section of every robot at that height, in its base_footprint.
@@ -95,7 +94,6 @@ class LidarGroup:
         """Take a robot to have stood where it has been put.
 
         Args:
-            robot: Index of the robot.
             pose: x, y, yaw (3,) in the map frame.
         """
         for _, known in self._past:
@@ -118,7 +116,6 @@ class LidarGroup:
 
         Args:
             poses: True x, y, yaw (n, 3) of all robots in the map frame.
-            seed: Of the noise.
             tick: Current tick, at which the revolution ends.
             walkers: x, y, radius (m, 3) [m] of the walkers in the map frame.
 
@@ -233,11 +230,7 @@ class Lidars:
         """Group robots with equal LiDARs.
 
         Args:
-            scene: The world.
-            specs: One per robot.
             models: Bodies of each robot in its base_footprint.
-            seed: Of the range noise.
-            walkers: How many there are.
             errors: One per robot; None for ideal sensors.
             absent: Indices of robots that see nothing and are not seen.
         """
@@ -279,7 +272,6 @@ class Lidars:
         """Take a robot to have stood where it has been put.
 
         Args:
-            robot: Index of the robot.
             pose: x, y, yaw (3,) in the map frame.
         """
         for group in self._groups:

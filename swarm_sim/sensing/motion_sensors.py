@@ -41,13 +41,7 @@ class MotionSensors:
     def __init__(
         self, specs: Sequence[RobotSpec], errors: Sequence[SensorErrors], seed: int
     ) -> None:
-        """Draw the errors that each robot keeps for the whole run.
-
-        Args:
-            specs: One per robot.
-            errors: Likewise.
-            seed: Of everything random.
-        """
+        """Draw the errors that each robot keeps for the whole run."""
         count = len(specs)
         robots = np.arange(count)
         self._seed = seed
@@ -83,8 +77,6 @@ class MotionSensors:
         """Return these sensors, as they are now, followed by those of further robots.
 
         Args:
-            specs: Of all robots.
-            errors: Likewise.
             travels: (n, 2) [m] that perfect wheels of those so far report.
             yaws: (n,) [rad] likewise.
         """
@@ -98,11 +90,7 @@ class MotionSensors:
         return longer
 
     def restart(self, robot: int) -> None:
-        """Restart the readings of a robot's wheels and gyro at 0.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Restart the readings of a robot's wheels and gyro at 0."""
         for name in STATE:
             getattr(self, name)[robot] = 0.0
 
@@ -112,7 +100,6 @@ class MotionSensors:
         """Take in a control period.
 
         Args:
-            tick: In which the period begins.
             travels: (n, 2) [m] forwards and to the left, as perfect wheels report it.
             yaws: (n,) [rad] turned, not wrapped.
             twists: (n, 3) true vx, wz, vy at the end of the period.
@@ -166,7 +153,6 @@ class MotionSensors:
         """Return the reading of one robot's IMU.
 
         Args:
-            robot: Index of the robot.
             tick: Current tick, which the noise depends on.
         """
         noises = self._draw(ACCEL_WORD, tick, robot, np.arange(3))

@@ -51,13 +51,6 @@ class Radio:
     """Keeps the beacons in transit and decides which robot hears which."""
 
     def __init__(self, config: RadioConfig, count: int, seed: int) -> None:
-        """Start with silence.
-
-        Args:
-            config: Quality.
-            count: Number of robots.
-            seed: Of the losses.
-        """
         self._config = config
         self._count = count
         self._seed = seed
@@ -128,19 +121,11 @@ class Radio:
         return beacons.view(np.uint32).reshape(-1, BEACON_WORDS)
 
     def reception(self, receiver: int) -> Reception:
-        """Return the beacons that reach a robot at the present tick, ordered by id.
-
-        Args:
-            receiver: Index of the robot.
-        """
+        """Return the beacons that reach a robot at the present tick, ordered by id."""
         return self._under_way[0].reception(receiver)
 
     def heard(self, receiver: int) -> BeaconArray:
-        """Return the same, copied.
-
-        Args:
-            receiver: Index of the robot.
-        """
+        """Return the same, copied."""
         return self.reception(receiver).beacons
 
 
@@ -192,11 +177,7 @@ class _Wave:
         self._starts = []
 
     def reception(self, receiver: int) -> Reception:
-        """Return the beacons that one robot hears; the first call makes the lists of all robots.
-
-        Args:
-            receiver: Index of the robot.
-        """
+        """Return the beacons that one robot hears; the first call makes the lists of all robots."""
         if not self._starts:
             starts = np.empty(len(self._heard) + 1, np.int64)
             self._rows = np.empty(self._count, np.int64)

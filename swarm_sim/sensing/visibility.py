@@ -21,8 +21,6 @@ def overlooked(
     """Yield a sentence on each model of which another one's LiDAR sees nothing, or too little.
 
     Args:
-        seers: Robots that look.
-        others: Robots that are to be seen.
         models: Bodies of these, by the name of the model.
         margin: [m] that a robot allows for what its LiDAR does not see of a body.
     """

@@ -44,11 +44,8 @@ class ChangingWorld(World):
         """Place the robots and begin at tick 0; see `World`.
 
         Args:
-            scene: Where they are.
-            specs: Model of each robot.
             poses: Start pose of each robot in the map frame.
             config: How to simulate; None for the defaults.
-            seed: Of everything random.
             names: Of the robots, for verdicts; default Srobot1, Srobot2 ...
             models: Descriptions by `RobotSpec.model`; default those in `robots/`.
         """
@@ -86,7 +83,6 @@ class ChangingWorld(World):
         Args:
             commands: One per robot, present or not; None if it sent none. Those of absent robots do
                 not count.
-            beacons: Likewise.
 
         Returns:
             The collisions that began in it.
@@ -103,10 +99,6 @@ class ChangingWorld(World):
         """Take another robot; return its index.
 
         Args:
-            name: Of the robot.
-            robot_id: In its beacons.
-            spec: Its model.
-            model: Its bodies.
             pose: Where it stands, in the map frame; whether there is room is not checked here.
         """
         place = _array(pose)
@@ -134,7 +126,6 @@ class ChangingWorld(World):
         """Take a robot out; its row stays.
 
         Args:
-            robot: Index of the robot.
             robot_id: That of its beacons: 3 for Srobot3.
         """
         self.absent.add(robot)
@@ -147,7 +138,6 @@ class ChangingWorld(World):
         """Return a removed robot to the world; its odometry begins again at 0.
 
         Args:
-            robot: Index of the robot.
             robot_id: That of its beacons: 3 for Srobot3.
             pose: In the map frame; whether there is room is not checked here.
         """
@@ -163,7 +153,6 @@ class ChangingWorld(World):
         """Put a robot elsewhere, where it stands; its odometry does not notice.
 
         Args:
-            robot: Index of the robot.
             pose: In the map frame; whether there is room is not checked here.
         """
         place = _array(pose)

@@ -49,18 +49,13 @@ class CloseCalls:
         self._over: list[tuple[Key, _Episode]] = []
 
     def add(self, name: str) -> None:
-        """Take another robot.
-
-        Args:
-            name: Its name.
-        """
+        """Take another robot."""
         self._names.append(name)
 
     def touch(self, key: Key, time: float) -> None:
         """Note a contact: the episode is a collision, and no near miss.
 
         Args:
-            key: Who touched what.
             time: [s] simulated.
         """
         self._last_touch[key] = time

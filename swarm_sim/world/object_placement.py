@@ -27,7 +27,6 @@ def check_object_place(world: ChangingWorld, body: Body, index: int | None = Non
     (`robot_placement`): only there can it drive before it sees the newcomer.
 
     Args:
-        world: With all that is in it.
         body: The thing where it is to be.
         index: Among `world.loose`, if it is in the world already.
 
@@ -104,7 +103,6 @@ def outline_of(body: Body, heights: tuple[float, float]) -> Any:
     """Return the part of a body between two heights, from above, as a shapely geometry.
 
     Args:
-        body: In the world.
         heights: [m] lower and upper end.
 
     Returns:

@@ -24,11 +24,6 @@ class ObjectRegistry:
     """Lets things come and go; call what changes the world only between two ticks."""
 
     def __init__(self, world: ChangingWorld) -> None:
-        """Begin with the things that are there.
-
-        Args:
-            world: To change.
-        """
         self._world = world
         self._spawned: set[str] = set()
 
@@ -49,9 +44,6 @@ class ObjectRegistry:
 
     def place_of(self, name: str) -> Transform:
         """Return where a thing is.
-
-        Args:
-            name: Of the thing.
 
         Returns:
             World from body (4, 4).
@@ -99,9 +91,6 @@ class ObjectRegistry:
     def remove(self, name: str) -> None:
         """Take a thing out.
 
-        Args:
-            name: Of the thing.
-
         Raises:
             RefusedError: If there is no such thing.
         """
@@ -112,7 +101,6 @@ class ObjectRegistry:
         """Put a thing elsewhere.
 
         Args:
-            name: Of the thing.
             place: World from body (4, 4).
 
         Raises:
@@ -185,9 +173,5 @@ class ObjectRegistry:
 
 
 def is_name(name: str) -> bool:
-    """Whether a thing may be called so.
-
-    Args:
-        name: From a client.
-    """
+    """Whether a thing may be called so."""
     return 1 <= len(name) <= LONGEST_NAME and name.isprintable() and name.strip() != ""

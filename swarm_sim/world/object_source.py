@@ -59,7 +59,6 @@ def read_object(uri: str, text: str, beside: Path) -> Body:
 
     Args:
         uri: Path, `file://`, `model://` or `package://`; counts before the text.
-        text: SDF or URDF.
         beside: Folder of the world file, where models are searched, too.
 
     Raises:

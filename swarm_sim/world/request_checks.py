@@ -31,9 +31,6 @@ REASONS = {
 def check_request(request: Any) -> None:
     """Refuse a request with a text or a list that is too long, or a number that is not finite.
 
-    Args:
-        request: A ROS message.
-
     Raises:
         RefusedError: Naming the field.
     """
@@ -75,11 +72,7 @@ class PlacementArea:
 
     @classmethod
     def of(cls, grid: Grid) -> PlacementArea:
-        """Return that of a map, which is upright.
-
-        Args:
-            grid: The map.
-        """
+        """Return that of a map, which is upright."""
         x, y, size = grid.origin_x, grid.origin_y, grid.resolution
         return cls(
             (x - MARGIN, y - MARGIN),

@@ -28,8 +28,6 @@ def check_robot_place(
     can it drive before it hears of the newcomer.
 
     Args:
-        world: With all that is in it.
-        spec: The robot's model.
         pose: The place, in the map frame.
         robot: Its index, if it is in the world already.
 
@@ -81,8 +79,6 @@ def claim_gap(world: ChangingWorld, robot: int, outline: Any) -> float:
     That space is as in its last beacon.
 
     Args:
-        world: With the beacons of its robots.
-        robot: Index of the robot.
         outline: A shapely geometry in the map frame.
 
     Returns:
@@ -106,7 +102,6 @@ def check_height(world: ChangingWorld, spec: RobotSpec) -> None:
 
     Args:
         world: With the heights that its outlines were made for.
-        spec: The robot's model.
 
     Raises:
         WorldError: Naming it.

@@ -44,9 +44,6 @@ class RobotRegistry:
         """Begin with those that are there.
 
         Args:
-            world: To change.
-            grid: Map that the robots have.
-            homes: Where each robot started.
             spawn: Name of the spawn in the world's sites, empty for the default one.
         """
         self._world = world
@@ -94,7 +91,6 @@ class RobotRegistry:
             name: SrobotK, or empty for the next free number.
             rename: Whether another name will do if that one is taken.
             model: Name or path of the robot's model, as it was asked for.
-            robot: The model.
             pose: Place in the map frame, None for a free one of the world's start area.
 
         Returns:
@@ -173,11 +169,7 @@ class RobotRegistry:
         return homes
 
     def settle(self, robot: int) -> None:
-        """Let a robot be heard again that knows where it was put.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Let a robot be heard again that knows where it was put."""
         self._world.unmute(number_of(self._world.names[robot]))
 
     @property

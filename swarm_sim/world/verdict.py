@@ -56,7 +56,6 @@ class Judge:
         """Begin with the state at tick 0.
 
         Args:
-            names: Of the robots.
             poses: True x, y, yaw (n, 3) in the map frame.
             clearances: (n, 2) [m] to the nearest robot, obstacle; inf where all is far.
         """
@@ -75,7 +74,6 @@ class Judge:
         """Take another robot, which stands at a pose (3,).
 
         Args:
-            name: Its name.
             pose: x, y, yaw [m, rad] in the map frame.
         """
         self._names.append(name)
@@ -89,7 +87,6 @@ class Judge:
         """Take note that a robot has been put elsewhere; that is no way driven.
 
         Args:
-            robot: Index of the robot.
             pose: x, y, yaw [m, rad] in the map frame.
         """
         self._positions[robot] = pose[:2]
@@ -116,7 +113,6 @@ class Judge:
             touches: Contacts in it, in order of steps; one pair may occur several times.
             poses: True x, y, yaw (n, 3) in the map frame at its end.
             clearances: (n, 2) [m] to the nearest robot, obstacle, at its end.
-            approaches: Very close pairs at its end.
         """
         for touch in touches:
             self._touch(touch, start + (touch.step + 1) * physics_period)

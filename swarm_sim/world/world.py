@@ -109,11 +109,8 @@ class World:
         """Place the robots and begin at tick 0.
 
         Args:
-            scene: Where they are.
-            specs: Model of each robot.
             poses: Start pose of each robot in the map frame.
             config: How to simulate; None for the defaults.
-            seed: Of everything random.
             names: Of the robots, for verdicts; default Srobot1, Srobot2 ...
             models: Descriptions by `RobotSpec.model`; default those in `robots/`.
 
@@ -156,10 +153,6 @@ class World:
     def check_model(self, spec: RobotSpec, model: RobotModel) -> None:
         """Check that a robot model drives in this world's physics engine, whatever it looks like.
 
-        Args:
-            spec: The model.
-            model: Its bodies.
-
         Raises:
             RobotModelError: If it does not; the message names cause and cure.
         """
@@ -170,9 +163,6 @@ class World:
 
     def errors_of(self, spec: RobotSpec) -> SensorErrors:
         """Return how the sensors of a robot model err in this world.
-
-        Args:
-            spec: The robot's model.
 
         Raises:
             ConfigError: If `sensors` of the world's configuration is wrong.
@@ -277,11 +267,7 @@ class World:
         ]
 
     def imu(self, robot: int) -> Imu:
-        """Return what a robot's IMU reads at the present tick.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Return what a robot's IMU reads at the present tick."""
         return self._motion_sensors.imu(robot, self._tick)
 
     @property
@@ -308,11 +294,7 @@ class World:
         return self._objects.bodies()
 
     def joint_states(self, robot: int) -> tuple[list[str], list[float], list[float]]:
-        """Return names, positions [rad] and velocities [rad/s] of a robot's joints.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Return names, positions [rad] and velocities [rad/s] of a robot's joints."""
         return self._engine.joint_state(robot)
 
     def close(self) -> None:

@@ -82,14 +82,9 @@ class Page:
         """Build the page.
 
         Args:
-            client: viser's handle of it.
-            place: That it opens with.
-            swarm: The swarm's state as received.
-            fleet: The robots' bodies.
             link: To the swarm; None for a recording.
             url: Returns the address of a robot's page, or of a place.
             post: Brings a call to the main thread.
-            history: What has happened.
             playback: Of a recording; None for a live swarm.
         """
         self.robot = place.robot

@@ -86,9 +86,6 @@ def robot_html(
     """Return the state of one robot, why it waits and for whom, and a link to its own page.
 
     Args:
-        robot: Its name.
-        states: Latest status of each robot.
-        url: Of its page.
         true_pose: Where it really is (3,), in map, if that is known.
         since: [s] when it came into its state, if that is known.
         now: [s] of simulated time.

@@ -27,9 +27,6 @@ class Playback:
         """Build the widgets.
 
         Args:
-            gui: viser's, of the server.
-            recording: The bag that is played.
-            on_jump: Called after time has jumped.
             post: Brings a call to the thread that draws.
         """
         self._recording = recording

@@ -58,7 +58,6 @@ class TimeLine:
         """Show what has happened.
 
         Args:
-            history: Of the run.
             now: Wall time [s].
             time: That the page shows [s].
             is_playing: Whether time goes on there.

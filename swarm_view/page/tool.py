@@ -50,7 +50,6 @@ class Hand:
         """Begin without a tool.
 
         Args:
-            client: viser's handle of the page.
             use: Called when the tool was used; it is dropped then.
             post: Brings a call to the main thread.
         """

@@ -32,10 +32,6 @@ class Bodies:
         """Draw the robots far away.
 
         Args:
-            scene: Where to.
-            name: Of the nodes.
-            mesh: Their model.
-            members: Rows of the robots among all.
             near: How many of them may be nearby at a time.
         """
         self.members = members

@@ -40,7 +40,6 @@ class Chase:
 
         Args:
             camera: The page's report: `position` and `look_at`, each (3,).
-            look: Makes the page look.
         """
         self._camera = camera
         self.look = look

@@ -41,12 +41,7 @@ class DrawnFleet:
     """
 
     def __init__(self, scene: viser.SceneApi, root: str = "") -> None:
-        """Draw no robot yet.
-
-        Args:
-            scene: Of all pages, or of one.
-            root: Node below which they are drawn.
-        """
+        """Draw no robot yet."""
         self.names: list[str] = []
         self.meshes: dict[str, RobotMesh] = {}
         self.revision = 0

@@ -79,7 +79,6 @@ def cost_image(raster: Raster, floor: Raster | None = None) -> Image:
     through the upper one reliably.
 
     Args:
-        raster: The costmap.
         floor: The map; None for a white floor.
     """
     below = np.full((*raster.cells.shape, 3), FREE, np.float32)

@@ -54,9 +54,6 @@ def arrange(
 
     Args:
         wishes: The most important one first.
-        camera: Of the page.
-        scale: Of the font.
-        marks: Of the robots.
     """
     if not wishes:
         return {}

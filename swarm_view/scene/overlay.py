@@ -52,7 +52,6 @@ class Overlay:
             names: Of the robots, the most important one first.
             poses: Of all robots (n, 3), in map.
             sizes: [m] of all robots' marks (n,).
-            camera: Of the page.
         """
         wishes = []
         for name in names:

@@ -92,8 +92,6 @@ def whole(raster: Raster, view: View, fov: float, width: float, height: float) -
     """Return the camera from which a whole map is seen beside the panel.
 
     Args:
-        raster: The map.
-        view: TOP or HALL.
         fov: [rad] from the lower to the upper edge.
         width: Of the picture [px].
         height: Of the picture [px].

@@ -49,7 +49,6 @@ def admitting(header: str, key: str) -> Iterator[None]:
 
     Args:
         header: Name of the header that carries the key.
-        key: Its value.
     """
     serve = websockets_server.serve
 

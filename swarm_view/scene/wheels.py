@@ -57,12 +57,7 @@ class Axle:
 
 
 def axles(robot: Any, frames: Mapping[str, FloatArray]) -> list[Axle]:
-    """Return the joints of a yourdfpy robot that may be wheels.
-
-    Args:
-        robot: As described.
-        frames: root_from_link, joints at zero.
-    """
+    """Return the joints of a yourdfpy robot that may be wheels."""
     found = []
     moved = {joint.child for joint in robot.joints}
     still = _carried([link for link in frames if link not in moved], robot, only_fixed=True)

@@ -68,7 +68,6 @@ class HttpGate:
         """Keep what it needs.
 
         Args:
-            host: To bind to.
             port: To bind to; 0 for a free one.
             names: Of this server, as browsers may call it.
             inner_port: Where viser listens on the loopback interface.

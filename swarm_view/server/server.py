@@ -34,7 +34,6 @@ class Server:
         """Listen.
 
         Args:
-            host: To bind to.
             port: To bind to; 0 for a free one.
 
         Raises:

@@ -46,7 +46,6 @@ class OperatorLink:
     """
 
     def __init__(self, node: Node) -> None:
-        """Take a node that is spun only here."""
         self.is_paused: bool | None = None
         self.speed: float | None = None
         self._node = node

@@ -1,4 +1,4 @@
-"""Docstrings: a folder's lists its modules, a public function's describes its parameters."""
+"""Docstrings: a folder's lists its modules, and an entry of an argument says something."""
 
 from __future__ import annotations
 
@@ -16,17 +16,19 @@ MAPS = {
     for path in sorted(ROOT.glob("swarm_*/**/__init__.py"))
     if (rows := set(ROW.findall(ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "")))
 }
-# Packages and modules whose public functions describe all of their parameters.
-DESCRIBED = (
-    "swarm_bench",
-    "swarm_commander/mission",
-    "swarm_commander/run",
-    "swarm_common",
-    "swarm_nav",
-    "swarm_sim",
+# What users import, and the kernels: here each parameter has an entry.
+PUBLIC = (
+    "swarm_bench/runs/harness.py",
+    "swarm_bench/runs/result.py",
+    "swarm_bench/runs/scenario.py",
+    "swarm_bench/runs/stage.py",
+    "swarm_commander/mission/client.py",
+    "swarm_commander/mission/task.py",
 )
+FEWEST_WORDS = 5  # of an entry; fewer only with a unit, a shape, a value or what None means
+SAYS_MORE = re.compile(r"[`\[(\d]|None|if |whether|frame|map|default", re.IGNORECASE)
 ARGS = re.compile(r"^Args:\n((?: {4}.*\n?|\n)+)", re.MULTILINE)
-ENTRY = re.compile(r"^ {4}\*{0,2}(\w+): \S", re.MULTILINE)
+ENTRY = re.compile(r"^ {4}\*{0,2}(\w+): (\S.*(?:\n {8}.*)*)", re.MULTILINE)
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -44,16 +46,42 @@ def test_the_folders_of_the_large_packages_have_maps() -> None:
     }
 
 
-@pytest.mark.parametrize("place", DESCRIBED)
-def test_public_functions_describe_their_parameters(place: str) -> None:
-    files = sorted((ROOT / place).rglob("*.py")) or [ROOT / place]
+def functions_of(path: Path) -> Iterator[tuple[Function, bool]]:
+    """Yield the public functions of a file, and whether each is a method."""
+    yield from public_functions(ast.parse(path.read_text("utf-8")), False)
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_what_users_import_describes_its_parameters(name: str) -> None:
     wrong = [
-        f"{path.relative_to(ROOT)}:{function.lineno} {function.name}: {', '.join(missing)}"
-        for path in files
-        for function, is_method in public_functions(ast.parse(path.read_text("utf-8")), False)
-        if (missing := sorted(parameters(function, is_method) ^ described(function)))
+        f"{function.lineno} {function.name}: {', '.join(missing)}"
+        for function, is_method in functions_of(ROOT / name)
+        if (missing := sorted(parameters(function, is_method) ^ described(function).keys()))
     ]
-    assert not wrong, "without a line under Args:, or no parameter:\n" + "\n".join(wrong)
+    assert not wrong, "without a line under Args:, or no parameter"
+
+
+@pytest.mark.parametrize("path", sorted(ROOT.glob("swarm_*/**/*_kernels.py")), ids=lambda p: p.stem)
+def test_kernels_describe_their_parameters(path: Path) -> None:
+    wrong = [
+        f"{function.lineno} {function.name}: {', '.join(missing)}"
+        for function, is_method in functions_of(path)
+        if (missing := sorted(parameters(function, is_method) ^ described(function).keys()))
+    ]
+    assert not wrong, "without a line under Args:, or no parameter"
+
+
+def test_an_entry_says_more_than_name_and_type() -> None:
+    wrong = [
+        f"{path.relative_to(ROOT)}:{function.lineno} {function.name}: {name}: {text}"
+        for path in sorted(ROOT.glob("swarm_*/**/*.py"))
+        if not path.stem.endswith("_kernels") and str(path.relative_to(ROOT)) not in PUBLIC
+        for function, is_method in functions_of(path)
+        for name, text in described(function).items()
+        if name not in parameters(function, is_method)
+        or (len(text.split()) < FEWEST_WORDS and not SAYS_MORE.search(text))
+    ]
+    assert not wrong, "an entry that says nothing, or of no parameter:\n" + "\n".join(wrong)
 
 
 def public_functions(node: ast.AST, is_class: bool) -> Iterator[tuple[Function, bool]]:
@@ -88,7 +116,7 @@ def parameters(function: Function, is_method: bool) -> set[str]:
     return {name for name in names if not name.startswith("_")}
 
 
-def described(function: Function) -> set[str]:
-    """Return the names under `Args:` in the docstring of a function."""
+def described(function: Function) -> dict[str, str]:
+    """Return the entries under `Args:` in the docstring of a function."""
     section = ARGS.search(ast.get_docstring(function) or "")
-    return set(ENTRY.findall(section[1])) if section else set()
+    return dict(ENTRY.findall(section[1])) if section else {}

@@ -15,7 +15,6 @@ def flatten(tree: Mapping[str, Any], prefix: str = "") -> Flat:
 
     Args:
         tree: Mappings in mappings; a list is a value.
-        prefix: Before each name, with its dot.
     """
     flat: Flat = {}
     for key, value in tree.items():
@@ -27,11 +26,7 @@ def flatten(tree: Mapping[str, Any], prefix: str = "") -> Flat:
 
 
 def nest(flat: Mapping[str, Any]) -> dict[str, Any]:
-    """Return dotted parameters as the nested mapping of a parameter file.
-
-    Args:
-        flat: By dotted name.
-    """
+    """Return dotted parameters as the nested mapping of a parameter file."""
     tree: dict[str, Any] = {}
     for name, value in flat.items():
         *groups, key = name.split(".")
@@ -46,8 +41,6 @@ def typed(name: str, value: Any, known: Mapping[str, Any], where: str) -> Any:
     """Return a parameter's value, an integer as float where the default is one.
 
     Args:
-        name: Dotted.
-        value: As the user's file has it.
         known: Default of each parameter by dotted name; gives the type too.
         where: Section of the file, for the message.
 

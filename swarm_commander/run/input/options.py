@@ -130,11 +130,7 @@ class UpOptions:
 
 
 def robot_names(swarm_size: int) -> list[str]:
-    """Return the namespaces of a swarm's robots in order.
-
-    Args:
-        swarm_size: Number of robots.
-    """
+    """Return the namespaces of a swarm's robots in order."""
     return [f"Srobot{number}" for number in range(1, swarm_size + 1)]
 
 

@@ -73,7 +73,6 @@ class Overrides:
             sections: Parameters by dotted name, per pattern of node names, in the order of the
                 file.
             world: None for the defaults.
-            path: The file, for messages.
         """
         self.world = world or WorldParams()
         self._sections = dict(sections)
@@ -81,11 +80,7 @@ class Overrides:
         self.source = ParameterSource(str(path), names)
 
     def for_robot(self, robot: str) -> Flat:
-        """Return the parameters that the file sets for a robot; later sections win.
-
-        Args:
-            robot: Namespace.
-        """
+        """Return the parameters that the file sets for a robot; later sections win."""
         merged: Flat = {}
         for pattern, values in self._sections.items():
             if _matches(pattern, robot):
@@ -97,7 +92,6 @@ def load_overrides(path: Path, robots: list[str], known: Mapping[str, Any]) -> O
     """Return the overrides in a ROS 2 parameter file.
 
     Args:
-        path: Of the file.
         robots: Names of all robots; a section that fits none of them is an error.
         known: Default of each parameter by dotted name; gives the type too.
 
@@ -141,7 +135,6 @@ def robot_parameter_file(
     """Return the parameter file of one navigator as a tree.
 
     Args:
-        robot: Namespace.
         robot_id: 3 for Srobot3.
         spec: Robot model; its limits are the defaults of the controller's.
         initial_pose_map: Where it stands at the start.
@@ -163,7 +156,6 @@ def write_parameter_file(path: Path, tree: Mapping[str, Any]) -> None:
     """Write a parameter file.
 
     Args:
-        path: Of the file, which is replaced.
         tree: As `robot_parameter_file` returns it.
     """
     dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # in C: ten times faster

@@ -60,11 +60,7 @@ class RunPlan:
     copies: Mapping[str, str] = field(default_factory=dict)
 
     def with_copies(self, folder: Path) -> RunPlan:
-        """Return this plan with copies of sites and missions, which nobody edits during the run.
-
-        Args:
-            folder: For the copies; made.
-        """
+        """Return this plan with copies of sites and missions, which nobody edits during the run."""
         missions = {member.mission or self.options.mission for member in self.fleet.members}
         files = {name: mission_path(name) for name in sorted(filter(None, missions))}
         if self.sites_path is not None:
@@ -78,11 +74,7 @@ class RunPlan:
         return replace(self, copies=copies)
 
     def copy_of(self, name: str) -> str:
-        """Return the path of the copy of a file, or the name if there is none.
-
-        Args:
-            name: Of a mission, or a path.
-        """
+        """Return the path of the copy of a file, or the name if there is none."""
         return self.copies.get(name, name)
 
     @property
@@ -163,7 +155,6 @@ class RunPlan:
         Args:
             name: Of the robot, like `Srobot3`.
             number: 3 for Srobot3.
-            model: Name or path of its model.
             initial_pose_map: Where it stands at the start.
             map_sha256: Digest of the only map that it is to take from /map; empty for any.
 
@@ -240,9 +231,6 @@ def _triple(pose: Pose | None) -> list[float] | None:
 
 def check_plan(options: UpOptions) -> RunPlan:
     """Return the plan of a run.
-
-    Args:
-        options: Checked each on its own already.
 
     Raises:
         SwarmError: For the first thing that is wrong with the input.

@@ -48,11 +48,6 @@ def default_world_parameters() -> dict[str, Any]:
 def parse_world(body: Mapping[str, Any], robots: Sequence[str], where: str) -> WorldParams:
     """Return the world's parameters.
 
-    Args:
-        body: Of the section.
-        robots: Names of all robots.
-        where: The section, for messages.
-
     Raises:
         ConfigError: If a name is unknown or a value has the wrong type.
     """

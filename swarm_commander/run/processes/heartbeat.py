@@ -21,27 +21,15 @@ class Heartbeats:
         self._looked = clock()
 
     def hear(self, name: str) -> None:
-        """Note that a process has said something.
-
-        Args:
-            name: Of the process.
-        """
+        """Note that a process has said something."""
         self._heard[name] = self._clock()
 
     def forget(self, name: str) -> None:
-        """Expect nothing of a process until it is heard again.
-
-        Args:
-            name: Of the process.
-        """
+        """Expect nothing of a process until it is heard again."""
         self._heard.pop(name, None)
 
     def silence(self, name: str) -> float:
-        """Return how long [s] a process has been silent; 0 for one that was never heard.
-
-        Args:
-            name: Of the process.
-        """
+        """Return how long [s] a process has been silent; 0 for one that was never heard."""
         return self._clock() - self._heard.get(name, self._clock())
 
     def look(self) -> None:

@@ -35,8 +35,6 @@ class Keeper:
         """Begin without robots.
 
         Args:
-            restarts: Decides when.
-            tell: Tells the fork server.
             clock: Wall time [s].
         """
         self.params: dict[str, str] = {}
@@ -171,12 +169,7 @@ class Keeper:
         return names
 
     def stragglers(self, active: int, missing: list[str]) -> list[str]:
-        """Return robots at the start whose navigators have hung for too long after the others.
-
-        Args:
-            active: How many are active.
-            missing: Robots that are not.
-        """
+        """Return robots at the start whose navigators have hung for too long after the others."""
         now = self._clock()
         if active != self._active:
             self._active, self._active_since = active, now

@@ -34,7 +34,6 @@ class Restarts:
         """Take a death.
 
         Args:
-            name: Of the process.
             now: Wall time [s].
 
         Returns:
@@ -52,7 +51,6 @@ class Restarts:
         """Forget the deaths of a process, and start it as soon as it is down: the user wants it.
 
         Args:
-            name: Of the process.
             now: Wall time [s].
         """
         self._starts.pop(name, None)
@@ -72,17 +70,9 @@ class Restarts:
         return names
 
     def is_waiting(self, name: str) -> bool:
-        """Whether a process will be started.
-
-        Args:
-            name: Of the process.
-        """
+        """Whether a process will be started."""
         return name in self._due
 
     def forget(self, name: str) -> None:
-        """Do not start a process any more: it is not needed any longer.
-
-        Args:
-            name: Of the process.
-        """
+        """Do not start a process any more: it is not needed any longer."""
         self._due.pop(name, None)

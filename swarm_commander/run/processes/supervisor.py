@@ -109,7 +109,6 @@ class Supervisor:
         """Begin without processes.
 
         Args:
-            spawn: Starts one.
             clock: Wall time [s].
         """
         self.restarts = 0
@@ -121,9 +120,6 @@ class Supervisor:
     def start(self, spec: ProcessSpec) -> None:
         """Start a process, or start it again if it has ended.
 
-        Args:
-            spec: Its line of the table.
-
         Raises:
             ValueError: If one of that name still runs.
         """
@@ -134,11 +130,7 @@ class Supervisor:
         self._entries[spec.name] = _Entry(spec, self._spawn(spec))
 
     def pid(self, name: str) -> int | None:
-        """Return the id of a process that runs, else None.
-
-        Args:
-            name: Of the process.
-        """
+        """Return the id of a process that runs, else None."""
         entry = self._entries.get(name)
         return entry.child.pid if entry and entry.state is not ChildState.GONE else None
 
@@ -165,11 +157,7 @@ class Supervisor:
                 entry.child.kill()
 
     def kill_one(self, name: str) -> None:
-        """End a process that hangs; it counts as one that ended without having been asked to.
-
-        Args:
-            name: Of the process.
-        """
+        """End a process that hangs; it counts as one that ended without having been asked to."""
         entry = self._entries.get(name)
         if entry is not None and entry.state is not ChildState.GONE:
             entry.child.kill()

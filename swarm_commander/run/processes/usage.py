@@ -95,9 +95,6 @@ def memory_mb(processes: Iterable[psutil.Process]) -> list[tuple[float, float]]:
     A page that k processes share counts as 1/k in the second, so that it can be added up. Slow to
     read.
 
-    Args:
-        processes: Those that have ended are skipped.
-
     Returns:
         A pair for each process that could be read: private and shared out, in MB of 10^6 bytes.
     """
@@ -123,7 +120,6 @@ class UsageMeter:
 
         Args:
             group: `world`, `navigators`, `operator` or an onlooker's name.
-            processes: Those that have ended are skipped.
         """
         self._groups.setdefault(group, Usage()).sample(processes)
 
@@ -132,7 +128,6 @@ class UsageMeter:
 
         Args:
             group: `world`, `navigators`, `operator` or an onlooker's name.
-            processes: Those that have ended are skipped.
         """
         self._memory_mb[group] = memory_mb(processes)
 
@@ -202,7 +197,6 @@ class UsageLog:
         Args:
             wall: [s] of wall time since the start.
             sim_time: [s] of simulated time.
-            factor: Real-time factor at present.
             meter: Its CPU time is noted from the very start, not from its mark.
         """
         self._journal.write(

@@ -31,8 +31,6 @@ class Progress:
         """Prepare to draw.
 
         Args:
-            console: Where to.
-            statistics: What to show.
             clock: Wall clock [s].
         """
         self._console = console
@@ -56,23 +54,14 @@ class Progress:
         self._live.stop()
 
     def phase(self, text: str) -> None:
-        """Set the phase that is shown.
-
-        Args:
-            text: In a word or two.
-        """
+        """Set the phase that is shown."""
         self._phase = text
         if not text.startswith(STARTING):
             self._aside = ""
         self._due = 0.0
 
     def compiling(self, ready: int, known: int) -> None:
-        """Say beside the phase that a first start compiles, and how far it is.
-
-        Args:
-            ready: Kernels that are compiled.
-            known: All.
-        """
+        """Say beside the phase that a first start compiles, and how far it is."""
         if not self._phase.startswith(STARTING):
             return
         self._aside = f" (first start: compiling, {ready} of {known} kernels are ready)"
@@ -92,7 +81,6 @@ class Progress:
 
         Args:
             kind: In the plural, like `collisions`, for the count.
-            text: About this one.
         """
         self._breaches[kind] += 1
         if self._breaches[kind] <= SHOWN_NOTES:
@@ -140,7 +128,6 @@ def summary_line(phase: str, statistics: RunStatistics) -> str:
 
     Args:
         phase: Shown unless the world is paused.
-        statistics: Of the run.
     """
     return SEPARATOR.join(_parts(phase, statistics))
 
@@ -150,7 +137,6 @@ def packed(parts: Sequence[str], width: int) -> list[str]:
 
     Args:
         parts: At least one; one that is longer than the width has a line of its own.
-        width: Characters.
     """
     lines = [parts[0]]
     for part in parts[1:]:
@@ -191,12 +177,7 @@ def goals_text(goals: Mapping[str, int]) -> str:
 
 
 def summary_table(report: Mapping[str, Any], code: int) -> Table:
-    """Return the result of a run as a table.
-
-    Args:
-        report: Of the run.
-        code: Exit code.
-    """
+    """Return the result of a run as a table."""
     goals, collisions = report["goals"], report["collisions"]
     cpu, memory = report["cpu_ms_per_robot_second"], report["memory_mb"]
     duration = report["goal_duration"]

@@ -44,11 +44,7 @@ def compose_report(
     `breaches.missed_goals`; `goals.failed` and `goals_failed` count such goals.
 
     Args:
-        options: Of the run.
-        statistics: Events added up.
         verdict: What the world measured; empty if it could not say.
-        usage: CPU time and memory.
-        times: Wall clock, and restarts.
     """
     sim_time = float(verdict.get("sim_time", statistics.sim_time))
     seconds = options.swarm_size * sim_time
@@ -173,7 +169,6 @@ def exit_code(report: Mapping[str, Any], *, is_unfinished: bool, component_faile
     """Return the exit code of a run.
 
     Args:
-        report: Of the run.
         is_unfinished: Whether the run ended before its mission although it was to finish it
             (--until-done) and the user did not stop it.
         component_failed: Whether a process or a robot died.
@@ -203,10 +198,6 @@ def load_verdict(path: Path) -> dict[str, Any]:
 def write_report(path: Path, report: Mapping[str, Any]) -> str:
     """Write the report, whole or not at all; return what to say if it cannot be written.
 
-    Args:
-        path: Of the file.
-        report: Without infinities and NaN.
-
     Returns:
         Empty if it is written.
     """
@@ -222,7 +213,6 @@ def rounded(value: Any, digits: int = 3) -> float | None:
 
     Args:
         value: None, infinities and NaN become None.
-        digits: After the point.
     """
     if value is None or not math.isfinite(value):
         return None

@@ -65,7 +65,6 @@ class Meters:
         """Take a reading.
 
         Args:
-            name: Of the figure.
             value: As the present navigator reports it; less than the last one is a new navigator's.
 
         Returns:
@@ -93,7 +92,6 @@ class GivenGoals:
     """
 
     def __init__(self) -> None:
-        """Begin with none."""
         self.misses: list[tuple[str, float, str]] = []
         self.durations: list[float] = []
         self._began_at = self._failed_began_at = 0.0  # of the current goal, and of that one
@@ -114,8 +112,6 @@ class GivenGoals:
         """Take what a robot reports.
 
         Args:
-            reached: Goals reached so far.
-            tries_failed: Tries failed so far.
             goal_map: (x, y) [m] of where it is to go; None without a goal.
             now: Simulated time [s].
             reason: Why it gave up last.
@@ -235,17 +231,12 @@ class RunStatistics:
         """Return the statistics at the start.
 
         Args:
-            names: Of the robots.
             has_mission: Whether goals are counted from our mission; else from what robots report.
         """
         return cls({name: RobotStatistics() for name in names}, has_mission)
 
     def apply(self, event: Event) -> None:
-        """Add an event; kinds that do not count are ignored.
-
-        Args:
-            event: Of any process.
-        """
+        """Add an event; kinds that do not count are ignored."""
         match event:
             case NavigatorActive(robot=name):
                 robot = self.robots[name]

@@ -30,7 +30,6 @@ def status_table(statistics: RunStatistics, room: int = ALONE) -> list[Text]:
     """Return a line per robot, or a line per group where there is no room for that.
 
     Args:
-        statistics: Of the run.
         room: Lines that the screen has for it.
     """
     names = list(statistics.robots)

@@ -15,10 +15,6 @@ def waits_for(state: str, detail: str) -> str:
     """Return the name of the robot that a status says to wait for, empty for none.
 
     Making way for a robot is not waiting for it.
-
-    Args:
-        state: Of the status.
-        detail: Of the status.
     """
     text = detail if state == "waiting" else detail.partition("waits ")[2]
     found = _NAMED.search(text)
@@ -42,7 +38,6 @@ class WaitGraph:
         """Record for whom a robot says that it waits.
 
         Args:
-            robot: Its name.
             other: Name of the robot that it waits for; empty if it waits for nobody.
             sim_time: Simulated time [s].
         """

@@ -47,7 +47,6 @@ class CostmapTopics:
         """Create the topics.
 
         Args:
-            node: The navigator's.
             space: `global_costmap` or `local_costmap`.
             period: Ticks between two costmaps.
             compose: Returns the costmap as it is now.
@@ -79,11 +78,7 @@ class CostmapTopics:
             self._last = None
 
     def publish(self, tick: int) -> None:
-        """Publish what is listened to, if the costmap is due at this tick.
-
-        Args:
-            tick: Now.
-        """
+        """Publish what is listened to, if the costmap is due at this tick."""
         if not self.is_wanted or tick % self._period:
             return
         costmap = self._compose()
@@ -105,24 +100,14 @@ class CostmapTopics:
 
 
 def occupancy_msg(costmap: Costmap, tick: int) -> OccupancyGrid:
-    """Return nav_msgs/OccupancyGrid; Nav2's costs are scaled to 0 to 100 and -1 for unknown.
-
-    Args:
-        costmap: The whole of it.
-        tick: Of the stamp.
-    """
+    """Return nav_msgs/OccupancyGrid; Nav2's costs are scaled to 0 to 100 and -1 for unknown."""
     cells = ros_io.OCCUPANCY_FROM_COST[costmap.cells]
     origin = (costmap.origin_x, costmap.origin_y)
     return ros_io.occupancy_msg(cells, costmap.resolution, origin, tick, "map")
 
 
 def costmap_msg(costmap: Costmap, tick: int) -> CostmapMsg:
-    """Return nav2_msgs/Costmap.
-
-    Args:
-        costmap: The whole of it.
-        tick: Of the stamp.
-    """
+    """Return nav2_msgs/Costmap."""
     message = CostmapMsg(header=ros_io.header(tick, "map"))
     info = message.metadata
     info.update_time = message.header.stamp
@@ -135,13 +120,7 @@ def costmap_msg(costmap: Costmap, tick: int) -> CostmapMsg:
 
 
 def occupancy_update(costmap: Costmap, window: Window, tick: int) -> OccupancyGridUpdate:
-    """Return a part of a costmap as map_msgs/OccupancyGridUpdate.
-
-    Args:
-        costmap: The whole of it.
-        window: The cells that are sent.
-        tick: Of the stamp.
-    """
+    """Return a part of a costmap as map_msgs/OccupancyGridUpdate."""
     cells = ros_io.OCCUPANCY_FROM_COST[costmap.cells[window.rows, window.columns]]
     message = OccupancyGridUpdate(header=ros_io.header(tick, "map"))
     message.x, message.y = window.columns.start, window.rows.start
@@ -151,13 +130,7 @@ def occupancy_update(costmap: Costmap, window: Window, tick: int) -> OccupancyGr
 
 
 def costmap_update(costmap: Costmap, window: Window, tick: int) -> CostmapUpdate:
-    """Return a part of a costmap as nav2_msgs/CostmapUpdate.
-
-    Args:
-        costmap: The whole of it.
-        window: The cells that are sent.
-        tick: Of the stamp.
-    """
+    """Return a part of a costmap as nav2_msgs/CostmapUpdate."""
     costs = np.ascontiguousarray(costmap.cells[window.rows, window.columns])
     message = CostmapUpdate(header=ros_io.header(tick, "map"))
     message.x, message.y = window.columns.start, window.rows.start

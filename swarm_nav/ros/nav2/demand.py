@@ -39,7 +39,6 @@ class OnDemand:
         """Start without offers.
 
         Args:
-            node: To look for clients from.
             is_eager: Whether all but rare offers come without a client, soon after the start.
         """
         self._node = node
@@ -56,7 +55,6 @@ class OnDemand:
 
         Args:
             services: Names, relative to the node's namespace, of which a client asks for it.
-            create: Called once, when it is wanted.
             is_rare: Whether it needs a client in a small swarm, too.
         """
         self._add(Offer(self._full(services), create), is_rare)
@@ -66,7 +64,6 @@ class OnDemand:
 
         Args:
             topics: Names, relative to the node's namespace, of which a subscriber asks for them.
-            create: Called once, when they are wanted.
         """
         self._add(Offer(self._full(topics), create, are_topics=True), False)
 
@@ -84,7 +81,6 @@ class OnDemand:
 
         Args:
             names: Of the actions, relative to the node's namespace.
-            create: Called once, when they are wanted.
             is_rare: Whether they need a client in a small swarm, too.
         """
         self.offer([f"{name}/_action/send_goal" for name in names], create, is_rare=is_rare)

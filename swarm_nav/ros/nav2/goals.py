@@ -59,11 +59,7 @@ class UnknownFrameError(RejectedError):
 
 
 def seconds(duration: Duration) -> float:
-    """Return a duration in seconds.
-
-    Args:
-        duration: Of either sign.
-    """
+    """Return a duration in seconds."""
     return float(duration.sec) + 1e-9 * float(duration.nanosec)
 
 
@@ -91,11 +87,7 @@ def goal_from_request(
     A tick at which the goal is to begin travels in `behavior_tree`, see `start_in`.
 
     Args:
-        kind: Action.
-        goal_id: For the goal.
-        request: Goal message of that action.
         to_map: Brings a pose of a known frame to map; refuses one more than 1000 m off it.
-        reach: Of the map at hand.
 
     Raises:
         ValueError: If the request makes no sense; the message says why.
@@ -144,7 +136,6 @@ def check_count(poses: Sequence[Any], most: int) -> None:
     """Refuse more poses than make sense.
 
     Args:
-        poses: Of a request.
         most: Number that is taken at most.
 
     Raises:
@@ -158,7 +149,6 @@ def pose_goal(goal_id: int, pose: PoseStamped, to_map: ToMap) -> Goal:
     """Return the goal of navigate_to_pose; its stamp, of whichever clock, delays nothing.
 
     Args:
-        goal_id: For the goal.
         pose: Of base_footprint, in any frame that `to_map` knows.
         to_map: Brings a pose of a known frame to map; refuses one more than 1000 m off it.
 
@@ -187,7 +177,6 @@ def path_goal(goal_id: int, request: Any, to_map: ToMap, reach: MapBounds) -> Go
     """Return the goal of a request with a path; see `goal_from_request`.
 
     Args:
-        goal_id: For the goal.
         request: Goal message with a `path`; poses without a frame get that of the path.
         to_map: Brings a pose of a known frame to map; refuses one more than 1000 m off it.
         reach: Of the map at hand; it limits the length of the path.
@@ -260,10 +249,7 @@ def feedback_msg(goal: Goal, feedback: Feedback, started_tick: int, tick: int) -
     """Return the feedback message of the action that a goal belongs to.
 
     Args:
-        goal: Current goal of the brain.
-        feedback: Of the brain.
         started_tick: Tick at which the goal was accepted.
-        tick: Now.
     """
     kind = goal.kind
     message = ACTIONS[kind].Feedback()
@@ -296,8 +282,6 @@ def result_msg(goal: Goal, ended: GoalEnded, started_tick: int) -> Any:
     """Return the result message of the action that a goal belongs to.
 
     Args:
-        goal: That has ended.
-        ended: How.
         started_tick: Tick at which the goal was accepted.
     """
     kind = goal.kind

@@ -65,14 +65,7 @@ class LifecycleServices:
         change: Callable[[str], bool],
         on_demand: OnDemand,
     ) -> None:
-        """Offer them: `get_state` as other servers, the rest only to clients.
-
-        Args:
-            node: Whose executor answers.
-            lifecycle: Of the whole navigator.
-            change: Carries out a command.
-            on_demand: Takes the servers.
-        """
+        """Offer them: `get_state` as other servers, the rest only to clients."""
         self._node, self._lifecycle, self._change = node, lifecycle, change
         self._handles: dict[str, Any] = {}
         answers = {

@@ -60,18 +60,11 @@ class MapBounds:
         return MOST_TIMES * self.diagonal
 
     def has(self, pose: Pose) -> bool:
-        """Whether a pose lies on the map.
-
-        Args:
-            pose: In map.
-        """
+        """Whether a pose lies on the map."""
         return self._is_within(pose, 0.0)
 
     def check(self, pose: Pose) -> Pose:
         """Return a pose unless it is absurdly far from the map.
-
-        Args:
-            pose: In map.
 
         Raises:
             OffMapError: If it is more than `AROUND` off the map.

@@ -60,13 +60,7 @@ class Plans:
     """The servers of both actions, and the plans that wait."""
 
     def __init__(self, body: ServedNode, brain: Navigator, on_demand: OnDemand) -> None:
-        """Offer the servers; none is created yet.
-
-        Args:
-            body: The navigator's node.
-            brain: Makes the plans.
-            on_demand: Takes the servers.
-        """
+        """Offer the servers; none is created yet."""
         self._body = body
         self._brain = brain
         self._tick = 0
@@ -89,12 +83,7 @@ class Plans:
             return True
 
         def begin(server: TickActionServer, handle: GoalHandle) -> None:
-            """Queue the plan, or end the goal at once if it makes no sense.
-
-            Args:
-                server: Of the action.
-                handle: Of the goal that was accepted.
-            """
+            """Queue the plan, or end the goal at once if it makes no sense."""
             request = handle.request
             goals = request.goals if action is ComputePathThroughPoses else [request.goal]
             job = Job(name, server, handle, goals, [], time.perf_counter())
@@ -122,12 +111,7 @@ class Plans:
 
     def _serve_smoothing(self) -> None:
         def begin(server: TickActionServer, handle: GoalHandle) -> None:
-            """Smooth the path, and end the goal with it.
-
-            Args:
-                server: Of the action.
-                handle: Of the goal that was accepted.
-            """
+            """Smooth the path, and end the goal with it."""
             started = time.perf_counter()
             result = SmoothPath.Result()
             try:
@@ -164,11 +148,7 @@ class Plans:
         return path
 
     def look(self, tick: int) -> None:
-        """Plan some of the legs that wait, at most for a while.
-
-        Args:
-            tick: Now.
-        """
+        """Plan some of the legs that wait, at most for a while."""
         self._tick = tick
         end = time.perf_counter() + PORTION
         while self._waiting and time.perf_counter() < end:

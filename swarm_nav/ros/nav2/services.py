@@ -37,13 +37,7 @@ class Services:
     """All services of one navigator beside its parameters'."""
 
     def __init__(self, body: ServedNode, brain: Navigator, on_demand: OnDemand) -> None:
-        """Offer the services; none is created yet.
-
-        Args:
-            body: The navigator's node.
-            brain: Answers them.
-            on_demand: Takes the services.
-        """
+        """Offer the services; none is created yet."""
         self._body = body
         self._brain = brain
 
@@ -53,8 +47,6 @@ class Services:
             """Offer one service.
 
             Args:
-                kind: Service type.
-                name: Relative to the node's namespace.
                 answer: Gets request and response, and returns the response.
                 is_rare: Whether it needs a client in a small swarm, too.
             """
@@ -127,11 +119,7 @@ class Services:
 
     def _costmap_answer(self, compose: Callable[[], Costmap]) -> Callable[[Any, Any], Any]:
         def answer(_: Any, response: Any) -> Any:
-            """Return the response with the costmap as it is now.
-
-            Args:
-                response: Of GetCostmap.
-            """
+            """Return the response with the costmap as it is now."""
             response.map = costmap_msg(compose(), self._body.tick)
             return response
 

@@ -76,10 +76,7 @@ class Tasks:
         """Create the server of navigate_to_pose, and offer the others.
 
         Args:
-            body: The navigator's node.
-            brain: Carries the goals out.
             on_goal: Called after the brain has got a goal.
-            on_demand: Takes the servers.
         """
         self._body = body
         self._node = body.node
@@ -108,12 +105,7 @@ class Tasks:
             result.success = False
 
         def end(server: TickActionServer, handle: GoalHandle) -> None:
-            """End a goal at once.
-
-            Args:
-                server: Of the action.
-                handle: Of the goal that was accepted.
-            """
+            """End a goal at once."""
             server.finish(handle, result, succeeded=False)
 
         TickActionServer(self._node, action, name, lambda _: True, end, lambda _: None)
@@ -131,9 +123,6 @@ class Tasks:
         def is_sensible(request: Any) -> bool:
             """Return True; a request that makes no sense raises.
 
-            Args:
-                request: Goal message of the action.
-
             Raises:
                 RejectedError: If it does not, or the navigator is not active.
             """
@@ -143,12 +132,7 @@ class Tasks:
             return True
 
         def begin(server: TickActionServer, handle: GoalHandle) -> None:
-            """Give the goal to the brain.
-
-            Args:
-                server: Of the action.
-                handle: Of the goal that was accepted.
-            """
+            """Give the goal to the brain."""
             goal = self._parse(kind, handle.request)
             self._last_id = goal.goal_id
             self._steered_at, self._steered_tick = time.monotonic(), self._tick
@@ -206,7 +190,6 @@ class Tasks:
         """Send the results of the goals that ended at this tick, and feedback from time to time.
 
         Args:
-            tick: Now.
             ended: Goals of any origin; those that no action asked for have no client to tell.
         """
         self._tick = tick

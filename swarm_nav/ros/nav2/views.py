@@ -30,7 +30,6 @@ class Views:
         """Create the publishers, but for what few listen to.
 
         Args:
-            node: The navigator's.
             brain: Whose plans, costmaps and poses are shown.
             on_demand: Takes the topics that few listen to.
         """
@@ -54,11 +53,7 @@ class Views:
         self._footprint_base = np.array(brain.spec.footprint)
 
     def publish(self, tick: int) -> None:
-        """Publish what is wanted and due at this tick.
-
-        Args:
-            tick: Now.
-        """
+        """Publish what is wanted and due at this tick."""
         if tick % LOOK_TICKS == 0:
             self._look_for_subscribers()
         if tick % POSE_TICKS == 0:
@@ -82,11 +77,7 @@ class Views:
             self._publish_particles(tick)
 
     def publish_pose(self, tick: int) -> None:
-        """Publish the estimated pose; the last one stays for late subscribers.
-
-        Args:
-            tick: Of the stamp.
-        """
+        """Publish the estimated pose; the last one stays for late subscribers."""
         brain = self._brain
         self._amcl_pose.publish(self._pose_writer.encode(tick, brain.pose_map, brain.variances()))
 

@@ -42,12 +42,8 @@ class BulletEngine:
         """Build the bodies and let them settle.
 
         Args:
-            bodies: Of the scene.
-            specs: One per robot.
-            models: One per robot.
             poses: Start poses in the map frame, one per robot.
             physics_period: [s] of a step.
-            walkers: People who move among the robots.
             objects: Bodies that can be pushed, and vehicles.
 
         Raises:
@@ -130,7 +126,6 @@ class BulletEngine:
         """Take another robot, which stands at a pose (3,).
 
         Args:
-            spec: Its model.
             model: Its bodies; never None here.
             pose: x, y, yaw [m, rad] in the map frame.
 
@@ -164,7 +159,6 @@ class BulletEngine:
         """Put a robot elsewhere, where it stands; wheels and gyro do not notice.
 
         Args:
-            robot: Index of the robot.
             pose: x, y, yaw [m, rad] in the map frame.
         """
         set_asleep(self._client, self._robots[robot], False)
@@ -176,11 +170,7 @@ class BulletEngine:
         self._measure()
 
     def restart(self, robot: int) -> None:
-        """Restart the readings of a robot's wheels and gyro at 0.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Restart the readings of a robot's wheels and gyro at 0."""
         self.travels[robot], self.yaws_gyro[robot] = 0.0, 0.0
 
     def place_object(self, index: int, place: Transform) -> None:
@@ -230,9 +220,6 @@ class BulletEngine:
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
         """Return the state of a robot's wheel joints.
 
-        Args:
-            robot: Index of the robot.
-
         Returns:
             Names, angles [rad] and speeds [rad/s], in the order of `RobotBody.wheels`.
         """
@@ -240,11 +227,7 @@ class BulletEngine:
         return list(self._robots[robot].joint_names), positions, velocities
 
     def stance(self, robot: int) -> Stance:
-        """Return how a robot stands at the end of the last physics step.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Return how a robot stands at the end of the last physics step."""
         return stance(self._client, self._robots[robot], self._ground)
 
     def close(self) -> None:

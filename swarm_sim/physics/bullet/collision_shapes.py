@@ -23,7 +23,6 @@ def compound(client: int, shapes: Sequence[tuple[Any, Transform]]) -> int:
     """Return the id of one collision shape made of several; planes are left out.
 
     Args:
-        client: pybullet's id of the simulation.
         shapes: Each with the transform (4, 4) that brings it into the frame of the whole.
     """
     solid = [(shape, transform) for shape, transform in shapes if type(shape) in TYPES]

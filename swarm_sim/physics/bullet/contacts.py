@@ -36,13 +36,7 @@ class Contacts:
         specs: Sequence[RobotSpec],
         robots: Sequence[int],
     ) -> None:
-        """Prepare the arrays of the robots; `surround` has to follow.
-
-        Args:
-            client: pybullet's id of the simulation.
-            specs: One per robot.
-            robots: pybullet's id of each robot's body.
-        """
+        """Prepare the arrays of the robots; `surround` has to follow."""
         self._client = client
         self._robots = list(robots)
         self.hulls = np.stack([pad_polygon(np.array(s.footprint), MAX_CORNERS) for s in specs])
@@ -83,12 +77,7 @@ class Contacts:
         self.clearances: FloatArray = np.full((count, 2), np.inf)
 
     def add(self, spec: RobotSpec, body: int) -> None:
-        """Look at another robot, too; `measure` has to follow.
-
-        Args:
-            spec: Its model.
-            body: pybullet's id of its body.
-        """
+        """Look at another robot, too; `measure` has to follow."""
         self._robots.append(body)
         hull = pad_polygon(np.array(spec.footprint), MAX_CORNERS)
         self.hulls = np.concatenate([self.hulls, hull[None]])

@@ -31,11 +31,9 @@ def add_body(
     """Add a body that nothing pushes; return its id.
 
     Args:
-        client: pybullet's id of the simulation.
         shape: Id of its collision shape.
         groups: Its own collision group, and the groups that it meets.
         place: World from body (4, 4).
-        friction: Its lateral friction.
     """
     position, quaternion = position_quaternion(place)
     body = int(
@@ -49,11 +47,7 @@ def add_body(
 
 
 def add_ground(client: int) -> int:
-    """Add the ground plane; return its id.
-
-    Args:
-        client: pybullet's id of the simulation.
-    """
+    """Add the ground plane; return its id."""
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_PLANE, planeNormal=[0, 0, 1], physicsClientId=client
     )
@@ -64,7 +58,6 @@ def add_obstacle(client: int, body: Body) -> int:
     """Add a body of the scene, which stays where it is; return its id.
 
     Args:
-        client: pybullet's id of the simulation.
         body: Without meshes and planes, see `pieces_of`.
     """
     shape = compound(client, [(p.shape, p.body_from_part) for p in body.parts])
@@ -75,7 +68,6 @@ def let_robots_pass(client: int, bodies: Sequence[int]) -> None:
     """Let bodies meet only what can be pushed.
 
     Args:
-        client: pybullet's id of the simulation.
         bodies: pybullet's ids of what robots drive on, or under.
     """
     for body in bodies:
@@ -86,7 +78,6 @@ def add_walker(client: int, radius: float, height: float) -> int:
     """Add an upright cylinder that robots can touch and that is moved by hand; return its id.
 
     Args:
-        client: pybullet's id of the simulation.
         radius: [m]
         height: [m]
     """
@@ -102,7 +93,6 @@ def solid_bodies(bodies: Sequence[Body], low: float, high: float) -> list[Body]:
     Of meshes each triangle counts, whatever their section shows.
 
     Args:
-        bodies: Of the scene.
         low: [m] height of the lower end.
         high: [m] height of the upper end.
     """

@@ -40,9 +40,6 @@ ROLLING = 0.002  # [m] coefficient of rolling friction, so that what rolls comes
 def pieces_of(body: Body) -> Iterator[Body]:
     """Yield a body without its planes, concave meshes as bodies of their own.
 
-    Args:
-        body: Of the scene.
-
     Yields:
         Bodies that `add_piece` takes; those of meshes have a single part.
     """
@@ -58,7 +55,6 @@ def add_piece(client: int, piece: Body) -> list[int]:
     """Add what `pieces_of` returns, which stays where it is; return its ids.
 
     Args:
-        client: pybullet's id of the simulation.
         piece: One of the bodies of `pieces_of`.
 
     Raises:
@@ -135,7 +131,6 @@ class BulletObjects:
         """Add the bodies of all objects.
 
         Args:
-            client: pybullet's id of the simulation.
             objects: What is added; it is told of every place that `read` finds.
         """
         self._client = client
@@ -157,11 +152,7 @@ class BulletObjects:
         return self._loose + self._vehicles
 
     def add(self, body: Body) -> None:
-        """Take another body behind the loose ones; a static one stays where it is.
-
-        Args:
-            body: At its place in the world.
-        """
+        """Take another body behind the loose ones; a static one stays where it is."""
         if not body.is_static and not self._has_floor:
             _add_floor(self._client)
             self._has_floor = True

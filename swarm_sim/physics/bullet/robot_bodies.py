@@ -70,9 +70,6 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
     """Add a robot on its driven wheels, its base_footprint at a pose on the ground.
 
     Args:
-        client: pybullet's id of the simulation.
-        model: Its bodies.
-        spec: Limits, wheels and footprint.
         pose: In the map frame.
 
     Returns:
@@ -127,8 +124,6 @@ def push(client: int, robot: RobotBody, speeds: FloatArray, period: float) -> No
     """Apply what a skid-steer or omnidirectional drive does to the ground in one step.
 
     Args:
-        client: pybullet's id of the simulation.
-        robot: Which one.
         speeds: vx [m/s], wz [rad/s], vy [m/s] (3,) of base_footprint that the drive aims at.
         period: [s] of the step.
     """
@@ -155,8 +150,6 @@ def stance(client: int, robot: RobotBody, ground: int) -> Stance:
     """Return a robot's tilt and wheel loads on a ground body, at the end of the last step.
 
     Args:
-        client: pybullet's id of the simulation.
-        robot: Which one.
         ground: pybullet's id of the body that carries it.
     """
     loads = np.zeros(pybullet.getNumJoints(robot.body, client))
@@ -173,8 +166,6 @@ def put(client: int, robot: RobotBody, pose: FloatArray) -> None:
     """Put a robot upright at a pose (3,), where it stands; its wheels keep their angles.
 
     Args:
-        client: pybullet's id of the simulation.
-        robot: Which one.
         pose: x, y, yaw [m, rad] in the map frame.
     """
     (_, _, height), _ = pybullet.getBasePositionAndOrientation(robot.body, client)
@@ -197,8 +188,6 @@ def set_asleep(client: int, robot: RobotBody, is_asleep: bool) -> None:
     is awake never falls asleep by itself: it might be creeping.
 
     Args:
-        client: pybullet's id of the simulation.
-        robot: Which one.
         is_asleep: Whether to leave it out.
     """
     states = (
@@ -273,7 +262,6 @@ def _set_dynamics(
 
         Args:
             link: Index of a wheel or caster; -1 for the base.
-            **values: As changeDynamics names them.
         """
         pybullet.changeDynamics(body, link, physicsClientId=client, **values)
 

@@ -44,9 +44,7 @@ def find_supports(base: RigidGroup, wheels: Sequence[RigidGroup], spec: RobotSpe
     """Return what a robot stands on.
 
     Args:
-        base: Its body.
         wheels: The driven ones; none of a drive without wheels of its own.
-        spec: Its model.
     """
     level, centers = _wheel_balls(wheels, spec.wheel_radius)
     casters, hull = _split_base(base, level, spec.wheel_radius)
@@ -57,7 +55,6 @@ def depths(base: RigidGroup, level: float) -> list[tuple[str, float]]:
     """Return the links that reach below the wheels' plane, and by how much [m], deepest first.
 
     Args:
-        base: Body of the robot.
         level: [m] height of the wheels' plane in base_footprint, see `Supports`.
     """
     found: dict[str, float] = {}
@@ -71,7 +68,6 @@ def heights(wheels: Sequence[RigidGroup], radius: float) -> FloatArray:
     """Return by how much [m] the tyre of each driven wheel ends above the lowest one.
 
     Args:
-        wheels: The driven ones.
         radius: [m] of a wheel whose shape does not tell it.
 
     Returns:

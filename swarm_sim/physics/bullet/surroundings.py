@@ -42,11 +42,7 @@ class Surroundings:
         """Add all bodies; call `release` before the robots come.
 
         Args:
-            client: pybullet's id of the simulation.
             period: [s] of a step.
-            bodies: Of the scene.
-            objects: What can be pushed, and vehicles.
-            walkers: Who moves beside the robots.
         """
         self._client, self._period = client, period
         self.objects, self.walkers = objects, walkers
@@ -96,11 +92,7 @@ class Surroundings:
         return self.objects.reaches if len(self.objects) else NO_REACHES
 
     def add(self, body: Body) -> None:
-        """Take another object, behind all that can be pushed.
-
-        Args:
-            body: At its place in the world.
-        """
+        """Take another object, behind all that can be pushed."""
         if not body.is_static and not self._has_loose:
             self._has_loose = True
             self._configure()

@@ -19,9 +19,7 @@ class Barrier:
         """Begin before tick 0.
 
         Args:
-            count: Number of robots.
             wall_limit: [s] of wall time that a robot may take.
-            expects: False waits for nobody (free run).
         """
         self._wall_limit = wall_limit
         self._expected = [expects] * count
@@ -64,66 +62,41 @@ class Barrier:
         self.welcome(len(self._expected) - 1)
 
     def welcome(self, robot: int) -> None:
-        """Wait for a robot whose navigator is about to start.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Wait for a robot whose navigator is about to start."""
         self._expected[robot] = self._expects
         self._is_dead[robot] = False
         self._newcomers.add(robot)
 
     def answer(self, robot: int) -> None:
-        """Note a robot's whole answer to the present tick; lockstep waits for it from now on.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Note a robot's whole answer to the present tick; lockstep waits for it from now on."""
         self._answered[robot] = True
         self._newcomers.discard(robot)
         self._expected[robot] = self._expects
         self._is_dead[robot] = False
 
     def lose(self, robot: int) -> None:
-        """Wait no longer for a robot whose process is gone.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Wait no longer for a robot whose process is gone."""
         self._expected[robot] = False
         self._is_dead[robot] = True
 
     def hear(self, robot: int) -> None:
-        """Wait again for a late robot that keeps up, although its answers come too late.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Wait again for a late robot that keeps up, although its answers come too late."""
         self._expected[robot] = self._expects and not self._is_dead[robot]
 
     def note_silence(self, robot: int, since: float) -> None:
         """Let the limit of a robot run from a wall time on, not anew from each tick.
 
         Args:
-            robot: Index of the robot.
             since: Wall time [s] at which its host was heard last.
         """
         self._silent_since[robot] = since
 
     def end_silence(self, robot: int) -> None:
-        """Let a robot have the whole limit for each tick again.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Let a robot have the whole limit for each tick again."""
         self._silent_since.pop(robot, None)
 
     def expects(self, robot: int) -> bool:
-        """Whether a robot is waited for.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Whether a robot is waited for."""
         return self._expected[robot]
 
     def missing(self) -> Sequence[int]:

@@ -27,34 +27,18 @@ class Foreigners:
     """
 
     def __init__(self, rejections: Rejections, events: EventWriter) -> None:
-        """Begin with nobody known.
-
-        Args:
-            rejections: Counts the messages that are ignored.
-            events: To swarm-up.
-        """
         self.rejections = rejections
         self._events = events
         self._known: set[tuple[str, str]] = set()
         self._next = 0
 
     def ignore(self, topic: str, node: str) -> None:
-        """Count a message that is ignored, as its sender does not own the topic.
-
-        Args:
-            topic: Its full name.
-            node: Full name of the publisher's node.
-        """
+        """Count a message that is ignored, as its sender does not own the topic."""
         self.rejections.reject(topic.rpartition("/")[2], node, f"not its place to publish {topic}")
         self.meet(topic, node)
 
     def meet(self, topic: str, node: str) -> None:
-        """Report a foreign publisher, once.
-
-        Args:
-            topic: Its full name.
-            node: Full name of the publisher's node.
-        """
+        """Report a foreign publisher, once."""
         if (topic, node) not in self._known and len(self._known) < MOST_KNOWN:
             self._known.add((topic, node))
             self._events.write(ForeignPublisher(topic, node))

@@ -31,11 +31,7 @@ class Joint:
 
 
 def read_joints(urdf: str) -> list[Joint]:
-    """Return the joints of a URDF text that `robot_model` has accepted.
-
-    Args:
-        urdf: The text.
-    """
+    """Return the joints of a URDF text that `robot_model` has accepted."""
     return [_joint(element) for element in ET.fromstring(urdf).findall("joint")]
 
 
@@ -78,12 +74,7 @@ def from_rpy(rpy: Sequence[float] | FloatArray) -> Quaternion:
 
 
 def product(a: Quaternion, b: Quaternion) -> Quaternion:
-    """Return the quaternion a ∘ b.
-
-    Args:
-        a: Applied last.
-        b: Applied first.
-    """
+    """Return the quaternion a ∘ b."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -115,7 +106,6 @@ def moving_transforms(
     Args:
         joints: Of `read_joints`.
         positions: [rad] or [m] by name of the joint.
-        tick: Current tick.
     """
     return [
         _moved(joint, positions.get(joint.name, 0.0), tick)

@@ -18,11 +18,6 @@ class Hosts:
     """Knows which robots are on which host, and sends each host its batch."""
 
     def __init__(self, node: Node) -> None:
-        """Begin with all robots on this host.
-
-        Args:
-            node: Of the world.
-        """
         self._node = node
         self._batches: dict[str, tuple[Any, BatchWriter]] = {}  # publisher and writer, by host
         self._place_of: dict[int, tuple[str, int]] = {}  # host and robot's number, by index
@@ -32,27 +27,19 @@ class Hosts:
 
         Args:
             host: Name of the start of its swarm-up.
-            robots: Their numbers, by their index.
-            run: Of the swarm.
-            secret: That seals the batches.
         """
         publisher = self._node.create_publisher(UInt8MultiArray, topic_of(host), ros_io.RELIABLE)
         self._batches[host] = publisher, BatchWriter(secret, run, host)
         self._place_of |= {robot: (host, number) for robot, number in robots.items()}
 
     def has(self, robot: int) -> bool:
-        """Whether a robot is on another host.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Whether a robot is on another host."""
         return robot in self._place_of
 
     def publish(self, tick: int, receptions: Mapping[int, Reception]) -> None:
         """Send to other hosts what their robots hear.
 
         Args:
-            tick: Current tick.
             receptions: By index of the robot; only of robots on other hosts.
         """
         by_host: dict[str, dict[int, Reception]] = {}

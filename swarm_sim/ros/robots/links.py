@@ -71,15 +71,9 @@ class RobotLink:
 
         Args:
             node: Of the world, for what the robot's navigator needs.
-            gallery: Of the world, for the rest.
-            name: Namespace of the robot.
-            spec: Its model.
-            urdf: Its description.
-            settings: Of the world.
             robot_id: That its beacons have to bear; 0 for any.
             on_answer: Called when command and beacon of the present tick are both there.
             foreigners: Told of what is not the robot's, and of what makes no sense.
-            errors: Of its sensors.
         """
         self.name = name
         self.is_gone = False
@@ -184,11 +178,7 @@ class RobotLink:
                 node.destroy_publisher(publisher)
 
     def open(self, tick: int) -> None:
-        """Begin a tick: forget the last answer.
-
-        Args:
-            tick: Current tick.
-        """
+        """Begin a tick: forget the last answer."""
         self._tick = tick
         self.command = self._other = None
         self.beacon = None
@@ -295,12 +285,7 @@ class RobotLink:
         self._imu.publish(message)
 
     def publish_truth(self, pose_map: Pose, twist: Twist) -> None:
-        """Publish the true pose for the operator.
-
-        Args:
-            pose_map: Of base_footprint.
-            twist: In base_footprint.
-        """
+        """Publish the true pose for the operator."""
         self._truth.publish(self._truth_writer.encode(self._tick, pose_map, twist))
 
     def fresh_command(self) -> Twist | None:

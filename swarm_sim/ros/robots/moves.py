@@ -32,10 +32,6 @@ class Relocation:
         """Begin to tell.
 
         Args:
-            node: Of the world.
-            name: Of the robot.
-            pose_map: Where it is now.
-            tick: Current tick.
             deadline: Wall time until which it is worth waiting.
         """
         self.deadline = deadline
@@ -91,11 +87,6 @@ class Moves:
     """All robots that were put elsewhere and may not know it yet."""
 
     def __init__(self, node: Node) -> None:
-        """Begin with nobody to tell.
-
-        Args:
-            node: Of the world.
-        """
         self._node = node
         self._relocations: dict[int, Relocation] = {}
         self._unsure: dict[int, Pose] = {}  # whose beacons have not said yet that they know
@@ -106,10 +97,6 @@ class Moves:
         """Begin to tell a robot.
 
         Args:
-            robot: Its index.
-            name: Its namespace.
-            pose_map: Where it is now.
-            tick: Current tick.
             patience: [s] of wall time for which it is worth waiting.
             speaks: Whether it sends beacons.
         """
@@ -120,11 +107,7 @@ class Moves:
             self._unsure[robot] = pose_map
 
     def forget(self, robot: int) -> None:
-        """Tell a robot no more.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Tell a robot no more."""
         self._unsure.pop(robot, None)
         if robot in self._relocations:
             self._relocations.pop(robot).destroy()

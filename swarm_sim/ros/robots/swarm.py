@@ -42,10 +42,6 @@ class Links:
         """Create all topics.
 
         Args:
-            node: Of the world.
-            stage: Robots and world.
-            settings: Of the world.
-            barrier: Waits for the robots.
             foreigners: Told of what is not a robot's own.
             is_large: Whether the topics are spread over hubs, see `participants`.
         """
@@ -76,12 +72,6 @@ class Links:
     def add(self, robot: int, name: str, spec: RobotSpec, urdf: str) -> bool:
         """Create the topics of a robot, a new one or in place of one that is gone.
 
-        Args:
-            robot: Index of the robot.
-            name: Its namespace.
-            spec: Its model.
-            urdf: Its description.
-
         Returns:
             Whether it is a new one.
         """
@@ -111,11 +101,7 @@ class Links:
         return True
 
     def remove(self, robot: int) -> str:
-        """Withdraw the topics of a robot; return its name.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """Withdraw the topics of a robot; return its name."""
         self._links[robot].destroy()
         return self._links[robot].name
 
@@ -125,8 +111,6 @@ class Links:
         Args:
             host: Name of the start of its swarm-up.
             names: Of the robots; unknown ones are ignored.
-            run: Of the swarm.
-            secret: That seals the batches.
         """
         robots = {self.names.index(name): number_of(name) for name in names if name in self.names}
         self._hosts.assign(host, robots, run, secret)
@@ -137,8 +121,6 @@ class Links:
         """Begin a tick: forget the last answers, publish what robots sense.
 
         Args:
-            tick: Current tick.
-            observations: One per robot, gone ones included.
             now: Wall time [s].
         """
         self._opened_at = self._answer_at = now
@@ -151,7 +133,6 @@ class Links:
         """Publish once more for robots whose answer takes longer than usual.
 
         Args:
-            observations: Of the present tick.
             now: Wall time [s].
 
         Returns:
@@ -193,7 +174,6 @@ class Links:
         """Publish once more for robots that were not there.
 
         Args:
-            observations: Of the first tick.
             now: Wall time [s].
             to_newcomers: Only for those that have been there for few repeats.
         """

@@ -43,10 +43,7 @@ class Control:
         """Create services and parameter.
 
         Args:
-            node: Of the world.
-            state: To be changed.
             speed: At the start, None for no limit.
-            on_speed: Called with a new speed.
         """
         self._state = state
         self._on_speed = on_speed
@@ -119,7 +116,6 @@ class Control:
                 Args:
                     are_done: Whether its steps are done; else they were cancelled.
                     response: Of this request, not of the loop's last one.
-                    request_id: Likewise.
                 """
                 _fill(response.result, are_done, "the steps were cancelled")
                 self._steps.answer(response, request_id)
@@ -144,7 +140,6 @@ class Control:
 
             Args:
                 are_done: Whether its steps are done.
-                reason: Why not.
             """
             result = SimulateSteps.Result()
             _fill(result.result, are_done, reason)
@@ -180,9 +175,5 @@ def _fill(result: Result, is_done: bool, reason: str) -> None:
 
 
 def is_speed(value: float) -> bool:
-    """Whether a speed can be kept to; 0 stands for no limit.
-
-    Args:
-        value: In times real time.
-    """
+    """Whether a speed can be kept to; 0 stands for no limit."""
     return value == 0.0 or SLOWEST <= value <= FASTEST

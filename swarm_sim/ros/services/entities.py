@@ -60,26 +60,13 @@ class Host(Protocol):
     """Is told of changes of the world."""
 
     def on_arrival(self, arrival: Arrival) -> None:
-        """A robot has come.
-
-        Args:
-            arrival: With its index, model and place.
-        """
+        """A robot has come."""
 
     def on_removal(self, robot: int) -> None:
-        """A robot has been taken out.
-
-        Args:
-            robot: Index of the robot.
-        """
+        """A robot has been taken out."""
 
     def on_move(self, robot: int, pose_map: Pose) -> None:
-        """A robot has been put elsewhere.
-
-        Args:
-            robot: Index of the robot.
-            pose_map: Where it is now.
-        """
+        """A robot has been put elsewhere."""
 
     def on_things(self) -> None:
         """Things have come, gone or been put elsewhere."""
@@ -100,12 +87,7 @@ class Entities:
         """Offer the services.
 
         Args:
-            node: Of the world.
-            robots: The robots.
-            objects: The things.
             reach: Where things may be put.
-            host: Is told of changes.
-            rejections: Count what is not let in.
         """
         self._robots, self._objects, self._host = robots, objects, host
         self._reach = reach

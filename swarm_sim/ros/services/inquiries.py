@@ -71,15 +71,7 @@ class Inquiries:
         objects: ObjectRegistry,
         rejections: Rejections,
     ) -> None:
-        """Offer the services.
-
-        Args:
-            node: Of the world.
-            world: To ask for poses.
-            robots: The robots.
-            objects: The things.
-            rejections: Count what is not let in.
-        """
+        """Offer the services."""
         self._world, self._robots, self._objects = world, robots, objects
         self._door = Door(rejections)
         self._poses = _named_poses(world.scene.sites)
@@ -256,7 +248,6 @@ def _named_poses(sites: Sites) -> dict[str, tuple[NamedPose, Bounds]]:
         """Add a pose.
 
         Args:
-            name: For clients.
             pose: In the map frame.
             tags: The first one is the description, too.
             bounds: Room around it, in its frame; empty for a mere point.

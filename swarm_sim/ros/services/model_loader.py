@@ -59,10 +59,6 @@ class ModelLoader:
     def ask(self, ticket: Any, request: ModelRequest) -> None:
         """Ask for a model; `poll` returns the ticket with it.
 
-        Args:
-            ticket: Anything; returned as it is.
-            request: The model that is wanted.
-
         Raises:
             RefusedError: If too many wait.
         """

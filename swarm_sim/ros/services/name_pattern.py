@@ -45,11 +45,7 @@ class NamePattern:
             raise PatternError(_reason(error)) from error
 
     def matching(self, names: Iterable[str]) -> list[str]:
-        """Return those of some names that match.
-
-        Args:
-            names: Any; their order is kept.
-        """
+        """Return those of some names that match."""
         return [name for name in names if self._pattern.search(name)]
 
 

@@ -96,7 +96,6 @@ def twist_in_map(twist: Twist, yaw: float) -> TwistMsg:
     """Return a robot's twist as seen in the map frame.
 
     Args:
-        twist: In base_footprint.
         yaw: [rad] of base_footprint in the map frame.
     """
     speed = Pose(0.0, 0.0, yaw).compose(Pose(twist.vx, twist.vy, 0.0))

@@ -23,11 +23,6 @@ class Door:
     """Lets requests in that `check_request` admits, and fills in their results."""
 
     def __init__(self, rejections: Rejections) -> None:
-        """Begin.
-
-        Args:
-            rejections: Counts what is not let in.
-        """
         self._rejections = rejections
         self._faults = FaultLog("request")
 
@@ -37,7 +32,6 @@ class Door:
         Args:
             response: Its field `result` is filled in.
             codes: Result codes of this service by reason; OPERATION_FAILED for all others.
-            do: What is asked; may raise anything.
 
         Returns:
             Whether it was done.
@@ -60,7 +54,6 @@ class Door:
         """Go on with a request that passes the door.
 
         Args:
-            request: A ROS message.
             handle: Called with the request if it passes.
 
         Raises:

@@ -58,9 +58,7 @@ class RunState:
         """Ask for `count` ticks.
 
         Args:
-            count: How many.
             on_done: Told at the end whether they are done.
-            on_tick: Called after each tick.
 
         Returns:
             REFUSED unless the world is paused, and for more steps than anybody waits for.

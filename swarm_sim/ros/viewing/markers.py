@@ -31,8 +31,6 @@ def body_markers(body: Body, space: str, first: int) -> Iterator[Marker]:
     """Yield the markers of a body; one without visuals looks like what it collides with.
 
     Args:
-        body: At its place in the world.
-        space: Namespace of the markers.
         first: Id of the first marker; the others follow.
 
     Yields:
@@ -55,7 +53,6 @@ def shape_marker(
     """Return the marker of a shape; None for the ground.
 
     Args:
-        shape: A plane is the ground.
         map_from_shape: (4, 4).
         rgba: From 0 to 1; None for the usual colour, or that of the mesh file.
     """
@@ -88,11 +85,7 @@ def marker_of(space: str, number: int, kind: int, rgba: Sequence[float], tick: i
     """Return a marker in the map frame that has no place and size yet.
 
     Args:
-        space: Namespace of the marker.
-        number: Its id there.
-        kind: One of the constants of Marker.
         rgba: From 0 to 1.
-        tick: For its stamp.
     """
     marker = Marker(header=ros_io.header(tick, "map"), ns=space, id=number, type=kind)
     marker.action = Marker.ADD
@@ -104,7 +97,6 @@ def set_scale(marker: Marker, x: float, y: float, z: float) -> None:
     """Set a marker's size [m].
 
     Args:
-        marker: To change.
         x: [m]
         y: [m]
         z: [m]

@@ -17,21 +17,12 @@ class Movers:
     """Markers of walkers, vehicles and things; markers of things that are gone are deleted once."""
 
     def __init__(self, world: World) -> None:
-        """Begin with nothing shown.
-
-        Args:
-            world: Asked for what moves.
-        """
         self._world = world
         self._ids: dict[tuple[str, int], int] = {}  # by name of the body and number of its part
         self._shown: set[int] = set()
 
     def markers(self, tick: int) -> list[Marker]:
-        """Return what changes what is shown to what there is.
-
-        Args:
-            tick: Current tick.
-        """
+        """Return what changes what is shown to what there is."""
         markers = [walker_marker(i, disc, tick) for i, disc in enumerate(self._world.walkers())]
         objects = [m for body in self._world.objects() for m in body_markers(body, "object", 0)]
         for marker in objects:
@@ -47,9 +38,7 @@ def walker_marker(number: int, disc: FloatArray, tick: int) -> Marker:
     """Return the marker of a walker.
 
     Args:
-        number: Its id.
         disc: x, y, radius (3,) [m] in the map frame.
-        tick: Current tick.
     """
     marker = marker_of("walker", number, Marker.CYLINDER, WALKER, tick)
     marker.pose = ros_io.pose_msg(Pose(float(disc[0]), float(disc[1]), 0.0))

@@ -26,13 +26,7 @@ class ScenePublisher:
     """The topics `/sim/scene`, `/sim/tf` and `/sim/movers`."""
 
     def __init__(self, node: Node, scene: Scene, world: World) -> None:
-        """Create the topics, and publish what never moves.
-
-        Args:
-            node: Of the world.
-            scene: What never moves.
-            world: Asked for what moves.
-        """
+        """Create the topics, and publish what never moves."""
         self._world = world
         self.renew(world.names)
         make = node.create_publisher
@@ -54,11 +48,7 @@ class ScenePublisher:
         self._is_stale = True
 
     def look_for_viewers(self, tick: int) -> None:
-        """See who listens; they get what is new to them, also while the world is paused.
-
-        Args:
-            tick: Current tick.
-        """
+        """See who listens; they get what is new to them, also while the world is paused."""
         before = self._tf_readers, self._mover_readers
         self._tf_readers = self._tf.get_subscription_count()
         self._mover_readers = self._movers.get_subscription_count()
@@ -68,11 +58,7 @@ class ScenePublisher:
             self.publish(tick)
 
     def publish(self, tick: int) -> None:
-        """Publish the poses of all robots to whoever has subscribed.
-
-        Args:
-            tick: Current tick.
-        """
+        """Publish the poses of all robots to whoever has subscribed."""
         if self._tf_readers:
             self._tf.publish(self._writer.encode(tick, self._world.poses[self._rows]))
         if self._mover_readers:
@@ -82,11 +68,7 @@ class ScenePublisher:
 
 
 def scene_markers(scene: Scene) -> list[Marker]:
-    """Return the markers of all that never moves: bodies, stations, circuits.
-
-    Args:
-        scene: With its stations and circuits.
-    """
+    """Return the markers of all that never moves: bodies, stations, circuits."""
     markers: list[Marker] = []
     for body in (*scene.fixed, *scene.decor):
         markers += body_markers(body, "body", len(markers))
