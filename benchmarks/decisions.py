@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.methods import Driver
-from swarm_bench.runs.stage import RunOptions, build
 from swarm_common.model.beacon import Reception
 from swarm_common.model.records import Odometry, Scan
 from swarm_nav.core.goals import Goal, Output, Status

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.scale.row import ScaleRow
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.scenario import Scenario
-from swarm_bench.runs.stage import RunOptions
 from swarm_bench.suite.table import number
 from swarm_common.model.engines import BULLET, check_engine
 from swarm_sim.sensing.lidar import Lidars

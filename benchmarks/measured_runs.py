@@ -21,10 +21,10 @@ from rich.console import Console
 from benchmarks.scale.plan import GRAPH, HARNESS, ScaleJob, plan_jobs
 from benchmarks.scale.sweep import commit_of, run_jobs
 from swarm_bench.halls.halls import hall_runs, run_hall
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.result import RunResult, result_from_json
 from swarm_bench.runs.ros_run import run_on_graph
-from swarm_bench.runs.stage import RunOptions
 from swarm_bench.suite.machine import machine_line
 from swarm_bench.suite.selection import select
 from swarm_bench.suite.store import key_of, key_of_options

@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.scale.plan import ScaleJob
 from benchmarks.scale.process import result_of, run_program
 from benchmarks.scale.result import ScaleResult
-from swarm_bench.runs.stage import RunOptions, build
+from swarm_bench.runs.episode import RunOptions, build
 from swarm_commander.mission.itinerary import Itinerary
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import FloatArray

@@ -16,7 +16,7 @@ from benchmarks.scale.result import ScaleResult
 from benchmarks.scale.row import COMMON, ENDS, Column, ScaleRow, markdown, rows_of, scale_table
 from benchmarks.scale.sweep import run_scale
 from swarm_bench.runs.document import replace_part
-from swarm_bench.runs.stage import RunOptions, build
+from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.suite.command import JsonLines, new_console
 from swarm_bench.suite.selection import parse_sizes
 from swarm_common.model.errors import UnknownNameError

@@ -7,9 +7,9 @@ import pstats
 from pathlib import PurePath
 from typing import Any
 
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.scenario import Scenario
-from swarm_bench.runs.stage import RunOptions
 
 WARM_TICKS = 20
 TICKS = 300

@@ -108,9 +108,9 @@ class BagFeed:
 
     def take(self) -> list[tuple[str, bytes]]:
         """Return (topic, serialized message) of each message since the last call."""
-        return [(topic, data) for topic, _, data in self.take_stamped()]
+        return [(topic, data) for topic, _, data in self.receive_stamped()]
 
-    def take_stamped(self) -> list[Item]:
+    def receive_stamped(self) -> list[Item]:
         """Return the messages due as `take` does, each with its time [ns]."""
         self._go_on()
         newest: dict[tuple[str, bytes], Item] = {}

@@ -16,9 +16,9 @@ import tracemalloc
 from pathlib import Path
 from typing import Any
 
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.scenario import Scenario
-from swarm_bench.runs.stage import RunOptions
 from swarm_nav.planning.search import SearchSpace
 from tests.fakes.counting.sitecustomize import NAMES, SIZE
 

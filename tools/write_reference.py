@@ -16,10 +16,10 @@ import typer
 
 from benchmarks.app import load as load_benchmarks
 from swarm_bench import cli as bench_cli
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import load_scenario
-from swarm_bench.runs.stage import RunOptions
 from swarm_commander.cli import main as commander_cli
 from swarm_commander.cli.commander_command import commander_app
 from swarm_commander.cli.fleet_command import fleet_app

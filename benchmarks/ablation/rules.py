@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_bench.halls.halls import run_hall
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.result import RunResult
-from swarm_bench.runs.stage import RunOptions
 from swarm_bench.suite.summary import mean_interval
 from swarm_common.model.errors import UnknownNameError
 from swarm_nav.core.config import NavConfig, parameter_values

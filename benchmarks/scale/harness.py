@@ -71,9 +71,9 @@ def measure(job: dict[str, Any]) -> dict[str, Any]:
         `start_up`, `sim_time`, `wall_time` and `cpu` by part [s], `rss_mb` [MB], `tick_us` [µs],
         counters, and the hash of the trajectories.
     """
+    from swarm_bench.runs.episode import RunOptions, build
     from swarm_bench.runs.harness import Harness
     from swarm_bench.runs.scenario import Scenario
-    from swarm_bench.runs.stage import RunOptions, build
 
     scenario = Scenario(
         **job["scenario"], time_limit={job["robots"]: job["seconds"]}, robots=(job["robots"],)

@@ -12,8 +12,8 @@ from benchmarks.scale.graph import run_graph
 from benchmarks.scale.plan import GRAPH, ScaleJob
 from benchmarks.scale.process import run_harness
 from benchmarks.scale.result import ScaleResult, read_scale_results
+from swarm_bench.runs.episode import RunOptions, check
 from swarm_bench.runs.json_lines import collected, taken_over
-from swarm_bench.runs.stage import RunOptions, check
 from swarm_bench.suite.machine import machine_line
 from swarm_bench.suite.table import number
 

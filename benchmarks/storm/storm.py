@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from benchmarks.storm.plan import FOR_EVER, Crate, Failure, Fault, StormPlan, draw_plan
 from benchmarks.storm.reachable import Disc, Floor
+from swarm_bench.runs.episode import RunOptions, build, ground_of, nav_config
 from swarm_bench.runs.harness import Harness, InjectedFaults
 from swarm_bench.runs.json_lines import rounded
 from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.scenario import Scenario
-from swarm_bench.runs.stage import RunOptions, build, ground_of, nav_config
 from swarm_commander.mission.leg import Stop
 from swarm_common.model.breaches import Collision
 from swarm_sim.scene.scene import Body, Box, Part, transform_from_xyz_rpy

@@ -10,7 +10,7 @@ import typer
 from swarm_bench.halls.halls import DRAWN, hall_runs, run_hall
 from swarm_bench.halls.report import halls_markdown
 from swarm_bench.runs.document import check_part, replace_part
-from swarm_bench.runs.stage import parse_parameters
+from swarm_bench.runs.episode import parse_parameters
 from swarm_bench.suite.command import Jobs, JsonLines, Settings, bench_app, exit_code, new_console
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes
 from swarm_bench.suite.sweep import Sweep

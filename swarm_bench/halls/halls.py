@@ -7,18 +7,18 @@ from typing import Any
 
 from swarm_bench.halls.hall import Hall
 from swarm_bench.halls.hall_maker import MISSIONS, HallRequest, make_hall
-from swarm_bench.runs.harness import Harness
-from swarm_bench.runs.result import RunResult
-from swarm_bench.runs.scenario import Scenario
-from swarm_bench.runs.stage import (
+from swarm_bench.runs.episode import (
+    Episode,
     RunOptions,
-    Stage,
     make_drivers,
     make_world,
     nav_config,
     robot_named,
     room_for,
 )
+from swarm_bench.runs.harness import Harness
+from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.scenario import Scenario
 from swarm_commander.mission.itinerary import Itinerary
 from swarm_commander.mission.leg import Stop
 from swarm_common.model.errors import ConfigError, UnknownNameError
@@ -125,7 +125,7 @@ def hall_of(options: RunOptions) -> tuple[Hall, Grid]:
     return make_hall(wish, options.seed)
 
 
-def build_hall(options: RunOptions) -> Stage:
+def build_hall(options: RunOptions) -> Episode:
     """Return the stage of one of `hall_runs`.
 
     Raises:
@@ -143,7 +143,7 @@ def build_hall(options: RunOptions) -> Stage:
     itineraries = [Itinerary(route, 1) for route in stops]
     dead = frozenset(range(options.robots - hall.dead, options.robots))
     found = room_for(options, specs, grid, hall.homes, stops, dead)
-    return Stage(world, drivers, itineraries, hall.homes, dead, grid, conditions=found)
+    return Episode(world, drivers, itineraries, hall.homes, dead, grid, conditions=found)
 
 
 def _stops(goals: Sequence[Pose], names: dict[tuple[float, float], str]) -> list[Stop]:

@@ -16,12 +16,12 @@ from typing import cast
 
 import numpy as np
 
+from swarm_bench.runs.episode import Episode, RunOptions, build
 from swarm_bench.runs.invariant import Invariant
 from swarm_bench.runs.methods import Driver, StagedDriver
 from swarm_bench.runs.pose_error import PoseErrors
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.result_builder import compose_result
-from swarm_bench.runs.stage import RunOptions, Stage, build
 from swarm_commander.mission.itinerary import Order
 from swarm_commander.run.results.wait_graph import WaitGraph, waits_for
 from swarm_common.middleware.cdr import yaw_of
@@ -62,7 +62,7 @@ class Harness:
         *,
         on_tick: Watcher | None = None,
         faults: InjectedFaults | None = None,
-        stage: Stage | None = None,
+        stage: Episode | None = None,
         times_all: bool = False,
     ) -> None:
         """Build the stage, or take one that was built elsewhere.
@@ -137,7 +137,7 @@ class Harness:
             if output is not None and (output.events or tick == 0):
                 self._follow_mission(index, tick, output)
         if tick % WAITS_EVERY == 0:
-            self._note_waits(tick)
+            self._record_waits(tick)
         if self._pose_errors is not None:
             self._pose_errors.note(self.stage.drivers, world.poses, self._dead)
         if self._on_tick is not None:
@@ -147,7 +147,7 @@ class Harness:
         self._watch(world.step(self._twists, self._sent))
         return True
 
-    def _note_waits(self, tick: int) -> None:
+    def _record_waits(self, tick: int) -> None:
         for index, name in enumerate(self.stage.world.names):
             if index not in self._dead:
                 status = self.stage.drivers[index].status()

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from swarm_bench.runs.episode import Episode, RunOptions
 from swarm_bench.runs.invariant import Invariant
 from swarm_bench.runs.result import RobotResult, RunResult, finite
-from swarm_bench.runs.stage import RunOptions, Stage
 from swarm_commander.mission.itinerary import Itinerary
 from swarm_commander.run.results.fairness import fairness
 from swarm_common.model.breaches import MissedGoal, UnfinishedGoal
@@ -24,7 +24,7 @@ COUNTERS = ("pushes", "retreats", "deadlocks_resolved", "replans")
 
 def compose_result(
     options: RunOptions,
-    stage: Stage,
+    stage: Episode,
     dead: Collection[int],
     invariant: Invariant,
     durations: Sequence[float],
@@ -154,7 +154,7 @@ def _robot(itinerary: Itinerary, truth: RobotVerdict, status: Status) -> RobotRe
     )
 
 
-def _first_miss(stage: Stage, alive: Sequence[int]) -> str:
+def _first_miss(stage: Episode, alive: Sequence[int]) -> str:
     """Return the first goal that a robot gave up, or else one that was still under way."""
     misses = [
         MissedGoal(stage.world.names[i], o.stop.name, o.tick * CONTROL_PERIOD, o.reason)

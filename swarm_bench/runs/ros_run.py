@@ -13,9 +13,9 @@ from typing import Any
 
 import yaml
 
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.result import RobotResult, RunResult
 from swarm_bench.runs.result_builder import COUNTERS, identity
-from swarm_bench.runs.stage import RunOptions
 from swarm_common.files.resources import find_resource
 from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal
 from swarm_common.model.errors import SwarmError

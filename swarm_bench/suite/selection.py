@@ -6,9 +6,9 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
+from swarm_bench.runs.episode import RunOptions, parse_parameters
 from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.scenario import check_size, load_scenario, scenario_names
-from swarm_bench.runs.stage import RunOptions, parse_parameters
 from swarm_bench.suite.sweep import Sweep
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError

@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.json_lines import read_json_lines
 from swarm_bench.runs.result import RunResult, result_from_json
 from swarm_bench.runs.result_builder import conditions
 from swarm_bench.runs.ros_run import ENGINE as ROS
-from swarm_bench.runs.stage import RunOptions
 
 Key = tuple[Any, ...]
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.result_builder import conditions
 from swarm_bench.runs.scenario import Scenario, load_scenario, scenario_names
-from swarm_bench.runs.stage import RunOptions
 
 RESAMPLES = 2000  # of the bootstrap
 

@@ -13,11 +13,11 @@ from typing import TypeVar
 
 from rich.console import Console
 
+from swarm_bench.runs.episode import RunOptions, check
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.json_lines import collected, taken_over
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import run_on_graph
-from swarm_bench.runs.stage import RunOptions, check
 from swarm_bench.suite import store
 from swarm_bench.suite.table import run_line
 from swarm_common.process.compile_watch import watched

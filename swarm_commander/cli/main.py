@@ -105,7 +105,7 @@ def load_app(name: str) -> typer.Typer:
     return app
 
 
-def take_usual_signals() -> None:
+def install_signal_handlers() -> None:
     """Undo what whoever started us has set of signals; a process inherits that.
 
     Where SIGCHLD is ignored, every process seems to end with exit code 0.
@@ -178,7 +178,7 @@ def run_app(name: str, load: Callable[[], typer.Typer]) -> int:
 
 
 def _run_app(name: str, load: Callable[[], typer.Typer]) -> int:
-    take_usual_signals()
+    install_signal_handlers()
     if sys.argv[1:] == ["--version"]:
         from importlib import metadata
 

@@ -90,15 +90,15 @@ class ClientState:
         """Whether the world's host was heard, and is not now."""
         return self._is_silent
 
-    def note_active(self, robot: str) -> None:
+    def record_active(self, robot: str) -> None:
         """A navigator has become active."""
         self._report["active"].append(robot)
 
-    def note_death(self, robot: str, code: int) -> None:
+    def record_death(self, robot: str, code: int) -> None:
         """A navigator has died."""
         self._report["died"][robot] = code
 
-    def note_usage(self, cpu: float, rss_mb: float) -> None:
+    def record_usage(self, cpu: float, rss_mb: float) -> None:
         """The navigators have used this much."""
         self._report |= {"cpu": cpu, "rss_mb": rss_mb}
 
@@ -106,7 +106,7 @@ class ClientState:
         """The user wants this host to stop."""
         self._report["is_leaving"] = True
 
-    def take_description(self, text: str, now: float) -> list[Event]:
+    def receive_description(self, text: str, now: float) -> list[Event]:
         """Take what the world's host says of the run."""
         if self._is_welcome or self.is_over:
             return []
@@ -119,7 +119,7 @@ class ClientState:
         self.description = description
         return []
 
-    def note_forgery(self, now: float) -> list[Event]:
+    def record_forgery(self, now: float) -> list[Event]:
         """A sender without this host's secret speaks as a world's host; it is not obeyed.
 
         If no other world is heard, though, the two hosts have different secrets.
@@ -134,7 +134,7 @@ class ClientState:
             return self._end(WorldLost(message))
         return self._end(WorldHasOtherSecret())
 
-    def take_table(self, run: str, answer: Mapping[str, Any], now: float) -> list[Event]:
+    def receive_table(self, run: str, answer: Mapping[str, Any], now: float) -> list[Event]:
         """Take how the world's host sees the hosts, and how run `run` goes."""
         if self.description is None or self.is_over:
             return []
@@ -189,7 +189,7 @@ class ClientState:
         if self.is_over:
             return []
         if not self._is_welcome:
-            return self._look_for_world(waited)
+            return self._poll_world(waited)
         events: list[Event] = []
         if waited > NOTICE_AFTER and not self._is_silent:
             self._is_silent = True
@@ -199,7 +199,7 @@ class ClientState:
             events += self._end(WorldLost(message))
         return events
 
-    def _look_for_world(self, waited: float) -> list[Event]:
+    def _poll_world(self, waited: float) -> list[Event]:
         if waited > self._find_limit:
             return self._end(WorldUnanswered(waited))
         if waited > HINT_AFTER and not self._has_hinted:

@@ -15,7 +15,13 @@ from std_msgs.msg import String
 
 from swarm_commander.hosts.client_state import ClientState
 from swarm_commander.hosts.host_link import LinkEnd, serve
-from swarm_commander.hosts.host_table import CHARTER, HOSTS, REPORT_PERIOD, ROLL, HostReport
+from swarm_commander.hosts.host_table import (
+    DESCRIPTION_TOPIC,
+    HOSTS,
+    REPORT_PERIOD,
+    TABLE_TOPIC,
+    HostReport,
+)
 from swarm_commander.hosts.link_probe import NOTHING, Asker, ProbeSocket
 from swarm_common.middleware.ros_io import LATCHED, NEWEST
 from swarm_common.middleware.sealed import ForgedError, Letter, Opener, Sealer
@@ -41,7 +47,10 @@ class HostClient(LinkEnd[ClientCommand]):
         self, node: Node, config: dict[str, Any], events: EventWriter, secret: str
     ) -> None:
         super().__init__(events)
-        self._descriptions, self._tables = Opener(secret, CHARTER), Opener(secret, ROLL)
+        self._descriptions, self._tables = (
+            Opener(secret, DESCRIPTION_TOPIC),
+            Opener(secret, TABLE_TOPIC),
+        )
         self._sealer = Sealer(secret, HOSTS, config["host"])
         report = HostReport(config["host"], config["label"], tuple(config["robots"]))
         self.state = ClientState(report, config["edition"], config["stated"], time.monotonic())
@@ -50,23 +59,23 @@ class HostClient(LinkEnd[ClientCommand]):
         self._world_address = config["world_address"]
         self._asker = Asker(secret, config["host"])
         self._answers: SimpleQueue[tuple[bytes, float]] = SimpleQueue()  # heard in a thread; [s]
-        self._probe = ProbeSocket(config["own_address"], config["domain"], self._take_answer)
+        self._probe = ProbeSocket(config["own_address"], config["domain"], self._receive_answer)
         self._found = ""
         self._reports = node.create_publisher(String, HOSTS, NEWEST)
-        node.create_subscription(String, CHARTER, self._take_description, LATCHED)
-        node.create_subscription(String, ROLL, self._take_table, NEWEST)
+        node.create_subscription(String, DESCRIPTION_TOPIC, self._receive_description, LATCHED)
+        node.create_subscription(String, TABLE_TOPIC, self._receive_table, NEWEST)
 
-    def take_command(self, command: ClientCommand) -> None:
+    def receive_command(self, command: ClientCommand) -> None:
         """Obey swarm-up."""
         match command:
             case ReportActive(robot=robot):
-                self.state.note_active(robot)
+                self.state.record_active(robot)
                 self._due = 0.0
             case ReportDeath(robot=robot, returncode=code):
-                self.state.note_death(robot, code)
+                self.state.record_death(robot, code)
                 self._due = 0.0
             case ReportUsage(cpu=cpu, rss_mb=rss_mb):
-                self.state.note_usage(cpu, rss_mb)
+                self.state.record_usage(cpu, rss_mb)
             case _:
                 assert_never(command)
 
@@ -108,7 +117,7 @@ class HostClient(LinkEnd[ClientCommand]):
 
         self._events.write(NetworkFigures(self._asker.figures(time.monotonic())))
 
-    def _take_answer(self, data: bytes, _: str) -> None:
+    def _receive_answer(self, data: bytes, _: str) -> None:
         self._answers.put((data, time.monotonic()))
 
     def _look_at_network(self, now: float) -> None:
@@ -120,21 +129,21 @@ class HostClient(LinkEnd[ClientCommand]):
             self._events.write(NetworkFault(text))
         self._found = found or self._found
 
-    def _take_description(self, message: String) -> None:
+    def _receive_description(self, message: String) -> None:
         letter = self._open(self._descriptions, message)
         if letter is None:
             return
         text = str(letter.content["description"])
-        events = self.state.take_description(text, time.monotonic())
+        events = self.state.receive_description(text, time.monotonic())
         if self.state.description is not None and self.state.description.run == letter.run:
             self._description_path.write_text(text, encoding="utf-8")
         self._pass_on(events)
 
-    def _take_table(self, message: String) -> None:
+    def _receive_table(self, message: String) -> None:
         letter = self._open(self._tables, message)
         if letter is None:
             return
-        self._pass_on(self.state.take_table(letter.run, letter.content, time.monotonic()))
+        self._pass_on(self.state.receive_table(letter.run, letter.content, time.monotonic()))
         if self.state.is_over:
             self._due = 0.0
 
@@ -143,7 +152,7 @@ class HostClient(LinkEnd[ClientCommand]):
         try:
             return opener.open(message.data)
         except ForgedError:
-            self._pass_on(self.state.note_forgery(time.monotonic()))
+            self._pass_on(self.state.record_forgery(time.monotonic()))
             return None
 
 

@@ -36,7 +36,7 @@ class LinkEnd(ABC, Generic[Kind]):
         """Whether the other end knows that this one leaves."""
 
     @abstractmethod
-    def take_command(self, command: Kind) -> None:
+    def receive_command(self, command: Kind) -> None:
         """Obey swarm-up."""
 
     @abstractmethod
@@ -86,7 +86,7 @@ def serve(
         while time.monotonic() < deadline:
             executor.spin_once(timeout_sec=TURN)
             for command in commands.read():
-                end.take_command(command)
+                end.receive_command(command)
             if stopping and deadline == float("inf"):
                 deadline = time.monotonic() + FAREWELL
                 end.leave()

@@ -14,10 +14,16 @@ import msgspec
 from rclpy.node import Node
 from std_msgs.msg import String
 
-from swarm_commander.hosts.host_door import HostDoor
 from swarm_commander.hosts.host_link import LinkEnd, serve
-from swarm_commander.hosts.host_table import CHARTER, HOSTS, REPORT_PERIOD, ROLL, HostTable
+from swarm_commander.hosts.host_table import (
+    DESCRIPTION_TOPIC,
+    HOSTS,
+    REPORT_PERIOD,
+    TABLE_TOPIC,
+    HostTable,
+)
 from swarm_commander.hosts.link_probe import Answerer, ProbeSocket
+from swarm_commander.hosts.report_check import ReportCheck
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_io import LATCHED, NEWEST
 from swarm_common.middleware.sealed import Sealer
@@ -45,21 +51,21 @@ class HostServer(LinkEnd[ServerCommand]):
         self._answerer = Answerer(secret)
         self._probe = ProbeSocket(config["address"], config["domain"], self._answerer.answer)
         self._rejections = Rejections(events, lambda line: sys.stderr.write(line + "\n"))
-        self._door = HostDoor(secret, self._run, self._rejections)
-        self._sealer = Sealer(secret, ROLL, self._run)
+        self._door = ReportCheck(secret, self._run, self._rejections)
+        self._sealer = Sealer(secret, TABLE_TOPIC, self._run)
         self._table = HostTable(list(description["robots"]))
         self._figures: dict[str, Any] = {}
         self._removed: list[str] = []
         self._is_over = False
         self._reason = ""
         self._due = 0.0
-        self._description = node.create_publisher(String, CHARTER, LATCHED)
-        self._tables = node.create_publisher(String, ROLL, NEWEST)
-        sealed = Sealer(secret, CHARTER, self._run).seal(
+        self._description = node.create_publisher(String, DESCRIPTION_TOPIC, LATCHED)
+        self._tables = node.create_publisher(String, TABLE_TOPIC, NEWEST)
+        sealed = Sealer(secret, DESCRIPTION_TOPIC, self._run).seal(
             self._run, {"description": json.dumps(description)}
         )
         self._description.publish(String(data=sealed))
-        node.create_subscription(String, HOSTS, self._take_report, NEWEST)
+        node.create_subscription(String, HOSTS, self._receive_report, NEWEST)
 
     @property
     def is_through(self) -> bool:
@@ -71,7 +77,7 @@ class HostServer(LinkEnd[ServerCommand]):
         self._is_over = True
         self._due = 0.0
 
-    def take_command(self, command: ServerCommand) -> None:
+    def receive_command(self, command: ServerCommand) -> None:
         """Obey swarm-up."""
         match command:
             case ShowFigures(figures=figures):
@@ -98,7 +104,7 @@ class HostServer(LinkEnd[ServerCommand]):
         self._rejections.flush()
         self._events.write(HostsSummary(self._table.summary()))
 
-    def _take_report(self, message: String) -> None:
+    def _receive_report(self, message: String) -> None:
         report = self._door.take(message.data)
         if report is None:
             return

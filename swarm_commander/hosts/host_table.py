@@ -26,7 +26,7 @@ from swarm_common.process.messages import (
     NavigatorDied,
 )
 
-CHARTER, ROLL, HOSTS = "/sim/charter", "/sim/roll", "/sim/hosts"  # topics
+DESCRIPTION_TOPIC, TABLE_TOPIC, HOSTS = "/sim/charter", "/sim/roll", "/sim/hosts"  # topics
 REPORT_PERIOD = 0.5  # [s] of wall time between two reports of each side
 NOTICE_AFTER = 3.0  # [s] of silence that the user is told of
 LOST_AFTER = 30.0  # [s] of silence after which the other side is given up

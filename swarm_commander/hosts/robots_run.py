@@ -186,7 +186,7 @@ class RobotsRun(ProcessRun):
                 self._stop("stopping")
             case RobotTakenOut(robot=robot):
                 self.statistics.robots[robot].left = True
-                self._keeper.remove(robot)
+                self._navigators.remove(robot)
                 self._tell(HOST, EndNavigator(robot))
             case _:
                 assert_never(event)
@@ -205,7 +205,7 @@ class RobotsRun(ProcessRun):
         robots = []
         for name in self._plan.robots:
             path = self._folder.params / f"{name}.yaml"
-            self._keeper.params[name] = str(path)
+            self._navigators.params[name] = str(path)
             write_parameter_file(path, description.parameter_file(name, sites))
             robots.append(
                 {"name": name, "params": str(path), "peers": description.peers.get(name, [])}
@@ -239,16 +239,16 @@ class RobotsRun(ProcessRun):
         super()._refuse(self._source.located(message, self._folder.params))
 
     def _on_active(self, robot: str) -> None:
-        if self._keeper.on_active(robot):
+        if self._navigators.on_active(robot):
             self._progress.note(f"{robot} is active again")
         self._tell(CLIENT, ReportActive(robot))
         if self.statistics.active == len(self._plan.robots) and self.active_after_wall is None:
-            self._note_all_active()
+            self._record_all_active()
 
     def _on_died(self, event: NavigatorDied) -> None:
         if self._is_stopping:
             return
-        if not self._take_death(event):
+        if not self._receive_death(event):
             self._tell(CLIENT, ReportDeath(event.robot, event.returncode))
 
 

@@ -10,7 +10,7 @@ What a module imports of its folder stands above it:
     discovery    Finds the running robots, and asks for their parameters over ROS
     exchange     Goals of robots that change places or roam: drawn for the whole swarm from one seed
     goal_client  An action client that knows its goals' ids
-    status_door  The door of the operator's side: which statuses are their robots', and of now
+    status_check  The door of the operator's side: which statuses are their robots', and of now
     leg          One part of a mission's route, and the goals that it means for a robot
     task         One action goal on its way, from the request to the result
     client       `RobotCommander`: one robot of a swarm driven from Python

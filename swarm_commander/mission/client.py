@@ -44,7 +44,7 @@ from swarm_commander.mission.discovery import robots_in_graph
 from swarm_commander.mission.goal_client import GoalClient
 from swarm_commander.mission.patience import SwarmPatience
 from swarm_commander.mission.robot_watch import RobotWatch, others
-from swarm_commander.mission.status_door import StatusDoor
+from swarm_commander.mission.status_check import StatusCheck
 from swarm_commander.mission.swarm_watch import SwarmWatch, has_swarm
 from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.middleware.rejections import Rejections
@@ -77,7 +77,7 @@ class RobotCommander:
         on_status: Callable[[RobotStatus], None] | None = None,
         *,
         with_feedback: bool = True,
-        door: StatusDoor | None = None,
+        door: StatusCheck | None = None,
         watches_swarm: bool = True,
     ) -> None:
         """Attach to a robot.
@@ -99,12 +99,12 @@ class RobotCommander:
         self._node = node
         self._on_status = on_status
         events = EventWriter(None)
-        self._door = door or StatusDoor(Rejections(events, node.get_logger().warning))
+        self._door = door or StatusCheck(Rejections(events, node.get_logger().warning))
         self._with_feedback = with_feedback
         self._watch = RobotWatch(node, self.name) if watches_swarm else None
         self._clients: dict[str, GoalClient] = {}
         self._subscription = node.create_subscription(
-            RobotStatus, f"/{self.name}/status", self._take_status, RELIABLE
+            RobotStatus, f"/{self.name}/status", self._receive_status, RELIABLE
         )
         self._initial_pose = node.create_publisher(
             PoseWithCovarianceStamped, f"/{self.name}/initialpose", RELIABLE
@@ -395,7 +395,7 @@ class RobotCommander:
             )
         return self._clients[action]
 
-    def _take_status(self, message: RobotStatus) -> None:
+    def _receive_status(self, message: RobotStatus) -> None:
         if not self._door.admits(self.name, message):
             return
         self.status = message

@@ -12,7 +12,7 @@ from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.mission.client import RobotCommander
 from swarm_commander.mission.itinerary import Itinerary, ItineraryState, Order, StopOutcome
-from swarm_commander.mission.status_door import StatusDoor
+from swarm_commander.mission.status_check import StatusCheck
 from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.middleware.ros_io import (
     LATCHED,
@@ -88,7 +88,7 @@ class RobotDriver:
         listener: Listener,
         *,
         announces: bool = True,
-        door: StatusDoor | None = None,
+        door: StatusCheck | None = None,
     ) -> None:
         """Attach to a robot.
 
@@ -101,7 +101,7 @@ class RobotDriver:
             door: Of the statuses of all robots of the caller; this robot's alone if there is none.
         """
         self.robot = RobotCommander(
-            node, name, self._take_status, with_feedback=False, door=door, watches_swarm=False
+            node, name, self._receive_status, with_feedback=False, door=door, watches_swarm=False
         )
         self.itinerary = itinerary
         self.order: Order | None = None
@@ -195,14 +195,14 @@ class RobotDriver:
             pose=pose_stamped(order.stop.pose_map, self.tick),
             behavior_tree=start_text(order.start_tick),
         )
-        self.robot.send("navigate_to_pose", NavigateToPose, goal, self._take_end)
+        self.robot.send("navigate_to_pose", NavigateToPose, goal, self._receive_end)
 
     @property
     def _settled_now(self) -> int:
         """Number of goals that the robot has ended since its navigator was started."""
         return 0 if self.robot.status is None else _settled_goals(self.robot.status)
 
-    def _take_status(self, status: RobotStatus) -> None:
+    def _receive_status(self, status: RobotStatus) -> None:
         self.tick = tick_of(status.stamp)
         self._settled = min(self._settled, _settled_goals(status))  # a new navigator begins at 0
         self._listener.on_status(self, status)
@@ -215,7 +215,7 @@ class RobotDriver:
         elif self.robot.isTaskComplete():
             self._settled = _settled_goals(status)
 
-    def _take_end(self, task: Task) -> None:
+    def _receive_end(self, task: Task) -> None:
         if self.itinerary is None or self.itinerary.is_over:
             return
         self._ended = task

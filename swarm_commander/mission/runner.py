@@ -21,7 +21,7 @@ from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.mission.itinerary import Itinerary, Order, StopOutcome
 from swarm_commander.mission.routes import routes
 from swarm_commander.mission.state_log import FILE, StateLog
-from swarm_commander.mission.status_door import StatusDoor
+from swarm_commander.mission.status_check import StatusCheck
 from swarm_common.files.journal import Journal
 from swarm_common.middleware.participants import Hubs, prepare
 from swarm_common.middleware.rclpy_compat import SafeExecutor
@@ -77,7 +77,7 @@ class Runner:
         self._events = events
         self._stands_still_at_end = bool(config["stand_still_at_end"])
         self._rejections = Rejections(events, hubs.nodes[0].get_logger().warning)
-        self._door = StatusDoor(self._rejections)
+        self._door = StatusCheck(self._rejections)
         self._drivers = {
             robot["name"]: RobotDriver(
                 hubs.node_of(index), robot["name"], itinerary, self, door=self._door
@@ -116,7 +116,7 @@ class Runner:
         self._flush()
         self._rejections.tell(time.monotonic())
 
-    def take_command(self, command: MissionCommand) -> None:
+    def receive_command(self, command: MissionCommand) -> None:
         """Obey swarm-up.
 
         Args:
@@ -355,7 +355,7 @@ def main() -> None:
             if time.monotonic() >= due:
                 due = time.monotonic() + TURN_PERIOD
                 for command in commands.read():
-                    runner.take_command(command)
+                    runner.receive_command(command)
                 runner.turn()
         runner.finish()
     # Everything of this process ends with it; taking the graph down entity by entity takes longer.

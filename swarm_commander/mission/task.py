@@ -69,7 +69,7 @@ class Task:
         self._is_cancelled = False
         self._refusal = ""  # why the robot refused the goal, if it says so
         self._delivery = Delivery(time.monotonic())
-        client.listen(self._goal_id, self._take_feedback)
+        client.listen(self._goal_id, self._receive_feedback)
         self._do(Action.SEND)
 
     @property
@@ -110,21 +110,21 @@ class Task:
     def _do(self, action: Action) -> None:
         if action is Action.SEND:
             sent = self._client.send_goal(self._goal_id, self._goal)
-            sent.add_done_callback(self._take_answer)
+            sent.add_done_callback(self._receive_answer)
         elif action is Action.ASK:
             asked = self._client.request_result(self._goal_id)
-            asked.add_done_callback(partial(self._take_result, self._delivery.question))
+            asked.add_done_callback(partial(self._receive_result, self._delivery.question))
 
-    def _take_feedback(self, feedback: Any) -> None:
+    def _receive_feedback(self, feedback: Any) -> None:
         self.feedback = feedback
 
-    def _take_answer(self, future: Future) -> None:
+    def _receive_answer(self, future: Future) -> None:
         is_accepted = future.result().accepted
         self._hear(DeliveryEvent.ACCEPTANCE if is_accepted else DeliveryEvent.REFUSAL)
         if is_accepted and self._is_cancelled:
             self.cancel()
 
-    def _take_result(self, question: int, future: Future) -> None:
+    def _receive_result(self, question: int, future: Future) -> None:
         response = future.result()
         if response.status == GoalStatus.STATUS_UNKNOWN:
             self._refusal = getattr(response.result, "error_msg", "")

@@ -175,7 +175,7 @@ class LocalRun(ProcessRun):
             self._robots.append(
                 {"name": name, "params": str(path), "goals": leads_to.get(name, []), "peers": []}
             )
-            self._keeper.params[name] = str(path)
+            self._navigators.params[name] = str(path)
 
     def _release_navigators(self) -> None:
         self._is_released = True
@@ -265,7 +265,7 @@ class LocalRun(ProcessRun):
             case RecordingEnded(path=path, messages=messages, lost=lost):
                 self._progress.note(f"recorded {messages} messages in {path}")
                 if lost:
-                    self._note_incident(
+                    self._record_incident(
                         f"the recording lacks {lost} messages: the {RECORDER} process or the"
                         " machine could not keep up, or was stopped for a while"
                     )
@@ -305,7 +305,7 @@ class LocalRun(ProcessRun):
         present = sorted(self._navigated, key=lambda robot: (len(robot), robot))
         write_rviz(self._folder.rviz, present, {name})
         write_foxglove(self._folder.foxglove, present, {name})
-        self._keeper.params[name] = str(path)
+        self._navigators.params[name] = str(path)
         self._tell(HOST, StartNavigator(name, str(path)))
         self._tell(RUNNER, WatchRobot(name))
         self._progress.note(f"{name} ({event.model}) came at t = {event.sim_time:.1f} s")
@@ -314,7 +314,7 @@ class LocalRun(ProcessRun):
         """End the navigator of a robot that was taken out."""
         name = event.robot
         self._navigated.discard(name)
-        self._keeper.remove(name)
+        self._navigators.remove(name)
         if self._is_stopping:
             return
         self._tell(HOST, EndNavigator(name))
@@ -322,18 +322,18 @@ class LocalRun(ProcessRun):
         self._progress.note(f"{name} was taken out at t = {event.sim_time:.1f} s")
 
     def _on_active(self, name: str) -> None:
-        if self._keeper.on_active(name):
+        if self._navigators.on_active(name):
             self._tell(RUNNER, RobotHeard(name))
             self._progress.note(f"{name} is active again")
         for request in self._requests.pop(name, []):
             request.answer(f"the navigator of {name} is active again", is_done=True)
-        self._note_start()
+        self._record_start()
 
-    def _note_start(self) -> None:
+    def _record_start(self) -> None:
         """Notice that all navigators are active that are not given up."""
-        awaited = set(self._plan.alive) - self._keeper.given_up
+        awaited = set(self._plan.alive) - self._navigators.given_up
         if self.active_after_wall is None and self.statistics.active >= len(awaited):
-            self._note_all_active()
+            self._record_all_active()
             if self._plan.mission is None:
                 sites = self._plan.sites
                 has_goals = bool(sites.stations or sites.places)
@@ -349,7 +349,7 @@ class LocalRun(ProcessRun):
             return
         name = event.robot
         self._tell(WORLD, RobotDead(name))
-        if self._take_death(event):
+        if self._receive_death(event):
             self._tell(RUNNER, RobotSilent(name))
         else:
             self._lose_for_good(name)
@@ -358,15 +358,15 @@ class LocalRun(ProcessRun):
         self._tell(RUNNER, RobotDead(name))
         for request in self._requests.pop(name, []):
             request.answer(f"the navigator of {name} died", is_done=False)
-        if self._navigated <= self._keeper.given_up:
+        if self._navigated <= self._navigators.given_up:
             self._stop("no robot is left")
         else:
-            self._note_start()
+            self._record_start()
 
     def _on_late(self, event: RobotLate) -> None:
         """A navigator hangs: the world waits for it no longer."""
         name, silence = event.robot, f"has not answered for {event.seconds:.0f} s"
-        if self._is_stopping or name in self._keeper.down | self._keeper.given_up:
+        if self._is_stopping or name in self._navigators.down | self._navigators.given_up:
             return
         if self._restarts.is_allowed and event.is_alone:
             self._kill_hanging(name, silence)
@@ -379,19 +379,22 @@ class LocalRun(ProcessRun):
         now = time.monotonic()
         for name in [name for name, due in self._suspects.items() if now > due]:
             del self._suspects[name]
-            if not self._is_stopping and name not in self._keeper.down | self._keeper.given_up:
+            if (
+                not self._is_stopping
+                and name not in self._navigators.down | self._navigators.given_up
+            ):
                 self._kill_hanging(name, "does not answer any more")
 
     def _kill_hanging(self, name: str, silence: str) -> None:
-        self._note_incident(f"{name} {silence}: it hangs and is killed")
-        self._keeper.kill(name)
+        self._record_incident(f"{name} {silence}: it hangs and is killed")
+        self._navigators.kill(name)
 
     def _is_fine(self, exit_: Exit) -> bool:
         return exit_.returncode == 0 and exit_.name.split("_")[0] == RVIZ  # its window was closed
 
     def _on_exit(self, exit_: Exit) -> None:
         if exit_.name == HOST and not self._is_stopping:
-            for name in self._keeper.on_fork_server_end():
+            for name in self._navigators.on_fork_server_end():
                 self.statistics.apply(NavigatorDied(name, exit_.returncode))
                 self._tell(WORLD, RobotDead(name))
                 self._tell(RUNNER, RobotSilent(name))
@@ -403,7 +406,7 @@ class LocalRun(ProcessRun):
         pause = self._restarts.on_death(exit_.name, time.monotonic())
         if pause is None:
             return False
-        self._note_incident(
+        self._record_incident(
             f"the {exit_.name} process ended: {describe_exit(exit_.returncode)};"
             f" it is restarted in {pause:g} s (see {self._folder.log(exit_.name)})"
         )
@@ -414,8 +417,8 @@ class LocalRun(ProcessRun):
             known = {robot["name"]: robot for robot in self._robots}
             robots = [
                 {**known.get(robot, {}), "name": robot, "params": params}
-                for robot, params in self._keeper.params.items()
-                if robot not in self._keeper.given_up
+                for robot, params in self._navigators.params.items()
+                if robot not in self._navigators.given_up
             ]
             kept = self._folder.trace / MAP_FILE  # the user may have changed the other since
             self._start(HOST, self._host_config(robots, kept))
@@ -438,9 +441,9 @@ class LocalRun(ProcessRun):
         for name, robot in robots:
             if robot.left:
                 self._tell(RUNNER, RobotGone(name))
-        for name in self._keeper.given_up:
+        for name in self._navigators.given_up:
             self._tell(RUNNER, RobotDead(name))
-        for name in self._keeper.down:
+        for name in self._navigators.down:
             self._tell(RUNNER, RobotSilent(name))
 
     def _refuse(self, message: str) -> None:
@@ -451,13 +454,13 @@ class LocalRun(ProcessRun):
         name = request.command.robot
         if self._is_stopping:
             request.answer("the swarm is about to end", is_done=False)
-        elif name not in self._keeper.params:
-            known = ", ".join(self._keeper.params) or "none on this host"
+        elif name not in self._navigators.params:
+            known = ", ".join(self._navigators.params) or "none on this host"
             request.answer(f"no navigator of '{name}' runs; there are {known}", is_done=False)
         else:
             self._requests.setdefault(name, []).append(request)
-            self._note_incident(f"{name} is restarted, as its user wants")
-            self._keeper.renew(name)
+            self._record_incident(f"{name} is restarted, as its user wants")
+            self._navigators.renew(name)
 
     # Time
 
@@ -466,7 +469,7 @@ class LocalRun(ProcessRun):
         return [
             name
             for name in self._plan.alive
-            if not self.statistics.robots[name].active and name not in self._keeper.given_up
+            if not self.statistics.robots[name].active and name not in self._navigators.given_up
         ]
 
     def _on_time_over(self) -> None:
@@ -514,7 +517,7 @@ class LocalRun(ProcessRun):
     def _check_runner(self) -> None:
         if not self._is_stopping and self._heartbeats.silence(RUNNER) > RUNNER_SILENCE:
             self._heartbeats.forget(RUNNER)
-            self._note_incident(f"the {RUNNER} process hangs and is killed")
+            self._record_incident(f"the {RUNNER} process hangs and is killed")
             self._supervisor.kill_one(RUNNER)
 
     def _check_mission(self) -> None:

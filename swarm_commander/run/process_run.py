@@ -16,8 +16,8 @@ import psutil
 
 from swarm_commander.run.domain import DomainLock, Request
 from swarm_commander.run.processes.heartbeat import Heartbeats
-from swarm_commander.run.processes.keeper import Keeper
 from swarm_commander.run.processes.launch import ProcessChild
+from swarm_commander.run.processes.navigators import NavigatorSupervisor
 from swarm_commander.run.processes.restarts import MOST, Restarts
 from swarm_commander.run.processes.signals import SignalCounter
 from swarm_commander.run.processes.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
@@ -119,7 +119,7 @@ class ProcessRun:
         self._usage_log = UsageLog(Journal(folder.trace / USAGE_FILE))
         self._is_stopping = False
         self._restarts = Restarts(is_allowed=restarts)
-        self._keeper = Keeper(
+        self._navigators = NavigatorSupervisor(
             self._restarts, lambda command: self._tell(self.fork_server, command), time.monotonic
         )
         self._heartbeats = Heartbeats(time.monotonic)
@@ -251,7 +251,7 @@ class ProcessRun:
     def _on_process_event(self, event: ProcessEvent) -> None:
         match event:
             case NavigatorForked(robot=robot):
-                self._keeper.on_fork(robot)
+                self._navigators.on_fork(robot)
             case VerdictReached(verdict=verdict):
                 self.verdict = verdict
             case Note(message=message):
@@ -259,7 +259,7 @@ class ProcessRun:
             case Compiling(ready=ready, known=known):
                 self._progress.compiling(ready, known)
             case InputsRejected(notices=notices):
-                self._note_rejections(notices)
+                self._record_rejections(notices)
             case ConditionsChecked(text=text, guaranteed=holds):
                 self._progress.note(text, "" if holds else "yellow")
             case ForeignPublisher(topic=topic, node=node):
@@ -328,46 +328,46 @@ class ProcessRun:
         """Start anew what is due; notice a fork server that does not do so."""
         if self._is_stopping:
             return
-        due = self._restarts.take_due(time.monotonic())
-        self._keeper.turn(due)
+        due = self._restarts.pop_due(time.monotonic())
+        self._navigators.turn(due)
         for name in due:
             if name in self.statistics.robots:
                 self.statistics.robots[name].restarts += 1
             else:
                 self._revive(name)
-        for name in self._keeper.overdue() if self._awaits_activity else ():
-            self._note_incident(f"{name} did not become active again: it hangs and is killed")
-            self._keeper.kill(name)
-        if self._keeper.is_fork_server_deaf() and self._supervisor.pid(self.fork_server):
-            self._note_incident(
+        for name in self._navigators.overdue() if self._awaits_activity else ():
+            self._record_incident(f"{name} did not become active again: it hangs and is killed")
+            self._navigators.kill(name)
+        if self._navigators.is_fork_server_deaf() and self._supervisor.pid(self.fork_server):
+            self._record_incident(
                 f"the {self.fork_server} process does not start anybody: it is killed"
             )
-            self._keeper.on_fork_server_end()
+            self._navigators.on_fork_server_end()
             self._supervisor.kill_one(self.fork_server)
 
     def _kill_stragglers(self, missing: Sequence[str]) -> None:
         """Kill navigators that hang at the start; they are restarted like any that die."""
         if not self._restarts.is_allowed:
             return
-        for name in self._keeper.stragglers(self.statistics.active, list(missing)):
-            self._note_incident(f"{name} did not become active with the others: it hangs")
-            self._keeper.kill(name)
+        for name in self._navigators.stragglers(self.statistics.active, list(missing)):
+            self._record_incident(f"{name} did not become active with the others: it hangs")
+            self._navigators.kill(name)
 
-    def _take_death(self, event: NavigatorDied) -> bool:
+    def _receive_death(self, event: NavigatorDied) -> bool:
         """Restart a dead navigator if that may help; return whether it will be restarted."""
         name, begins_anew = event.robot, event.returncode == BEGINS_ANEW
         how = f"died: {describe_exit(event.returncode)}"
         message = f"{name} {FORGOTTEN if begins_anew else how}"
-        pause = self._keeper.on_death(name, begins_anew=begins_anew)
+        pause = self._navigators.on_death(name, begins_anew=begins_anew)
         where = f"its log is in {self._folder.logs}"
         if pause is None:
             often = f" more than {MOST} times; it stays down" if self._restarts.is_allowed else ""
             self._fail(f"{message}{often}; {where}")
             return False
-        self._note_incident(f"{message}; it is restarted in {pause:g} s; {where}")
+        self._record_incident(f"{message}; it is restarted in {pause:g} s; {where}")
         return True
 
-    def _note_all_active(self) -> None:
+    def _record_all_active(self) -> None:
         """Begin to measure: all navigators are active that are expected."""
         self.active_after_wall = time.monotonic() - self._started
         self._sample(now=True)
@@ -378,13 +378,13 @@ class ProcessRun:
         if not self._is_stopping:
             self._progress.note(message, "yellow")
 
-    def _note_incident(self, message: str) -> None:
+    def _record_incident(self, message: str) -> None:
         self.incidents.append(f"t = {self.statistics.sim_time:.1f} s: {message}")
         self._progress.breach("incidents", message)
 
     # The end
 
-    def _note_rejections(self, notices: Mapping[str, str]) -> None:
+    def _record_rejections(self, notices: Mapping[str, str]) -> None:
         """Report the first rejection of each kind of input; the report counts the others."""
         for kind, notice in notices.items():
             if kind not in self._rejected:
@@ -418,7 +418,7 @@ class ProcessRun:
         if name.split("_")[0] in self.onlookers:
             self._fail(f"{message} (see {self._folder.log(name)})")
         else:
-            self._note_incident(message)
+            self._record_incident(message)
 
     def _fail(self, message: str) -> None:
         self.failures.append(message)

@@ -21,7 +21,7 @@ What a module imports of its folder stands above it:
     ros_poll        Topics that are polled instead of called back, every tick
     beacon_kernels  Numba kernel of the radio's door: which beacons say what no robot can mean
     cdr             CDR bytes of the messages sent every tick: odometry, scan, command
-    radio_door      The door of the radio: bytes of beacons, checked before a kernel reads them
+    radio_check      The door of the radio: bytes of beacons, checked before a kernel reads them
     ros_io          ROS messages that are not sent each tick, to and from our records
 
 May import of swarm_common: `robots`, `files`, `model`, `process`.

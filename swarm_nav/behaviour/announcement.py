@@ -35,9 +35,9 @@ from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import SAME_STATION, Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
-from swarm_nav.traffic.situation import Situation
 
 MODES = {
     State.IDLE: MODE_DONE,
@@ -87,7 +87,7 @@ def priorities(
 
 
 def compose_beacon(
-    situation: Situation,
+    robot: RobotState,
     spec: RobotSpec,
     deciders: Deciders,
     is_active: bool,
@@ -100,7 +100,7 @@ def compose_beacon(
         is_active: Whether the navigator is active.
         is_pausing: Whether the robot is served, and does not make way.
     """
-    s, d = situation, deciders
+    s, d = robot, deciders
     priority = s.priority
     is_yielding = d.right.is_yielding
     flags = (FLAG_STUCK if d.right.is_stuck or not is_active else 0) | d.holding.flags
@@ -127,7 +127,7 @@ def compose_beacon(
 
 
 def compose_status(
-    situation: Situation,
+    robot: RobotState,
     deciders: Deciders,
     is_active: bool,
     target: Pose | None,
@@ -148,7 +148,7 @@ def compose_status(
         is_by_hand: Whether an operator drives it.
         failure: Why the goal before was given up; empty if it was not.
     """
-    s, state = situation, deciders.state_machine.state
+    s, state = robot, deciders.state_machine.state
     lease, gate, holding = deciders.lease, deciders.gate, deciders.holding
     name, detail = state.value, ""
     station = _station_name(lease, sites)
@@ -203,7 +203,7 @@ def compose_status(
 
 
 def compose_feedback(
-    situation: Situation, goal_id: int, task: GoalProgress | None, behavior: Behavior | None
+    robot: RobotState, goal_id: int, task: GoalProgress | None, behavior: Behavior | None
 ) -> Feedback:
     """Return the progress of a task, or without one of a behaviour.
 
@@ -211,7 +211,7 @@ def compose_feedback(
         task: The current navigation goal; None without one.
         behavior: The current behaviour; None without one.
     """
-    s = situation
+    s = robot
     navigation, rest, traveled, angle = 0.0, 0.0, 0.0, 0.0
     if task is not None:
         navigation = (s.tick - task.start_tick) * CONTROL_PERIOD
@@ -233,9 +233,9 @@ def compose_feedback(
     )
 
 
-def _blocker(situation: Situation) -> str:
+def _blocker(robot: RobotState) -> str:
     """Say for whom a robot stands on its way, and why."""
-    return f"for Srobot{situation.blocked_by}, which {situation.blocked_why}"
+    return f"for Srobot{robot.blocked_by}, which {robot.blocked_why}"
 
 
 def _queue(lease: Lease, gate: Gate, station: str) -> str:

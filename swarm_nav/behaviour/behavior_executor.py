@@ -18,7 +18,7 @@ from swarm_nav.core.states import Event, State
 from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import QUEUE_STEP, Lease
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 
 
 class BehaviorExecutor:
@@ -26,7 +26,7 @@ class BehaviorExecutor:
 
     def __init__(
         self,
-        situation: Situation,
+        robot: RobotState,
         state_machine: StateMachine,
         goal_manager: GoalManager,
         lease: Lease,
@@ -41,10 +41,10 @@ class BehaviorExecutor:
             lease: Its turn at the station that it drives to.
             gate: Its admission to the narrow region ahead.
         """
-        self._s = situation
+        self._s = robot
         self._state_machine = state_machine
         self._goal_manager = goal_manager
-        self._route = Route(situation, goal_manager)
+        self._route = Route(robot, goal_manager)
         self._lease = lease
         self._gate = gate
         self._holding = holding
@@ -83,7 +83,7 @@ class BehaviorExecutor:
         """Note that the robot may not drive, so that this does not count as lack of progress."""
         task = self._goal_manager.task
         if task is not None:
-            task.note_progress(self._s, True)
+            task.record_progress(self._s, True)
 
     def _behave(self) -> Twist:
         goal_manager = self._goal_manager
@@ -158,7 +158,7 @@ class BehaviorExecutor:
 
     def _hold(self, task: GoalProgress) -> None:
         s = self._s
-        task.note_holding(s)
+        task.record_holding(s)
         period = s.ticks(s.config.traffic.stuck_time)
         if self._gate.is_closed and (s.tick + s.robot_id) % period == 0:
             self._recheck_gate(task)
@@ -196,7 +196,7 @@ class BehaviorExecutor:
         traffic = s.config.traffic
         is_listening = s.tick - s.listening_since < 2 * traffic.listen_ticks
         is_waiting = s.blocked_ticks > 0 or s.is_unconfirmed
-        task.note_progress(s, is_listening or is_waiting, is_person_near)
+        task.record_progress(s, is_listening or is_waiting, is_person_near)
         code = ErrorCode.FAILED_TO_MAKE_PROGRESS
         if s.tick - task.moved_tick > s.ticks(traffic.patience):
             message = f"blocked by Srobot{s.blocked_by} for {traffic.patience:.0f} s"

@@ -9,7 +9,7 @@ from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist, wrap_angle
 from swarm_nav.control.controller import Controller
 from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
 from swarm_nav.planning.planner import path_length, straight_path
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 
 SPIN_DONE = 0.03  # [rad]
 TELEOP_TICKS = 5  # without a new wish after which a steered robot stops
@@ -36,22 +36,22 @@ class BehaviorEnd:
 class Behavior:
     """One run of SPIN, BACKUP, DRIVE_ON_HEADING, WAIT or TELEOP; `end` is None while it runs."""
 
-    def __init__(self, goal: Goal, situation: Situation) -> None:
+    def __init__(self, goal: Goal, robot: RobotState) -> None:
         """Start at the present pose and tick.
 
         Args:
             goal: Of kind SPIN, BACKUP, DRIVE_ON_HEADING, WAIT or TELEOP.
         """
         self.goal = goal
-        self._start_tick = situation.tick
-        self._start: Pose = situation.pose
-        self._last_yaw = situation.pose.yaw
+        self._start_tick = robot.tick
+        self._start: Pose = robot.pose
+        self._last_yaw = robot.pose.yaw
         self.angle_traveled = 0.0
         self._is_pathed = False
         self._driven = 0.0  # [m] before the last interruption
         self._traveled = 0.0  # [m] at the last step
         self.end: BehaviorEnd | None = None
-        self._wish, self._wish_tick = Twist(), situation.tick
+        self._wish, self._wish_tick = Twist(), robot.tick
         self._room = 0.0  # [m] of the present way
         self._way = 0  # of a steered robot: 1 ahead, -1 back, 0 neither
 
@@ -63,113 +63,113 @@ class Behavior:
         """End at the next step."""
         self.end = end
 
-    def resume(self, situation: Situation) -> None:
+    def resume(self, robot: RobotState) -> None:
         """Continue with the rest of the behaviour after the robot made way for another one."""
-        self._last_yaw = situation.pose.yaw
+        self._last_yaw = robot.pose.yaw
         self._driven = self._traveled
-        self._start = situation.pose
+        self._start = robot.pose
         self._is_pathed = False
 
-    def step(self, situation: Situation, controller: Controller) -> Twist:
+    def step(self, robot: RobotState, controller: Controller) -> Twist:
         """Return the twist of this tick; `end` tells when it is over."""
-        self.angle_traveled += wrap_angle(situation.pose.yaw - self._last_yaw)
-        self._last_yaw = situation.pose.yaw
-        self._traveled = self.distance_traveled(situation)
-        elapsed = (situation.tick - self._start_tick) * CONTROL_PERIOD
+        self.angle_traveled += wrap_angle(robot.pose.yaw - self._last_yaw)
+        self._last_yaw = robot.pose.yaw
+        self._traveled = self.distance_traveled(robot)
+        elapsed = (robot.tick - self._start_tick) * CONTROL_PERIOD
         kind = self.goal.kind
         if kind is GoalKind.WAIT:
             if elapsed >= self.goal.duration:
                 self.end = BehaviorEnd()
-            return controller.stop(situation.twist)
+            return controller.stop(robot.twist)
         if self.goal.duration > 0.0 and elapsed > self.goal.duration:
             code = TIMEOUTS.get(kind, ErrorCode.DRIVE_TIMEOUT)
             self.end = BehaviorEnd(code, f"not done after {self.goal.duration:.1f} s")
-            return controller.stop(situation.twist)
+            return controller.stop(robot.twist)
         if kind is GoalKind.SPIN:
-            return self._spin(situation, controller)
+            return self._spin(robot, controller)
         if kind is GoalKind.TELEOP:
-            return self._teleop(situation, controller)
-        return self._drive(situation, controller)
+            return self._teleop(robot, controller)
+        return self._drive(robot, controller)
 
-    def distance_traveled(self, situation: Situation) -> float:
+    def distance_traveled(self, robot: RobotState) -> float:
         """Return the distance [m] from the start, without ways to make way."""
-        return self._driven + self._start.distance(situation.pose)
+        return self._driven + self._start.distance(robot.pose)
 
-    def _spin(self, situation: Situation, controller: Controller) -> Twist:
+    def _spin(self, robot: RobotState, controller: Controller) -> Twist:
         rest = self.goal.angle - self.angle_traveled
         if abs(rest) < SPIN_DONE:
             self.end = BehaviorEnd()
-            return controller.stop(situation.twist)
+            return controller.stop(robot.twist)
         step = max(-1.5, min(1.5, rest))
-        return controller.turn_to(situation.pose.yaw + step, situation.pose, situation.twist)
+        return controller.turn_to(robot.pose.yaw + step, robot.pose, robot.twist)
 
-    def _teleop(self, situation: Situation, controller: Controller) -> Twist:
+    def _teleop(self, robot: RobotState, controller: Controller) -> Twist:
         """Turn on the spot, or drive straight as far as there is room: never into anything."""
-        tube, twist = situation.tube, situation.twist
-        wish = self._wish if situation.tick - self._wish_tick <= TELEOP_TICKS else Twist()
+        tube, twist = robot.tube, robot.twist
+        wish = self._wish if robot.tick - self._wish_tick <= TELEOP_TICKS else Twist()
         is_turn = abs(wish.wz) > max(TELEOP_LEAST, abs(wish.vx))
         way = 0 if is_turn or abs(wish.vx) < TELEOP_LEAST else (1 if wish.vx > 0.0 else -1)
         if way != self._way:
             self._way, self._is_pathed = way, False
             tube.cut()
         if not self._is_pathed:
-            if not situation.is_standing:
+            if not robot.is_standing:
                 if not is_turn or abs(twist.vx) > TELEOP_LEAST:
                     return controller.stop(twist)
             elif way:
-                path = straight_path(situation.pose, way * TELEOP_REACH)
-                floor = situation.body_radius + situation.config.costmap.footprint_padding
-                clear = [situation.terrain.clearance(x, y) >= floor for x, y in path.tolist()]
+                path = straight_path(robot.pose, way * TELEOP_REACH)
+                floor = robot.body_radius + robot.config.costmap.footprint_padding
+                clear = [robot.terrain.clearance(x, y) >= floor for x, y in path.tolist()]
                 room = clear.index(False, 1) if False in clear[1:] else len(clear)
                 if room > 2:
-                    tube.reset(situation.pose)
+                    tube.reset(robot.pose)
                     tube.adopt(path[:room])
                     tube.is_reverse = way < 0
-                    self._is_pathed, self._start = True, situation.pose
+                    self._is_pathed, self._start = True, robot.pose
                     self._room = float(path_length(path[:room]))
         if is_turn:
-            yaw = situation.pose.yaw + math.copysign(TELEOP_TURN, wish.wz)
-            turn = controller.turn_to(yaw, situation.pose, twist)
+            yaw = robot.pose.yaw + math.copysign(TELEOP_TURN, wish.wz)
+            turn = controller.turn_to(yaw, robot.pose, twist)
             return Twist(0.0, 0.0, max(-abs(wish.wz), min(abs(wish.wz), turn.wz)))
         if not self._is_pathed:
             return controller.stop(twist)
-        if self._start.distance(situation.pose) > self._room - DRIVE_DONE:
+        if self._start.distance(robot.pose) > self._room - DRIVE_DONE:
             self._is_pathed = False
             tube.cut()
             return controller.stop(twist)
-        follow = controller.follow(tube, situation.pose, twist)
+        follow = controller.follow(tube, robot.pose, twist)
         limit = abs(wish.vx)
         return Twist(max(-limit, min(limit, follow.vx)), follow.vy, follow.wz)
 
-    def _drive(self, situation: Situation, controller: Controller) -> Twist:
+    def _drive(self, robot: RobotState, controller: Controller) -> Twist:
         is_reverse = self.goal.is_reverse or self.goal.kind is GoalKind.BACKUP
-        tube = situation.tube
+        tube = robot.tube
         if not self._is_pathed:
-            if not situation.is_standing:
-                return controller.stop(situation.twist)  # the held space ends ahead, not behind
+            if not robot.is_standing:
+                return controller.stop(robot.twist)  # the held space ends ahead, not behind
             self._is_pathed = True
             rest = self.goal.distance - self._driven
-            path = straight_path(situation.pose, -rest if is_reverse else rest)
-            floor = situation.body_radius + situation.config.costmap.footprint_padding
-            if any(situation.terrain.clearance(x, y) < floor for x, y in path[1:].tolist()):
+            path = straight_path(robot.pose, -rest if is_reverse else rest)
+            floor = robot.body_radius + robot.config.costmap.footprint_padding
+            if any(robot.terrain.clearance(x, y) < floor for x, y in path[1:].tolist()):
                 code = DRIVE_COLLISIONS.get(self.goal.kind, ErrorCode.DRIVE_COLLISION_AHEAD)
                 self.end = BehaviorEnd(code, "a wall is in the way")
-                return controller.stop(situation.twist)
-            tube.reset(situation.pose)
+                return controller.stop(robot.twist)
+            tube.reset(robot.pose)
             tube.adopt(path)
             tube.is_reverse = is_reverse
-        if self.distance_traveled(situation) >= self.goal.distance - DRIVE_DONE:
+        if self.distance_traveled(robot) >= self.goal.distance - DRIVE_DONE:
             self.end = BehaviorEnd()
             tube.cut()
-            return controller.stop(situation.twist)
-        twist = controller.follow(tube, situation.pose, situation.twist)
+            return controller.stop(robot.twist)
+        twist = controller.follow(tube, robot.pose, robot.twist)
         limit = self.goal.speed if self.goal.speed > 0.0 else math.inf
         return Twist(max(-limit, min(limit, twist.vx)), twist.vy, twist.wz)
 
 
-def recovery_goal(attempt: int, situation: Situation) -> Goal | None:
+def recovery_goal(attempt: int, robot: RobotState) -> Goal | None:
     """Return the behaviour of the n-th recovery (0: clear only → None), in Nav2's order."""
-    behavior = situation.config.behavior
+    behavior = robot.config.behavior
     choice = attempt % 4
     if choice == 1:
         return Goal(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.grid import OCCUPIED, UNKNOWN
 from swarm_nav.planning import distance_kernels
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 
 FREE, LARGEST_FREE, INSCRIBED, LETHAL, NO_INFORMATION = 0, 252, 253, 254, 255
 
@@ -85,30 +85,30 @@ def inflate(
     return costs
 
 
-def compose(situation: Situation, inscribed_radius: float, window: float | None) -> Costmap:
+def compose(robot: RobotState, inscribed_radius: float, window: float | None) -> Costmap:
     """Return the global costmap, or with `window` [m] the rolling local one around the robot.
 
     Args:
         inscribed_radius: [m] of its footprint.
         window: [m] edge of the local costmap; None for the global one.
     """
-    grid = situation.terrain.grid
+    grid = robot.terrain.grid
     resolution = grid.resolution
     rows, columns = (0, grid.height), (0, grid.width)
     if window is not None:
-        row, column = grid.cell_of(situation.pose.x, situation.pose.y)
+        row, column = grid.cell_of(robot.pose.x, robot.pose.y)
         half = math.ceil(window / 2 / resolution)
         rows, columns = (row - half, row + half), (column - half, column + half)
     cells = _window(grid.cells, rows, columns)
     origin_x = grid.origin_x + columns[0] * resolution
     origin_y = grid.origin_y + rows[0] * resolution
     lethal = cells == OCCUPIED
-    _mark(lethal, situation.obstacle_points(), resolution, origin_x, origin_y, resolution / 2)
-    neighbors = situation.neighbors
+    _mark(lethal, robot.obstacle_points(), resolution, origin_x, origin_y, resolution / 2)
+    neighbors = robot.neighbors
     for index in range(len(neighbors.beacons)):
         radius = float(neighbors.beacons[index]["radius"])
         _mark(lethal, neighbors.tubes(index), resolution, origin_x, origin_y, radius)
-    costmap = situation.config.costmap
+    costmap = robot.config.costmap
     costs = inflate(
         lethal,
         resolution,

@@ -8,7 +8,7 @@ from swarm_common.model.records import FloatArray
 from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.planning.planner import path_length
 from swarm_nav.traffic import traffic_costs
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 
 JOINED = 0.1  # [m] from the path within which it is taken up without a plan
 LAST_PIECE = 0.5  # [m] before the end from where the goal may count as reached
@@ -43,23 +43,21 @@ class GivenPath:
         """
         self.index = self._nearest(x, y)
 
-    def way(self, situation: Situation) -> FloatArray:
+    def way(self, robot: RobotState) -> FloatArray:
         """Return the path (n, 2) from the stop point back to the given one and along its rest.
 
         Raises:
             PlanError: If the given path comes too near to a wall, or there is no way to it.
         """
-        start = situation.stop_point
+        start = robot.stop_point
         rest = self.points[self._nearest(*start) :]
-        planner = situation.planner
+        planner = robot.planner
         joint = np.array((start,))
         if np.hypot(*(rest[0] - start)) > JOINED:
-            joint = planner.plan(
-                start, (rest[0, 0], rest[0, 1]), traffic_costs.congestion(situation)
-            )
+            joint = planner.plan(start, (rest[0, 0], rest[0, 1]), traffic_costs.congestion(robot))
         end = (float(rest[-1, 0]), float(rest[-1, 1]))
         path = planner.finish(np.vstack((joint, rest)), start, end, planner.no_extra(), False)
-        self._check(path, situation)
+        self._check(path, robot)
         return path
 
     def _nearest(self, x: float, y: float) -> int:
@@ -80,13 +78,13 @@ class GivenPath:
             k += step
 
     @staticmethod
-    def _check(path: FloatArray, situation: Situation) -> None:
-        terrain = situation.terrain
-        floor = min(situation.body_radius, terrain.clearance(*situation.stop_point))
+    def _check(path: FloatArray, robot: RobotState) -> None:
+        terrain = robot.terrain
+        floor = min(robot.body_radius, terrain.clearance(*robot.stop_point))
         for x, y in path.tolist():
             if not terrain.grid.contains(x, y) or terrain.clearance(x, y) < floor - 1e-6:
                 raise PlanError(
                     ErrorCode.NO_VALID_CONTROL,
                     f"the given path touches a wall at ({x:.2f}, {y:.2f}); the robot needs"
-                    f" {situation.body_radius:.2f} m",
+                    f" {robot.body_radius:.2f} m",
                 )

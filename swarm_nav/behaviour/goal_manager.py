@@ -11,7 +11,7 @@ from swarm_nav.core.states import Event, State
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 
 BEHAVIOR_KINDS = (
     GoalKind.SPIN, GoalKind.BACKUP, GoalKind.DRIVE_ON_HEADING, GoalKind.WAIT, GoalKind.TELEOP
@@ -30,7 +30,7 @@ class GoalManager:
 
     def __init__(
         self,
-        situation: Situation,
+        robot: RobotState,
         state_machine: StateMachine,
         lease: Lease,
         right: RightOfWay,
@@ -45,7 +45,7 @@ class GoalManager:
             departure: Takes it out of a narrow region after its last goal.
         """
         self._departure = departure
-        self._s = situation
+        self._s = robot
         self._state_machine = state_machine
         self._lease = lease
         self._right = right
@@ -218,7 +218,7 @@ class GoalManager:
         is_yielding |= self._departure.update(self._s, is_idle)
         state = self._state_machine.state
         if is_yielding and self.task is not None:
-            self.task.note_progress(self._s, True)
+            self.task.record_progress(self._s, True)
         if is_yielding and state is not State.YIELDING:
             self._state_machine.switch(Event.PUSHED)
         elif not is_yielding and state is State.YIELDING:

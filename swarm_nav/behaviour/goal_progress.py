@@ -10,7 +10,7 @@ from swarm_common.model.records import FloatArray, Pose, wrap_angle
 from swarm_nav.behaviour.given_path import GivenPath
 from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
 from swarm_nav.planning.planner import path_length
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 
 STOP_SHARE = 0.8  # of the tolerances at which the robot settles
 THROUGH_RADIUS = 0.7  # [m] around an intermediate pose of NavigateThroughPoses
@@ -26,14 +26,14 @@ class GoalProgress:
         is_planned: Whether a first plan was made for the present target.
     """
 
-    def __init__(self, goal: Goal, situation: Situation) -> None:
+    def __init__(self, goal: Goal, robot: RobotState) -> None:
         """Start at the first target of the goal, at the present tick.
 
         Args:
             goal: Of a kind that navigates, with a pose or a path at least.
         """
         self.goal = goal
-        self.start_tick = situation.tick
+        self.start_tick = robot.tick
         self.index = goal.first_index
         self.loop = 0
         self.has_arrived = False
@@ -44,9 +44,9 @@ class GoalProgress:
         if goal.kind is GoalKind.FOLLOW_PATH:
             self.given = GivenPath(goal.path_map)
         self._moved_to: tuple[float, float] | None = None
-        self.progress_pose = situation.pose
-        self.progress_tick = situation.tick
-        self.moved_tick = situation.tick
+        self.progress_pose = robot.pose
+        self.progress_tick = robot.tick
+        self.moved_tick = robot.tick
 
     @property
     def target(self) -> Pose:
@@ -61,7 +61,7 @@ class GoalProgress:
         """Goal (x, y) of the path: the target, moved off a wall by the planner's tolerance."""
         return self._moved_to or (self.target.x, self.target.y)
 
-    def note_plan(self, path: FloatArray) -> None:
+    def record_plan(self, path: FloatArray) -> None:
         """Remember where the plan (n, 2) to the target ends.
 
         Args:
@@ -81,10 +81,10 @@ class GoalProgress:
         """Number of poses not reached yet."""
         return len(self.goal.poses_map) - self.index
 
-    def distance_remaining(self, situation: Situation) -> float:
+    def distance_remaining(self, robot: RobotState) -> float:
         """Return the path length [m] to the last pose driven to without a stop."""
-        rest = situation.tube.length_ahead()
-        rest += math.dist(situation.tube.points[-1], self.place)
+        rest = robot.tube.length_ahead()
+        rest += math.dist(robot.tube.points[-1], self.place)
         if self.goal.kind is GoalKind.THROUGH:
             poses = [(p.x, p.y) for p in self.goal.poses_map[self.index :]]
             rest += path_length(np.array(poses))
@@ -106,29 +106,29 @@ class GoalProgress:
             return True
         return False
 
-    def is_reached(self, situation: Situation) -> bool:
+    def is_reached(self, robot: RobotState) -> bool:
         """Whether the present target is reached; position first, then heading (stateful)."""
         target = self.target
-        distance = situation.distance_to(*self.place)
+        distance = robot.distance_to(*self.place)
         if self.is_passing:
             return distance < THROUGH_RADIUS
         if self.given is not None and not self.given.is_at_end:
             return False
-        checker = situation.config.goal_checker
+        checker = robot.config.goal_checker
         if distance > checker.xy_goal_tolerance:
             self.has_arrived = False
-        elif distance <= STOP_SHARE * checker.xy_goal_tolerance or _cannot_go_on(situation):
+        elif distance <= STOP_SHARE * checker.xy_goal_tolerance or _cannot_go_on(robot):
             self.has_arrived = True
         if not self.has_arrived:
             return False
-        if not situation.is_standing:
+        if not robot.is_standing:
             return False
         if math.isnan(target.yaw):
             return True
-        return abs(wrap_angle(target.yaw - situation.pose.yaw)) <= checker.yaw_goal_tolerance
+        return abs(wrap_angle(target.yaw - robot.pose.yaw)) <= checker.yaw_goal_tolerance
 
-    def note_progress(
-        self, situation: Situation, is_excused: bool, is_person_near: bool = False
+    def record_progress(
+        self, robot: RobotState, is_excused: bool, is_person_near: bool = False
     ) -> None:
         """Restart the progress checker's clock when the robot moved or could not be expected to.
 
@@ -139,26 +139,26 @@ class GoalProgress:
             is_excused: Whether it could not be expected to move.
             is_person_near: Whether it drives slowly for a person.
         """
-        radius = situation.config.progress_checker.required_movement_radius
-        if situation.pose.distance(self.progress_pose) >= radius:
-            self.progress_pose = situation.pose
-            self.progress_tick = self.moved_tick = situation.tick
+        radius = robot.config.progress_checker.required_movement_radius
+        if robot.pose.distance(self.progress_pose) >= radius:
+            self.progress_pose = robot.pose
+            self.progress_tick = self.moved_tick = robot.tick
         elif is_excused:
-            self.progress_tick = situation.tick
+            self.progress_tick = robot.tick
         elif is_person_near:
-            self.progress_tick = min(self.progress_tick + 1, situation.tick)
+            self.progress_tick = min(self.progress_tick + 1, robot.tick)
 
-    def note_holding(self, situation: Situation) -> None:
+    def record_holding(self, robot: RobotState) -> None:
         """Restart all clocks: a robot in a queue is not expected to move, however long that is."""
-        self.progress_pose = situation.pose
-        self.progress_tick = self.moved_tick = situation.tick
+        self.progress_pose = robot.pose
+        self.progress_tick = self.moved_tick = robot.tick
 
-    def lacks_progress(self, situation: Situation) -> bool:
+    def lacks_progress(self, robot: RobotState) -> bool:
         """Whether the progress checker's time is over."""
-        allowance = situation.config.progress_checker.movement_time_allowance
-        return situation.tick - self.progress_tick > situation.ticks(allowance)
+        allowance = robot.config.progress_checker.movement_time_allowance
+        return robot.tick - self.progress_tick > robot.ticks(allowance)
 
 
-def _cannot_go_on(situation: Situation) -> bool:
+def _cannot_go_on(robot: RobotState) -> bool:
     """Whether another robot or an obstacle keeps the robot from the last centimetres."""
-    return situation.is_standing and situation.waited_ticks >= situation.config.traffic.push_ticks
+    return robot.is_standing and robot.waited_ticks >= robot.config.traffic.push_ticks

@@ -37,9 +37,9 @@ from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.reservation import ReservationManager
 from swarm_nav.traffic.right_of_way import RightOfWay
+from swarm_nav.traffic.robot_state import begin
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
-from swarm_nav.traffic.situation import begin
 from swarm_nav.traffic.speed_near_people import NOBODY_NEAR, limited, people_near
 
 
@@ -47,7 +47,7 @@ class Navigator:
     """Nav2-like navigator of one robot with reservation-based traffic. See ARCHITECTURE.md.
 
     A facade: what the robot is told goes to the parts, `tick` lets them decide in order, and what
-    it tells is composed from them. The parts share one `Situation`.
+    it tells is composed from them. The parts share one `RobotState`.
     """
 
     def __init__(
@@ -173,9 +173,9 @@ class Navigator:
             deviation: Standard deviations of position [m] and heading [rad].
         """
         self._localiser.initialise(pose_map, deviation)
-        self._take_over_pose()
+        self._adopt_pose()
 
-    def _take_over_pose(self) -> None:
+    def _adopt_pose(self) -> None:
         """Go on from a pose that is elsewhere; claims made at the old one are dropped."""
         s, pose = self._s, self._localiser.pose_map
         if pose.distance(s.pose) > s.config.traffic.safety_margin:
@@ -318,7 +318,7 @@ class Navigator:
         if can_drive:
             override = self._behavior_executor.choose_path(self._people.is_near)
         yield None
-        self._s.tube.note_rest(self._s.pose, self._s.is_standing)
+        self._s.tube.record_rest(self._s.pose, self._s.is_standing)
         if can_drive:
             twist = self._choose_twist(override)
             self._reservation.extend()
@@ -327,7 +327,7 @@ class Navigator:
         yield None
         beacon = self._announce()
         self._count_waiting()
-        yield Output(twist, beacon, self._state_machine.take_events())
+        yield Output(twist, beacon, self._state_machine.pop_events())
 
     def _begin(self, tick: int) -> None:
         """Take the time; after a gap in it the other robots no longer respect the old space."""
@@ -345,18 +345,18 @@ class Navigator:
         """Announce the margin that the pose needs, and correct it; return whether it is lost."""
         s, localiser = self._s, self._localiser
         is_lost = localiser.is_lost
-        s.take_margin(localiser.margin)
+        s.announce_margin(localiser.margin)
         if localiser.wants_leap and s.is_standing:
             localiser.leap()
             s.obstacles.clear()
-            self._take_over_pose()
+            self._adopt_pose()
         return is_lost
 
     def _sense(self, is_lost: bool) -> bool:
         """Take in what the neighbours said; return whether the robot knows enough to drive."""
         s = self._s
         if s.neighbors.refresh(s.tick):
-            s.note_bodies()
+            s.record_bodies()
         s.radio.note(s.neighbors.mean_trip)
         return self._senses.update(is_lost)
 
@@ -414,7 +414,7 @@ class Navigator:
         s, goal_manager = self._s, self._goal_manager
         if self._state_machine.is_waiting or not goal_manager.has_goal:
             self._single_lanes.forget()
-        s.take_priorities(
+        s.announce_priorities(
             *priorities(
                 s.robot_id, self._deciders, goal_manager.last_goal_tick, goal_manager.has_goal
             )

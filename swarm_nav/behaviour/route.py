@@ -13,7 +13,7 @@ from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.lease import SAME_STATION
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 
 KEEP_COST = 0.8  # [m] that a new path must save
 BARRED_PATIENCE = 10.0  # [s] of waiting in vain after which the place ahead costs more
@@ -30,14 +30,14 @@ class Route:
         last_plan_tick: Tick of the last plan.
     """
 
-    def __init__(self, situation: Situation, goal_manager: GoalManager) -> None:
+    def __init__(self, robot: RobotState, goal_manager: GoalManager) -> None:
         """Start without a plan.
 
         Args:
-            situation: Of the robot; plans go to its tube.
+            robot: Of the robot; plans go to its tube.
             goal_manager: Is told of targets that have no way.
         """
-        self._s = situation
+        self._s = robot
         self._goal_manager = goal_manager
         self.last_plan_tick = -1000
         self._barred: list[tuple[int, float, float]] = []  # tick and place [m] in map
@@ -86,7 +86,7 @@ class Route:
                 self._goal_manager.recover_or_fail(task, error.code, str(error))
             return
         s.counters.replans += task.is_planned
-        task.note_plan(path)
+        task.record_plan(path)
         if len(path) >= 2:
             s.tube.adopt(path)
 

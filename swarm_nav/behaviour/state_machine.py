@@ -6,7 +6,7 @@ from swarm_nav.core.goals import Event as Report
 from swarm_nav.core.goals import StateChanged
 from swarm_nav.core.states import Event, State, next_state
 from swarm_nav.traffic.holding import HoldingPattern
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 
 
 class StateMachine:
@@ -16,16 +16,16 @@ class StateMachine:
         state: By the table of `core/states.py`.
         is_waiting: Whether the robot waits for its turn or is served, also while it makes way.
         holding_since: Tick at which the robot began to hold last.
-        events: What happened since the last `take_events`, in order.
+        events: What happened since the last `pop_events`, in order.
     """
 
-    def __init__(self, situation: Situation, holding: HoldingPattern) -> None:
+    def __init__(self, robot: RobotState, holding: HoldingPattern) -> None:
         """Start idle.
 
         Args:
             holding: Entered and left with the state `HOLDING`.
         """
-        self._s = situation
+        self._s = robot
         self._holding = holding
         self.state = State.IDLE
         self.is_waiting = False
@@ -53,7 +53,7 @@ class StateMachine:
         self.state = new
         self.events.append(StateChanged(new.value, self._s.tick))
 
-    def take_events(self) -> tuple[Report, ...]:
+    def pop_events(self) -> tuple[Report, ...]:
         """Return what happened since the last call, and forget it."""
         events, self.events = tuple(self.events), []
         return events

@@ -159,7 +159,7 @@ class Tube:
             self.forget_requests()
         else:
             end = min(self.stop + self._wanted_points, len(self.points) - 1)
-            self._note_request(tick, end)
+            self._record_request(tick, end)
         held, wanted, intent = self._blocks
         if self.near >= self.stop:
             drives_there = not self.is_at_rest
@@ -173,7 +173,7 @@ class Tube:
         self.published_held, self.published_sizes = (held, sizes[0]), sizes
         return held[: sizes[0]], wanted[: sizes[1]], intent[: sizes[2]]
 
-    def _note_request(self, tick: int, end: int) -> None:
+    def _record_request(self, tick: int, end: int) -> None:
         if self._logged == len(self._log):
             self._log[:REMEMBERED] = self._log[REMEMBERED:]
             self._logged = REMEMBERED
@@ -186,7 +186,7 @@ class Tube:
         """Move the robot's index to the nearest point from here on."""
         self.near = tube_kernels.nearest_ahead(self.points, self.near, limit, pose.x, pose.y)
 
-    def note_rest(self, pose: Pose, is_standing: bool) -> None:
+    def record_rest(self, pose: Pose, is_standing: bool) -> None:
         """Note whether the robot stands on its stop: then it stays, and announces its pose only.
 
         Args:

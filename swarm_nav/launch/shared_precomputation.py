@@ -14,8 +14,8 @@ from swarm_nav.planning.planner import Planner
 from swarm_nav.ros.settings import NodeSettings
 from swarm_nav.traffic.conditions import Conditions, Point, conditions
 from swarm_nav.traffic.gate import narrow_region
+from swarm_nav.traffic.robot_state import begin
 from swarm_nav.traffic.single_lanes import single_lanes
-from swarm_nav.traffic.situation import begin
 
 MANY_PROCESSES = 10  # from here on, ways to all stations cost less than each process's own
 
@@ -40,30 +40,34 @@ def prepare(
         MapError: If the map has too many cells when it is divided into finer ones.
     """
     seen = set()
-    for robot in robots:
-        situation = begin(robot.config, robot.spec, grid, robot.robot_id, robot.initial_pose_map)
-        key = situation.terrain, situation.radius, str(robot.fixed["sites"])
+    for navigator in robots:
+        robot = begin(
+            navigator.config, navigator.spec, grid, navigator.robot_id, navigator.initial_pose_map
+        )
+        key = robot.terrain, robot.radius, str(navigator.fixed["sites"])
         if key in seen:
             continue
         seen.add(key)
-        stations = tuple((pose.x, pose.y) for pose in robot.sites.stations.values())
-        narrow_region(situation.terrain, stations, situation.usual_radius)
-        single_lanes(situation.terrain, situation.usual_radius)
+        stations = tuple((pose.x, pose.y) for pose in navigator.sites.stations.values())
+        narrow_region(robot.terrain, stations, robot.usual_radius)
+        single_lanes(robot.terrain, robot.usual_radius)
         if processes >= MANY_PROCESSES:
-            _find_ways(situation.planner, robot)
-    starts = [(robot.initial_pose_map.x, robot.initial_pose_map.y) for robot in robots]
+            _find_ways(robot.planner, navigator)
+    starts = [(navigator.initial_pose_map.x, navigator.initial_pose_map.y) for navigator in robots]
     places = [
-        (goals or {}).get(robot.name)
-        or [(pose.x, pose.y) for pose in robot.sites.stations.values()]
+        (goals or {}).get(navigator.name)
+        or [(pose.x, pose.y) for pose in navigator.sites.stations.values()]
         or [start]
-        for robot, start in zip(robots, starts, strict=True)
+        for navigator, start in zip(robots, starts, strict=True)
     ]
-    return conditions([(robot.spec, robot.config) for robot in robots], grid, starts, places)
+    return conditions(
+        [(navigator.spec, navigator.config) for navigator in robots], grid, starts, places
+    )
 
 
-def _find_ways(planner: Planner, robot: NodeSettings) -> None:
+def _find_ways(planner: Planner, navigator: NodeSettings) -> None:
     """Find the ways to all stations, as far as they can be kept."""
     most = planner.terrain.most_goals // 2  # the rest is for goals that are not known yet
-    for pose in list(robot.sites.stations.values())[:most]:
+    for pose in list(navigator.sites.stations.values())[:most]:
         with contextlib.suppress(PlanError):  # no robot can go there, and each will say so
             planner.cost_to_go((pose.x, pose.y), pose.yaw)

@@ -26,6 +26,7 @@ from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import parking_path
 from swarm_nav.traffic.right_of_way import GAIN, SLACK, refuge_path, way_of
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import (
     barrier,
     entry_of,
@@ -35,7 +36,6 @@ from swarm_nav.traffic.single_lane_kernels import (
     places,
 )
 from swarm_nav.traffic.single_lanes import SingleLanes
-from swarm_nav.traffic.situation import Situation
 
 TICKS = 60
 
@@ -61,44 +61,44 @@ def warm_up() -> None:
     )
     poses = [Pose(1.0, 2.0, 0.0), Pose(3.0, 2.0, math.pi)]
     sites = Sites(stations={"a": poses[0], "b": poses[1]})
-    robots = [
+    navigators = [
         Navigator(NavConfig(), spec, grid, sites, index + 1, pose)
         for index, pose in enumerate(poses)
     ]
-    for index, robot in enumerate(robots):
-        robot.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(poses[1 - index],)))
-    _drive(robots)
+    for index, navigator in enumerate(navigators):
+        navigator.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(poses[1 - index],)))
+    _drive(navigators)
     config = NavConfig(localisation=LocalisationConfig(type=AMCL))
     _localise(Navigator(config, spec, grid, sites, 3, poses[0]))
-    situation = robots[0]._s
-    situation.neighbors.refresh(TICKS)
-    refuge_path(situation, way_of(situation, 0), situation.reach(0), situation.priority + 1)
-    parking_path(situation, [(1.0, 1.0)])
-    extra = traffic_costs.congestion(situation)
-    situation.planner.cost_of(np.zeros((2, 2)), extra)
+    robot = navigators[0]._s
+    robot.neighbors.refresh(TICKS)
+    refuge_path(robot, way_of(robot, 0), robot.reach(0), robot.priority + 1)
+    parking_path(robot, [(1.0, 1.0)])
+    extra = traffic_costs.congestion(robot)
+    robot.planner.cost_of(np.zeros((2, 2)), extra)
     way = np.zeros((2, 2), np.float32)
-    path_cost_kernels.clears(np.zeros((3, 2)), way, situation.radius, SLACK, GAIN)
-    situation.neighbors.queue(np.ones((1, 2)), 1, 1.0)
-    _pass_gate(situation)
-    _pass_door(situation)
+    path_cost_kernels.clears(np.zeros((3, 2)), way, robot.radius, SLACK, GAIN)
+    robot.neighbors.queue(np.ones((1, 2)), 1, 1.0)
+    _pass_gate(robot)
+    _pass_door(robot)
     _drive_sideways()
-    _fall_silent(robots[1])
-    robots[0].global_costmap()
-    robots[0].local_costmap()
+    _fall_silent(navigators[1])
+    navigators[0].global_costmap()
+    navigators[0].local_costmap()
 
 
-def _localise(robot: Navigator) -> None:
+def _localise(navigator: Navigator) -> None:
     for tick in range(20, 26, 2):  # once the robots around are known
-        robot.on_odom(Odometry(tick, Pose(0.0, 0.0, 0.0), Twist()))
-        robot.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 1.0, np.float32)))
-    robot.particles()
-    s = robot._s
+        navigator.on_odom(Odometry(tick, Pose(0.0, 0.0, 0.0), Twist()))
+        navigator.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 1.0, np.float32)))
+    navigator.particles()
+    s = navigator._s
     tube_kernels.first_overlap(s.tube.points, 0, 0, s.radius, 0.0, s.neighbors.columns())
 
 
-def _fall_silent(robot: Navigator) -> None:
+def _fall_silent(navigator: Navigator) -> None:
     """Let a robot fall silent far away, and be looked for near its place."""
-    beacon = robot.tick(TICKS).beacon
+    beacon = navigator.tick(TICKS).beacon
     neighbors = NeighborTable(9, TrafficConfig())
     neighbors.receive(np.array([beacon]), 0.0, 9.0)
     looks = [TICKS + wait + k for wait in (40, 200) for k in range(JUDGED_EVERY)]
@@ -125,45 +125,45 @@ def _drive_sideways() -> None:
     controller.follow(tube, start, controller.course(Twist()))
 
 
-def _pass_gate(situation: Situation) -> None:
-    region = np.ones(situation.planner.lattice.base.shape, np.int16)
+def _pass_gate(robot: RobotState) -> None:
+    region = np.ones(robot.planner.lattice.base.shape, np.int16)
     gate = Gate(region)
-    gate.update(situation, has_turn=True, is_driving=True, priority=lambda: 1)
+    gate.update(robot, has_turn=True, is_driving=True, priority=lambda: 1)
     for cells in (region, region > 0):
-        gate_kernels.entry(cells, situation.planner.lattice.frame, situation.tube.points)
-    gate._ahead(situation, 1)
-    gate._look_at(situation)
-    gate._seen_inside(situation)
+        gate_kernels.entry(cells, robot.planner.lattice.frame, robot.tube.points)
+    gate._ahead(robot, 1)
+    gate._look_at(robot)
+    gate._seen_inside(robot)
 
 
-def _pass_door(situation: Situation) -> None:
-    shape = situation.planner.lattice.base.shape
-    half_width(situation.planner.lattice.clearance, 0.1, np.empty(shape))
+def _pass_door(robot: RobotState) -> None:
+    shape = robot.planner.lattice.base.shape
+    half_width(robot.planner.lattice.clearance, 0.1, np.empty(shape))
     labels = np.zeros(shape, np.int16)
     floor = np.ones(shape, np.bool_)
     label(floor, labels)
     flood(floor, labels, 0, 0)
     places(floor, 6.0, 1)
-    narrows = SingleLanes()
-    narrows.barrier(situation, situation.tube.stop)
-    frame, claims = situation.planner.lattice.frame, situation.neighbors.columns()
+    single_lanes = SingleLanes()
+    single_lanes.barrier(robot, robot.tube.stop)
+    frame, claims = robot.planner.lattice.frame, robot.neighbors.columns()
     entry_of(labels, frame, np.zeros((2, 2)), 1)
     barrier(labels, frame, np.zeros((2, 2)), 1, (0, 1, 0), 0, claims)
 
 
-def _drive(robots: list[Navigator]) -> None:
+def _drive(navigators: list[Navigator]) -> None:
     beacons = None
-    places = [Pose(0.0, 0.0, 0.0) for _ in robots]
-    twists = [Twist() for _ in robots]
+    places = [Pose(0.0, 0.0, 0.0) for _ in navigators]
+    twists = [Twist() for _ in navigators]
     for tick in range(TICKS):
         published = []
-        for index, robot in enumerate(robots):
-            robot.on_odom(Odometry(tick, places[index], twists[index]))
+        for index, navigator in enumerate(navigators):
+            navigator.on_odom(Odometry(tick, places[index], twists[index]))
             if beacons is not None:
-                robot.on_neighbors(beacons[1 - index : 2 - index])
+                navigator.on_neighbors(beacons[1 - index : 2 - index])
             ranges = np.full(360, 1.0 if tick % 4 else np.inf, np.float32)
-            robot.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges))
-            output = robot.tick(tick)
+            navigator.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges))
+            output = navigator.tick(tick)
             twists[index] = output.twist
             step = Pose(0.1 * output.twist.vx, 0.0, 0.1 * output.twist.wz)
             places[index] = places[index].compose(step)

@@ -164,7 +164,7 @@ class AmclLocaliser:
         before, self._pose_odom = self._pose_odom, odom.pose_odom
         if before is None:
             self._map_from_odom = self._target = self._start.compose(odom.pose_odom.inverse())
-            self._note_comparison()
+            self._record_comparison()
             return
         if abs(odom.twist.vx) < STILL_SPEED and abs(odom.twist.wz) < STILL_RATE:
             self._ignore(before, odom.pose_odom)
@@ -194,7 +194,7 @@ class AmclLocaliser:
             return
         power, is_searching = self._power, self._is_searching
         self._filter.move(self._step)
-        self._note_comparison()
+        self._record_comparison()
         if has_hits:
             self._first_scans = max(0, self._first_scans - 1)
             self._compare(hits, power, is_searching=is_searching)
@@ -276,9 +276,9 @@ class AmclLocaliser:
         self._estimate = Estimate(pose_map, (place**2, place**2, yaw**2))
         self._slow_fit = self._fast_fit = self._fit = EXPECTED_FIT
         self._first_scans, self._vague_scans = FIRST_SCANS, 0
-        self._note_comparison()
+        self._record_comparison()
 
-    def _note_comparison(self) -> None:
+    def _record_comparison(self) -> None:
         """Count way, turns and time from here."""
         self._last_odom, self._moving_ticks = self._odom, 0
         self._driven = self._turned = 0.0

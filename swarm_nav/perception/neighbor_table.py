@@ -157,7 +157,7 @@ class NeighborTable:
         for reception, (x, y) in inbox:
             heard = (reception.words, reception.rows)
             own = (x, y, self._own_id, self._limits[0])
-            found = kernels.take_in(self._table, found[0], heard, self._air, own, *rest)
+            found = kernels.receive_batch(self._table, found[0], heard, self._air, own, *rest)
             self._air = reception.words
         if not inbox:
             words, _, notes, links = self._table
@@ -170,7 +170,7 @@ class NeighborTable:
         is_larger = False
         if count != self._count or self._is_new:
             self._show(count)
-            is_larger = self._note_bodies()
+            is_larger = self._record_bodies()
         if self._left_count[0]:
             if self._remembers_absent:
                 words = self._left[: self._left_count[0]]
@@ -178,7 +178,7 @@ class NeighborTable:
             self._left_count[0] = 0
         return is_larger
 
-    def _note_bodies(self) -> bool:
+    def _record_bodies(self) -> bool:
         """Look how large the robots are that are heard; return whether one is larger than all."""
         corners = self.beacons["footprint"].astype(np.float64)
         reaches = np.hypot(corners[:, :, 0], corners[:, :, 1]).max(axis=1, initial=0.0)

@@ -210,7 +210,7 @@ def fetch(words: Words, links: Ints, count: int, air: Words) -> None:
 
 
 @njit(cache=True)
-def take_in(
+def receive_batch(
     table: tuple[Words, Floats, FloatArray, Ints],
     count: int,
     heard: tuple[Words, Ints],

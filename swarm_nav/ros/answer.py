@@ -71,7 +71,7 @@ class Answers:
             self._answer_barrier.release()
             self._send()
 
-    def take_mission(self, message: Mission) -> None:
+    def receive_mission(self, message: Mission) -> None:
         """Record whether more goals will come, and send what was withheld if none will."""
         if self._answer_barrier.on_mission(message.active, time.monotonic()):
             self.send_withheld()

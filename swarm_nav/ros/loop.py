@@ -62,10 +62,10 @@ class TickLoop:
         """
         self._wait()
         for slot in self._slots:
-            self._try(slot, slot.node.take_inputs)
+            self._try(slot, slot.node.receive_inputs)
         now = time.monotonic()
         if now >= self._requests_due:
-            self._note_ticks(now)
+            self._record_ticks(now)
             self._requests_due = now + self._request_period
             for slot in self._slots:
                 self._try(slot, lambda slot=slot: drain(slot.executor))  # type: ignore[misc]
@@ -82,7 +82,7 @@ class TickLoop:
         for slot in self._slots:
             slot.node.rejections.flush()
 
-    def _note_ticks(self, now: float) -> None:
+    def _record_ticks(self, now: float) -> None:
         """Look for requests more often while no ticks come."""
         tick = self._slots[0].node.tick
         if tick != self._tick:

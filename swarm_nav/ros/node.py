@@ -14,7 +14,7 @@ from sensor_msgs.msg import LaserScan
 from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
 
 from swarm_common.middleware import cdr, ros_io
-from swarm_common.middleware.radio_door import read_neighbors
+from swarm_common.middleware.radio_check import read_neighbors
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
 from swarm_common.model.errors import MapError
@@ -92,10 +92,10 @@ class NavigatorNode:
             self.node, settings, self._reconfigure, self._on_demand, self.rejections
         )
         self._map_subscription = self.node.create_subscription(
-            OccupancyGrid, "/map", self._take_map_msg, ros_io.LATCHED, raw=True
+            OccupancyGrid, "/map", self._receive_map_msg, ros_io.LATCHED, raw=True
         )
 
-    def _take_map_msg(self, data: bytes) -> None:
+    def _receive_map_msg(self, data: bytes) -> None:
         """Take the map of the robot's parameter file from any sender, and no other map."""
         try:
             message = ros_io.unpacked(data, OccupancyGrid)
@@ -112,7 +112,7 @@ class NavigatorNode:
         if self._brain is None:
             self._begin(grid)
         else:
-            self.take_map(grid)
+            self.receive_map(grid)
 
     def _begin(self, grid: Grid) -> None:
         """Create the brain and everything that needs it."""
@@ -149,14 +149,14 @@ class NavigatorNode:
             "neighbors": self._hear(NeighborArray, "neighbors"),
         }
         self._incoming = (
-            ("odom", self._topics["odom"], self._take_odom),
-            ("scan", self._topics["scan"], self._take_scan),
-            ("neighbors", self._topics["neighbors"], self._take_neighbors),  # which comes last
+            ("odom", self._topics["odom"], self._receive_odom),
+            ("scan", self._topics["scan"], self._receive_scan),
+            ("neighbors", self._topics["neighbors"], self._receive_neighbors),  # which comes last
         )
         make = self.node.create_subscription
         kind, quality = PoseWithCovarianceStamped, ros_io.RELIABLE
-        make(kind, "initialpose", self._take_initial_pose, quality, raw=True)
-        make(Mission, "mission", self._take_mission, ros_io.LATCHED, raw=True)
+        make(kind, "initialpose", self._receive_initial_pose, quality, raw=True)
+        make(Mission, "mission", self._receive_mission, ros_io.LATCHED, raw=True)
 
     def _hear(self, kind: Any, name: str) -> SoleTopic:
         """Listen to the world, or without one to any publisher of the robot's sensors."""
@@ -188,7 +188,7 @@ class NavigatorNode:
             return None
         return self._topics[self._inputs.missing]
 
-    def take_inputs(self) -> None:
+    def receive_inputs(self) -> None:
         """Take the messages of the tick that have arrived; decide if it is complete.
 
         Of each topic one message at a time, and no more once a tick is complete: a look at what
@@ -211,16 +211,16 @@ class NavigatorNode:
             if self._inputs.is_settled:
                 return
 
-    def _take_odom(self, data: bytes) -> TickInput | None:
+    def _receive_odom(self, data: bytes) -> TickInput | None:
         odom = self._odometry_reader.read(data)
         if self._inputs.is_repeat(odom.tick):
             self._answers.repeat()
         return self._inputs.add_odom(odom)
 
-    def _take_scan(self, data: bytes) -> TickInput | None:
+    def _receive_scan(self, data: bytes) -> TickInput | None:
         return self._inputs.add_scan(cdr.read_scan(data))
 
-    def _take_neighbors(self, data: bytes) -> TickInput | None:
+    def _receive_neighbors(self, data: bytes) -> TickInput | None:
         tick, beacons, reason = read_neighbors(data, self._settings.robot_id)
         if reason:
             self.rejections.reject("neighbors", "the world", reason)
@@ -283,13 +283,13 @@ class NavigatorNode:
 
     # What the operator asks for
 
-    def _take_mission(self, data: bytes) -> None:
+    def _receive_mission(self, data: bytes) -> None:
         try:
-            self._answers.take_mission(ros_io.unpacked(data, Mission))
+            self._answers.receive_mission(ros_io.unpacked(data, Mission))
         except RejectedError as error:
             self.rejections.reject("mission", "an operator", error)
 
-    def _take_initial_pose(self, data: bytes) -> None:
+    def _receive_initial_pose(self, data: bytes) -> None:
         brain = self._brain
         assert brain is not None
         try:
@@ -324,7 +324,7 @@ class NavigatorNode:
         assert self._brain is not None
         return self.map_bounds.check(pose_in_map(self._brain, stamped))
 
-    def take_map(self, grid: Grid) -> None:
+    def receive_map(self, grid: Grid) -> None:
         """Navigate on another map from now on; before the first one this does nothing.
 
         Args:

@@ -29,7 +29,7 @@ from swarm_nav.traffic.lane_capacity import (
     lane_labels,
     ways_to,
 )
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 
 PARKING_DISTANCE = 1.1  # [m] of a parking place in a passage from any station; twice that in a
 # hall, where the ways to the station are kept free
@@ -68,25 +68,25 @@ def blind_aisle(
     return float(blind_floor(distances, lattice.step, within, farthest, widest))
 
 
-def lane_at(situation: Situation, place: tuple[float, float]) -> int:
+def lane_at(robot: RobotState, place: tuple[float, float]) -> int:
     """Return the number of the connected single lanes that a place lies on, 0 for none.
 
     Args:
         place: (x, y) [m] in map.
     """
-    node = situation.planner.lattice.node_of(*place)
-    labels = lane_labels(*situation.passing)
+    node = robot.planner.lattice.node_of(*place)
+    labels = lane_labels(*robot.passing)
     return 0 if node is None else int(labels.ravel()[node])
 
 
-def is_large(situation: Situation, lane: int) -> bool:
+def is_large(robot: RobotState, lane: int) -> bool:
     """Whether robots before two mouths of connected single lanes may not hear each other.
 
     Args:
         lane: Number of the single lanes, 0 for none.
     """
-    most = situation.config.traffic.radio_range - 2.0 * (MOUTH_GAP + WAITING_GAP)
-    return lane > 0 and extent(*situation.passing, lane) > most
+    most = robot.config.traffic.radio_range - 2.0 * (MOUTH_GAP + WAITING_GAP)
+    return lane > 0 and extent(*robot.passing, lane) > most
 
 
 class Approach:
@@ -102,43 +102,43 @@ class Approach:
         is_inside: Whether the robot is there, or before a mouth.
     """
 
-    def __init__(self, situation: Situation, station: tuple[float, float]) -> None:
+    def __init__(self, robot: RobotState, station: tuple[float, float]) -> None:
         """Look at the floor around a station; one without a way to it lies on no single lane.
 
         Args:
             station: (x, y) [m] in map.
         """
-        self.lattice = situation.planner.lattice
-        self._passing = on = situation.passing
+        self.lattice = robot.planner.lattice
+        self._passing = on = robot.passing
         try:
-            self.costs = situation.planner.cost_to_go(station, math.nan)
-            self._in_order = situation.planner.costs_in_order(station)
+            self.costs = robot.planner.cost_to_go(station, math.nan)
+            self._in_order = robot.planner.costs_in_order(station)
         except PlanError:
             self.costs = np.full(self.lattice.base.shape, np.inf, np.float32)
             self._in_order = np.zeros(0, np.float32)
         self._labels = labels_with_rim(*on)
-        self.lane = lane_at(situation, station)
-        self.is_large = is_large(situation, self.lane)
+        self.lane = lane_at(robot, station)
+        self.is_large = is_large(robot, self.lane)
         self._gaps = gaps_to(*on, self.lane) if self.lane else None
         self._ways = self.costs  # along which the queue is measured
         if self.is_large:
             self._ways, self._in_order = ways_to(*on, self.lane)
-        aisle = 0.0 if self.lane else self._closed_floor(situation, station)
+        aisle = 0.0 if self.lane else self._closed_floor(robot, station)
         self._depth = self.reach_of(aisle + ROBOT_AREA) if aisle else 0.0
         own = max(1, int(aisle / ROBOT_AREA)) if aisle else 0
         self.room = capacity(*on, self.lane) if self.lane else own
         self.is_inside = False
         self._floor: NDArray[np.bool_] | None = None
         self._sharing: dict[tuple[float, float], bool] = {}  # by place
-        others = [other for other in situation.stations if self._shares_queue(situation, other)]
+        others = [other for other in robot.stations if self._shares_queue(robot, other)]
         self._own_targets = self._targets = np.array([station, *others])
         self._told = b""  # stations of the neighbours, of which `_targets` are
 
-    def is_of(self, situation: Situation) -> bool:
+    def is_of(self, robot: RobotState) -> bool:
         """Whether map and sizes of robots are still those that were looked at."""
-        return self._passing == situation.passing
+        return self._passing == robot.passing
 
-    def _closed_floor(self, situation: Situation, station: tuple[float, float]) -> float:
+    def _closed_floor(self, robot: RobotState, station: tuple[float, float]) -> float:
         """Return the floor [m²] of a dead end, or of a blind aisle for few robots.
 
         Args:
@@ -147,42 +147,42 @@ class Approach:
         Returns:
             0 without either.
         """
-        if self.reach_of(LEAST_AISLE) > situation.config.holding.hold_distance:
+        if self.reach_of(LEAST_AISLE) > robot.config.holding.hold_distance:
             return LEAST_AISLE
         node = self.lattice.node_of(*station)
         if node is None:
             return 0.0
-        config = situation.config.holding
+        config = robot.config.holding
         within = LEAST_AISLE, config.approach_slots * ROBOT_AREA
-        two_robots = 4.0 * situation.passing[1]  # side by side
+        two_robots = 4.0 * robot.passing[1]  # side by side
         farthest = config.request_distance
-        return blind_aisle(situation.terrain, node, within, farthest, two_robots)
+        return blind_aisle(robot.terrain, node, within, farthest, two_robots)
 
-    def _shares_queue(self, situation: Situation, place: tuple[float, float]) -> bool:
+    def _shares_queue(self, robot: RobotState, place: tuple[float, float]) -> bool:
         """Whether a place has one queue with the station; each place is looked up once."""
         known = self._sharing.get(place)
         if known is None:
             if self.lane:
-                known = lane_at(situation, place) == self.lane
+                known = lane_at(robot, place) == self.lane
             else:
                 node = self.lattice.node_of(*place)
                 known = node is not None and float(self.costs.ravel()[node]) <= self._depth
             self._sharing[place] = known
         return known
 
-    def targets(self, situation: Situation) -> FloatArray:
+    def targets(self, robot: RobotState) -> FloatArray:
         """Return the places (k, 2) [m] in map whose requests are served in one order.
 
         These are the station, and all to which robots drive on the same single lanes.
         """
         if not self.room:
             return self._own_targets
-        told = situation.neighbors.heads["station"]
+        told = robot.neighbors.heads["station"]
         raw = told.tobytes()
         if raw != self._told:  # seldom: robots keep to a station for long
             self._told = raw
             there = {(x, y) for x, y in told.tolist() if math.isfinite(x) and math.isfinite(y)}
-            shared = sorted(place for place in there if self._shares_queue(situation, place))
+            shared = sorted(place for place in there if self._shares_queue(robot, place))
             self._targets = np.array([*self._own_targets, *shared])
         return self._targets
 
@@ -210,20 +210,20 @@ class Approach:
             self._floor = field <= most
         return self._floor
 
-    def is_full(self, situation: Situation) -> bool:
+    def is_full(self, robot: RobotState) -> bool:
         """Whether others take all the room of large single lanes, as far as anybody saw."""
         if not self.is_large:
             return False
         # deep inside nobody sees a robot until it comes out; one that never does has died
-        patience = situation.ticks(situation.config.holding.station_patience)
-        frame, since = self.lattice.frame, situation.tick - patience
-        known, own_id = situation.neighbors.sightings, situation.robot_id
+        patience = robot.ticks(robot.config.holding.station_patience)
+        frame, since = self.lattice.frame, robot.tick - patience
+        known, own_id = robot.neighbors.sightings, robot.robot_id
         seen = gate_kernels.count_seen(self._labels, self.lane, frame, known, since, own_id, True)
         return int(seen) >= self.room
 
-    def contains(self, situation: Situation) -> bool:
+    def contains(self, robot: RobotState) -> bool:
         """Whether the robot stops where it keeps those out who want to go there."""
-        return self._is_on_floor(self.lattice.node_of(*situation.stop_point))
+        return self._is_on_floor(self.lattice.node_of(*robot.stop_point))
 
     def _is_on_floor(self, node: int | None) -> bool:
         """Whether a node is one of the `floor`, without looking at all of them."""
@@ -232,33 +232,33 @@ class Approach:
         field, most = self._measure(MOUTH_GAP, PARKING_DISTANCE)
         return bool((field.ravel()[node : node + 1] <= most)[0])
 
-    def gap(self, situation: Situation) -> float:
+    def gap(self, robot: RobotState) -> float:
         """Return the distance [m] from the stop point to the shared floor; inf without any."""
-        node = self.lattice.node_of(*situation.stop_point) if self.room else None
+        node = self.lattice.node_of(*robot.stop_point) if self.room else None
         if node is None:
             return math.inf
         if self._gaps is not None:
             return float(self._gaps.ravel()[node]) - MOUTH_GAP
         return float(self.costs.ravel()[node]) - self._depth
 
-    def is_ahead(self, situation: Situation) -> bool:
+    def is_ahead(self, robot: RobotState) -> bool:
         """Whether the way ahead leads onto the single lanes, or the robot is there."""
         if not self.lane:
             return False
-        tube = situation.tube
+        tube = robot.tube
         way = tube.points[tube.near : tube.near + WAY_POINTS]
-        if self._is_on_floor(self.lattice.node_of(*situation.stop_point)):
+        if self._is_on_floor(self.lattice.node_of(*robot.stop_point)):
             return True
         return bool(gate_kernels.entry(self.floor, self.lattice.frame, way) >= 0)
 
-    def way(self, situation: Situation) -> float:
+    def way(self, robot: RobotState) -> float:
         """Return the distance from where the robot stops to the station."""
-        node = self.lattice.node_of(*situation.stop_point)
+        node = self.lattice.node_of(*robot.stop_point)
         return math.inf if node is None else float(self.costs.ravel()[node])
 
-    def way_to_queue(self, situation: Situation) -> float:
+    def way_to_queue(self, robot: RobotState) -> float:
         """Return the distance [m] from where the robot stops to large single lanes; else `way`."""
-        node = self.lattice.node_of(*situation.stop_point)
+        node = self.lattice.node_of(*robot.stop_point)
         return math.inf if node is None else float(self._ways.ravel()[node])
 
     def forget_queue(self) -> None:

@@ -24,8 +24,8 @@ from swarm_nav.planning.planner import Planner
 from swarm_nav.planning.terrain import Lattice, Terrain, as_large_as
 from swarm_nav.traffic import single_lane_kernels
 from swarm_nav.traffic.lane_capacity import capacity, grown
+from swarm_nav.traffic.robot_state import terrain_of
 from swarm_nav.traffic.single_lanes import Mask, parts, rooms
-from swarm_nav.traffic.situation import terrain_of
 
 Point = tuple[float, float]
 MOST_NAMED = 6  # findings that are told one by one

@@ -21,8 +21,8 @@ from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.gate import Gate, is_inside
 from swarm_nav.traffic.holding import ARRIVED, parking_path
 from swarm_nav.traffic.lease import Lease
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import rooms
-from swarm_nav.traffic.situation import Situation
 
 PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where they walk it parks
 
@@ -52,7 +52,7 @@ class Departure:
         self._insists = False  # whether it was blocked on its way out
         self._has_left = False  # whether it left for others since its last goal
 
-    def update(self, situation: Situation, is_idle: bool) -> bool:
+    def update(self, robot: RobotState, is_idle: bool) -> bool:
         """Return whether the robot is on its way out.
 
         Args:
@@ -65,16 +65,16 @@ class Departure:
             if self._target is not None:
                 self._give_up()
             return False
-        tick = situation.tick
+        tick = robot.tick
         if self._idle_since < 0:
             self._idle_since = tick
-            self._next_search_tick = tick + situation.wait_ticks
-        is_blocked = situation.waited_ticks > situation.wait_ticks
+            self._next_search_tick = tick + robot.wait_ticks
+        is_blocked = robot.waited_ticks > robot.wait_ticks
         self._insists |= self._target is not None and is_blocked
-        if not self._is_under_way(situation):
+        if not self._is_under_way(robot):
             self._give_up()
         if (self._target is None or is_blocked) and tick >= self._next_search_tick:
-            self._leave_for_others(situation)
+            self._leave_for_others(robot)
         return self._target is not None
 
     def _give_up(self) -> None:
@@ -85,80 +85,80 @@ class Departure:
         if self._lease.station is None:  # else the lease sees to it
             self._lease.inherited = priority
 
-    def _is_under_way(self, situation: Situation) -> bool:
+    def _is_under_way(self, robot: RobotState) -> bool:
         """Whether the way out goes on; where there is no other, until it is barred for good."""
         left = self._lease.left
         has_one_way = left is not None and left.room > 0
-        waited = situation.vain_ticks if has_one_way else situation.waited_ticks
-        if self._target is None or waited > situation.wait_ticks:
+        waited = robot.vain_ticks if has_one_way else robot.waited_ticks
+        if self._target is None or waited > robot.wait_ticks:
             return False
-        x, y = situation.tube.points[-1]
-        return (x, y) == self._target and situation.distance_to(x, y) > ARRIVED
+        x, y = robot.tube.points[-1]
+        return (x, y) == self._target and robot.distance_to(x, y) > ARRIVED
 
-    def _leave_for_others(self, situation: Situation) -> None:
+    def _leave_for_others(self, robot: RobotState) -> None:
         """Set off if the robot takes the room of others in a region, at a station or of people."""
-        if self._leave_region(situation):
+        if self._leave_region(robot):
             return
-        pose = situation.pose
+        pose = robot.pose
         left = self._lease.left
-        if left is not None and left.is_of(situation) and left.contains(situation):
-            highest = _highest_asking(situation, left.floor)
+        if left is not None and left.is_of(robot) and left.contains(robot):
+            highest = _highest_asking(robot, left.floor)
             if highest or left.is_large:
                 if left.room:  # one way out: no other robot gets past it
-                    self._leave(situation, highest, left.floor, OUT_OF_LANES)
+                    self._leave(robot, highest, left.floor, OUT_OF_LANES)
                 else:
-                    self._leave(situation, highest if self._insists else 0, left.floor)
+                    self._leave(robot, highest if self._insists else 0, left.floor)
                 return
-        walked = situation.obstacles.walked(situation.tick)
-        room = PERSON_ROOM * situation.obstacle_clearance
+        walked = robot.obstacles.walked(robot.tick)
+        room = PERSON_ROOM * robot.obstacle_clearance
         if len(walked) and float(np.hypot(*(walked - (pose.x, pose.y)).T).min()) < room:
-            near = situation.planner.no_extra()
-            traffic_costs.stamp(near, situation, walked, room, 1.0)
-            self._leave(situation, 0, near > 0.0)
+            near = robot.planner.no_extra()
+            traffic_costs.stamp(near, robot, walked, room, 1.0)
+            self._leave(robot, 0, near > 0.0)
 
-    def _leave_region(self, situation: Situation) -> bool:
+    def _leave_region(self, robot: RobotState) -> bool:
         """Leave the region and the floor before it for those who ask; return whether it does."""
-        region, pose = self._gate.region, situation.pose
-        lattice = situation.planner.lattice
+        region, pose = self._gate.region, robot.pose
+        lattice = robot.planner.lattice
         if region is None:
             return False
         stands_inside = bool(is_inside(region, lattice.frame, pose.x, pose.y))
         if not (stands_inside or self._has_left):
             return False
-        forecourt = self._gate.forecourt(lattice, situation.config.holding.request_distance)
+        forecourt = self._gate.forecourt(lattice, robot.config.holding.request_distance)
         if forecourt is None or not is_inside(forecourt, lattice.frame, pose.x, pose.y):
             return False
-        highest = _highest_asking(situation, region, at_gate=True)
+        highest = _highest_asking(robot, region, at_gate=True)
         if not highest:
             self._insists = False
             return False
         inherited = highest if self._insists and stands_inside else 0
-        if self._park(situation, inherited, forecourt):
+        if self._park(robot, inherited, forecourt):
             return True
-        return stands_inside and self._leave(situation, inherited, region > 0)
+        return stands_inside and self._leave(robot, inherited, region > 0)
 
     def _leave(
-        self, situation: Situation, highest: int, closed: NDArray[np.bool_], hops: int = 1
+        self, robot: RobotState, highest: int, closed: NDArray[np.bool_], hops: int = 1
     ) -> bool:
         """Set off for a parking place, else to where others get past; return whether it does."""
-        return self._park(situation, highest, closed, hops) or self._park(
-            situation, highest, closed, hops, rooms(*situation.passing)
+        return self._park(robot, highest, closed, hops) or self._park(
+            robot, highest, closed, hops, rooms(*robot.passing)
         )
 
     def _park(
         self,
-        situation: Situation,
+        robot: RobotState,
         highest: int,
         closed: NDArray[np.bool_],
         hops: int = 1,
         allowed: NDArray[np.bool_] | None = None,
     ) -> bool:
         """Set off for the nearest place outside; return whether there is one."""
-        self._next_search_tick = situation.tick + situation.wait_ticks
-        way = parking_path(situation, list(situation.stations), closed, math.inf, allowed)
+        self._next_search_tick = robot.tick + robot.wait_ticks
+        way = parking_path(robot, list(robot.stations), closed, math.inf, allowed)
         if way is not None and len(way) >= 2:
-            situation.tube.adopt(way)
-            x, y = situation.tube.points[-1]
+            robot.tube.adopt(way)
+            x, y = robot.tube.points[-1]
             self._target = (x, y)
             self._has_left = True
             self._inherit(above(highest, hops) if highest else 0)
@@ -166,7 +166,7 @@ class Departure:
 
 
 def _highest_asking(
-    situation: Situation, floor: NDArray[np.int16] | NDArray[np.bool_], *, at_gate: bool = False
+    robot: RobotState, floor: NDArray[np.int16] | NDArray[np.bool_], *, at_gate: bool = False
 ) -> int:
     """Return the highest priority of robots that ask for a station on a floor, 0 without any.
 
@@ -174,10 +174,10 @@ def _highest_asking(
         floor: (h, w) of the lattice.
         at_gate: Whether robots that wait to enter a region count as well.
     """
-    neighbors = situation.neighbors
+    neighbors = robot.neighbors
     highest = gate_kernels.highest_asking(
         floor,
-        situation.planner.lattice.frame,
+        robot.planner.lattice.frame,
         neighbors.request_columns,
         (neighbors.ids, neighbors.priorities, neighbors.gone),
         at_gate,

@@ -31,9 +31,9 @@ from swarm_nav.planning import distance_kernels, search_kernels
 from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
 from swarm_nav.traffic import gate_kernels
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import label_at
 from swarm_nav.traffic.single_lanes import parts, rooms, with_rim
-from swarm_nav.traffic.situation import Situation
 
 NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
 LEAST_AREA = 16.0  # [m²] of a region; fewer robots than that has room for are led by the lease
@@ -147,7 +147,7 @@ class Gate:
 
     def update(
         self,
-        situation: Situation,
+        robot: RobotState,
         *,
         has_turn: bool,
         is_driving: bool,
@@ -161,55 +161,55 @@ class Gate:
             priority: Returns that of the robot while it drives, with what it inherits as holder of
                 a lease; called only when the robot asks.
         """
-        config = situation.config.holding
+        config = robot.config.holding
         if self.region is None or config.gate_density <= 0.0:
             self.leave()
             return
-        frame = situation.planner.lattice.frame
-        if not has_turn or is_inside(self.region, frame, situation.pose.x, situation.pose.y):
+        frame = robot.planner.lattice.frame
+        if not has_turn or is_inside(self.region, frame, robot.pose.x, robot.pose.y):
             self.leave()
             return
         if self.is_admitted:
             return
         if self.asked_tick == 0:
-            if not is_driving or not self._leads_in(situation):
+            if not is_driving or not self._leads_in(robot):
                 return
-            self.asked_tick = situation.tick
-            self._look_at(situation)
-        ahead, is_highest = self._ahead(situation, priority())
+            self.asked_tick = robot.tick
+            self._look_at(robot)
+        ahead, is_highest = self._ahead(robot, priority())
         self.is_admitted = is_highest or (
             ahead < max(1.0, config.gate_density * self._area)
-            and self._seen_inside(situation) < max(1.0, config.region_density * self._part_area)
+            and self._seen_inside(robot) < max(1.0, config.region_density * self._part_area)
         )
 
-    def _leads_in(self, situation: Situation) -> bool:
+    def _leads_in(self, robot: RobotState) -> bool:
         """Whether the way ahead leads into the region; each of its points is looked at once."""
-        tube = situation.tube
+        tube = robot.tube
         first, last = tube.near, min(tube.near + WAY_POINTS, len(tube.points))
         points, region, begin, end = self._outside
         if points is not tube.points or region is not self.region or not begin <= first <= end:
             begin = end = first
         if end < last:
-            frame = situation.planner.lattice.frame
+            frame = robot.planner.lattice.frame
             if gate_kernels.entry(self.region, frame, tube.points[end:last]) >= 0:
                 return True
             self._outside = tube.points, self.region, begin, last
         return False
 
-    def _look_at(self, situation: Situation) -> None:
+    def _look_at(self, robot: RobotState) -> None:
         """Note how large the region is where the way ahead enters it, and as a whole."""
-        tube, lattice = situation.tube, situation.planner.lattice
+        tube, lattice = robot.tube, robot.planner.lattice
         way = tube.points[tube.near : tube.near + WAY_POINTS]
         x, y = way[max(0, gate_kernels.entry(self.region, lattice.frame, way))]
-        self._choose_part(situation, x, y)
-        reach = situation.config.traffic.radio_range
+        self._choose_part(robot, x, y)
+        reach = robot.config.traffic.radio_range
         floor = self._floor(lattice)
         cells = gate_kernels.cells_within(floor, lattice.frame, (x, y), reach)
         self._area = int(cells) * lattice.step**2
 
-    def _choose_part(self, situation: Situation, x: float, y: float) -> None:
+    def _choose_part(self, robot: RobotState, x: float, y: float) -> None:
         """Note in which part of the region a point lies, and how large that is."""
-        lattice = situation.planner.lattice
+        lattice = robot.planner.lattice
         part = int(label_at(self.region, lattice.frame, x, y))
         if part != self._part or self.region is not self._measured:
             self._part, self._measured = part, self.region
@@ -221,10 +221,10 @@ class Gate:
         assert self.region is not None
         return np.where(lattice.base < search_kernels.WALL, self.region, np.int16(0))
 
-    def _seen_inside(self, situation: Situation) -> int:
+    def _seen_inside(self, robot: RobotState) -> int:
         """Return how many others were seen in the part of the region not long ago."""
-        frame, since = situation.planner.lattice.frame, situation.tick - SEEN_TICKS
-        known, own_id = situation.neighbors.sightings, situation.robot_id
+        frame, since = robot.planner.lattice.frame, robot.tick - SEEN_TICKS
+        known, own_id = robot.neighbors.sightings, robot.robot_id
         seen = gate_kernels.count_seen(self.region, self._part, frame, known, since, own_id, False)
         return int(seen)
 
@@ -244,28 +244,28 @@ class Gate:
             self._forecourt = self.region, depth, forecourt
         return forecourt
 
-    def recheck(self, situation: Situation, way: FloatArray) -> None:
+    def recheck(self, robot: RobotState, way: FloatArray) -> None:
         """Ask no more if the way to the goal does not lead through the region any longer.
 
         Args:
             way: (n, 2) [m] in map, from the robot to its goal.
         """
-        frame = situation.planner.lattice.frame
+        frame = robot.planner.lattice.frame
         if self.region is not None and gate_kernels.entry(self.region, frame, way) < 0:
             self.leave()
 
-    def _ahead(self, situation: Situation, priority: int) -> tuple[int, bool]:
+    def _ahead(self, robot: RobotState, priority: int) -> tuple[int, bool]:
         """Count robots inside, admitted, or asking with a higher priority, without blocked ones.
 
         Returns:
             The number, and true if no robot inside, admitted or asking ranks higher.
         """
-        neighbors = situation.neighbors
+        neighbors = robot.neighbors
         count, is_highest, self.first = gate_kernels.count_ahead(
             self.region,
-            situation.planner.lattice.frame,
+            robot.planner.lattice.frame,
             neighbors.gate_columns,
             (neighbors.ids, neighbors.priorities, neighbors.gone),
-            (priority & SENIORITY, situation.robot_id, situation.wait_ticks),
+            (priority & SENIORITY, robot.robot_id, robot.wait_ticks),
         )
         return int(count), bool(is_highest)

@@ -16,7 +16,7 @@ from swarm_nav.planning.planner import path_length
 from swarm_nav.planning.terrain import HALL_DISTANCE
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.approach import PARKING_DISTANCE
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.traffic_costs import PARKING_GAP
 
 ARRIVED = 0.3  # [m] from a parking place within which the robot is there
@@ -47,26 +47,24 @@ class HoldingPattern:
         self.is_on_circuit = False
         self.target: tuple[float, float] | None = None
 
-    def enter(self, situation: Situation) -> None:
+    def enter(self, robot: RobotState) -> None:
         """Choose the pattern: `circuit`, `park`, or by the room on the circuit (`auto`)."""
-        mode = situation.config.holding.mode
-        circuit = self._nearest_circuit(situation)
+        mode = robot.config.holding.mode
+        circuit = self._nearest_circuit(robot)
         if mode == "auto":
-            self.is_on_circuit = circuit is not None and self._has_room(situation, circuit)
+            self.is_on_circuit = circuit is not None and self._has_room(robot, circuit)
         else:
             self.is_on_circuit = mode == "circuit" and circuit is not None
-        self._next_search_tick = situation.tick
+        self._next_search_tick = robot.tick
         self.target = None
-        situation.tube.cut()
+        robot.tube.cut()
 
     def leave(self) -> None:
         """Give up the pattern."""
         self.is_on_circuit = False
         self.target = None
 
-    def update(
-        self, situation: Situation, kept_free: Callable[[], NDArray[np.bool_] | None]
-    ) -> None:
+    def update(self, robot: RobotState, kept_free: Callable[[], NDArray[np.bool_] | None]) -> None:
         """Keep going round, or look for a parking place until it is reached.
 
         Args:
@@ -74,67 +72,67 @@ class HoldingPattern:
                 any; called only when the robot looks for one.
         """
         if self.is_on_circuit:
-            self._drive_circuit(situation)
-        elif situation.tick >= self._next_search_tick and self._needs_place(situation):
-            self._next_search_tick = situation.tick + situation.wait_ticks
-            path = parking_path(situation, self._stations, kept_free())
+            self._drive_circuit(robot)
+        elif robot.tick >= self._next_search_tick and self._needs_place(robot):
+            self._next_search_tick = robot.tick + robot.wait_ticks
+            path = parking_path(robot, self._stations, kept_free())
             if path is not None and len(path) >= 2:
-                situation.tube.adopt(path)
+                robot.tube.adopt(path)
                 self.target = (float(path[-1, 0]), float(path[-1, 1]))
 
-    def _needs_place(self, situation: Situation) -> bool:
+    def _needs_place(self, robot: RobotState) -> bool:
         if self.target is None:
             return True
-        if not situation.tube.is_complete:
-            return situation.waited_ticks > situation.wait_ticks
-        return situation.distance_to(*self.target) > ARRIVED
+        if not robot.tube.is_complete:
+            return robot.waited_ticks > robot.wait_ticks
+        return robot.distance_to(*self.target) > ARRIVED
 
-    def _nearest_circuit(self, situation: Situation) -> FloatArray | None:
-        near = [c for c in self._circuits if _circuit_gap(c, situation)[0] < CIRCUIT_JOIN]
-        if near or situation.config.holding.mode == "auto":
+    def _nearest_circuit(self, robot: RobotState) -> FloatArray | None:
+        near = [c for c in self._circuits if _circuit_gap(c, robot)[0] < CIRCUIT_JOIN]
+        if near or robot.config.holding.mode == "auto":
             return near[0] if near else None
         if not self._circuits:
             return None
-        return min(self._circuits, key=lambda c: _circuit_gap(c, situation)[0])
+        return min(self._circuits, key=lambda c: _circuit_gap(c, robot)[0])
 
-    def _has_room(self, situation: Situation, circuit: FloatArray) -> bool:
+    def _has_room(self, robot: RobotState, circuit: FloatArray) -> bool:
         """Whether few enough robots are near the part of the circuit that the radio covers."""
-        x, y = situation.pose.x, situation.pose.y
-        reach = situation.config.traffic.radio_range
+        x, y = robot.pose.x, robot.pose.y
+        reach = robot.config.traffic.radio_range
         heard = circuit[np.hypot(circuit[:, 0] - x, circuit[:, 1] - y) < reach]
-        poses = situation.neighbors.heads["pose"]
+        poses = robot.neighbors.heads["pose"]
         on_it = 0
         for pose in poses:
             gaps = np.hypot(circuit[:, 0] - pose[0], circuit[:, 1] - pose[1])
             on_it += bool(gaps.min() < CIRCUIT_CORRIDOR)
-        room = len(heard) * _CIRCUIT_SPACING / situation.config.holding.circuit_spacing
+        room = len(heard) * _CIRCUIT_SPACING / robot.config.holding.circuit_spacing
         return on_it + 1 <= room
 
-    def _drive_circuit(self, situation: Situation) -> None:
-        circuit = self._nearest_circuit(situation)
+    def _drive_circuit(self, robot: RobotState) -> None:
+        circuit = self._nearest_circuit(robot)
         if circuit is None:
             self.is_on_circuit = False
             return
-        is_late = situation.tick < self._next_search_tick
-        if is_late or situation.tube.length_ahead() > CIRCUIT_RENEW:
+        is_late = robot.tick < self._next_search_tick
+        if is_late or robot.tube.length_ahead() > CIRCUIT_RENEW:
             return
-        self._next_search_tick = situation.tick + situation.ticks(1.0)
-        _, nearest = _circuit_gap(circuit, situation)
+        self._next_search_tick = robot.tick + robot.ticks(1.0)
+        _, nearest = _circuit_gap(circuit, robot)
         ahead = nearest + int(CIRCUIT_LOOKAHEAD / _CIRCUIT_SPACING)
         point = circuit[ahead % len(circuit)]
         target = (float(point[0]), float(point[1]))
-        path = self._way_to(situation, target)
+        path = self._way_to(robot, target)
         if path is None:
             self.is_on_circuit = False  # park instead
             return
-        situation.tube.adopt(path)
+        robot.tube.adopt(path)
         self.target = None
 
-    def _way_to(self, situation: Situation, point: tuple[float, float]) -> FloatArray | None:
+    def _way_to(self, robot: RobotState, point: tuple[float, float]) -> FloatArray | None:
         """Return the way to a point of the circuit, None if there is no short one."""
-        extra = traffic_costs.congestion(situation)
+        extra = traffic_costs.congestion(robot)
         try:
-            path = situation.planner.plan(situation.stop_point, point, extra)
+            path = robot.planner.plan(robot.stop_point, point, extra)
         except PlanError:
             return None
         return path if path_length(path) <= 3.0 * CIRCUIT_LOOKAHEAD + CIRCUIT_JOIN else None
@@ -146,7 +144,7 @@ class HoldingPattern:
 
 
 def parking_path(
-    situation: Situation,
+    robot: RobotState,
     stations: list[tuple[float, float]],
     closed: NDArray[np.bool_] | None = None,
     reach: float | None = None,
@@ -161,25 +159,23 @@ def parking_path(
         allowed: (h, w) lattice cells to park on; None for those out of the lanes, which a map of
             narrow aisles has not.
     """
-    lattice = situation.planner.lattice
-    taken = situation.planner.no_extra()
+    lattice = robot.planner.lattice
+    taken = robot.planner.no_extra()
     if stations:
-        traffic_costs.stamp(taken, situation, np.array(stations), 2.0 * PARKING_DISTANCE, 1.0)
+        traffic_costs.stamp(taken, robot, np.array(stations), 2.0 * PARKING_DISTANCE, 1.0)
         taken[lattice.clearance <= HALL_DISTANCE] = 0.0
-        traffic_costs.stamp(taken, situation, np.array(stations), PARKING_DISTANCE, 1.0)
-    neighbors = situation.neighbors
-    traffic_costs.stamp_tubes(taken, situation, PARKING_GAP, 1.0)
+        traffic_costs.stamp(taken, robot, np.array(stations), PARKING_DISTANCE, 1.0)
+    neighbors = robot.neighbors
+    traffic_costs.stamp_tubes(taken, robot, PARKING_GAP, 1.0)
     targets = neighbors.heads["target"]
     for row in np.flatnonzero(np.isfinite(targets[:, 0])):
-        traffic_costs.stamp(
-            taken, situation, targets[row], situation.reach(int(row)) + PARKING_GAP, 1.0
-        )
+        traffic_costs.stamp(taken, robot, targets[row], robot.reach(int(row)) + PARKING_GAP, 1.0)
     if closed is not None:
         taken[closed] = 1.0
-    places = situation.planner.free_places(taken, lattice.parking if allowed is None else allowed)
-    extra = traffic_costs.congestion(situation)
-    limit = situation.config.holding.search_distance if reach is None else reach
-    return situation.planner.nearest(situation.stop_point, extra, places, limit)
+    places = robot.planner.free_places(taken, lattice.parking if allowed is None else allowed)
+    extra = traffic_costs.congestion(robot)
+    limit = robot.config.holding.search_distance if reach is None else reach
+    return robot.planner.nearest(robot.stop_point, extra, places, limit)
 
 
 _CIRCUIT_SPACING = 0.25  # [m] between the points of a closed circuit
@@ -195,9 +191,9 @@ def _closed(points: tuple[tuple[float, float], ...]) -> FloatArray:
     return np.vstack(pieces)
 
 
-def _circuit_gap(circuit: FloatArray, situation: Situation) -> tuple[float, int]:
+def _circuit_gap(circuit: FloatArray, robot: RobotState) -> tuple[float, int]:
     """Return (distance [m], index) of the nearest point of a circuit."""
-    x, y = situation.stop_point
+    x, y = robot.stop_point
     gaps = np.hypot(circuit[:, 0] - x, circuit[:, 1] - y)
     nearest = int(gaps.argmin())
     return float(gaps[nearest]), nearest

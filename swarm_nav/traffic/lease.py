@@ -23,7 +23,7 @@ from swarm_nav.core.config import HoldingConfig
 from swarm_nav.core.priority import OUT_OF_LANES, above
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic.approach import MOUTH_GAP, WAITING_GAP, Approach, is_large, lane_at
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 
 SAME_STATION = 0.6  # [m] between targets that are one station
 DETOUR = 2.5  # times the distance: what is farther by way is behind a wall
@@ -43,30 +43,30 @@ class Cover:
     seen: int = 0  # tick at which something was on it
     looked: int = 0  # tick at which it was looked at
 
-    def update(self, situation: Situation, station: tuple[float, float], is_covered: bool) -> None:
+    def update(self, robot: RobotState, station: tuple[float, float], is_covered: bool) -> None:
         """Take what is known in this tick.
 
         Args:
             station: (x, y) [m] in map.
             is_covered: Whether something is on it.
         """
-        tick = situation.tick
+        tick = robot.tick
         is_other = math.dist(station, self.station) > SAME_STATION
-        if is_other or tick - self.looked > self._patience(situation):
+        if is_other or tick - self.looked > self._patience(robot):
             self.station, self.since, self.seen = station, tick, tick  # long ago, or elsewhere
         self.looked = tick
         if is_covered:
             self.seen = tick
-        elif tick - self.seen > situation.retry_ticks:
+        elif tick - self.seen > robot.retry_ticks:
             self.since = tick
 
-    def lasts(self, situation: Situation) -> bool:
+    def lasts(self, robot: RobotState) -> bool:
         """Whether the station has been covered for longer than `holding.station_patience`."""
-        is_known = situation.tick == self.looked
-        return is_known and self.seen - self.since > self._patience(situation)
+        is_known = robot.tick == self.looked
+        return is_known and self.seen - self.since > self._patience(robot)
 
-    def _patience(self, situation: Situation) -> int:
-        return situation.ticks(situation.config.holding.station_patience)
+    def _patience(self, robot: RobotState) -> int:
+        return robot.ticks(robot.config.holding.station_patience)
 
 
 @dataclass(slots=True)
@@ -95,7 +95,7 @@ class Lease:
     _approach: Approach | None = None
     _is_new: bool = False  # whether where the robot gets its goal is still to be looked at
     _is_through: bool = False  # whether it is on its large single lanes
-    # single lanes of the station, by `Situation.passing`
+    # single lanes of the station, by `RobotState.passing`
     _lane_there: tuple[tuple[Terrain, float] | None, int] = (None, 0)
     _cover: Cover = field(default_factory=Cover)
     _alone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # (1, 2) the station
@@ -115,11 +115,11 @@ class Lease:
         else:
             self._take(station)
 
-    def keep(self, situation: Situation) -> None:
+    def keep(self, robot: RobotState) -> None:
         """Keep the station that was given back last until the next `aim`: the robot is served."""
         self.is_served = True
         station, tick = self._given_back
-        if self.station is None and situation.distance_to(*station) <= SAME_STATION:
+        if self.station is None and robot.distance_to(*station) <= SAME_STATION:
             self._take(station)
             self.tick, self._is_new = tick, False
 
@@ -141,114 +141,114 @@ class Lease:
         self._left_tick = 0
         self._lane_there = None, 0
 
-    def update(self, situation: Situation) -> None:
+    def update(self, robot: RobotState) -> None:
         """Request within range of the station and work out the place in the queue."""
         if self.is_leaving:
-            self._leave(situation)
+            self._leave(robot)
         if self.station is None:
             return
         if self._is_new:
             self._is_new = False
-            self._hold_lanes_here(situation)
-        if self.tick == 0 and self._is_at_tail(situation):
-            self.tick = situation.tick
+            self._hold_lanes_here(robot)
+        if self.tick == 0 and self._is_at_tail(robot):
+            self.tick = robot.tick
         self.place, self.first = (0, 0)
         if self.tick:
-            self.place, self.first, highest = self._requests(situation, self.tick)
-            self._cover.update(situation, self.station, self._has_something_on_it(situation))
-            approach = self._approach_of(situation)
-            approach.is_inside = self._is_inside(situation)
-            self._is_through = approach.is_large and self._is_inside(situation, -MOUTH_GAP)
-            self.is_full = not self._is_through and approach.is_full(situation)
-            if not self.is_turn(situation.config.holding):
+            self.place, self.first, highest = self._requests(robot, self.tick)
+            self._cover.update(robot, self.station, self._has_something_on_it(robot))
+            approach = self._approach_of(robot)
+            approach.is_inside = self._is_inside(robot)
+            self._is_through = approach.is_large and self._is_inside(robot, -MOUTH_GAP)
+            self.is_full = not self._is_through and approach.is_full(robot)
+            if not self.is_turn(robot.config.holding):
                 self.inherited = 0  # who waits ranks below those that it waits for
             elif highest and (self.is_leaving or self._is_through or not self.place):
                 if self.is_leaving:  # others inherit from it, too
-                    highest = max(highest, situation.own_priority)
+                    highest = max(highest, robot.own_priority)
                 # never less while it has its turn: a change would delay all requests
                 hops = OUT_OF_LANES if self.is_leaving else 0
                 self.inherited = max(self.inherited, above(highest, hops))
 
-    def _hold_lanes_here(self, situation: Situation) -> None:
+    def _hold_lanes_here(self, robot: RobotState) -> None:
         """Hold the single lanes where the robot gets its goal, if that lies elsewhere."""
-        here = situation.stop_point
-        lane, target = lane_at(situation, here), self.station
-        if lane and lane != self._lane(situation):
+        here = robot.stop_point
+        lane, target = lane_at(robot, here), self.station
+        if lane and lane != self._lane(robot):
             self._take(here)
-            self.tick, self.is_leaving, self._next = situation.tick, True, target
+            self.tick, self.is_leaving, self._next = robot.tick, True, target
             self._is_new = False
 
-    def _leave(self, situation: Situation) -> None:
+    def _leave(self, robot: RobotState) -> None:
         """Give the station back once the robot is out, or has had no other target for a while.
 
         Large single lanes are given back once it is out only: nobody may hear it there.
         """
-        self._left_tick = self._left_tick or situation.tick
-        has_stayed = situation.tick - self._left_tick > situation.wait_ticks
+        self._left_tick = self._left_tick or robot.tick
+        has_stayed = robot.tick - self._left_tick > robot.wait_ticks
         is_done = self._next is None and has_stayed and not self.is_served
-        approach = self._approach_of(situation)
-        if (is_done and not approach.is_large) or not self._is_inside(situation):
+        approach = self._approach_of(robot)
+        if (is_done and not approach.is_large) or not self._is_inside(robot):
             self._take(self._next)
         elif is_done:
             self.left = approach
 
-    def _requests(self, situation: Situation, tick: int) -> tuple[int, int, int]:
+    def _requests(self, robot: RobotState, tick: int) -> tuple[int, int, int]:
         """Return how many asked before a tick, the first of them, and the highest who asked."""
         # before the robot is near, the floor around its station is not looked at
         near = self._approach
-        targets = near.targets(situation) if near is not None else self._alone
-        return situation.neighbors.queue(targets, tick, SAME_STATION)
+        targets = near.targets(robot) if near is not None else self._alone
+        return robot.neighbors.queue(targets, tick, SAME_STATION)
 
-    def _is_at_tail(self, situation: Situation) -> bool:
+    def _is_at_tail(self, robot: RobotState) -> bool:
         """Whether the robot is near its station or its single lanes, or where the queue ends."""
         assert self.station is not None
-        config = situation.config
-        lane = self._lane(situation)
-        is_far = situation.distance_to(*self.station) > config.traffic.radio_range
-        if is_far and not is_large(situation, lane):
+        config = robot.config
+        lane = self._lane(robot)
+        is_far = robot.distance_to(*self.station) > config.traffic.radio_range
+        if is_far and not is_large(robot, lane):
             return False
-        if lane and self._approach_of(situation).is_ahead(situation):
+        if lane and self._approach_of(robot).is_ahead(robot):
             return True
-        if self._is_near(situation, config.holding.request_distance):
+        if self._is_near(robot, config.holding.request_distance):
             return True
-        place, _, _ = self._requests(situation, situation.tick)
-        return place > 0 and self._way_to_queue(situation) <= self._queue(situation, place + 1)
+        place, _, _ = self._requests(robot, robot.tick)
+        return place > 0 and self._way_to_queue(robot) <= self._queue(robot, place + 1)
 
-    def _lane(self, situation: Situation) -> int:
+    def _lane(self, robot: RobotState) -> int:
         """Return the number of the single lanes that the station lies on, 0 for none."""
         assert self.station is not None
-        passing = situation.passing
+        passing = robot.passing
         if self._lane_there[0] != passing:
-            self._lane_there = passing, lane_at(situation, self.station)
+            self._lane_there = passing, lane_at(robot, self.station)
         return self._lane_there[1]
 
-    def _is_near(self, situation: Situation, distance: float) -> bool:
+    def _is_near(self, robot: RobotState, distance: float) -> bool:
         """Whether the station is within `distance` [m], and not behind a wall."""
         assert self.station is not None
-        if situation.distance_to(*self.station) > distance:
+        if robot.distance_to(*self.station) > distance:
             return False
-        return self._approach_of(situation).way(situation) <= DETOUR * distance
+        return self._approach_of(robot).way(robot) <= DETOUR * distance
 
-    def _is_inside(self, situation: Situation, slack: float = 0.0) -> bool:
+    def _is_inside(self, robot: RobotState, slack: float = 0.0) -> bool:
         """Whether the robot is on the single lanes of its station or before them, or nearly so."""
-        return self._approach_of(situation).gap(situation) <= slack
+        return self._approach_of(robot).gap(robot) <= slack
 
-    def _way_to_queue(self, situation: Situation) -> float:
-        return self._approach_of(situation).way_to_queue(situation)
+    def _way_to_queue(self, robot: RobotState) -> float:
+        return self._approach_of(robot).way_to_queue(robot)
 
-    def _queue(self, situation: Situation, place: int) -> float:
+    def _queue(self, robot: RobotState, place: int) -> float:
         """Return the distance [m] that `place` robots need, and those on large single lanes."""
-        approach = self._approach_of(situation)
+        approach = self._approach_of(robot)
         robots = place + approach.room if approach.is_large else place
         return approach.reach_of(robots * QUEUE_AREA)
 
-    def _approach_of(self, situation: Situation) -> Approach:
+    def _approach_of(self, robot: RobotState) -> Approach:
         assert self.station is not None
-        if self._approach is None or not self._approach.is_of(situation):
-            self._approach = Approach(situation, self.station)
+        if self._approach is None or not self._approach.is_of(robot):
+            self._approach = Approach(robot, self.station)
         return self._approach
 
-    def is_too_near(self, situation: Situation, slack: float = 0.0) -> bool:
+    def is_too_near(self, robot: RobotState, slack: float = 0.0) -> bool:
         """Whether the robot is nearer to the station than its place in the queue allows.
 
         Args:
@@ -256,24 +256,24 @@ class Lease:
         """
         if self.station is None or self.tick == 0 or self.is_leaving:
             return False
-        config = situation.config.holding
-        if self._is_inside(situation, WAITING_GAP + slack):
+        config = robot.config.holding
+        if self._is_inside(robot, WAITING_GAP + slack):
             return True
-        approach = self._approach_of(situation)
+        approach = self._approach_of(robot)
         is_among_first = self.place < config.approach_slots
         may_approach = self.is_turn(config) if approach.is_large else is_among_first
         if may_approach:
             return False
-        if self._is_near(situation, config.hold_distance + slack):
+        if self._is_near(robot, config.hold_distance + slack):
             return True
-        return self._way_to_queue(situation) <= self._queue(situation, self.place) + slack
+        return self._way_to_queue(robot) <= self._queue(robot, self.place) + slack
 
-    def kept_free(self, situation: Situation) -> NDArray[np.bool_] | None:
+    def kept_free(self, robot: RobotState) -> NDArray[np.bool_] | None:
         """Return the lattice cells that those earlier in the queue need, None without any."""
         if self.station is None or self.tick == 0 or not (self.place or self.is_full):
             return None
-        queue = self._queue(situation, self.place)
-        return self._approach_of(situation).kept_free(queue)
+        queue = self._queue(robot, self.place)
+        return self._approach_of(robot).kept_free(queue)
 
     def is_turn(self, config: HoldingConfig) -> bool:
         """Whether the robot may drive the last metres, or onto the single lanes before them.
@@ -292,47 +292,47 @@ class Lease:
         """Whether the queue is one for all goals on the same single lanes."""
         return self._approach is not None and self._approach.room > 0
 
-    def is_barred(self, situation: Situation) -> bool:
+    def is_barred(self, robot: RobotState) -> bool:
         """Whether something immovable has been on the station for long enough."""
-        return self.tick > 0 and not self.is_leaving and self._cover.lasts(situation)
+        return self.tick > 0 and not self.is_leaving and self._cover.lasts(robot)
 
-    def _has_something_on_it(self, situation: Situation) -> bool:
+    def _has_something_on_it(self, robot: RobotState) -> bool:
         """Whether a silent robot is on the station, or anything that the LiDAR sees.
 
         A robot that was never heard, because it died before this one came, is only seen. Who walks
         to and fro there does not stand on it.
         """
         assert self.station is not None
-        if self.is_covered(situation):
+        if self.is_covered(robot):
             return True
-        points = situation.obstacle_points()
+        points = robot.obstacle_points()
         if not len(points):
             return False
-        if situation.distance_to(*self.station) > situation.config.costmap.obstacle_max_range:
+        if robot.distance_to(*self.station) > robot.config.costmap.obstacle_max_range:
             return False
-        clearance = situation.obstacle_clearance
-        limit = clearance - situation.config.goal_checker.xy_goal_tolerance
+        clearance = robot.obstacle_clearance
+        limit = clearance - robot.config.goal_checker.xy_goal_tolerance
         if not self._is_within(points, limit):
             return False
-        return not self._is_within(situation.obstacles.walked(situation.tick), clearance)
+        return not self._is_within(robot.obstacles.walked(robot.tick), clearance)
 
     def _is_within(self, points: FloatArray, limit: float) -> bool:
         assert self.station is not None
         return len(points) > 0 and float(np.hypot(*(points - self.station).T).min()) < limit
 
-    def is_covered(self, situation: Situation) -> bool:
+    def is_covered(self, robot: RobotState) -> bool:
         """Whether a robot that will not move by itself is on the station, or may be."""
-        return self.covering(situation) is not None
+        return self.covering(robot) is not None
 
-    def covering(self, situation: Situation) -> int | None:
+    def covering(self, robot: RobotState) -> int | None:
         """Return the row of a neighbour that will not move by itself and may be on the station."""
         if self.station is None or self.tick == 0 or self.is_leaving:
             return None
-        neighbors, near = situation.neighbors, situation.config.goal_checker.xy_goal_tolerance
+        neighbors, near = robot.neighbors, robot.config.goal_checker.xy_goal_tolerance
         if not neighbors.has_immovable:
             return None
         for row in np.flatnonzero(neighbors.immovable):
             gaps = neighbors.tubes(int(row)) - self.station
-            if float(np.hypot(*gaps.T).min()) < situation.reach(int(row)) - near:
+            if float(np.hypot(*gaps.T).min()) < robot.reach(int(row)) - near:
                 return int(row)
         return None

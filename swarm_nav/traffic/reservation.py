@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from swarm_nav.control import tube_kernels
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
-from swarm_nav.traffic.situation import Situation
 
 GROWTH_SLACK = 0.06  # [m] by which tubes are nearer than both radii without any growth
 WATCHDOG_MOTION = 0.06  # [m]
@@ -17,17 +17,17 @@ COMES = "comes through a single lane"
 class ReservationManager:
     """Changes the tube by what the neighbours leave, the LiDAR sees and the robot uses."""
 
-    def __init__(self, situation: Situation, single_lanes: SingleLanes) -> None:
+    def __init__(self, robot: RobotState, single_lanes: SingleLanes) -> None:
         """Start with the robot's own place.
 
         Args:
-            situation: Of the robot; its tube is what changes.
+            robot: Of the robot; its tube is what changes.
             single_lanes: Where the tube must not grow.
         """
-        self._s = situation
+        self._s = robot
         self._single_lanes = single_lanes
-        self._watch_pose = situation.pose
-        self._watch_tick = situation.tick
+        self._watch_pose = robot.pose
+        self._watch_tick = robot.tick
         self._retracted_tick = self._retracting_since = -1000
 
     def extend(self) -> None:
@@ -45,7 +45,7 @@ class ReservationManager:
         last, ahead = self._single_lanes.barrier(s, span[1])
         if last <= span[0]:
             s.has_grown = False
-            self._note_block(tube_kernels.RIGHT_OF_WAY, ahead)
+            self._record_block(tube_kernels.RIGHT_OF_WAY, ahead)
             s.blocked_why = COMES
             return
         last, clearance = self._stretch(span[0], last)
@@ -61,7 +61,7 @@ class ReservationManager:
         )
         s.has_grown = stop > tube.stop
         tube.stop = stop
-        self._note_block(reason, row)
+        self._record_block(reason, row)
 
     def _stretch(self, first: int, last: int) -> tuple[int, float]:
         """Return (last point with the same clearance from LiDAR hits as the next, clearance)."""
@@ -72,7 +72,7 @@ class ReservationManager:
         same = int((clearances != clearances[0]).argmax())
         return (first + same if same else last), float(clearances[0])
 
-    def _note_block(self, reason: int, row: int) -> None:
+    def _record_block(self, reason: int, row: int) -> None:
         s = self._s
         is_robot = reason in (tube_kernels.ROBOT, tube_kernels.RIGHT_OF_WAY)
         s.is_unconfirmed = reason == tube_kernels.UNCONFIRMED and not s.has_grown

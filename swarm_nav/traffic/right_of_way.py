@@ -22,9 +22,9 @@ from swarm_nav.planning import path_cost_kernels
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.gate import is_inside
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import FORESIGHT
 from swarm_nav.traffic.single_lanes import rooms
-from swarm_nav.traffic.situation import Situation
 
 REFUGE_MARGIN = 0.03  # [m] that a refuge keeps from the pusher's way beyond the reach; so much
 # more after each refuge at which the pusher was still blocked by this robot
@@ -70,133 +70,133 @@ class RightOfWay:
         """Whether the robot steps back on its own account."""
         return self._retreat_until >= 0
 
-    def pusher(self, situation: Situation) -> int | None:
+    def pusher(self, robot: RobotState) -> int | None:
         """Return the row of the highest robot that this one blocks and that ranks above it."""
-        traffic = situation.config.traffic
+        traffic = robot.config.traffic
         # a robot that drives on its own path is not disturbed at once
-        if situation.twist.vx > traffic_costs.MOVING_SPEED and not self.is_yielding:
-            patience = situation.wait_ticks
+        if robot.twist.vx > traffic_costs.MOVING_SPEED and not self.is_yielding:
+            patience = robot.wait_ticks
         else:
-            patience = traffic.push_ticks + situation.radio.extra
-        return situation.neighbors.highest_pusher(situation.own_priority, patience)
+            patience = traffic.push_ticks + robot.radio.extra
+        return robot.neighbors.highest_pusher(robot.own_priority, patience)
 
-    def update(self, situation: Situation) -> bool:
+    def update(self, robot: RobotState) -> bool:
         """React to pushers; return whether the robot is (still) making way or stepping back."""
-        tick = situation.tick
-        if situation.has_grown:
+        tick = robot.tick
+        if robot.has_grown:
             self.is_stuck = False
-        row = self.pusher(situation)
+        row = self.pusher(robot)
         if row is not None:
-            self._make_way(situation, row)
+            self._make_way(robot, row)
         elif self.inherited:
-            self._await_release(situation)
+            self._await_release(robot)
         if not self.is_yielding:
-            self._consider_retreat(situation)
+            self._consider_retreat(robot)
         if 0 <= self._retreat_until <= tick:
             self._retreat_until = -1
-            situation.tube.cut()
+            robot.tube.cut()
         return self.is_yielding
 
-    def stay(self, situation: Situation) -> None:
+    def stay(self, robot: RobotState) -> None:
         """Make way for nobody, as long as the robot is served where it stands."""
         if self.is_retreating:
             self._retreat_until = -1
-            situation.tube.cut()
+            robot.tube.cut()
         if self.inherited or self._is_diverted:
-            self._release(situation)
+            self._release(robot)
 
-    def _await_release(self, situation: Situation) -> None:
+    def _await_release(self, robot: RobotState) -> None:
         """Be free after a while; on a single lane look for a refuge while the pusher is away.
 
         Else a robot without a goal would stay in a blind end for ever: its pusher steps back, so
         that it is not pushed any more, and comes again.
         """
-        patience = situation.retry_ticks
-        if self._is_diverted and self._still_comes(situation):
-            self._last_pushed_tick = situation.tick
-        if self._was_stuck and not is_in_room(situation):
-            patience += situation.stuck_ticks
-        if situation.tick - self._last_pushed_tick > patience:
-            self._release(situation)
-        elif self.is_stuck and situation.tick >= self._next_search_tick:
-            self._search(situation)
+        patience = robot.retry_ticks
+        if self._is_diverted and self._still_comes(robot):
+            self._last_pushed_tick = robot.tick
+        if self._was_stuck and not is_in_room(robot):
+            patience += robot.stuck_ticks
+        if robot.tick - self._last_pushed_tick > patience:
+            self._release(robot)
+        elif self.is_stuck and robot.tick >= self._next_search_tick:
+            self._search(robot)
 
-    def _still_comes(self, situation: Situation) -> bool:
+    def _still_comes(self, robot: RobotState) -> bool:
         """Whether the pusher's way leads here, unblocked, and that to the refuge is free: drive on.
 
         Going back to the own way in between would only be in its way again.
         """
-        neighbors = situation.neighbors
-        row = neighbors.row(situation.yields_for)
-        if row is None or situation.tube.is_complete or situation.waited_ticks:
+        neighbors = robot.neighbors
+        row = neighbors.row(robot.yields_for)
+        if row is None or robot.tube.is_complete or robot.waited_ticks:
             return False
         if neighbors.immovable[row] or neighbors.priorities[row] <= self.inherited:
             return False
         if neighbors.heads["blocked_ticks"][row]:
             return False
-        gaps = np.hypot(*(way_of(situation, row) - situation.stop_point).T)
-        return bool(gaps.min() < situation.reach(row))
+        gaps = np.hypot(*(way_of(robot, row) - robot.stop_point).T)
+        return bool(gaps.min() < robot.reach(row))
 
-    def _release(self, situation: Situation) -> None:
+    def _release(self, robot: RobotState) -> None:
         self.inherited = 0
-        situation.yields_for = 0
+        robot.yields_for = 0
         self.is_stuck = self._was_stuck = self._was_barred = False
         self._blocked_since = -1
         if self._is_diverted:
             self._is_diverted = False
-            situation.tube.cut()
+            robot.tube.cut()
 
-    def _make_way(self, situation: Situation, row: int) -> None:
-        neighbors = situation.neighbors
+    def _make_way(self, robot: RobotState, row: int) -> None:
+        neighbors = robot.neighbors
         pusher_id = int(neighbors.ids[row])
-        is_new = pusher_id != situation.yields_for
-        self._last_pushed_tick = situation.tick
+        is_new = pusher_id != robot.yields_for
+        self._last_pushed_tick = robot.tick
         self._retreat_until = -1
         self.inherited = int(neighbors.priorities[row]) - 1
-        self._kept_free = way_of(situation, row), situation.reach(row)
-        if not self._is_diverted and self._goes_on(situation, row):
+        self._kept_free = way_of(robot, row), robot.reach(row)
+        if not self._is_diverted and self._goes_on(robot, row):
             return
         self._is_diverted = True
         if is_new:
-            situation.counters.pushes += 1
-            situation.yields_for = pusher_id
+            robot.counters.pushes += 1
+            robot.yields_for = pusher_id
             self.is_stuck = self._was_stuck = self._was_barred = False
             self._is_at_refuge = False
             self._margin = REFUGE_MARGIN
             self._blocked_since = -1
-            self._search(situation)
+            self._search(robot)
             return
-        if situation.blocked_ticks == 0:
+        if robot.blocked_ticks == 0:
             self._blocked_since = -1
         elif self._blocked_since < 0:
-            self._blocked_since = situation.tick
-        waited = situation.tick - self._blocked_since if self._blocked_since >= 0 else 0
-        if max(waited, situation.obstacle_ticks) > situation.stuck_ticks:
+            self._blocked_since = robot.tick
+        waited = robot.tick - self._blocked_since if self._blocked_since >= 0 else 0
+        if max(waited, robot.obstacle_ticks) > robot.stuck_ticks:
             self.is_stuck = self._was_stuck = self._was_barred = True
-        if situation.tick < self._next_search_tick:
+        if robot.tick < self._next_search_tick:
             return
-        if situation.tube.is_complete or self.is_stuck:
+        if robot.tube.is_complete or self.is_stuck:
             if self._is_at_refuge:  # and in the way there, as the pusher says
                 self._margin += REFUGE_MARGIN
-            self._search(situation)
+            self._search(robot)
 
-    def _goes_on(self, situation: Situation, row: int) -> bool:
+    def _goes_on(self, robot: RobotState, row: int) -> bool:
         """Whether the robot gets out of the pusher's way by going its own, with its priority."""
-        if situation.blocked_ticks:
-            if situation.blocked_ticks > situation.wait_ticks:
+        if robot.blocked_ticks:
+            if robot.blocked_ticks > robot.wait_ticks:
                 return False
-            blocker = situation.neighbors.row(situation.blocked_by)
-            if blocker is None or situation.neighbors.priorities[blocker] >= self.inherited:
+            blocker = robot.neighbors.row(robot.blocked_by)
+            if blocker is None or robot.neighbors.priorities[blocker] >= self.inherited:
                 return False
-        return clears_way(situation, row)
+        return clears_way(robot, row)
 
-    def _search(self, situation: Situation) -> None:
+    def _search(self, robot: RobotState) -> None:
         """Adopt the way to the nearest refuge, or say that there is none."""
-        self._next_search_tick = situation.tick + situation.retry_ticks
+        self._next_search_tick = robot.tick + robot.retry_ticks
         way, reach = self._kept_free
         smooth = not self._was_barred
         gap, rank = reach + self._margin, self.inherited
-        path = planned(situation, lambda: refuge_path(situation, way, gap, rank, smooth))
+        path = planned(robot, lambda: refuge_path(robot, way, gap, rank, smooth))
         self._is_at_refuge = path is not None and len(path) < 2
         if path is None:
             self._margin = REFUGE_MARGIN
@@ -205,68 +205,68 @@ class RightOfWay:
         if self._is_at_refuge:
             self.is_stuck = False
             return
-        situation.tube.adopt(path)
+        robot.tube.adopt(path)
         self._blocked_since = -1
 
-    def _consider_retreat(self, situation: Situation) -> None:
+    def _consider_retreat(self, robot: RobotState) -> None:
         """Step back from a robot that said that it cannot make way; if again, farther and longer.
 
         Before that one can make way, those behind this robot may have to step back in turn.
         """
-        if situation.blocked_ticks < situation.wait_ticks:
+        if robot.blocked_ticks < robot.wait_ticks:
             return
-        row = situation.neighbors.row(situation.blocked_by)
-        if row is None or not situation.neighbors.stuck[row] or situation.neighbors.immovable[row]:
+        row = robot.neighbors.row(robot.blocked_by)
+        if row is None or not robot.neighbors.stuck[row] or robot.neighbors.immovable[row]:
             return
-        is_again = situation.blocked_by == self._retreated_from
+        is_again = robot.blocked_by == self._retreated_from
         times = self._retreats + 1 if is_again else 1
-        path = planned(situation, lambda: retreat_path(situation, times * RETREAT_DISTANCE))
+        path = planned(robot, lambda: retreat_path(robot, times * RETREAT_DISTANCE))
         if path is None and is_again:
-            path = planned(situation, lambda: retreat_path(situation, RETREAT_DISTANCE))
+            path = planned(robot, lambda: retreat_path(robot, RETREAT_DISTANCE))
         if path is None:
             return
-        self._retreats, self._retreated_from = times, situation.blocked_by
-        situation.counters.retreats += 1
-        situation.tube.adopt(path)
-        self._retreat_until = situation.tick + times * situation.stuck_ticks
+        self._retreats, self._retreated_from = times, robot.blocked_by
+        robot.counters.retreats += 1
+        robot.tube.adopt(path)
+        self._retreat_until = robot.tick + times * robot.stuck_ticks
 
 
-def clears_way(situation: Situation, row: int) -> bool:
+def clears_way(robot: RobotState, row: int) -> bool:
     """Whether the robot's own path leads out of the way of a neighbour, or ahead of it."""
-    tube = situation.tube
+    tube = robot.tube
     path = tube.points[tube.near : tube.near + WAY_AHEAD]
-    if len(path) < 3 or situation.obstacle_ticks:
+    if len(path) < 3 or robot.obstacle_ticks:
         return False
-    beacon = situation.neighbors.beacons[row]
+    beacon = robot.neighbors.beacons[row]
     way = np.vstack(
         (
             beacon["held"][: beacon["held_size"]][::2],
             beacon["intent"][: min(int(beacon["intent_size"]), INTENT_POINTS)],
         )
     )
-    reach = situation.reach(row) + REFUGE_MARGIN
+    reach = robot.reach(row) + REFUGE_MARGIN
     return bool(path_cost_kernels.clears(path, way, reach, SLACK, GAIN))
 
 
-def planned(situation: Situation, find: Callable[[], FloatArray | None]) -> FloatArray | None:
+def planned(robot: RobotState, find: Callable[[], FloatArray | None]) -> FloatArray | None:
     """Return a way from the stop point, after giving up held space that it would lead back along.
 
     Args:
         find: Returns the way (n, 2) [m] in map from the present stop point, None if there is none.
     """
     path = find()
-    return find() if path is not None and situation.release_for(path) else path
+    return find() if path is not None and robot.release_for(path) else path
 
 
-def is_in_room(situation: Situation) -> bool:
+def is_in_room(robot: RobotState) -> bool:
     """Whether the robot stops where two robots pass each other."""
-    floor = rooms(*situation.passing)
-    return bool(is_inside(floor, situation.planner.lattice.frame, *situation.stop_point))
+    floor = rooms(*robot.passing)
+    return bool(is_inside(floor, robot.planner.lattice.frame, *robot.stop_point))
 
 
-def way_of(situation: Situation, row: int) -> FloatArray:
+def way_of(robot: RobotState, row: int) -> FloatArray:
     """Return the way (n, 2) [m] in map that a pusher needs: held, requested, the next metres."""
-    pusher = situation.neighbors.beacons[row]
+    pusher = robot.neighbors.beacons[row]
     return np.vstack(
         (
             pusher["held"][: pusher["held_size"]],
@@ -277,7 +277,7 @@ def way_of(situation: Situation, row: int) -> FloatArray:
 
 
 def refuge_path(
-    situation: Situation, way: FloatArray, reach: float, priority: int, smooth: bool = True
+    robot: RobotState, way: FloatArray, reach: float, priority: int, smooth: bool = True
 ) -> FloatArray | None:
     """Return the way (n, 2) from the stop point to the nearest place out of a pusher's way.
 
@@ -294,35 +294,33 @@ def refuge_path(
         reach: [m] to keep from that.
         smooth: Whether the first try is for a smooth path.
     """
-    neighbors = situation.neighbors
-    taken = situation.planner.no_extra()
-    traffic_costs.stamp(taken, situation, way, reach, 1.0)
-    gaps = np.hypot(*(way - situation.stop_point).T)
+    neighbors = robot.neighbors
+    taken = robot.planner.no_extra()
+    traffic_costs.stamp(taken, robot, way, reach, 1.0)
+    gaps = np.hypot(*(way - robot.stop_point).T)
     if float(gaps.min()) < reach - REFUGE_MARGIN / 2:
         # a node within half a step may be out of the way where the robot itself is not
-        traffic_costs.stamp(
-            taken, situation, situation.stop_point, situation.planner.lattice.step, 1.0
-        )
-    traffic_costs.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
+        traffic_costs.stamp(taken, robot, robot.stop_point, robot.planner.lattice.step, 1.0)
+    traffic_costs.stamp_tubes(taken, robot, REFUGE_MARGIN, 1.0)
     for other in np.flatnonzero(neighbors.heads["mode"] == MODE_YIELD):
         target = neighbors.heads["target"][other]
-        if int(neighbors.ids[other]) != situation.yields_for and math.isfinite(float(target[0])):
-            traffic_costs.stamp(taken, situation, target, situation.reach(int(other)), 1.0)
-    in_room = is_in_room(situation)
-    most = situation.config.holding.search_distance if in_room else math.inf
+        if int(neighbors.ids[other]) != robot.yields_for and math.isfinite(float(target[0])):
+            traffic_costs.stamp(taken, robot, target, robot.reach(int(other)), 1.0)
+    in_room = is_in_room(robot)
+    most = robot.config.holding.search_distance if in_room else math.inf
     is_higher = neighbors.priorities >= priority
-    tries = ((0.003, smooth and situation.obstacle_ticks == 0), *TIGHTER)
-    anywhere = situation.planner.free_places(taken)
-    in_rooms = anywhere & rooms(*situation.passing)
+    tries = ((0.003, smooth and robot.obstacle_ticks == 0), *TIGHTER)
+    anywhere = robot.planner.free_places(taken)
+    in_rooms = anywhere & rooms(*robot.passing)
     for places in (in_rooms, anywhere) if (in_rooms != anywhere).any() else (anywhere,):
-        path = _nearest(situation, places, is_higher, tries, most) if places.any() else None
+        path = _nearest(robot, places, is_higher, tries, most) if places.any() else None
         if path is not None:
             return path
-    return place_of_another(situation, way, reach, is_higher) if in_room else None
+    return place_of_another(robot, way, reach, is_higher) if in_room else None
 
 
 def place_of_another(
-    situation: Situation, way: FloatArray, reach: float, is_higher: Mask
+    robot: RobotState, way: FloatArray, reach: float, is_higher: Mask
 ) -> FloatArray | None:
     """Return the way (n, 2) to a place in a room that a lower robot leaves for this one, if any.
 
@@ -334,20 +332,20 @@ def place_of_another(
         reach: [m] to keep from that.
         is_higher: (n,) neighbours that cannot be pushed for this.
     """
-    is_wall = is_higher | situation.neighbors.unyielding
-    most = situation.config.holding.search_distance
-    taken = situation.planner.no_extra()
-    traffic_costs.stamp(taken, situation, way, reach, 1.0)
-    here, step = situation.stop_point, situation.planner.lattice.step
-    traffic_costs.stamp(taken, situation, here, 2.0 * step, 1.0)
-    traffic_costs.stamp_tubes(taken, situation, REFUGE_MARGIN, np.where(is_wall, 1.0, 0.0))
-    traffic_costs.stamp_obstacles(taken, situation, 1.0)
-    places = situation.planner.free_places(taken)
-    return _nearest(situation, places, is_higher, ((0.003, False), *TIGHTER), most)
+    is_wall = is_higher | robot.neighbors.unyielding
+    most = robot.config.holding.search_distance
+    taken = robot.planner.no_extra()
+    traffic_costs.stamp(taken, robot, way, reach, 1.0)
+    here, step = robot.stop_point, robot.planner.lattice.step
+    traffic_costs.stamp(taken, robot, here, 2.0 * step, 1.0)
+    traffic_costs.stamp_tubes(taken, robot, REFUGE_MARGIN, np.where(is_wall, 1.0, 0.0))
+    traffic_costs.stamp_obstacles(taken, robot, 1.0)
+    places = robot.planner.free_places(taken)
+    return _nearest(robot, places, is_higher, ((0.003, False), *TIGHTER), most)
 
 
 def _nearest(
-    situation: Situation,
+    robot: RobotState,
     places: NDArray[np.uint8],
     is_higher: Mask,
     tries: Iterable[Try],
@@ -355,26 +353,26 @@ def _nearest(
 ) -> FloatArray | None:
     """Return the way to the nearest of some places by the first (margin, smooth) that has one."""
     for margin, smooth in tries:
-        extra = traffic_costs.refuge_costs(situation, is_higher, margin)
-        path = situation.planner.nearest(situation.stop_point, extra, places, most, smooth)
+        extra = traffic_costs.refuge_costs(robot, is_higher, margin)
+        path = robot.planner.nearest(robot.stop_point, extra, places, most, smooth)
         if path is not None:
             return path
     return None
 
 
-def retreat_path(situation: Situation, distance: float) -> FloatArray | None:
+def retreat_path(robot: RobotState, distance: float) -> FloatArray | None:
     """Return a way to a free place at least so far from here, if any.
 
     Args:
         distance: [m]
     """
-    taken = situation.planner.no_extra()
-    traffic_costs.stamp(taken, situation, situation.stop_point, distance, 1.0)
-    traffic_costs.stamp_tubes(taken, situation, REFUGE_MARGIN, 1.0)
-    places = situation.planner.free_places(taken)
-    neighbors, own = situation.neighbors, situation.priority
+    taken = robot.planner.no_extra()
+    traffic_costs.stamp(taken, robot, robot.stop_point, distance, 1.0)
+    traffic_costs.stamp_tubes(taken, robot, REFUGE_MARGIN, 1.0)
+    places = robot.planner.free_places(taken)
+    neighbors, own = robot.neighbors, robot.priority
     # of robots that inherited the same priority the smaller id may push, see `highest_pusher`
-    is_equal = (neighbors.priorities == own) & (neighbors.ids < situation.robot_id)
-    extra = traffic_costs.refuge_costs(situation, (neighbors.priorities > own) | is_equal, 0.003)
-    most = situation.config.holding.search_distance
-    return situation.planner.nearest(situation.stop_point, extra, places, most, False)
+    is_equal = (neighbors.priorities == own) & (neighbors.ids < robot.robot_id)
+    extra = traffic_costs.refuge_costs(robot, (neighbors.priorities > own) | is_equal, 0.003)
+    most = robot.config.holding.search_distance
+    return robot.planner.nearest(robot.stop_point, extra, places, most, False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from swarm_common.model.beacon import BeaconArray, Reception, reception_of
 from swarm_common.model.records import Scan
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 
 
 class Senses:
@@ -15,9 +15,9 @@ class Senses:
         is_deaf: Whether nothing was heard for so long that all must be listened to anew.
     """
 
-    def __init__(self, situation: Situation) -> None:
+    def __init__(self, robot: RobotState) -> None:
         """Start before the first scan and the first batch of the radio."""
-        self._s = situation
+        self._s = robot
         self.missing = ""
         self.is_deaf = False
         self._is_hearing = False
@@ -58,7 +58,7 @@ class Senses:
         Args:
             is_lost: Whether the robot does not know well enough where it is.
         """
-        self._note_deafness()
+        self._record_deafness()
         is_hearing, self._is_hearing = self._is_hearing, False
         self.missing = self._missing(is_lost, is_hearing)
         return not self.missing
@@ -78,7 +78,7 @@ class Senses:
             return f"stands: no scan for more than {timeout:.1f} s"
         return ""
 
-    def _note_deafness(self) -> None:
+    def _record_deafness(self) -> None:
         """Listen again after a silence in which robots may have come near unheard."""
         if not self._is_hearing:
             self._deaf_ticks += 1

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from swarm_nav.planning import distance_kernels, search_kernels
 from swarm_nav.planning.terrain import NODE_MARGIN, Terrain
 from swarm_nav.traffic import single_lane_kernels
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 
 MOUTH = 1.5  # [m] around a single-lane passage that is kept free, too
 WAY_POINTS = 80  # path points, 4 m, of the own path on which the far end is looked for
@@ -120,46 +120,46 @@ class SingleLanes:
         self._passing: tuple[Terrain, float] | None = None  # that the labels are for
         self._labels: NDArray[np.int16] | None = None
 
-    def barrier(self, situation: Situation, last: int) -> tuple[int, int]:
+    def barrier(self, robot: RobotState, last: int) -> tuple[int, int]:
         """Return (index of the last point that may be claimed, row of the robot waited for).
 
         Args:
             last: Index of the last path point that is wanted; (last, -1) if nothing is in the way.
         """
-        if situation.passing is not self._passing:
-            self._passing = situation.passing
-            self._labels = single_lanes(*situation.passing)
+        if robot.passing is not self._passing:
+            self._passing = robot.passing
+            self._labels = single_lanes(*robot.passing)
             self.inherited = 0
         if self._labels is None:
             return last, -1
-        tube, neighbors = situation.tube, situation.neighbors
+        tube, neighbors = robot.tube, robot.neighbors
         way = tube.points[tube.stop : tube.stop + WAY_POINTS]
-        frame = situation.planner.lattice.frame
+        frame = robot.planner.lattice.frame
         if not self.inherited:
-            self._base = situation.own_priority
+            self._base = robot.own_priority
         if not single_lane_kernels.entry_of(self._labels, frame, way, last - tube.stop):
-            self._follow(situation, 0)
+            self._follow(robot, 0)
             return last, -1
         count, row, inherited = single_lane_kernels.barrier(
             self._labels,
             frame,
             way,
             last - tube.stop,
-            (situation.priority, situation.robot_id, situation.yields_for),
+            (robot.priority, robot.robot_id, robot.yields_for),
             self._base,
             neighbors.columns(),
         )
-        self._follow(situation, int(inherited))
+        self._follow(robot, int(inherited))
         return tube.stop + count, row
 
-    def _follow(self, situation: Situation, inherited: int) -> None:
+    def _follow(self, robot: RobotState, inherited: int) -> None:
         """Inherit, and keep what was inherited until the robot is out of the passage."""
         if inherited:
             self.inherited = max(self.inherited, inherited)
         elif self.inherited:
             assert self._labels is not None
-            frame, pose = situation.planner.lattice.frame, situation.pose
-            places = ((pose.x, pose.y), situation.stop_point)
+            frame, pose = robot.planner.lattice.frame, robot.pose
+            places = ((pose.x, pose.y), robot.stop_point)
             if not any(single_lane_kernels.label_at(self._labels, frame, *at) for at in places):
                 self.inherited = 0
 

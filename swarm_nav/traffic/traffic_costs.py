@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from swarm_common.model.beacon import MODE_YIELD
 from swarm_nav.planning import distance_kernels
 from swarm_nav.planning.search_kernels import WALL
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 
 # Extra cost per metre of a place
 PASSING = 0.5  # of a robot that drives or makes way, and where somebody has walked lately
@@ -20,7 +20,7 @@ PARKING_GAP = 0.1  # [m] beyond the reach between parked robots, and to one that
 
 
 def stamp(
-    grid: NDArray[np.float32], situation: Situation, points: object, radius: float, value: float
+    grid: NDArray[np.float32], robot: RobotState, points: object, radius: float, value: float
 ) -> None:
     """Raise the lattice cells within `radius` of the points to at least `value`.
 
@@ -30,13 +30,13 @@ def stamp(
         radius: [m]
     """
     block = np.ascontiguousarray(points, np.float64).reshape(-1, 2)
-    frame = situation.planner.lattice.frame
+    frame = robot.planner.lattice.frame
     distance_kernels.stamp_discs(grid, frame, block, len(block), radius, np.float32(value))
 
 
 def stamp_tubes(
     grid: NDArray[np.float32],
-    situation: Situation,
+    robot: RobotState,
     margins: NDArray[np.float64] | float,
     values: NDArray[np.float32] | float,
 ) -> None:
@@ -47,10 +47,10 @@ def stamp_tubes(
         margins: [m] beyond the distance that the robot keeps from each, (n,) or one for all.
         values: Cost per metre, (n,) or one for all.
     """
-    neighbors = situation.neighbors
+    neighbors = robot.neighbors
     beacons = neighbors.beacons
-    frame = situation.planner.lattice.frame
-    radii = situation.radius + beacons["radius"].astype(np.float64) + margins
+    frame = robot.planner.lattice.frame
+    radii = robot.radius + beacons["radius"].astype(np.float64) + margins
     heights = np.broadcast_to(np.float32(values), radii.shape).astype(np.float32)
     wanted_sizes = np.where(neighbors.gone, beacons["wanted_size"], 0).astype(np.uint32)
     for points, sizes in (
@@ -62,39 +62,39 @@ def stamp_tubes(
         distance_kernels.stamp_rows(grid, frame, block, counts, radii, heights)
 
 
-def stamp_obstacles(grid: NDArray[np.float32], situation: Situation, value: float) -> None:
+def stamp_obstacles(grid: NDArray[np.float32], robot: RobotState, value: float) -> None:
     """Stamp what the LiDAR sees beyond map and beacons.
 
     Args:
         grid: (h, w) lattice of costs; changed.
     """
-    points = situation.obstacle_points()
+    points = robot.obstacle_points()
     if len(points):
-        stamp(grid, situation, points, situation.obstacle_clearance + 0.03, value)
+        stamp(grid, robot, points, robot.obstacle_clearance + 0.03, value)
 
 
-def congestion(situation: Situation) -> NDArray[np.float32]:
+def congestion(robot: RobotState) -> NDArray[np.float32]:
     """Return the extra costs under which a way to the goal is planned."""
-    extra = situation.planner.no_extra()
-    neighbors = situation.neighbors
+    extra = robot.planner.no_extra()
+    neighbors = robot.neighbors
     speeds = np.abs(neighbors.heads["twist"][:, 0].astype(np.float64))
     values = np.where(speeds > MOVING_SPEED, PASSING, STANDING)
     values[neighbors.heads["mode"] == MODE_YIELD] = PASSING
     values[neighbors.stuck] = BARRED
     # the coarse lattice must not let a path graze a robot that cannot be pushed
     margins = np.where(neighbors.immovable, PARKING_GAP, 0.0)
-    stamp_tubes(extra, situation, margins, values)
+    stamp_tubes(extra, robot, margins, values)
     if neighbors.immovable.any():  # what they hold is never granted: the last of all ways
         values[neighbors.immovable] = TAKEN
-        stamp_tubes(extra, situation, 0.0, values)
-    walked = situation.obstacles.walked(situation.tick)
-    stamp(extra, situation, walked, situation.obstacle_clearance, PASSING)
-    stamp_obstacles(extra, situation, BARRED)
+        stamp_tubes(extra, robot, 0.0, values)
+    walked = robot.obstacles.walked(robot.tick)
+    stamp(extra, robot, walked, robot.obstacle_clearance, PASSING)
+    stamp_obstacles(extra, robot, BARRED)
     return extra
 
 
 def refuge_costs(
-    situation: Situation, is_higher: NDArray[np.bool_], margin: float
+    robot: RobotState, is_higher: NDArray[np.bool_], margin: float
 ) -> NDArray[np.float32]:
     """Return extra costs for making way: robots that rank higher, are stuck or served, are walls.
 
@@ -102,9 +102,9 @@ def refuge_costs(
         is_higher: (n,) neighbours that cannot be pushed for this.
         margin: [m] to keep from other robots beyond the reach.
     """
-    extra = situation.planner.no_extra()
-    neighbors = situation.neighbors
+    extra = robot.planner.no_extra()
+    neighbors = robot.neighbors
     is_wall = is_higher | neighbors.unyielding
-    stamp_tubes(extra, situation, margin, np.where(is_wall, WALL, STANDING))
-    stamp_obstacles(extra, situation, float(WALL))
+    stamp_tubes(extra, robot, margin, np.where(is_wall, WALL, STANDING))
+    stamp_obstacles(extra, robot, float(WALL))
     return extra

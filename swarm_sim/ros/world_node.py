@@ -158,7 +158,7 @@ class WorldNode:
             self._wait_while_held()
             if not self._is_stopped:
                 self._advance()
-                self._state.note_tick()
+                self._state.record_tick()
 
     # Robots that come, go and are put elsewhere
 
@@ -229,7 +229,7 @@ class WorldNode:
         was_started = self._barrier.has_started
         while not self._is_stopped:
             now = time.monotonic()
-            self._links.take_answers()
+            self._links.receive_answers()
             if self._barrier.is_complete(now):
                 break
             self._links.wait(WAIT_SLICE, now)
@@ -271,7 +271,7 @@ class WorldNode:
             now = time.monotonic()
             if self._is_clock_heard and now < end and self._clock_rate.is_due(now):
                 self._publish_clock(LARGEST_SHARE * (now - start) / period)
-            self._links.take_answers()
+            self._links.receive_answers()
             self._look_around(now)
 
     def _wait_while_held(self) -> None:
@@ -279,14 +279,14 @@ class WorldNode:
             return
         while self._state.is_held and not self._is_stopped:
             time.sleep(WAIT_SLICE)
-            self._links.take_answers()
+            self._links.receive_answers()
             self._look_around(time.monotonic())
             self._change()
         self._throttle.start(time.monotonic())
 
     def _advance(self) -> None:
         self._barrier.close()
-        for robot, is_alone in self._barrier.take_late():
+        for robot, is_alone in self._barrier.receive_late():
             name, limit = self._links.names[robot], self._settings.wall_limit
             self._events.write(RobotLate(name, limit, is_alone))
         commands, beacons = self._links.answers()
@@ -307,7 +307,7 @@ class WorldNode:
         clock.sec, clock.nanosec = clock.sec + later // 10**9, later % 10**9
         self._clock.publish(Clock(clock=clock))
 
-    def _look_for_clock_listeners(self) -> None:
+    def _poll_clock_listeners(self) -> None:
         """Let the clock tick faster while somebody needs it; our nodes have the ticks' stamps."""
         names = {info.node_name for info in self._node.get_subscriptions_info_by_topic("/clock")}
         is_heard = bool(names - set(CLOCK_LISTENERS))
@@ -319,16 +319,16 @@ class WorldNode:
         """Do what is due on the wall clock: requests, reports, control pipe, viewers."""
         if self._request_rate.is_due(now):
             drain(self._executor, on_fault=self._on_fault)
-            self._services.look_for_steps()
+            self._services.poll_steps()
         if not self._report_rate.is_due(now):
             return
         for command in self._control.read() if self._control is not None else []:
             self._obey(command)
         self._rejections.tell(now)
-        self._look_for_clock_listeners()
-        self._links.look_for_viewers()
-        self._links.look_for_foreigners()
-        self._scenery.look_for_viewers(self._tick)
+        self._poll_clock_listeners()
+        self._links.poll_viewers()
+        self._links.check_foreign_publishers()
+        self._scenery.poll_viewers(self._tick)
         self._report()
 
     def _report(self) -> None:
@@ -349,7 +349,7 @@ class WorldNode:
                 case RobotDead():
                     self._barrier.lose(robot)
                 case RobotSilent(seconds=seconds):  # its host is
-                    self._barrier.note_silence(robot, time.monotonic() - seconds)
+                    self._barrier.record_silence(robot, time.monotonic() - seconds)
                 case RobotHeard():
                     self._barrier.end_silence(robot)
                 case _:

@@ -40,10 +40,10 @@ from swarm_view.page.time_line import TimeLine, next_mark
 from swarm_view.page.tool import ORDERS, Hand, Post, Tool, heading
 from swarm_view.scene.fleet import DrawnFleet
 from swarm_view.scene.overlay import Overlay
+from swarm_view.scene.page_view import PageView
 from swarm_view.scene.robot_layers import RobotLayers
 from swarm_view.scene.ruler import Ruler
 from swarm_view.scene.shapes import lifted, nearest_to_ray, on_floor
-from swarm_view.scene.sight import Sight
 from swarm_view.scene.views import View
 from swarm_view.scene.viser_compat import run_script
 from swarm_view.state import topics
@@ -100,11 +100,11 @@ class Page:
         self._post = post
         self._layers = RobotLayers(client.scene)
         self._overlay = Overlay(client.scene, swarm)
-        self._sight = Sight(client, fleet)
+        self._view = PageView(client, fleet)
         self._hand = Hand(client, self._use, post)
         self._panel = Panel(client.gui, is_live=link is not None)
         self._panel.raise_robot(is_chosen=bool(place.robot))
-        self._sight.take(View.FOLLOW if place.robot else View.HALL)
+        self._view.take(View.FOLLOW if place.robot else View.HALL)
         self._opened_with: Viewpoint | None = place
         self._ruler = Ruler(client.scene)
         self._driving: Driving | None = None
@@ -127,9 +127,9 @@ class Page:
         panel, click, change = self._panel, self._when_clicked, self._when_changed
         change(panel.robot, lambda robot: self.select("" if robot == NOBODY else robot))
         click(panel.view, lambda: self.look(View(panel.view.value)))
-        change(panel.whole_walls, lambda whole: self._sight.show_walls(whole=whole))
-        change(panel.dark, lambda dark: self._sight.set_dark(dark=dark))
-        click(panel.measure, lambda: self._take_tool(Tool.MEASURE))
+        change(panel.whole_walls, lambda whole: self._view.show_walls(whole=whole))
+        change(panel.dark, lambda dark: self._view.set_dark(dark=dark))
+        click(panel.measure, lambda: self._receive_tool(Tool.MEASURE))
         panel.picture.on_click(lambda _: self._save_picture())  # on viser's thread: it waits
         click(panel.film, self._film)
         click(panel.link, self._copy_link)
@@ -145,8 +145,8 @@ class Page:
         click(panel.step, lambda: give(lambda: link.step(1, say)))
         change(panel.speed, lambda name: give(lambda: link.set_speed(SPEEDS[name], say)))
         click(panel.spawn, lambda: give(lambda: link.spawn(panel.model.value, None, say)))
-        click(panel.place, lambda: self._take_tool(Tool.SPAWN))
-        click(panel.tool, lambda: self._take_tool(Tool(panel.tool.value)))
+        click(panel.place, lambda: self._receive_tool(Tool.SPAWN))
+        click(panel.tool, lambda: self._receive_tool(Tool(panel.tool.value)))
         click(panel.cancel, lambda: give(lambda: link.cancel(self.robot, say), needs_robot=True))
         click(panel.remove, lambda: give(lambda: self._ask_to_remove(link), needs_robot=True))
         click(
@@ -196,7 +196,7 @@ class Page:
 
     def _save_picture(self) -> None:
         """Save a picture; waits for the page."""
-        client, camera = self._client, self._sight.camera
+        client, camera = self._client, self._view.camera
         if camera is None:
             return
         size = round(camera.width), round(camera.height)
@@ -220,10 +220,10 @@ class Page:
 
     def _copy_link(self) -> None:
         """Copy a link to camera, robot and time."""
-        camera, time = self._sight.camera, self.shown_time
+        camera, time = self._view.camera, self.shown_time
         is_past = self._playback is not None or self._past.time is not None
         view = None if camera is None else np.array([camera.position, camera.target])
-        place = Viewpoint(self.robot, view, time if is_past else None, self._sight.is_dark)
+        place = Viewpoint(self.robot, view, time if is_past else None, self._view.is_dark)
         run_script(self._client, f"window.swarm.copy({json.dumps(self._url('', place))})")
 
     def _show_driving(self) -> None:
@@ -254,7 +254,7 @@ class Page:
     @property
     def eye(self) -> FloatArray:
         """Where its camera is (3,), in map."""
-        return self._sight.eye
+        return self._view.eye
 
     def topics(self) -> set[str]:
         """Return the topics that it shows beside those that every page shows."""
@@ -271,7 +271,7 @@ class Page:
         """Look at a robot; empty for none."""
         self.robot = robot
         self._was_there = False
-        self._sight.rest()
+        self._view.rest()
         self._layers.clear()
         self._panel.raise_robot(is_chosen=bool(robot))
         self._panel_due = 0.0
@@ -281,7 +281,7 @@ class Page:
         if view in (View.FOLLOW, View.EYE) and not self.robot:
             self._say(SELECT_FIRST)
             return
-        self._sight.take(view)
+        self._view.take(view)
         self._panel.whole_walls.value = view is View.EYE or self._panel.whole_walls.value
 
     # Drawing
@@ -306,7 +306,7 @@ class Page:
         if now >= self._slow_due:
             self._slow_due = now + SLOW_PERIOD
             panel = self._panel
-            self._sight.scale_marks(poses, now)
+            self._view.scale_marks(poses, now)
             self._draw_labels(poses)
             self._choose_plans(poses, now)
             self._overlay.draw_plans(self._planned)
@@ -322,7 +322,7 @@ class Page:
         if swarm is self._swarm:
             return
         self._swarm = self._overlay.swarm = swarm
-        self._sight.fleet = self._past.fleet if is_past else self._fleet
+        self._view.fleet = self._past.fleet if is_past else self._fleet
         self._layers.clear()
         self._slow_due = self._panel_due = 0.0
 
@@ -340,7 +340,7 @@ class Page:
 
     def _choose_plans(self, poses: FloatArray, now: float) -> None:
         """Choose the robots whose plans are shown: those nearest to the middle of the picture."""
-        names, camera = self._swarm.names, self._sight.camera
+        names, camera = self._swarm.names, self._view.camera
         if not self._panel.plans.value or self._past.time is not None:
             self._planned = []
         elif len(names) <= MOST_PLANS:
@@ -351,7 +351,7 @@ class Page:
             self._planned = [names[row] for row in np.argsort(gaps, kind="stable")[:MOST_PLANS]]
 
     def _draw_labels(self, poses: FloatArray) -> None:
-        camera = self._sight.camera
+        camera = self._view.camera
         if camera is None:
             return
         chosen = [self.robot] if self.robot else []
@@ -359,13 +359,13 @@ class Page:
         others = [name for name in self._swarm.names if name != self.robot]
         if self._panel.names.value:  # of labels in one place, those of robots that drive go first
             chosen += sorted(others, key=lambda name: is_driving(states.get(name)))
-        self._overlay.draw_labels(chosen, poses, self._sight.sizes, camera)
+        self._overlay.draw_labels(chosen, poses, self._view.sizes, camera)
 
     def _draw_robot(self, poses: FloatArray, now: float) -> None:
         index = self._swarm.index(self.robot)
         if self._swarm.map is not None:
-            self._sight.show_map(self._swarm.map)
-        self._sight.update(poses, index, now)
+            self._view.show_map(self._swarm.map)
+        self._view.update(poses, index, now)
         if index is None:
             if self._was_there:
                 self._say(f"{self.robot} is not there any more.")
@@ -429,7 +429,7 @@ class Page:
             self._driving.steer(ahead, turn, time.monotonic())
 
     def _resize(self, width: float, height: float) -> None:
-        self._sight.resize(width, height)
+        self._view.resize(width, height)
         self._time_line.place(width)
         self._open()
 
@@ -440,10 +440,10 @@ class Page:
             return
         if place.is_dark:
             self._panel.dark.value = True
-            self._sight.set_dark(dark=True)
+            self._view.set_dark(dark=True)
         if place.camera is not None:
             position, target = place.camera
-            self._sight.go(target, position)
+            self._view.go(target, position)
         if place.time is not None:
             self._turn_time("seek", place.time)
 
@@ -482,7 +482,7 @@ class Page:
             return self._playback.time
         return self._swarm.time if self._past.time is None else self._past.time
 
-    def _take_tool(self, tool: Tool) -> None:
+    def _receive_tool(self, tool: Tool) -> None:
         self._hand.drop()
         self._ruler.clear()
         self._say("")

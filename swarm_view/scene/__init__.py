@@ -17,7 +17,7 @@ What a module imports of its folder stands above it:
     bodies        All robots of one model: in detail nearby, else in one colour
     robot_layers  What one page shows of its robot: scan, plans, claims, costmaps, goal
     fleet         All robots: batches per model, and a mark below each
-    sight         How one page looks at the scene: camera, walls, light or dark
+    page_view     How one page looks at the scene: camera, walls, light or dark
 
 May import of swarm_view: `state`.
 """

@@ -32,7 +32,7 @@ CHUNK = 1 << 16
 SCRIPT = "<script>\n{\n" + Path(__file__).with_name("page.js").read_text("utf-8") + "}\n</script>"
 
 
-class DoorError(SwarmError):
+class AccessError(SwarmError):
     """The address cannot be listened on."""
 
 
@@ -88,13 +88,13 @@ class HttpGate:
         """Begin to listen.
 
         Raises:
-            DoorError: If the address is taken.
+            AccessError: If the address is taken.
         """
         try:
             self._server = await asyncio.start_server(self._serve, self._host, self.port)
         except OSError as error:
             reason = error.strerror or str(error)
-            raise DoorError(
+            raise AccessError(
                 f"cannot listen on {self._host}:{self.port}: {reason}; choose another --port"
             ) from None
         self.port = self._server.sockets[0].getsockname()[1]

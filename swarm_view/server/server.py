@@ -37,7 +37,7 @@ class Server:
             port: To bind to; 0 for a free one.
 
         Raises:
-            DoorError: If the address is taken.
+            AccessError: If the address is taken.
         """
         self._key = secrets.token_urlsafe(16)
         self._token = secrets.token_urlsafe(16)

@@ -72,9 +72,9 @@ class OperatorLink:
                 tell(f"Nobody takes {what}.")
         if now - self._asked > ASK_PERIOD:
             self._asked = now
-            self._ask("/sim/get_simulation_state", GetSimulationState, None, self._take_state)
+            self._ask("/sim/get_simulation_state", GetSimulationState, None, self._receive_state)
             request = GetParameters.Request(names=["speed"])
-            self._ask("/sim/world/get_parameters", GetParameters, request, self._take_speed)
+            self._ask("/sim/world/get_parameters", GetParameters, request, self._receive_speed)
 
     def send_goal(self, robot: str, goal_map: Pose, tell: Tell) -> None:
         """Send a robot somewhere, by the action that missions use; so it can be cancelled."""
@@ -264,10 +264,10 @@ class OperatorLink:
             self._clients[name] = self._node.create_client(kind, name)
         return self._clients[name]
 
-    def _take_state(self, response: Any) -> None:
+    def _receive_state(self, response: Any) -> None:
         self.is_paused = response.state.state == SimulationState.STATE_PAUSED
 
-    def _take_speed(self, response: Any) -> None:
+    def _receive_speed(self, response: Any) -> None:
         if response.values and response.values[0].type == ParameterType.PARAMETER_DOUBLE:
             self.speed = response.values[0].double_value
 

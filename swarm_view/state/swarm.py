@@ -123,7 +123,7 @@ class Swarm:
 
     def _apply(self, topic: str, data: bytes, now: float) -> None:
         if topic == topics.TF:
-            self._take_poses(data, now)
+            self._receive_poses(data, now)
         elif topic == topics.VERDICT:
             self.verdict = decode.message(topic, data)
             if self.history is not None:
@@ -139,9 +139,9 @@ class Swarm:
             self.map = decode.raster(decode.message(topic, data))
             self.revision += 1
         else:
-            self._take_of_robot(topic, data, now)
+            self._receive_of_robot(topic, data, now)
 
-    def _take_of_robot(self, topic: str, data: bytes, now: float) -> None:
+    def _receive_of_robot(self, topic: str, data: bytes, now: float) -> None:
         robot, rest = topics.split(topic)
         if rest == topics.STATUS:
             if self._has_truth and robot not in self.names:
@@ -152,7 +152,7 @@ class Swarm:
                 self.history.add_status(robot, state)
             self.state_revision += 1
             if not self._has_truth:
-                self._take_place(robot, state.pose_map, now)
+                self._receive_place(robot, state.pose_map, now)
         elif rest == topics.DESCRIPTION:
             self.descriptions[robot] = decode.message(topic, data).data
             self.revision += 1
@@ -160,7 +160,7 @@ class Swarm:
             version = self._layers.get(topic, (0, b""))[0]
             self._layers[topic] = (version + 1, data)
 
-    def _take_poses(self, data: bytes, now: float) -> None:
+    def _receive_poses(self, data: bytes, now: float) -> None:
         tick, frames, array = self._reader.read(data)
         if frames != self._frames:
             self._frames = frames
@@ -175,7 +175,7 @@ class Swarm:
         if self.history is not None:
             self.history.add_poses(tick, self.names, array)
 
-    def _take_place(self, robot: str, pose: Pose, now: float) -> None:
+    def _receive_place(self, robot: str, pose: Pose, now: float) -> None:
         self._places[robot] = pose
         if all(name in self._places for name in self.names):
             places = [self._places[name] for name in self.names]

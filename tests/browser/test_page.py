@@ -16,8 +16,8 @@ from swarm_common.model.palette import state_color
 from swarm_common.process.messages import KernelsCompiled
 from swarm_view.page.page import Page
 from swarm_view.scene.images import LIGHT
+from swarm_view.scene.page_view import PageView
 from swarm_view.scene.shapes import lifted
-from swarm_view.scene.sight import Sight
 from swarm_view.scene.views import PANEL_WIDTH, STRIP_HEIGHT, Camera
 from swarm_view.server.server import Server
 from swarm_view.state import topics
@@ -115,8 +115,8 @@ def page_of(show: Show) -> Page:
     return next(iter(show.viewer._pages.values()))
 
 
-def sight_of(show: Show) -> Sight:
-    return page_of(show)._sight
+def sight_of(show: Show) -> PageView:
+    return page_of(show)._view
 
 
 def seen_from(show: Show, browser: WebDriver, view: str) -> Camera:

@@ -27,7 +27,7 @@ from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.control.tube import padded
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.core.goals import Event, Goal, GoalEnded, GoalKind
-from swarm_nav.traffic.situation import Situation, begin
+from swarm_nav.traffic.robot_state import RobotState, begin
 
 RADIUS = 0.285  # [m] safety radius of a waffle with the default margin
 SUBSTEPS = 10
@@ -63,10 +63,10 @@ def config(**changes: Any) -> NavConfig:
     return config_from_parameters({k.replace("__", "."): v for k, v in changes.items()})
 
 
-def situation(
+def robot_in(
     grid: Grid, pose: Pose, robot_id: int = 1, parameters: NavConfig | None = None
-) -> Situation:
-    """Return the situation of a robot that stands in a room and has listened long enough."""
+) -> RobotState:
+    """Return the robot of a robot that stands in a room and has listened long enough."""
     s = begin(parameters or NavConfig(), waffle(), grid, robot_id, pose)
     s.tick = 100
     return s
@@ -95,8 +95,8 @@ def beacon(robot_id: int, x: float, y: float, **fields: Any) -> np.void:
     return record
 
 
-def hear(s: Situation, *beacons: np.void, tick: int | None = None) -> None:
-    """Let a situation receive beacons as of the tick before its own (or of `tick`)."""
+def hear(s: RobotState, *beacons: np.void, tick: int | None = None) -> None:
+    """Let a robot receive beacons as of the tick before its own (or of `tick`)."""
     batch = np.array(list(beacons), BEACON_DTYPE)
     batch["tick"] = s.tick - 1 if tick is None else tick
     batch["heard"][:, 0] = s.robot_id << 16 | max(0, s.tick - 1)

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from swarm_bench.runs.episode import Episode, RunOptions
 from swarm_bench.runs.harness import Harness, InjectedFaults, Watcher
 from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario
-from swarm_bench.runs.stage import RunOptions, Stage
 from swarm_commander.mission.itinerary import Itinerary
 from swarm_commander.mission.leg import Stop
 from swarm_common.model.grid import OCCUPIED, Grid
@@ -103,7 +103,7 @@ class Party:
         """Run until all goals are reached, or to the limit."""
         return self.harness(on_tick, faults).run()
 
-    def _stage(self) -> Stage:
+    def _stage(self) -> Episode:
         spec, parameters = waffle(), without_lidar(config(**self.changes))
         scene = scene_of(self.bars)
         grid = draw_world(scene)
@@ -124,7 +124,7 @@ class Party:
             Itinerary([Stop(f"goal {k}", pose, 2) for k, pose in enumerate(poses, 1)], 0)
             for poses in self.goals
         ]
-        return Stage(world, robots, routes, list(self.homes), frozenset(), grid)
+        return Episode(world, robots, routes, list(self.homes), frozenset(), grid)
 
 
 def inside(grid: Grid, left: float, right: float, top: float) -> NDArray[np.bool_]:

@@ -56,7 +56,7 @@ class Robot:
             for axis, value in zip(("x", "y", "yaw"), (float(number), 7.0, 0.0), strict=True):
                 self.node.declare_parameter(f"initial_pose.{axis}", value)
         self._status = self.node.create_publisher(RobotStatus, "status", RELIABLE)
-        self.node.create_subscription(Mission, "mission", self._take_mission, LATCHED)
+        self.node.create_subscription(Mission, "mission", self._receive_mission, LATCHED)
         self._server = ActionServer(
             self.node,
             NavigateToPose,
@@ -109,7 +109,7 @@ class Robot:
         status.distance_remaining = 0.1 * max(0, self.start_tick + DRIVE_TICKS - self.tick)
         self._status.publish(status)
 
-    def _take_mission(self, message: Mission) -> None:
+    def _receive_mission(self, message: Mission) -> None:
         self.mission_active = message.active
 
     def _cancel(self, _: object) -> CancelResponse:

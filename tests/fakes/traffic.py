@@ -42,10 +42,10 @@ def hall_scene(width: float, height: float, boxes: tuple[Rectangle, ...]) -> Sce
 
 @dataclass
 class Trial:
-    """One random situation: a hall with a box and pillars, robots, two goals for each.
+    """One random robot: a hall with a box and pillars, robots, two goals for each.
 
     Attributes:
-        seed: Of the situation and of the losses.
+        seed: Of the robot and of the losses.
         loss: Share of the beacons that are lost.
         delay: [s] that beacons are late.
         death: Tick from which the first robot does and says nothing more.

@@ -41,7 +41,7 @@ class Robot:
             self._node.declare_parameter(name, 0.2)
         status = self._node.create_publisher(RobotStatus, "status", 10)
         self._node.create_timer(0.5, lambda: status.publish(RobotStatus(robot="Srobot1")))
-        self._node.create_subscription(Empty, "preempt_teleop", self._take_end, 10)
+        self._node.create_subscription(Empty, "preempt_teleop", self._receive_end, 10)
         self._node.create_subscription(Twist, "cmd_vel_teleop", lambda _: None, 10)
         self._server = ActionServer(self._node, AssistedTeleop, "assisted_teleop", self._execute)
         self._executor = MultiThreadedExecutor(2)
@@ -49,7 +49,7 @@ class Robot:
         self._thread = threading.Thread(target=self._executor.spin, daemon=True)
         self._thread.start()
 
-    def _take_end(self, _: Empty) -> None:
+    def _receive_end(self, _: Empty) -> None:
         self.is_given_back.set()
 
     def _execute(self, goal: ServerGoalHandle) -> AssistedTeleop.Result:

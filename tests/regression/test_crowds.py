@@ -14,9 +14,9 @@ from swarm_nav.core.config import TrafficConfig
 from swarm_nav.core.goals import Goal, GoalKind
 from swarm_nav.perception.neighbor_table import UNHEARD_PATIENCE, NeighborTable
 from swarm_nav.traffic.reservation import ReservationManager
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
-from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import beacon, hear, room, situation
+from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(9.0, 9.0)
 CROWD = 2 * HEARD_ENTRIES
@@ -61,7 +61,7 @@ def test_everybody_in_range_is_acknowledged_within_the_patience(others: int) -> 
     assert seen == set(range(2, 2 + others))
 
 
-def task(s: Situation) -> GoalProgress:
+def task(s: RobotState) -> GoalProgress:
     goal = Goal(
         kind=GoalKind.NAVIGATE, goal_id=1, poses_map=(Pose(8.0, 4.5, math.nan),), start_tick=0
     )
@@ -69,19 +69,19 @@ def task(s: Situation) -> GoalProgress:
 
 
 def test_who_queued_for_longer_than_the_patience_drives_on_afterwards() -> None:
-    s = situation(HALL, Pose(4.5, 4.5, 0.0))
+    s = robot_in(HALL, Pose(4.5, 4.5, 0.0))
     queued = task(s)
     patience = s.ticks(s.config.traffic.patience)
     for _ in range(3):
         s.tick += patience
-        queued.note_holding(s)
+        queued.record_holding(s)
     s.tick += 1
     assert s.tick - queued.moved_tick < patience
     assert not queued.lacks_progress(s)
 
 
 def test_who_waits_for_an_acknowledgement_is_not_expected_to_move() -> None:
-    s = situation(HALL, Pose(4.5, 4.5, 0.0))
+    s = robot_in(HALL, Pose(4.5, 4.5, 0.0))
     s.tube.adopt(np.column_stack((np.linspace(4.5, 6.0, 31), np.full(31, 4.5))))
     s.tube.publish(s.pose, s.tick - 1)
     reservation = ReservationManager(s, SingleLanes())

@@ -21,10 +21,10 @@ from swarm_nav.planning.planner import SPACING
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.reservation import ReservationManager
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
-from swarm_nav.traffic.situation import Situation
 from tests.fakes import aisle, doorway
-from tests.fakes.navigation import RADIUS, Squad, beacon, config, hear, room, situation
+from tests.fakes.navigation import RADIUS, Squad, beacon, config, hear, robot_in, room
 from tests.fakes.protocol import Crowd, Schedule
 
 REACH = 2 * RADIUS
@@ -38,7 +38,7 @@ def priority_of(record: np.void | None) -> int:
     return int(record["priority"][0]) << 32 | int(record["priority"][1])
 
 
-def path_of(s: Situation, *corners: tuple[float, float]) -> None:
+def path_of(s: RobotState, *corners: tuple[float, float]) -> None:
     """Give a robot a path through corners and let everybody know of it for long enough."""
     pieces = [np.array(s.stop_point)[None, :]]
     for corner in corners:
@@ -50,7 +50,7 @@ def path_of(s: Situation, *corners: tuple[float, float]) -> None:
         s.tube.publish(s.pose, tick)
 
 
-def taken(s: Situation, *others: np.void) -> int:
+def taken(s: RobotState, *others: np.void) -> int:
     """Return how many points a robot is granted beside some others."""
     reservation = ReservationManager(s, SingleLanes())
     hear(s, *others)
@@ -84,7 +84,7 @@ def test_priority_is_static_between_goals_and_compared_as_published() -> None:
 def test_equal_inherited_priorities_are_broken_by_the_id() -> None:
     granted = []
     for own_id, other_id in ((3, 9), (9, 3)):
-        s = situation(HALL, Pose(3.0, 4.0, 0.0), own_id)
+        s = robot_in(HALL, Pose(3.0, 4.0, 0.0), own_id)
         s.priority = HIGH - 1
         path_of(s, (5.0, 4.0))
         contested = [(3.75 - 0.05 * k, 4.0) for k in range(4)]
@@ -98,7 +98,7 @@ def test_of_two_heirs_of_one_priority_only_the_one_with_the_smaller_id_pushes() 
     Each was blocked by the other's body, neither made way, and seven robots stood for 400 s.
     """
     for own_id, other_id in ((3, 9), (9, 3)):
-        s = situation(HALL, Pose(4.0, 4.0, 0.0), own_id)
+        s = robot_in(HALL, Pose(4.0, 4.0, 0.0), own_id)
         s.own_priority = s.priority = above(HIGH)
         patience = s.config.traffic.push_ticks
         equal = {"priority": above(HIGH), "blocked_by": own_id, "blocked_ticks": patience}
@@ -116,7 +116,7 @@ def test_equal_priorities_never_let_two_tubes_meet() -> None:
 
 
 def test_the_request_of_a_blocked_robot_does_not_block_who_makes_way() -> None:
-    s = situation(HALL, Pose(4.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     s.yields_for = 2
     path_of(s, (4.0, 5.0))
     through_us = [(3.35 + 0.05 * k, 4.0) for k in range(7)]
@@ -125,7 +125,7 @@ def test_the_request_of_a_blocked_robot_does_not_block_who_makes_way() -> None:
 
 
 def test_a_robot_asks_for_nothing_while_its_blocker_makes_way() -> None:
-    s = situation(HALL, Pose(4.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     path_of(s, (6.0, 4.0))
     assert taken(s, beacon(7, 4.6, 4.0, yields_for=s.robot_id)) == 0
     assert len(s.tube.publish(s.pose, s.tick)[1]) == 0
@@ -137,7 +137,7 @@ def test_a_robot_asks_for_nothing_while_its_blocker_makes_way() -> None:
 
 @pytest.mark.parametrize("age", [4, 8, 16])
 def test_a_silent_robot_is_waited_for_however_little_it_may_have_moved(age: int) -> None:
-    s = situation(HALL, Pose(3.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(3.0, 4.0, 0.0))
     path_of(s, (5.0, 4.0))
     silent = beacon(7, 5.0, 4.0, tick=s.tick - age)
     silent["heard"][0] = s.robot_id << 16 | (s.tick - age - 1)
@@ -158,7 +158,7 @@ def test_lossy_radio_never_lets_two_tubes_meet(seed: int) -> None:
 
 @pytest.mark.parametrize("change", ["withdraw", "cut", "path", "priority"])
 def test_a_withdrawn_request_restarts_the_confirmation(change: str) -> None:
-    s = situation(HALL, Pose(3.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(3.0, 4.0, 0.0))
     path_of(s, (5.0, 4.0))
     match change:
         case "withdraw":
@@ -179,7 +179,7 @@ def test_a_withdrawn_request_restarts_the_confirmation(change: str) -> None:
 
 
 def test_replanning_every_tick_is_never_granted_so_routes_pause_longer() -> None:
-    s = situation(HALL, Pose(3.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(3.0, 4.0, 0.0))
     for _ in range(30):
         s.tick += 1
         path = np.column_stack((np.arange(3.0, 5.0, SPACING), np.full(40, 4.0)))
@@ -203,7 +203,7 @@ def test_a_blocked_robot_replans_no_faster_than_it_can_be_granted() -> None:
 @pytest.mark.parametrize("angle", np.linspace(0.0, 2.0 * math.pi, 12, endpoint=False))
 @pytest.mark.parametrize("gap", [-0.012, -0.003, 0.0, 0.004, 0.02])
 def test_a_refuge_path_is_granted_even_where_it_grazes_the_pusher(angle: float, gap: float) -> None:
-    s = situation(HALL, Pose(4.03, 3.98, 0.0))
+    s = robot_in(HALL, Pose(4.03, 3.98, 0.0))
     x = 4.03 - (REACH + gap) * math.cos(angle)
     y = 3.98 - (REACH + gap) * math.sin(angle)
     way = [(x + 0.1 * k * math.cos(angle), y + 0.1 * k * math.sin(angle)) for k in range(20)]
@@ -214,14 +214,14 @@ def test_a_refuge_path_is_granted_even_where_it_grazes_the_pusher(angle: float, 
 
 @pytest.mark.parametrize("y", [0.30, 0.34, 0.42, 0.6, 0.9])
 def test_along_a_wall_a_refuge_is_found_and_granted(y: float) -> None:
-    s = situation(AISLE, Pose(4.0, y, 0.0))
+    s = robot_in(AISLE, Pose(4.0, y, 0.0))
     way = [(3.35 + 0.1 * k, y) for k in range(20)]
     pusher = beacon(2, 3.35, y, intent=way, wanted=way[1:4], priority=HIGH)
     pusher["blocked_by"], pusher["blocked_ticks"] = s.robot_id, 9
     leaves(s, pusher)
 
 
-def leaves(s: Situation, pusher: np.void) -> None:
+def leaves(s: RobotState, pusher: np.void) -> None:
     """Push a robot; fail unless it finds a way and is granted a part once the pusher waits."""
     hear(s, pusher)
     right = RightOfWay()
@@ -255,7 +255,7 @@ def test_a_cusp_is_tracked_within_the_margin_and_left_soon(corner: float) -> Non
 
 
 def test_a_claim_that_is_not_driven_is_dropped_whatever_the_robot_does() -> None:
-    s = situation(HALL, Pose(2.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     path_of(s, (5.0, 4.0))
     s.tube.stop = 7
     reservation = ReservationManager(s, SingleLanes())
@@ -272,7 +272,7 @@ def test_a_claim_that_is_not_driven_is_dropped_whatever_the_robot_does() -> None
 
 
 def test_who_is_blocked_by_a_robot_without_a_refuge_steps_back() -> None:
-    s = situation(AISLE, Pose(4.0, 0.9, 0.0))
+    s = robot_in(AISLE, Pose(4.0, 0.9, 0.0))
     right = RightOfWay()
     s.blocked_by, s.blocked_ticks = 7, 30
     hear(s, beacon(7, 4.6, 0.9, flags=FLAG_STUCK | FLAG_ACTIVE))
@@ -403,7 +403,7 @@ def test_a_robot_that_died_after_lost_beacons_is_where_it_is_thought_to_be() -> 
 
 
 def test_a_beacon_that_was_overtaken_does_not_bring_back_the_past() -> None:
-    s = situation(HALL, Pose(3.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(3.0, 4.0, 0.0))
     hear(s, beacon(7, 5.0, 4.0), tick=90)
     hear(s, beacon(7, 4.0, 4.0), tick=80)
     assert s.neighbors.beacons[0]["pose"][0] == 5.0
@@ -418,7 +418,7 @@ def blocked_by_us(x: float, robot: int, **fields: object) -> np.void:
 
 def test_two_robots_never_push_each_other() -> None:
     """Each made way for the other with the other's priority, which lived on by itself."""
-    s = situation(HALL, Pose(4.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     hear(s, blocked_by_us(3.2, 2, yields_for=1))
     assert RightOfWay().pusher(s) is None
     hear(s, blocked_by_us(3.2, 2, yields_for=0))
@@ -427,7 +427,7 @@ def test_two_robots_never_push_each_other() -> None:
 
 def test_a_priority_that_was_handed_on_too_often_pushes_nobody() -> None:
     """In a circle of more than two it would outlive its source as well."""
-    s = situation(HALL, Pose(4.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     for hops, is_pushed in ((31, True), (32, False)):
         hear(s, blocked_by_us(3.2, 2, priority=HIGH - hops))
         assert (RightOfWay().pusher(s) is not None) == is_pushed
@@ -435,7 +435,7 @@ def test_a_priority_that_was_handed_on_too_often_pushes_nobody() -> None:
 
 def test_who_has_the_station_ranks_above_all_who_wait_for_it() -> None:
     """A robot on the station was pushed about by those whom its leaving would have helped."""
-    s = situation(HALL, Pose(4.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     lease = Lease()
     lease.aim((4.5, 4.0))
     lease.update(s)
@@ -448,7 +448,7 @@ def test_who_has_the_station_ranks_above_all_who_wait_for_it() -> None:
 
 def test_a_thing_on_the_way_to_a_refuge_is_not_waited_for() -> None:
     """The smooth way cut a corner of it by 1 cm, for the LiDAR: thirteen robots stood for 600 s."""
-    s = situation(HALL, Pose(4.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     right = RightOfWay()
     hear(s, blocked_by_us(3.2, 2, intent=[(3.3 + 0.1 * k, 4.0) for k in range(20)]))
     right.update(s)
@@ -463,7 +463,7 @@ def test_a_thing_on_the_way_to_a_refuge_is_not_waited_for() -> None:
 
 def test_a_smooth_way_to_a_refuge_that_a_robot_bars_is_not_tried_again() -> None:
     """It kept off the wall and so led 1 cm nearer to the robot beside it: 35 stood for ever."""
-    s = situation(HALL, Pose(4.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     right = RightOfWay()
     pusher = {"intent": [(3.3 + 0.1 * k, 4.0) for k in range(20)]}
     hear(s, blocked_by_us(3.2, 2, **pusher))
@@ -482,7 +482,7 @@ def test_a_smooth_way_to_a_refuge_that_a_robot_bars_is_not_tried_again() -> None
 def test_refuge_search_is_deterministic() -> None:
     paths = []
     for _ in range(2):
-        s = situation(HALL, Pose(4.0, 4.0, 0.0))
+        s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
         hear(s, beacon(2, 3.3, 4.0, intent=[(3.3 + 0.1 * k, 4.0) for k in range(20)]))
         paths.append(refuge_path(s, way_of(s, 0), s.reach(0) + REFUGE_MARGIN, HIGH - 1))
     assert paths[0] is not None

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.scenario import load_scenario
-from swarm_bench.runs.stage import RunOptions
 
 ROOT = Path(__file__).resolve().parents[2]
 MISSION = """

@@ -9,10 +9,10 @@ import pytest
 import trimesh
 from PIL import Image
 
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario, load_scenario
-from swarm_bench.runs.stage import RunOptions
 from swarm_commander.cli.main import run_app
 from swarm_common.files.map_io import load_map, map_path, save_map
 from swarm_common.model.grid import Grid

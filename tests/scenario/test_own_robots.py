@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.scenario import Scenario
-from swarm_bench.runs.stage import RunOptions
 from tests.fakes.own_robots import TRAITS
 
 

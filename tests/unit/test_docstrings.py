@@ -21,7 +21,7 @@ PUBLIC = (
     "swarm_bench/runs/harness.py",
     "swarm_bench/runs/result.py",
     "swarm_bench/runs/scenario.py",
-    "swarm_bench/runs/stage.py",
+    "swarm_bench/runs/episode.py",
     "swarm_commander/mission/client.py",
     "swarm_commander/mission/task.py",
 )

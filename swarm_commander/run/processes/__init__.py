@@ -9,7 +9,7 @@ What a module imports of its folder stands above it:
     supervisor  Table of the processes of a run: which run, which have ended, and the order of
                 stopping
     usage       CPU time and memory of the processes of a run
-    keeper      Restarts navigators: which run, which are to be restarted, and whether the fork
+    navigators  Restarts navigators: which run, which are to be restarted, and whether the fork
                 server obeys
     launch      Starts a child process with its log and two pipes, so that it never outlives us
 

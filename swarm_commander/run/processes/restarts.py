@@ -56,7 +56,7 @@ class Restarts:
         self._starts.pop(name, None)
         self._due[name] = now
 
-    def take_due(self, now: float) -> list[str]:
+    def pop_due(self, now: float) -> list[str]:
         """Return the processes to start now; each is returned once.
 
         Args:

@@ -69,7 +69,7 @@ class CostmapTopics:
             topic = f"{self._space}/{name}"
             self._others[name] = self._node.create_publisher(kind, topic, ros_io.LATCHED)
 
-    def look_for_subscribers(self) -> None:
+    def poll_subscribers(self) -> None:
         """Find out what is listened to."""
         topics = {"costmap": self._whole, **self._others}
         self._wanted = {name for name, topic in topics.items() if topic.get_subscription_count()}

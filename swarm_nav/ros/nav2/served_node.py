@@ -44,7 +44,7 @@ class ServedNode(Protocol):
                 map.
         """
 
-    def take_map(self, grid: Grid) -> None:
+    def receive_map(self, grid: Grid) -> None:
         """Navigate on another map from now on.
 
         Args:

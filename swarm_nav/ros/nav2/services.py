@@ -96,7 +96,7 @@ class Services:
                 else LoadMap.Response.RESULT_INVALID_MAP_DATA
             )
             return response
-        self._body.take_map(upright)
+        self._body.receive_map(upright)
         response.map = ros_io.grid_msg(grid, self._body.tick)
         response.result = LoadMap.Response.RESULT_SUCCESS
         return response

@@ -96,7 +96,7 @@ class Tasks:
             refuse = partial(self._refuse, action, name, code, reason)
             on_demand.offer_actions([name], refuse, is_rare=True)
         make = self._node.create_subscription
-        make(PoseStamped, "goal_pose", self._take_goal_pose, RELIABLE, raw=True)
+        make(PoseStamped, "goal_pose", self._receive_goal_pose, RELIABLE, raw=True)
 
     def _refuse(self, action: Any, name: str, code: int, reason: str) -> None:
         """Offer an action whose goals fail at once; without a server clients wait for ever."""
@@ -158,7 +158,7 @@ class Tasks:
         self._brain.set_goal(goal)
         self._on_goal()
 
-    def _take_goal_pose(self, data: bytes) -> None:
+    def _receive_goal_pose(self, data: bytes) -> None:
         try:
             goal = pose_goal(self._last_id + 1, unpacked(data, PoseStamped), self._body.to_map)
             goal = dataclasses.replace(goal, start_tick=self._tick + 1)
@@ -201,11 +201,11 @@ class Tasks:
                 running.server.finish(running.handle, result, succeeded=reached)
         running = self._running.get(self._brain.goal_id or 0)
         if running is not None and running.goal.kind is GoalKind.TELEOP:
-            self._take_back_if_left(running.goal)
+            self._reclaim_if_left(running.goal)
         if running is not None and (tick - running.started_tick) % FEEDBACK_TICKS == 0:
             self._send_feedback(running, tick)
 
-    def _take_back_if_left(self, goal: Goal) -> None:
+    def _reclaim_if_left(self, goal: Goal) -> None:
         """End an assisted teleoperation without a time allowance whose client is gone.
 
         Clients that steer say so all the time, also that the robot is to stand.

@@ -55,7 +55,7 @@ class Views:
     def publish(self, tick: int) -> None:
         """Publish what is wanted and due at this tick."""
         if tick % LOOK_TICKS == 0:
-            self._look_for_subscribers()
+            self._poll_subscribers()
         if tick % POSE_TICKS == 0:
             self.publish_pose(tick)
         for costmap in self._costmaps:
@@ -81,9 +81,9 @@ class Views:
         brain = self._brain
         self._amcl_pose.publish(self._pose_writer.encode(tick, brain.pose_map, brain.variances()))
 
-    def _look_for_subscribers(self) -> None:
+    def _poll_subscribers(self) -> None:
         for costmap in self._costmaps:
-            costmap.look_for_subscribers()
+            costmap.poll_subscribers()
         heavy = (
             self._plan,
             self._local_plan,

@@ -83,7 +83,7 @@ class Barrier:
         """Wait again for a late robot that keeps up, although its answers come too late."""
         self._expected[robot] = self._expects and not self._is_dead[robot]
 
-    def note_silence(self, robot: int, since: float) -> None:
+    def record_silence(self, robot: int, since: float) -> None:
         """Let the limit of a robot run from a wall time on, not anew from each tick.
 
         Args:
@@ -136,7 +136,7 @@ class Barrier:
             self._silent_since = {robot: t + gap for robot, t in self._silent_since.items()}
         self._looked_at = now
 
-    def take_late(self) -> list[tuple[int, bool]]:
+    def receive_late(self) -> list[tuple[int, bool]]:
         """Return the robots that are not waited for any more since the last call.
 
         Returns:

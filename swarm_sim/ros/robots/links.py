@@ -20,7 +20,7 @@ from swarm_interfaces.msg import Beacon, NeighborArray
 from tf2_msgs.msg import TFMessage
 
 from swarm_common.middleware import cdr, ros_io
-from swarm_common.middleware.radio_door import read_beacon
+from swarm_common.middleware.radio_check import read_beacon
 from swarm_common.middleware.rclpy_compat import removable_publisher
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
@@ -101,10 +101,12 @@ class RobotLink:
         self._publish_description(urdf)
         kind: Any = TwistStamped if settings.cmd_vel_stamped else TwistMsg
         self._command_reader = cdr.CommandReader()
-        self._read_command = self._take_stamped if settings.cmd_vel_stamped else self._take_plain
+        self._read_command = (
+            self._receive_stamped if settings.cmd_vel_stamped else self._receive_plain
+        )
         self._commands = self._subscribe(node, kind, "cmd_vel")
         self._beacons = self._subscribe(node, Beacon, "beacon")
-        self.look_for_viewers()
+        self.poll_viewers()
 
     def _create_publishers(self, node: Node, gallery: Node, space: str) -> None:
         make = partial(removable_publisher, node)
@@ -156,7 +158,7 @@ class RobotLink:
         self._description.publish(String(data=urdf))
         self._tf_static.publish(TFMessage(transforms=fixed_transforms(self._joints)))
 
-    def look_for_viewers(self) -> None:
+    def poll_viewers(self) -> None:
         """See which of the topics that only viewers need have a subscriber."""
         if self.is_gone:
             return
@@ -226,7 +228,7 @@ class RobotLink:
         """Topic on which the rest of the answer comes; robots send the command last."""
         return self._commands if self.command is None else self._beacons
 
-    def take_answers(self) -> None:
+    def receive_answers(self) -> None:
         """Take what the robot has sent; in lockstep no more than its answer."""
         if self.is_gone:
             return
@@ -239,7 +241,7 @@ class RobotLink:
         while self.beacon is None or self._is_free_run:
             if (data := self._beacons.take()) is None:
                 break
-            self._pass("beacon", self._take_beacon, data)
+            self._pass("beacon", self._receive_beacon, data)
 
     def _pass(self, name: str, take: Callable[[bytes], None], data: bytes) -> None:
         """Take a message, or turn it away."""
@@ -292,14 +294,14 @@ class RobotLink:
         """Return the answer's command; in free run else any other that came during this tick."""
         return self.command if self.command is not None else self._other
 
-    def _take_stamped(self, data: bytes) -> None:
+    def _receive_stamped(self, data: bytes) -> None:
         tick, twist = self._command_reader.read(data)
         if tick > self._tick and not self._is_free_run:
             raise RejectedError(f"the stamp is of tick {tick}; it is tick {self._tick} now")
         self.newest_tick = max(self.newest_tick, tick)
         self._take(twist, tick == self._tick)
 
-    def _take_plain(self, data: bytes) -> None:
+    def _receive_plain(self, data: bytes) -> None:
         self._take(cdr.read_plain_command(data), False)
 
     def _take(self, twist: Twist, is_answer: bool) -> None:
@@ -307,15 +309,15 @@ class RobotLink:
             self._other = twist
         if is_answer and self.command is None:
             self.command = twist
-            self._note_answer()
+            self._record_answer()
 
-    def _take_beacon(self, data: bytes) -> None:
+    def _receive_beacon(self, data: bytes) -> None:
         beacon = read_beacon(data, self._robot_id, self._tick)
         is_answer = beacon["tick"] == self._tick or self._is_free_run
         if is_answer and self.beacon is None:
             self.beacon = beacon
-            self._note_answer()
+            self._record_answer()
 
-    def _note_answer(self) -> None:
+    def _record_answer(self) -> None:
         if self.has_answered:
             self._on_answer()

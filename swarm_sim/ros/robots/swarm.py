@@ -76,7 +76,7 @@ class Links:
             Whether it is a new one.
         """
 
-        def note_answer() -> None:
+        def record_answer() -> None:
             self._barrier.answer(robot)
             self._answer_at = time.monotonic()
             link.trip.answer(self._answer_at)
@@ -90,7 +90,7 @@ class Links:
             urdf,
             self._settings,
             number_of(name),
-            note_answer,
+            record_answer,
             self._foreigners,
             self._world.errors_of(spec),
         )
@@ -208,13 +208,13 @@ class Links:
         middle = self._links[missing[len(missing) // 2]]
         self._waiter.wait([middle.awaited], min(timeout, max(due - now, SHORTEST)))
 
-    def take_answers(self) -> None:
+    def receive_answers(self) -> None:
         """Take what has come from robots whose answer is not whole, also from the late."""
         for robot, link in enumerate(self._links):
             if link.has_answered:
                 continue
             before = link.newest_tick
-            link.take_answers()
+            link.receive_answers()
             if link.newest_tick > before and 0 < link.lag <= KEEPS_UP:
                 self._barrier.hear(robot)
 
@@ -243,12 +243,12 @@ class Links:
                 if link.wants_truth:
                     link.publish_truth(*truth)
 
-    def look_for_viewers(self) -> None:
+    def poll_viewers(self) -> None:
         """See which of the topics that only viewers need have a subscriber."""
         for link in self._links:
-            link.look_for_viewers()
+            link.poll_viewers()
 
-    def look_for_foreigners(self) -> None:
+    def check_foreign_publishers(self) -> None:
         """Look for foreign publishers on topics of robots; a few robots at each call."""
         seats = [
             (self._hubs.node_of(robot), link.name)

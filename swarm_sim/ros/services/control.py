@@ -101,7 +101,7 @@ class Control:
         )
         return response
 
-    def look_for_steps(self) -> None:
+    def poll_steps(self) -> None:
         """Take requests for steps; they are answered when the steps are done."""
         if self._is_cancelled:
             self._is_cancelled = False
@@ -129,7 +129,7 @@ class Control:
         wanted = int(handle.request.steps)
         feedback = SimulateSteps.Feedback(remaining_steps=wanted)
 
-        def note_tick() -> None:
+        def record_tick() -> None:
             if feedback.remaining_steps:
                 feedback.completed_steps += 1
                 feedback.remaining_steps -= 1
@@ -145,7 +145,7 @@ class Control:
             _fill(result.result, are_done, reason)
             server.finish(handle, result, succeeded=are_done)
 
-        if self._state.step(wanted, end, note_tick) is Answer.REFUSED:
+        if self._state.step(wanted, end, record_tick) is Answer.REFUSED:
             end(False, NOT_NOW)
 
     @staticmethod

@@ -32,7 +32,7 @@ from swarm_common.model.shapes import transform_from_xyz_rpy
 from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas
 from swarm_sim.ros.services.name_pattern import NamePattern, PatternError
 from swarm_sim.ros.services.places import MAP, message_of, twist_in_map
-from swarm_sim.ros.services.request_door import RESULTS, Door
+from swarm_sim.ros.services.request_guard import RESULTS, Door
 from swarm_sim.scene.overlaps import points_of
 from swarm_sim.scene.scene import Body
 from swarm_sim.world.changing_world import ChangingWorld
@@ -219,17 +219,17 @@ def _list_spawnables(response: Any, request: Any) -> None:
         entry = Spawnable(description=f"robot {name}, with a navigator of its own")
         resource_in(entry).uri = name
         response.spawnables.append(entry)
-    _note_sources(response, request.sources)
+    _record_sources(response, request.sources)
 
 
 def _list_worlds(response: Any, request: Any) -> None:
     if request.filter.tags:
         raise RefusedError(Reason.UNSUPPORTED, "worlds have no tags")
     response.worlds = [_world_resource(name, name) for name in resource_names("world", "world.sdf")]
-    _note_sources(response, request.additional_sources)
+    _record_sources(response, request.additional_sources)
 
 
-def _note_sources(response: Any, sources: Iterable[str]) -> None:
+def _record_sources(response: Any, sources: Iterable[str]) -> None:
     if names := ", ".join(sources):
         response.result.error_message = f"not searched: {names}"
 

@@ -74,7 +74,7 @@ class RunState:
         """Cancel all steps that are under way, of all clients."""
         self._finish(are_done=False)
 
-    def note_tick(self) -> None:
+    def record_tick(self) -> None:
         """Count a tick that was done."""
         if self._steps > 0:
             self._steps -= 1

@@ -47,7 +47,7 @@ class ScenePublisher:
         self._writer = TransformsWriter("map", [f"{name}/{BASE}" for name in present])
         self._is_stale = True
 
-    def look_for_viewers(self, tick: int) -> None:
+    def poll_viewers(self, tick: int) -> None:
         """See who listens; they get what is new to them, also while the world is paused."""
         before = self._tf_readers, self._mover_readers
         self._tf_readers = self._tf.get_subscription_count()

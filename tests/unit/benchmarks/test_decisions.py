@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from benchmarks.decisions import decision_markdown, measure_decisions
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.scenario import load_scenario
-from swarm_bench.runs.stage import RunOptions
 
 
 def test_every_decision_is_counted_with_its_neighbours() -> None:

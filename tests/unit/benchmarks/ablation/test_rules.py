@@ -32,7 +32,7 @@ from swarm_common.model.records import Pose
 from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
 from swarm_nav.traffic import right_of_way
 from swarm_nav.traffic.single_lanes import single_lanes
-from tests.fakes.navigation import room, situation
+from tests.fakes.navigation import robot_in, room
 from tests.fakes.results import result
 
 
@@ -75,7 +75,7 @@ def test_what_the_navigators_keep_is_made_anew_with_other_constants(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Labels of passages were kept from the run before, so that their mouth could not be varied."""
-    s = situation(room(8.0, 8.0, (4.0, 0.0, 4.2, 3.6), (4.0, 4.4, 4.2, 8.0)), Pose(2.0, 4.0, 0.0))
+    s = robot_in(room(8.0, 8.0, (4.0, 0.0, 4.2, 3.6), (4.0, 4.4, 4.2, 8.0)), Pose(2.0, 4.0, 0.0))
     sizes = []
 
     def run(options: Any) -> str:

@@ -12,9 +12,9 @@ import pytest
 from swarm_bench.baselines import dwa_kernels
 from swarm_bench.baselines.orca import OFFSET, OrcaDriver
 from swarm_bench.baselines.planning import PathTrack, plain_planner, robot_costs
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.scenario import Scenario, load_scenario
-from swarm_bench.runs.stage import RunOptions
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Odometry, Pose, Twist

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.json_lines import append_json_line, open_to_append
 from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.scenario import load_scenario
-from swarm_bench.runs.stage import RunOptions
 from tests.document_blocks import blocks_of
 from tests.fakes.results import result
 

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness, InjectedFaults, run
 from swarm_bench.runs.methods import Driver
 from swarm_bench.runs.result import RunResult, result_from_json
 from swarm_bench.runs.scenario import load_scenario
-from swarm_bench.runs.stage import RunOptions, build
 from swarm_bench.suite.sweep import in_processes
 from swarm_bench.suite.table import run_line
 from swarm_common.model.records import Pose

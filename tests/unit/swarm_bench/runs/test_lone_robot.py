@@ -6,9 +6,9 @@ import itertools
 
 import pytest
 
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.scenario import load_scenario
-from swarm_bench.runs.stage import RunOptions
 from tests.fakes.navigation import waffle
 from tests.oracles.ways import Ways
 

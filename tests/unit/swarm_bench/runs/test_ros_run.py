@@ -14,7 +14,7 @@ import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a script's background
 from swarm_bench.runs import ros_run
 from swarm_bench.runs.scenario import load_scenario
-from swarm_bench.runs.stage import RunOptions
+from swarm_bench.runs.episode import RunOptions
 
 ros_run.SWARM_UP = (sys.executable, "-c", sys.argv[1], sys.argv[2])
 ros_run.run_on_graph(RunOptions(scenario=load_scenario("station"), robots=2))

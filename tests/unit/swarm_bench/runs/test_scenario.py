@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from swarm_bench.runs.episode import RunOptions, check
 from swarm_bench.runs.scenario import Scenario, load_scenario, scenario_names
-from swarm_bench.runs.stage import RunOptions, check
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
 SUITE = {

@@ -11,10 +11,10 @@ import pytest
 from rich.console import Console
 
 from swarm_bench.cli import _load
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.json_lines import append_json_line, open_to_append
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import result_of_report, up_flags
-from swarm_bench.runs.stage import RunOptions
 from swarm_bench.suite import store
 from swarm_bench.suite.command import bench_app
 from swarm_bench.suite.report import traffic_report

@@ -35,10 +35,10 @@ def table(**values: Any) -> dict[str, Any]:
 def welcome() -> ClientState:
     one = client(seed=3, world="slim_blockage")
     assert one.report(0.5) is None  # nothing to say before it is known that both sides agree
-    assert one.take_description(DESCRIPTION.to_text(), 1.0) == []
-    assert one.take_table("run", table(hosts={}), 1.5) == []
-    assert one.take_table("run", table(), 2.0) == [say.WorldFound()]
-    assert one.take_table("run", table(), 2.5) == []
+    assert one.receive_description(DESCRIPTION.to_text(), 1.0) == []
+    assert one.receive_table("run", table(hosts={}), 1.5) == []
+    assert one.receive_table("run", table(), 2.0) == [say.WorldFound()]
+    assert one.receive_table("run", table(), 2.5) == []
     return one
 
 
@@ -49,15 +49,15 @@ def only(events: list[say.Event]) -> say.Event:
 
 def test_welcome_and_news() -> None:
     one = welcome()
-    one.note_active("Srobot1")
-    one.note_death("Srobot2", -11)
-    one.note_usage(1.5, 70.0)
+    one.record_active("Srobot1")
+    one.record_death("Srobot2", -11)
+    one.record_usage(1.5, 70.0)
     report = one.report(2.5)
     assert report is not None
     assert (report["active"], report["died"], report["cpu"]) == (["Srobot1"], {"Srobot2": -11}, 1.5)
     counts = say.CollisionCounts(0, 1)
     figures = msgspec.to_builtins(say.Figures(4.0, 2.0, counts))
-    events = one.take_table("run", table(figures=figures, removed=["Srobot2", "Srobot9"]), 3.0)
+    events = one.receive_table("run", table(figures=figures, removed=["Srobot2", "Srobot9"]), 3.0)
     assert events == [say.WorldProgress(4.0, 2.0, counts), say.RobotTakenOut("Srobot2")]
 
 
@@ -85,22 +85,22 @@ def test_disagreement_is_one_error(
     edition: str, stated: dict[str, object], robots: tuple[str, ...], words: str
 ) -> None:
     one = ClientState(HostReport("a", "first", robots), edition, stated, 0.0)
-    event = only(one.take_description(DESCRIPTION.to_text(), 1.0))
+    event = only(one.receive_description(DESCRIPTION.to_text(), 1.0))
     assert isinstance(event, say.Refused)
     assert words in event.message
     assert one.is_over
 
 
 def test_something_else_than_a_charter() -> None:
-    event = only(client().take_description("[]", 1.0))
+    event = only(client().receive_description("[]", 1.0))
     assert isinstance(event, say.Refused)
     assert "something else than a run description" in event.message
 
 
 def test_refused() -> None:
     one = client()
-    one.take_description(DESCRIPTION.to_text(), 1.0)
-    event = only(one.take_table("run", table(hosts={}, refused={"a": "Srobot1 is taken"}), 2.0))
+    one.receive_description(DESCRIPTION.to_text(), 1.0)
+    event = only(one.receive_table("run", table(hosts={}, refused={"a": "Srobot1 is taken"}), 2.0))
     assert event == say.Refused("Srobot1 is taken")
 
 
@@ -109,14 +109,14 @@ def test_a_silence_and_its_end() -> None:
     assert one.look(5.0) == []
     assert only(one.look(6.0)) == say.WorldSilent()
     assert one.look(20.0) == []
-    assert only(one.take_table("run", table(), 22.5)) == say.WorldHeard(20.0)
+    assert only(one.receive_table("run", table(), 22.5)) == say.WorldHeard(20.0)
     assert one.silences == [20.0]
 
 
 @pytest.mark.parametrize(("run", "standing"), [("run", "lost"), ("another", "serving")])
 def test_given_up_by_the_world(run: str, standing: str) -> None:
     one = welcome()
-    event = only(one.take_table(run, table(hosts={"a": standing}), 3.0))
+    event = only(one.receive_table(run, table(hosts={"a": standing}), 3.0))
     assert isinstance(event, say.WorldLost)
     assert one.is_over
 
@@ -128,7 +128,7 @@ def test_the_world_is_lost() -> None:
 
 def test_the_end_is_acknowledged() -> None:
     one = welcome()
-    event = only(one.take_table("run", table(is_over=True, reason="mission done"), 3.0))
+    event = only(one.receive_table("run", table(is_over=True, reason="mission done"), 3.0))
     assert event == say.WorldOver("mission done")
     report = one.report(3.0)
     assert report is not None
@@ -145,40 +145,40 @@ def test_names_in_few_words() -> None:
 def test_a_host_that_still_waits_joins_the_run_that_has_begun_since() -> None:
     """The world crashed and was started again before it had answered."""
     one = client()
-    one.take_description(DESCRIPTION.to_text(), 1.0)
-    assert one.take_table("later", table(hosts={}), 2.0) == []
-    one.take_description(dataclasses.replace(DESCRIPTION, run="later").to_text(), 2.5)
-    assert one.take_table("later", table(), 3.0) == [say.WorldFound()]
+    one.receive_description(DESCRIPTION.to_text(), 1.0)
+    assert one.receive_table("later", table(hosts={}), 2.0) == []
+    one.receive_description(dataclasses.replace(DESCRIPTION, run="later").to_text(), 2.5)
+    assert one.receive_table("later", table(), 3.0) == [say.WorldFound()]
 
 
 def test_another_secret_is_an_error_where_no_other_world_is_heard() -> None:
     one = client()
-    assert one.note_forgery(1.0) == []
-    assert one.note_forgery(6.0) == []
-    assert only(one.note_forgery(6.1)) == say.WorldHasOtherSecret()
+    assert one.record_forgery(1.0) == []
+    assert one.record_forgery(6.0) == []
+    assert only(one.record_forgery(6.1)) == say.WorldHasOtherSecret()
 
 
 def test_forgeries_beside_the_true_world_change_nothing() -> None:
     one = welcome()
     for turn in range(100):
         now = 3.0 + 0.5 * turn
-        assert one.note_forgery(now) == []
-        assert one.take_table("run", table(), now) == []
+        assert one.record_forgery(now) == []
+        assert one.receive_table("run", table(), now) == []
 
 
 def test_a_world_that_crashed_and_came_back_with_another_secret_is_not_waited_for() -> None:
     one = welcome()
-    one.take_table("run", table(), 3.0)
-    assert one.note_forgery(6.0) == []
-    assert isinstance(only(one.note_forgery(11.5)), say.WorldLost)
+    one.receive_table("run", table(), 3.0)
+    assert one.record_forgery(6.0) == []
+    assert isinstance(only(one.record_forgery(11.5)), say.WorldLost)
 
 
 def test_who_is_not_heard_is_told_once() -> None:
     one = welcome()
     silent = {"a": "silent"}
-    assert one.take_table("run", table(hosts=silent), 5.0) == [say.WorldUnhearing()]
-    assert one.take_table("run", table(hosts=silent), 5.5) == []
-    assert one.take_table("run", table(), 6.0) == []
+    assert one.receive_table("run", table(hosts=silent), 5.0) == [say.WorldUnhearing()]
+    assert one.receive_table("run", table(hosts=silent), 5.5) == []
+    assert one.receive_table("run", table(), 6.0) == []
     report = one.report(8.5)
     assert report is not None
     assert report["deaf_for"] == 2.5

@@ -12,7 +12,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from swarm_commander.hosts import host_client, host_server
 from swarm_commander.hosts.host_client import HostClient
 from swarm_commander.hosts.host_server import HostServer
-from swarm_commander.hosts.host_table import HOSTS, ROLL
+from swarm_commander.hosts.host_table import HOSTS, TABLE_TOPIC
 from swarm_common.process.pipes import EventWriter
 
 SECRET = "a secret of this swarm"
@@ -47,6 +47,6 @@ def test_a_lost_report_holds_back_no_later_one(tmp_path: Path) -> None:
     who = {"host": "a", "label": "first", "robots": ["Srobot1"], "edition": "1", "stated": {}}
     paths = {"description_path": str(tmp_path / "description.json")}
     HostClient(node, {**place, **who, **paths, "domain": 7}, EventWriter(None), SECRET)
-    for topic in (HOSTS, ROLL):
+    for topic in (HOSTS, TABLE_TOPIC):
         ends = [quality.reliability for quality in node.qualities[topic]]
         assert ends == [ReliabilityPolicy.BEST_EFFORT] * 2

@@ -42,25 +42,25 @@ from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
-from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import RADIUS, room, situation, waffle
+from tests.fakes.navigation import RADIUS, robot_in, room, waffle
 from tests.fakes.neighbors import deserialize_neighbors
 
 HALL = room(6.0, 6.0)
 STATION = (4.0, 4.0)
 
 
-def driving() -> Situation:
-    s = situation(HALL, Pose(1.0, 1.0, 0.5), robot_id=4)
+def driving() -> RobotState:
+    s = robot_in(HALL, Pose(1.0, 1.0, 0.5), robot_id=4)
     s.tube.adopt(np.column_stack((np.arange(1.0, 4.0, 0.05), np.full(60, 1.0))))
     s.tube.stop = 7
     return s
 
 
 def deciders(
-    s: Situation, state: State, lease: Lease, gate: Gate | None = None,
+    s: RobotState, state: State, lease: Lease, gate: Gate | None = None,
     right: RightOfWay | None = None, single_lanes: SingleLanes | None = None,
 ) -> Deciders:  # fmt: skip
     holding = HoldingPattern({}, [])
@@ -74,11 +74,11 @@ def deciders(
 
 
 def announce(
-    s: Situation, state: State = State.DRIVING, has_goal: bool = True, is_active: bool = True,
+    s: RobotState, state: State = State.DRIVING, has_goal: bool = True, is_active: bool = True,
     right: RightOfWay | None = None,
 ) -> np.void:  # fmt: skip
     told = deciders(s, state, Lease(STATION, 70, 1), right=right)
-    s.take_priorities(*priorities(s.robot_id, told, 33, has_goal))
+    s.announce_priorities(*priorities(s.robot_id, told, 33, has_goal))
     s.tube.publish(s.pose, s.tick)
     return compose_beacon(s, waffle(), told, is_active)
 
@@ -174,7 +174,7 @@ def test_only_an_active_navigator_says_so() -> None:
 
 
 def status(  # type: ignore[no-untyped-def]
-    s: Situation,
+    s: RobotState,
     state: State,
     is_active: bool = True,
     place: int = 2,

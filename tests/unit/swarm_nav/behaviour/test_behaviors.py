@@ -11,7 +11,7 @@ from swarm_nav.behaviour.behaviors import Behavior, BehaviorEnd, recovery_goal
 from swarm_nav.control.controller import Controller
 from swarm_nav.core.config import ControllerConfig
 from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
-from tests.fakes.navigation import Unicycle, room, situation
+from tests.fakes.navigation import Unicycle, robot_in, room
 
 HALL = room(6.0, 6.0)
 MIDDLE = Pose(3.0, 3.0, 0.0)
@@ -21,7 +21,7 @@ def perform(
     goal: Goal, pose: Pose = MIDDLE, ticks: int = 200
 ) -> tuple[BehaviorEnd, Unicycle, list[float]]:
     """Run a behaviour with all of its path held; return its end, the robot and the speeds."""
-    s = situation(HALL, pose)
+    s = robot_in(HALL, pose)
     body, controller = Unicycle(pose), Controller(ControllerConfig())
     behavior = Behavior(goal, s)
     speeds = []
@@ -119,7 +119,7 @@ def test_waiting_takes_as_long_as_asked_and_does_not_move() -> None:
 
 
 def test_recoveries_come_in_nav2s_order() -> None:
-    s = situation(HALL, MIDDLE)
+    s = robot_in(HALL, MIDDLE)
     goals = [recovery_goal(attempt, s) for attempt in range(5)]
     assert [goal and goal.kind for goal in goals] == [
         None, GoalKind.BACKUP, GoalKind.SPIN, GoalKind.WAIT, None,
@@ -134,7 +134,7 @@ def test_recoveries_come_in_nav2s_order() -> None:
 
 
 def test_a_drive_goes_on_with_the_rest_after_the_robot_made_way() -> None:
-    s = situation(HALL, MIDDLE)
+    s = robot_in(HALL, MIDDLE)
     body, controller = Unicycle(MIDDLE), Controller(ControllerConfig())
     behavior = Behavior(Goal(kind=GoalKind.DRIVE_ON_HEADING, distance=1.0, speed=0.2), s)
     for tick in range(200):
@@ -156,7 +156,7 @@ def test_a_drive_goes_on_with_the_rest_after_the_robot_made_way() -> None:
 
 
 def test_a_moving_robot_stops_before_it_backs_up() -> None:
-    s = situation(HALL, MIDDLE)
+    s = robot_in(HALL, MIDDLE)
     s.twist = Twist(0.2, 0.0, 0.0)
     behavior = Behavior(Goal(kind=GoalKind.BACKUP, distance=0.3, speed=0.1), s)
     assert behavior.step(s, Controller(ControllerConfig())) == Twist()

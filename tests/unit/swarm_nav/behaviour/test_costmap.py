@@ -10,7 +10,7 @@ import pytest
 from swarm_common.model.grid import UNKNOWN, Grid
 from swarm_common.model.records import Pose
 from swarm_nav.behaviour import costmap as costmaps
-from tests.fakes.navigation import beacon, hear, room, situation
+from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(6.0, 6.0)
 MIDDLE = Pose(3.0, 3.0, 0.0)
@@ -48,7 +48,7 @@ def test_nothing_lethal_means_no_cost() -> None:
 
 
 def test_the_global_costmap_has_walls_obstacles_and_neighbours() -> None:
-    s = situation(HALL, MIDDLE)
+    s = robot_in(HALL, MIDDLE)
     s.obstacles.points = np.array(((2.025, 2.025),))
     hear(s, beacon(2, 4.0, 3.0, held=[(4.0, 3.0), (4.05, 3.0)]))
     costs = costmaps.compose(s, INSCRIBED_RADIUS, None)
@@ -68,7 +68,7 @@ def test_the_global_costmap_has_walls_obstacles_and_neighbours() -> None:
 
 
 def test_the_local_costmap_rolls_with_the_robot_and_is_unknown_beyond_the_map() -> None:
-    s = situation(HALL, Pose(1.0, 3.0, 0.0))
+    s = robot_in(HALL, Pose(1.0, 3.0, 0.0))
     local = costmaps.compose(s, INSCRIBED_RADIUS, 3.0)
     assert local.cells.shape == (60, 60)
     assert local.origin_x == pytest.approx(-0.5, abs=0.051)
@@ -80,6 +80,6 @@ def test_the_local_costmap_rolls_with_the_robot_and_is_unknown_beyond_the_map() 
 def test_unknown_cells_stay_unknown_unless_a_body_would_touch() -> None:
     cells = HALL.cells.copy()
     cells[60:80, 60:80] = UNKNOWN
-    s = situation(Grid(cells, 0.05, 0.0, 0.0), MIDDLE)
+    s = robot_in(Grid(cells, 0.05, 0.0, 0.0), MIDDLE)
     costs = costmaps.compose(s, INSCRIBED_RADIUS, None).cells
     assert (costs[60:80, 60:80] == costmaps.NO_INFORMATION).all()

@@ -22,16 +22,16 @@ from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
-from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import beacon, hear, room, situation
+from swarm_nav.traffic.robot_state import RobotState
+from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(8.0, 8.0)
 QUIET = 101  # a tick that is not the robot's turn of periodic plans
 
 
-def driving(x: float = 6.0) -> tuple[Situation, Route, GoalProgress]:
+def driving(x: float = 6.0) -> tuple[RobotState, Route, GoalProgress]:
     """Return a robot at x = 2 m with a fresh plan to a goal."""
-    s = situation(HALL, Pose(2.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     state_machine = StateMachine(s, HoldingPattern({}, []))
     goal_manager = GoalManager(
         s, state_machine, Lease(), RightOfWay(), Departure(Gate(None), Lease())
@@ -46,7 +46,7 @@ def driving(x: float = 6.0) -> tuple[Situation, Route, GoalProgress]:
     return s, route, task
 
 
-def replans(s: Situation, route: Route, task: GoalProgress, since: int) -> bool:
+def replans(s: RobotState, route: Route, task: GoalProgress, since: int) -> bool:
     """Return whether the route is planned anew `since` ticks after the last plan."""
     route.last_plan_tick = s.tick - since
     route.update(task)
@@ -54,7 +54,7 @@ def replans(s: Situation, route: Route, task: GoalProgress, since: int) -> bool:
 
 
 def test_a_goal_without_a_way_on_the_map_fails_without_a_recovery() -> None:
-    s = situation(room(8.0, 8.0, (4.0, 0.0, 4.15, 8.0)), Pose(2.0, 4.0, 0.0))
+    s = robot_in(room(8.0, 8.0, (4.0, 0.0, 4.15, 8.0)), Pose(2.0, 4.0, 0.0))
     state_machine = StateMachine(s, HoldingPattern({}, []))
     goal_manager = GoalManager(
         s, state_machine, Lease(), RightOfWay(), Departure(Gate(None), Lease())
@@ -63,7 +63,7 @@ def test_a_goal_without_a_way_on_the_map_fails_without_a_recovery() -> None:
     goal_manager.begin_pending()
     assert goal_manager.task is not None
     Route(s, goal_manager).update(goal_manager.task)
-    (end,) = [event for event in state_machine.take_events() if isinstance(event, GoalEnded)]
+    (end,) = [event for event in state_machine.pop_events() if isinstance(event, GoalEnded)]
     assert (end.error_code, s.counters.recoveries) == (ErrorCode.NO_VALID_PATH, 0)
     assert "to (6.00, 4.00): every way is closed by walls on this map" in end.message
 
@@ -112,7 +112,7 @@ def test_who_waits_in_vain_tries_another_way_and_forgets_after_a_while(reason: s
     assert aside(s) < 0.1
 
 
-def aside(s: Situation) -> float:
+def aside(s: RobotState) -> float:
     """Return how far [m] the path leads off the line from start to goal."""
     return float(np.abs(s.tube.points[:, 1] - 4.0).max())
 
@@ -150,6 +150,6 @@ def test_a_plan_back_along_held_space_starts_where_the_robot_can_stop() -> None:
 
 def test_a_goal_off_the_map_ends_at_once() -> None:
     _, route, _ = driving(50.0)
-    events = route._goal_manager._state_machine.take_events()
+    events = route._goal_manager._state_machine.pop_events()
     ends = [event for event in events if isinstance(event, GoalEnded)]
     assert [end.error_code for end in ends] == [ErrorCode.GOAL_OUTSIDE_MAP]

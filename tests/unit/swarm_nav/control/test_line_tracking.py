@@ -15,7 +15,7 @@ from swarm_nav.control.line_tracking import MOST_RATE, StraightController
 from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig, NavConfig
 from swarm_nav.planning.oblong import Slots
-from swarm_nav.traffic.situation import terrain_of
+from swarm_nav.traffic.robot_state import terrain_of
 from tests.fakes.navigation import Unicycle, room
 
 LINE = 2.55  # [m] y of the slot

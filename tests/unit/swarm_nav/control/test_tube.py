@@ -148,11 +148,11 @@ def test_a_robot_that_stands_on_its_stop_stays_and_holds_its_place_only() -> Non
     for x, is_there in ((0.23, True), (0.21, False)):
         pose = Pose(x, 0.01, 0.0)
         tube.near = 5
-        tube.note_rest(pose, is_standing=True)
+        tube.record_rest(pose, is_standing=True)
         assert tube.is_at_rest == is_there
         held, _, _ = tube.publish(pose, 0)
         assert np.allclose(held, ((x, 0.01), (0.25, 0.0))[: 2 - is_there])
-    tube.note_rest(Pose(0.23, 0.01, 0.0), is_standing=False)
+    tube.record_rest(Pose(0.23, 0.01, 0.0), is_standing=False)
     assert not tube.is_at_rest
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from swarm_common.model.records import Pose
 from swarm_nav.control.tube_kernels import first_overlap
-from tests.fakes.navigation import RADIUS, beacon, hear, room, situation
+from tests.fakes.navigation import RADIUS, beacon, hear, robot_in, room
 
 HALL = room(8.0, 8.0)
 PATH = np.column_stack((np.arange(2.0, 5.0, 0.05), np.full(60, 4.0)))
@@ -18,7 +18,7 @@ SLACK = 0.06
 
 
 def overlap(other: np.void, radius: float = RADIUS, tick: int | None = None) -> int:
-    s = situation(HALL, Pose(2.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     hear(s, other, tick=tick)
     return int(first_overlap(PATH, 0, STOP, radius, SLACK, s.neighbors.columns()))
 

@@ -16,8 +16,8 @@ from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.ros.settings import FIXED, NodeSettings
 from swarm_nav.traffic.gate import narrow_region
+from swarm_nav.traffic.robot_state import begin, terrain_of
 from swarm_nav.traffic.single_lanes import single_lanes
-from swarm_nav.traffic.situation import begin, terrain_of
 
 STATIONS = {"a": Pose(1.5, 2.0, 0.5), "b": Pose(7.0, 2.0, -3.0), "outside": Pose(-5.0, 0.0, 0.0)}
 
@@ -39,8 +39,8 @@ def robots(monkeypatch: pytest.MonkeyPatch) -> list[NodeSettings]:
 
 
 def plans(robot: NodeSettings, grid: Grid) -> list[bytes]:
-    situation = begin(robot.config, robot.spec, grid, 1, STATIONS["a"])
-    planner = situation.planner
+    robot_in = begin(robot.config, robot.spec, grid, 1, STATIONS["a"])
+    planner = robot_in.planner
     ways = [
         planner.plan((4.5, 3.0), (pose.x, pose.y), planner.no_extra(), pose.yaw)
         for pose in list(STATIONS.values())[:2]

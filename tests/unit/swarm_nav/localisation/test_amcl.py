@@ -16,8 +16,8 @@ from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.localisation_config import LocalisationConfig
 from swarm_nav.localisation.amcl import GROWTH, LOOKING_SCANS, STEP, TURN, AmclLocaliser
 from swarm_nav.localisation.localiser import START_DEVIATION, OdometryLocaliser, make_localiser
-from swarm_nav.traffic.situation import MARGIN_STEP
-from tests.fakes.navigation import beacon, config, hear, room, situation, waffle
+from swarm_nav.traffic.robot_state import MARGIN_STEP
+from tests.fakes.navigation import beacon, config, hear, robot_in, room, waffle
 
 WIDTH, HEIGHT = 5.0, 3.4
 FACE = 0.0375  # [m] inside the room's outline where walls of one cell are taken to end
@@ -48,7 +48,7 @@ def scan_at(
 
 
 def localiser(start: Pose, grid: Any = ROOM, seed: int = 0, **changes: Any) -> AmclLocaliser:
-    s = situation(grid, start)
+    s = robot_in(grid, start)
     settings = LocalisationConfig(type="amcl", random_seed=seed, **changes)
     made = make_localiser(start, settings, waffle(), s.terrain, s.neighbors, 1)
     assert isinstance(made, AmclLocaliser)
@@ -163,7 +163,7 @@ def test_corrections_enter_bit_by_bit() -> None:
 
 def test_a_robot_in_view_is_no_wall() -> None:
     rng = np.random.default_rng(3)
-    s = situation(ROOM, HERE)
+    s = robot_in(ROOM, HERE)
     hear(s, beacon(2, HERE.x + 0.8, HERE.y + 0.4))
     settings = LocalisationConfig(type="amcl")
     robot = AmclLocaliser(HERE, settings, waffle(), s.terrain, s.neighbors, 1)
@@ -220,7 +220,7 @@ def test_a_lost_robot_stands_and_says_so_until_a_pose_is_found() -> None:
 
 
 def test_dead_reckoning_is_the_default_and_asks_for_nothing() -> None:
-    s = situation(ROOM, HERE)
+    s = robot_in(ROOM, HERE)
     robot = make_localiser(HERE, LocalisationConfig(), waffle(), s.terrain, s.neighbors, 1)
     assert isinstance(robot, OdometryLocaliser)
     robot.on_scan(scan_at(HERE, 0, np.random.default_rng(0)))

@@ -18,8 +18,8 @@ from swarm_nav.perception.dynamic_obstacles import WALKED_TICKS
 from swarm_nav.perception.obstacle_kernels import Beam, HitLimits
 from swarm_nav.perception.obstacles import CELL, ObstacleLayer
 from swarm_nav.planning.distance_kernels import Place, sample
-from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import beacon, hear, room, situation, waffle
+from swarm_nav.traffic.robot_state import RobotState
+from tests.fakes.navigation import beacon, hear, robot_in, room, waffle
 from tests.oracles import control as oracle
 
 HALL = room(6.0, 6.0)
@@ -39,20 +39,20 @@ def layer() -> ObstacleLayer:
 
 
 def test_an_unexplained_hit_is_marked_where_it_is() -> None:
-    s, marks = situation(HALL, MIDDLE), layer()
+    s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({0: 1.0, 90: 0.8}), MIDDLE, s.terrain, s.neighbors)
     assert sorted(map(tuple, marks.points.round(3).tolist())) == [(3.0, 3.8), (4.0, 3.0)]
 
 
 def test_marks_turn_with_the_robot_and_its_lidar() -> None:
     mounted = LidarSpec(0.1, 0.0, 0.1, yaw=math.pi / 2)
-    s, marks = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), mounted)
+    s, marks = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), mounted)
     marks.update(scan({0: 1.0}), Pose(3.0, 3.0, math.pi / 2), s.terrain, s.neighbors)
     assert marks.points.round(3).tolist() == [[2.0, 3.1]]
 
 
 def test_a_ray_that_passes_through_clears_and_one_that_ends_before_does_not() -> None:
-    s, marks = situation(HALL, MIDDLE), layer()
+    s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({0: 1.0, 90: 1.0}), MIDDLE, s.terrain, s.neighbors)
     marks.update(scan({0: 0.5, 90: 2.0}), MIDDLE, s.terrain, s.neighbors)
     assert (4.0, 3.0) in map(tuple, marks.points.round(3).tolist())
@@ -61,19 +61,19 @@ def test_a_ray_that_passes_through_clears_and_one_that_ends_before_does_not() ->
 
 @pytest.mark.parametrize("distance", [2.6, 3.4])
 def test_a_hit_beyond_the_marking_range_is_not_marked(distance: float) -> None:
-    s, marks = situation(room(12.0, 12.0), Pose(6.0, 6.0, 0.0)), layer()
+    s, marks = robot_in(room(12.0, 12.0), Pose(6.0, 6.0, 0.0)), layer()
     marks.update(scan({0: distance}), s.pose, s.terrain, s.neighbors)
     assert len(marks.points) == 0
 
 
 def test_mapped_walls_are_not_marked() -> None:
-    s, marks = situation(HALL, Pose(1.0, 3.0, 0.0)), layer()
+    s, marks = robot_in(HALL, Pose(1.0, 3.0, 0.0)), layer()
     marks.update(scan({180: 0.93}), s.pose, s.terrain, s.neighbors)
     assert len(marks.points) == 0
 
 
 def test_robots_that_say_where_they_are_are_not_marked_and_clear_old_marks() -> None:
-    s, marks = situation(HALL, MIDDLE), layer()
+    s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.neighbors)
     assert len(marks.points) == 1
     hear(s, beacon(2, 4.05, 3.0))
@@ -81,8 +81,8 @@ def test_robots_that_say_where_they_are_are_not_marked_and_clear_old_marks() -> 
     assert len(marks.points) == 0
 
 
-def silent(s: Situation, ticks: int, **fields: object) -> None:
-    """Let the situation hear robot 2 at (4, 3), and nothing more for a time."""
+def silent(s: RobotState, ticks: int, **fields: object) -> None:
+    """Let the robot hear robot 2 at (4, 3), and nothing more for a time."""
     hear(s, beacon(2, 4.0, 3.0, **fields))
     s.tick += ticks
     s.neighbors.refresh(s.tick)
@@ -90,7 +90,7 @@ def silent(s: Situation, ticks: int, **fields: object) -> None:
 
 @pytest.mark.parametrize("ticks", [0, 10, 16, 17, 60, 200, 5000])
 def test_however_long_a_robot_is_silent_it_masks_its_own_space_only(ticks: int) -> None:
-    s, marks = situation(HALL, MIDDLE), layer()
+    s, marks = robot_in(HALL, MIDDLE), layer()
     silent(s, ticks)
     hits = {0: 0.8, 21: 1.0, 339: 1.0, 33: 1.05}  # at 0.2, 0.36, 0.36, and 0.59 m from it
     marks.update(scan(hits), MIDDLE, s.terrain, s.neighbors, 0.047)
@@ -99,7 +99,7 @@ def test_however_long_a_robot_is_silent_it_masks_its_own_space_only(ticks: int) 
 
 @pytest.mark.parametrize("ticks", [10, 17, 60, 200, 5000])
 def test_no_mark_is_erased_because_of_an_old_beacon(ticks: int) -> None:
-    s, marks = situation(HALL, MIDDLE), layer()
+    s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({0: 0.9}), MIDDLE, s.terrain, s.neighbors)
     silent(s, ticks)
     marks.update(scan({0: 0.5}), MIDDLE, s.terrain, s.neighbors, 0.047)  # does not see the place
@@ -116,7 +116,7 @@ def waffles_beacon(**fields: object) -> dict[str, object]:
 
 
 def test_a_silent_robot_is_forgotten_once_its_place_was_seen_empty() -> None:
-    s, marks = situation(HALL, MIDDLE), seeing()
+    s, marks = robot_in(HALL, MIDDLE), seeing()
     held = [(4.0, 3.0 + 0.05 * k) for k in range(8)]
     silent(s, 101, **waffles_beacon(held=held))
     marks.update(scan({}), MIDDLE, s.terrain, s.neighbors)
@@ -128,7 +128,7 @@ def test_a_silent_robot_is_forgotten_once_its_place_was_seen_empty() -> None:
 
 
 def test_only_the_places_seen_through_are_given_up() -> None:
-    s, marks = situation(HALL, MIDDLE), seeing()
+    s, marks = robot_in(HALL, MIDDLE), seeing()
     held = [(4.0, 2.8 + 0.2 * k) for k in range(6)]
     silent(s, 101, **waffles_beacon(held=held))
     housing = {0: 0.97, 1: 0.96, 359: 0.98}  # of its LiDAR
@@ -140,7 +140,7 @@ def test_only_the_places_seen_through_are_given_up() -> None:
 
 
 def test_a_place_is_given_up_as_soon_as_no_lidar_can_stand_there() -> None:
-    s, marks = situation(HALL, MIDDLE), seeing()
+    s, marks = robot_in(HALL, MIDDLE), seeing()
     held = [(4.0, 3.0), (4.0, 3.06), (4.0, 3.12)]  # bodies there would overlap
     silent(s, 101, **waffles_beacon(held=held))
     for _ in range(2):
@@ -151,7 +151,7 @@ def test_a_place_is_given_up_as_soon_as_no_lidar_can_stand_there() -> None:
 
 @pytest.mark.parametrize("case", ["other model", "hidden", "far", "not stopped", "lives"])
 def test_what_does_not_show_that_a_place_is_empty(case: str) -> None:
-    s, marks = situation(room(12.0, 6.0), MIDDLE), seeing()
+    s, marks = robot_in(room(12.0, 6.0), MIDDLE), seeing()
     x = 6.2 if case == "far" else 4.0
     fields = {} if case == "other model" else waffles_beacon()
     silent(s, 60 if case == "not stopped" else 101, held=[(x, 3.0)], **fields)
@@ -165,7 +165,7 @@ def test_what_does_not_show_that_a_place_is_empty(case: str) -> None:
 
 
 def test_where_somebody_walked_is_remembered_for_a_while() -> None:
-    s, marks = situation(HALL, MIDDLE), layer()
+    s, marks = robot_in(HALL, MIDDLE), layer()
     for step in range(20):
         s.tick += 1
         way = 2.0 - 0.08 * step  # [m] towards the robot, from (5, 3) to (3.5, 3)
@@ -179,7 +179,7 @@ def test_where_somebody_walked_is_remembered_for_a_while() -> None:
 
 
 def test_what_stands_has_not_walked() -> None:
-    s, marks = situation(HALL, MIDDLE), layer()
+    s, marks = robot_in(HALL, MIDDLE), layer()
     for _ in range(20):
         s.tick += 1
         seen = dataclasses.replace(scan({0: 1.0, 1: 1.0}), tick=s.tick)
@@ -189,7 +189,7 @@ def test_what_stands_has_not_walked() -> None:
 
 
 def test_invalid_ranges_neither_mark_nor_clear() -> None:
-    s, marks = situation(HALL, MIDDLE), layer()
+    s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.neighbors)
     marks.update(scan({0: math.nan, 90: math.nan, 180: 0.0}), MIDDLE, s.terrain, s.neighbors)
     assert marks.points.round(3).tolist() == [[4.0, 3.0]]
@@ -197,7 +197,7 @@ def test_invalid_ranges_neither_mark_nor_clear() -> None:
 
 def test_a_lidar_that_looks_ahead_only_does_not_clear_behind() -> None:
     half = LidarSpec(0.0, 0.0, 0.1, rays=180, angle_min=-math.pi / 2)
-    s, marks = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), half)
+    s, marks = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), half)
     ahead = Scan(0, -math.pi / 2, math.pi / 180, 0.12, 3.5, np.full(180, np.inf, np.float32))
     ahead.ranges[90] = 1.0
     marks.update(ahead, MIDDLE, s.terrain, s.neighbors)
@@ -208,7 +208,7 @@ def test_a_lidar_that_looks_ahead_only_does_not_clear_behind() -> None:
 
 
 def test_marks_are_rounded_to_cells_and_forgotten_on_request() -> None:
-    s, marks = situation(HALL, MIDDLE), layer()
+    s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({ray: 1.0 for ray in range(0, 30)}), MIDDLE, s.terrain, s.neighbors)
     assert np.allclose(marks.points / CELL, np.round(marks.points / CELL))
     assert len(np.unique(marks.points, axis=0)) == len(marks.points)
@@ -219,7 +219,7 @@ def test_marks_are_rounded_to_cells_and_forgotten_on_request() -> None:
 @pytest.mark.parametrize("seed", range(6))
 def test_the_choice_of_hits_equals_its_slow_twin(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    s = situation(HALL, MIDDLE)
+    s = robot_in(HALL, MIDDLE)
     ranges = rng.uniform(0.0, 3.5, 360).astype(np.float32)
     robots, reach = rng.uniform(1.0, 5.0, (3, 2)), rng.uniform(0.2, 0.6, 3).astype(np.float32)
     pose = (*rng.uniform(2.0, 4.0, 2).tolist(), float(rng.uniform(-3.0, 3.0)))

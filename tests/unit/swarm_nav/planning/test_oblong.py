@@ -23,7 +23,7 @@ from swarm_nav.planning.oblong import (
     cover,
 )
 from swarm_nav.planning.terrain import Terrain
-from swarm_nav.traffic.situation import terrain_of
+from swarm_nav.traffic.robot_state import terrain_of
 from tests.fakes.navigation import room, waffle
 
 NOTHING = np.zeros((0, 2))

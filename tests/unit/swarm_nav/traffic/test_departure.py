@@ -11,17 +11,17 @@ from swarm_nav.core.priority import CLASS_DRIVING, CLASS_HOLDING, above, base_pr
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, is_inside
 from swarm_nav.traffic.lease import Lease
-from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import beacon, hear, room, situation
+from swarm_nav.traffic.robot_state import RobotState
+from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(9.0, 9.0)
 
 
 def idle_robot(
     *others: np.void, x: float = 4.5, grid: Grid = HALL
-) -> tuple[Departure, Gate, Situation]:
+) -> tuple[Departure, Gate, RobotState]:
     """Return a robot that stands in or beside a region, 4.0 < x < 5.0 m, and hears others."""
-    s = situation(grid, Pose(x, 4.5, 0.0))
+    s = robot_in(grid, Pose(x, 4.5, 0.0))
     region = np.zeros(s.planner.lattice.base.shape, np.int16)
     region[:, 40:50] = 1
     hear(s, *others)
@@ -29,7 +29,7 @@ def idle_robot(
     return Departure(gate, Lease()), gate, s
 
 
-def wait(departure: Departure, s: Situation, seconds: float) -> bool:
+def wait(departure: Departure, s: RobotState, seconds: float) -> bool:
     """Let it be idle for some time; return whether it leaves at the end."""
     leaves = False
     for _ in range(round(seconds * 10.0)):
@@ -80,7 +80,7 @@ def test_where_all_floor_is_before_the_region_only_who_is_inside_leaves() -> Non
 
 
 def test_without_floor_wide_enough_to_park_it_leaves_for_a_place_where_others_get_past() -> None:
-    s = situation(room(9.0, 2.4), Pose(4.5, 1.2, 0.0))
+    s = robot_in(room(9.0, 2.4), Pose(4.5, 1.2, 0.0))
     assert not s.planner.lattice.parking.any()
     region = np.zeros(s.planner.lattice.base.shape, np.int16)
     region[:, 40:50] = 1
@@ -211,9 +211,9 @@ LONG_AISLE = room(9.0, 14.0, (0.05, 0.05, 1.35, 9.0), (2.35, 0.05, 8.95, 9.0))
 STATION = (1.85, 0.5)
 
 
-def done_at_station(grid: Grid) -> tuple[Departure, Lease, Situation]:
+def done_at_station(grid: Grid) -> tuple[Departure, Lease, RobotState]:
     """Return a robot that has just reached its last station, at the end of a blind aisle."""
-    s = situation(grid, Pose(*STATION, 0.0))
+    s = robot_in(grid, Pose(*STATION, 0.0))
     lease = Lease()
     lease.aim(STATION)
     lease.update(s)
@@ -221,7 +221,7 @@ def done_at_station(grid: Grid) -> tuple[Departure, Lease, Situation]:
     return Departure(Gate(None), lease), lease, s
 
 
-def in_alcove(*others: np.void) -> tuple[Departure, Situation]:
+def in_alcove(*others: np.void) -> tuple[Departure, RobotState]:
     """Return a robot without a goal at the end of a blind aisle, where its last station was."""
     departure, lease, s = done_at_station(ALCOVE)
     for _ in range(40):

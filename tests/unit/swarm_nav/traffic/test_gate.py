@@ -15,10 +15,10 @@ from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.traffic import gate_kernels as kernels
 from swarm_nav.traffic.gate import ADMITTED, MOST_AREA, NONE, Gate, is_inside, narrow_region
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import label, label_at
-from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import beacon, hear, room, seen, situation
-from tests.oracles import narrows as oracle
+from tests.fakes.navigation import beacon, hear, robot_in, room, seen
+from tests.oracles import single_lanes as oracle
 
 FRAME = (-1.0, -0.5, 0.1)
 HALL = room(9.0, 9.0)
@@ -73,19 +73,19 @@ def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
     assert cells == oracle.cells_within(region, FRAME, (1.0, 1.0), 0.83)
 
 
-def region_of(s: Situation, *stations: tuple[float, float]) -> NDArray[np.int16] | None:
+def region_of(s: RobotState, *stations: tuple[float, float]) -> NDArray[np.int16] | None:
     return narrow_region(s.terrain, stations, s.usual_radius)
 
 
 def test_a_hall_alone_has_no_narrow_region() -> None:
-    s = situation(HALL, Pose(4.5, 4.5, 0.0))
+    s = robot_in(HALL, Pose(4.5, 4.5, 0.0))
     assert region_of(s, (4.5, 4.5)) is None
     assert region_of(s) is None
 
 
 def gate_and_robot(*others: np.void) -> tuple[Gate, object]:
     """Return a robot west of a region, with its way into it, and its gate."""
-    s = situation(HALL, Pose(3.0, 4.5, 0.0))
+    s = robot_in(HALL, Pose(3.0, 4.5, 0.0))
     s.tube.adopt(np.column_stack((np.arange(3.0, 6.0, 0.05), np.full(60, 4.5))))
     region = np.zeros(s.planner.lattice.base.shape, np.int16)
     region[:, 50:54] = 1  # 3.6 m² of it, more or less, within radio range
@@ -233,7 +233,7 @@ def test_room_at_the_mouth_is_the_same_wherever_the_robot_asks() -> None:
 
 def test_a_corner_is_no_region() -> None:
     """Any corner within 2 m of two walls counted as narrow, and closed a free station in it."""
-    s = situation(HALL, Pose(4.5, 4.5, 0.0))
+    s = robot_in(HALL, Pose(4.5, 4.5, 0.0))
     assert region_of(s, (0.5, 0.5)) is None
 
 
@@ -242,7 +242,7 @@ AISLES = room(28.0, 4.2, (2.5, 1.4, 25.5, 1.8))  # 1.4 m and 2.4 m wide
 
 def test_a_narrow_aisle_is_a_region_where_all_ways_are_narrow() -> None:
     """Without open floor 4 m wide there was none: 45 robots crowded into one of two lanes."""
-    s = situation(AISLES, Pose(1.0, 3.0, 0.0))
+    s = robot_in(AISLES, Pose(1.0, 3.0, 0.0))
     region = region_of(s, (14.0, 0.7), (14.0, 3.0))
     assert region is not None
     frame = s.planner.lattice.frame
@@ -253,7 +253,7 @@ def test_a_narrow_aisle_is_a_region_where_all_ways_are_narrow() -> None:
 def test_floor_outside_of_the_walls_is_no_open_floor() -> None:
     """In a hall that lay askew in its map all floor that robots reach was one region."""
     outside = (0.0, 4.2, 28.0, 4.6)
-    s = situation(room(28.0, 14.0, (2.5, 1.4, 25.5, 1.8), outside), Pose(1.0, 3.0, 0.0))
+    s = robot_in(room(28.0, 14.0, (2.5, 1.4, 25.5, 1.8), outside), Pose(1.0, 3.0, 0.0))
     region = region_of(s, (14.0, 0.7), (14.0, 3.0))
     assert region is not None
     frame = s.planner.lattice.frame
@@ -263,7 +263,7 @@ def test_floor_outside_of_the_walls_is_no_open_floor() -> None:
 
 def test_who_stands_beside_the_nodes_of_a_region_is_in_it() -> None:
     """At a corner two robots waited at the gate in the lanes of those for whom they waited."""
-    s = situation(AISLES, Pose(1.0, 3.0, 0.0))
+    s = robot_in(AISLES, Pose(1.0, 3.0, 0.0))
     region = region_of(s, (14.0, 0.7))
     assert region is not None
     lattice = s.planner.lattice
@@ -283,7 +283,7 @@ def test_an_aisle_is_a_region_where_the_narrow_part_around_it_never_is_full(
 ) -> None:
     walls = [(2.5 + x, 1.4, 25.5 + x, 1.8) for x in (0.0, 29.0)]
     grid = room(58.0, 9.0, *walls, (2.5, 4.2, 29.0, 4.6), (33.0, 4.2, 58.0, 4.6))
-    s = situation(grid, Pose(1.0, 3.0, 0.0))
+    s = robot_in(grid, Pose(1.0, 3.0, 0.0))
     frame = s.planner.lattice.frame
     for most, expected in ((MOST_AREA, [1, 1]), (60.0, [0, 1])):
         monkeypatch.setattr("swarm_nav.traffic.gate.MOST_AREA", most)
@@ -318,7 +318,7 @@ def test_who_need_not_go_in_any_more_stops_waiting() -> None:
 
 
 def test_the_floor_before_a_region_follows_region_and_depth() -> None:
-    s = situation(room(9.0, 9.0), Pose(4.5, 4.5, 0.0))
+    s = robot_in(room(9.0, 9.0), Pose(4.5, 4.5, 0.0))
     lattice = s.planner.lattice
     gate = Gate(None)
     assert gate.forecourt(lattice, 1.0) is None

@@ -11,8 +11,8 @@ from swarm_common.model.beacon import FLAG_CIRCUIT
 from swarm_common.model.records import Pose
 from swarm_nav.core.config import NavConfig
 from swarm_nav.traffic.holding import PARKING_DISTANCE, HoldingPattern, parking_path
-from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import RADIUS, beacon, config, hear, room, situation
+from swarm_nav.traffic.robot_state import RobotState
+from tests.fakes.navigation import RADIUS, beacon, config, hear, robot_in, room
 
 HALL = room(12.0, 12.0)
 STATION = (6.0, 1.0)
@@ -30,9 +30,9 @@ def pattern(with_circuit: bool = True) -> HoldingPattern:
 
 def holding(
     mode: str, pose: Pose = NEAR, with_circuit: bool = True, *others: np.void
-) -> tuple[Situation, HoldingPattern]:
+) -> tuple[RobotState, HoldingPattern]:
     parameters: NavConfig = config(holding__mode=mode)
-    s, here = situation(HALL, pose, parameters=parameters), pattern(with_circuit)
+    s, here = robot_in(HALL, pose, parameters=parameters), pattern(with_circuit)
     if others:
         hear(s, *others)
     here.enter(s)
@@ -64,7 +64,7 @@ def test_a_parking_place_behind_an_obstacle_is_given_up() -> None:
 
 
 def test_parked_robots_keep_apart_and_off_each_others_targets() -> None:
-    s = situation(HALL, NEAR)
+    s = robot_in(HALL, NEAR)
     free = parking_path(s, [STATION])
     assert free is not None
     goal = tuple(free[-1])
@@ -76,7 +76,7 @@ def test_parked_robots_keep_apart_and_off_each_others_targets() -> None:
 
 
 def test_there_is_no_parking_in_a_narrow_corridor() -> None:
-    s = situation(room(8.0, 1.8), Pose(2.0, 0.9, 0.0))
+    s = robot_in(room(8.0, 1.8), Pose(2.0, 0.9, 0.0))
     assert parking_path(s, []) is None
 
 
@@ -113,7 +113,7 @@ def test_without_a_circuit_a_robot_parks(mode: str) -> None:
 def test_a_circuit_that_cannot_be_reached_leads_to_a_parking_place() -> None:
     walled = room(12.0, 12.0, (0.0, 6.0, 12.0, 6.15))
     ring = ((3.0, 8.0), (9.0, 8.0), (9.0, 10.0))
-    s = situation(walled, Pose(6.0, 2.8, 0.0), parameters=config(holding__mode="circuit"))
+    s = robot_in(walled, Pose(6.0, 2.8, 0.0), parameters=config(holding__mode="circuit"))
     here = HoldingPattern({"ring": ring}, [STATION])
     here.enter(s)
     for _ in range(5):

@@ -13,8 +13,8 @@ from swarm_common.model.records import Pose
 from swarm_nav.core.config import HoldingConfig
 from swarm_nav.core.priority import CLASS_HOLDING, base_priority
 from swarm_nav.traffic.lease import Lease
-from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import beacon, config, hear, room, seen, situation
+from swarm_nav.traffic.robot_state import RobotState
+from tests.fakes.navigation import beacon, config, hear, robot_in, room, seen
 
 HALL = room(12.0, 12.0)
 STATION = (6.0, 1.0)
@@ -25,7 +25,7 @@ def waiting(robot: int, tick: int, station: tuple[float, float] = STATION) -> np
     return beacon(robot, 2.0, 10.0, station=station, station_tick=tick)
 
 
-def lease_of(s: Situation, *others: np.void) -> Lease:
+def lease_of(s: RobotState, *others: np.void) -> Lease:
     lease = Lease()
     lease.aim(STATION)
     hear(s, *others) if others else None
@@ -34,7 +34,7 @@ def lease_of(s: Situation, *others: np.void) -> Lease:
 
 
 def test_a_lease_is_requested_within_reach_of_the_station_and_keeps_its_tick() -> None:
-    s = situation(HALL, Pose(6.0, 1.1 + HoldingConfig().request_distance, 0.0))
+    s = robot_in(HALL, Pose(6.0, 1.1 + HoldingConfig().request_distance, 0.0))
     lease = lease_of(s)
     assert lease.tick == 0
     s.pose = NEAR
@@ -47,7 +47,7 @@ def test_a_lease_is_requested_within_reach_of_the_station_and_keeps_its_tick() -
 
 
 def test_the_place_is_the_number_of_earlier_requests_for_the_same_station() -> None:
-    s = situation(HALL, NEAR, robot_id=5)
+    s = robot_in(HALL, NEAR, robot_id=5)
     lease = lease_of(
         s,
         waiting(2, 50),
@@ -61,7 +61,7 @@ def test_the_place_is_the_number_of_earlier_requests_for_the_same_station() -> N
 
 
 def test_a_gone_robot_holds_no_lease() -> None:
-    s = situation(HALL, NEAR, robot_id=5)
+    s = robot_in(HALL, NEAR, robot_id=5)
     hear(s, waiting(2, 50), tick=60)
     lease = Lease()
     lease.aim(STATION)
@@ -73,7 +73,7 @@ def test_all_contenders_agree_on_one_order() -> None:
     requests = {2: 90, 3: 70, 4: 90, 5: 80}
     places = {}
     for robot, tick in requests.items():
-        s = situation(HALL, NEAR, robot_id=robot)
+        s = robot_in(HALL, NEAR, robot_id=robot)
         s.tick = tick
         lease = lease_of(s)
         s.tick = 100
@@ -85,7 +85,7 @@ def test_all_contenders_agree_on_one_order() -> None:
 
 def test_who_has_no_turn_inherits_nothing() -> None:
     """One that had lost its turn kept the priority: it stood in single lanes and was not pushed."""
-    s = situation(HALL, NEAR, 5, config(holding__approach_slots=1))
+    s = robot_in(HALL, NEAR, 5, config(holding__approach_slots=1))
     rank = base_priority(CLASS_HOLDING, 0, 7)
     later = beacon(7, 2.0, 10.0, station=STATION, station_tick=150, priority=rank)
     lease = lease_of(s, later)
@@ -98,7 +98,7 @@ def test_who_has_no_turn_inherits_nothing() -> None:
 
 
 def test_a_new_target_gives_the_lease_back_and_the_same_one_keeps_it() -> None:
-    lease = lease_of(situation(HALL, NEAR))
+    lease = lease_of(robot_in(HALL, NEAR))
     lease.aim(STATION)
     assert lease.tick == 100
     lease.aim((1.0, 1.0))
@@ -116,8 +116,8 @@ def test_as_many_as_there_are_slots_may_approach(place: int, slots: int, turn: b
 def test_a_station_behind_a_wall_is_not_near() -> None:
     """A robot in the next room would get its turn and then drive a long way through the queue."""
     two_rooms = room(12.0, 12.0, (0.0, 4.0, 11.0, 4.2))
-    behind = situation(two_rooms, Pose(2.0, 5.0, 0.0))
-    before = situation(two_rooms, Pose(2.0, 3.0, 0.0))
+    behind = robot_in(two_rooms, Pose(2.0, 5.0, 0.0))
+    before = robot_in(two_rooms, Pose(2.0, 3.0, 0.0))
     for s, is_near in ((behind, False), (before, True)):
         lease = Lease()
         lease.aim((2.0, 1.5))
@@ -127,7 +127,7 @@ def test_a_station_behind_a_wall_is_not_near() -> None:
 
 @pytest.mark.parametrize(("ahead", "holds"), [(2, False), (6, False), (30, True)])
 def test_a_long_queue_holds_farther_from_the_station(ahead: int, holds: bool) -> None:
-    s = situation(HALL, Pose(6.0, 4.9, 0.0), robot_id=60)
+    s = robot_in(HALL, Pose(6.0, 4.9, 0.0), robot_id=60)
     lease = lease_of(s, *(waiting(robot, 50) for robot in range(1, ahead + 1)))
     assert lease.place == ahead
     assert lease.is_too_near(s) is holds
@@ -137,7 +137,7 @@ def test_a_long_queue_holds_farther_from_the_station(ahead: int, holds: bool) ->
 
 
 def test_who_comes_to_the_tail_of_a_queue_joins_it() -> None:
-    s = situation(HALL, Pose(6.0, 6.0, 0.0), robot_id=60)
+    s = robot_in(HALL, Pose(6.0, 6.0, 0.0), robot_id=60)
     assert lease_of(s).tick == 0
     lease = lease_of(s, *(waiting(robot, 50) for robot in range(1, 41)))
     assert (lease.tick, lease.place) == (100, 40)
@@ -147,8 +147,8 @@ ALCOVE = room(8.0, 8.0, (1.2, 6.4, 1.3, 8.0))  # 1.2 m wide and 1.6 m deep, in a
 DEAD_END = (0.45, 7.5)
 
 
-def in_alcove(robot: int, *others: np.void, pose: Pose) -> tuple[Situation, Lease]:
-    s = situation(ALCOVE, pose, robot_id=robot)
+def in_alcove(robot: int, *others: np.void, pose: Pose) -> tuple[RobotState, Lease]:
+    s = robot_in(ALCOVE, pose, robot_id=robot)
     hear(s, *others) if others else None
     lease = Lease()
     lease.aim(DEAD_END)
@@ -164,7 +164,7 @@ def test_a_dead_end_belongs_to_one_robot() -> None:
     s.pose = Pose(0.65, 6.6, 0.0)
     s.tube.reset(s.pose)
     assert lease.is_too_near(s)
-    assert lease_of(situation(HALL, NEAR, robot_id=5), waiting(2, 50)).is_turn(s.config.holding)
+    assert lease_of(robot_in(HALL, NEAR, robot_id=5), waiting(2, 50)).is_turn(s.config.holding)
 
 
 @pytest.mark.parametrize(("ahead", "holds"), [(0, False), (12, True)])
@@ -202,7 +202,7 @@ def test_a_robot_that_is_served_keeps_its_station(station: tuple[float, float]) 
     if station == DEAD_END:
         s, lease = in_alcove(5, pose=Pose(*DEAD_END, 0.0))
     else:
-        s = situation(HALL, Pose(*STATION, 0.0), robot_id=5)
+        s = robot_in(HALL, Pose(*STATION, 0.0), robot_id=5)
         lease = lease_of(s)
     lease.aim(None)
     lease.keep(s)
@@ -221,7 +221,7 @@ def test_a_robot_that_is_served_keeps_its_station(station: tuple[float, float]) 
 
 
 def test_a_robot_that_left_its_station_does_not_keep_it() -> None:
-    s = situation(HALL, NEAR, robot_id=5)
+    s = robot_in(HALL, NEAR, robot_id=5)
     lease = lease_of(s)
     lease.aim(None)
     lease.keep(s)
@@ -233,8 +233,8 @@ BLIND = room(12.0, 9.0, (0.0, 0.0, 5.0, 4.0), (0.0, 5.6, 5.0, 9.0))
 OPEN = room(16.0, 9.0, (4.0, 0.0, 9.0, 4.0), (4.0, 5.6, 9.0, 9.0))
 
 
-def in_aisle(grid: Grid, deep: float, *others: np.void) -> tuple[Situation, Lease]:
-    s = situation(grid, Pose(deep + 1.0, 4.8, 0.0), robot_id=5)
+def in_aisle(grid: Grid, deep: float, *others: np.void) -> tuple[RobotState, Lease]:
+    s = robot_in(grid, Pose(deep + 1.0, 4.8, 0.0), robot_id=5)
     s.stations = ((deep, 4.8), (deep + 1.5, 4.8))
     hear(s, *others) if others else None
     lease = Lease()
@@ -260,7 +260,7 @@ def test_the_stations_of_a_blind_aisle_share_its_room(
 def test_a_small_closed_room_is_no_blind_aisle() -> None:
     """Its last corner counted as a mouth: one robot at a time drove, and the others parked."""
     closet = room(3.0, 1.65)  # 8 robots started in it
-    s = situation(closet, Pose(2.4, 0.5, 0.0), robot_id=5)
+    s = robot_in(closet, Pose(2.4, 0.5, 0.0), robot_id=5)
     s.stations = ((0.55, 0.55), (1.9, 1.1))
     hear(s, waiting(2, 50, s.stations[1]))
     lease = Lease()
@@ -297,9 +297,9 @@ LONG = room(14.0, 9.0, (0.0, 0.0, 8.0, 4.0), (0.0, 5.0, 8.0, 9.0))  # 1 m wide, 
 END = (0.8, 4.5)
 
 
-def before_long_aisle(*others: np.void, x: float = 10.0) -> tuple[Situation, Lease]:
+def before_long_aisle(*others: np.void, x: float = 10.0) -> tuple[RobotState, Lease]:
     """Return a robot whose station is out of its radio's range, and its lease."""
-    s = situation(LONG, Pose(x, 4.5, math.pi), robot_id=5)
+    s = robot_in(LONG, Pose(x, 4.5, math.pi), robot_id=5)
     way = np.arange(x, END[0], -0.05)
     s.tube.adopt(np.column_stack((way, np.full(len(way), 4.5))))
     hear(s, *others) if others else None
@@ -346,7 +346,7 @@ def test_who_asked_and_was_seen_on_single_lanes_out_of_hearing_takes_room(
 def test_who_gets_its_goal_on_single_lanes_holds_them_until_it_is_out() -> None:
     """One that started deep in a blind aisle was pushed back by who came for a station there."""
     rank = base_priority(CLASS_HOLDING, 0, 7)
-    s = situation(LONG, Pose(2.0, 4.5, 0.0), robot_id=5)
+    s = robot_in(LONG, Pose(2.0, 4.5, 0.0), robot_id=5)
     hear(s, beacon(7, 12.0, 2.0, station=END, station_tick=50, priority=rank))
     lease, elsewhere = Lease(), (12.0, 8.0)
     lease.aim(elsewhere)
@@ -380,7 +380,7 @@ def test_who_waits_for_long_single_lanes_leaves_room_for_those_before_it() -> No
 def test_a_smaller_margin_that_leaves_no_single_lanes_is_taken() -> None:
     """The look-up of lanes that are not there any more ended the process."""
     wider = room(20.0, 9.0, (0.0, 0.0, 8.0, 4.0), (0.0, 5.4, 8.0, 9.0))
-    s = situation(wider, Pose(18.0, 5.0, math.pi), parameters=config(traffic__safety_margin=0.1))
+    s = robot_in(wider, Pose(18.0, 5.0, math.pi), parameters=config(traffic__safety_margin=0.1))
     lease = Lease()
     lease.aim((1.5, 5.0))
     for margin in (0.1, 0.05):
@@ -395,7 +395,7 @@ AT_WEST_END = (5.0, 4.5)
 
 def test_the_queue_for_large_single_lanes_begins_beyond_all_of_their_mouths() -> None:
     """Nine robots that waited before the far mouth kept in those that came out."""
-    s = situation(THROUGH, Pose(16.3, 4.5, math.pi), robot_id=60)
+    s = robot_in(THROUGH, Pose(16.3, 4.5, math.pi), robot_id=60)
     s.tube.adopt(np.column_stack((np.arange(16.3, 5.0, -0.05), np.full(226, 4.5))))
     hear(s, *(waiting(robot, 50, AT_WEST_END) for robot in range(1, 7)))
     lease = Lease()
@@ -408,7 +408,7 @@ def test_the_queue_for_large_single_lanes_begins_beyond_all_of_their_mouths() ->
     assert free.ravel()[s.planner.lattice.node_of(*s.stop_point)]
 
 
-def watch(s: Situation, lease: Lease, seconds: float, *marks: tuple[float, float]) -> None:
+def watch(s: RobotState, lease: Lease, seconds: float, *marks: tuple[float, float]) -> None:
     """Let time pass while the LiDAR sees something."""
     s.obstacles.points = np.array(marks).reshape(-1, 2)
     for _ in range(s.ticks(seconds)):
@@ -420,7 +420,7 @@ ON_IT, BESIDE_IT = (6.0, 1.1), (6.0, 1.3)
 
 
 def test_what_the_lidar_sees_on_a_station_for_long_bars_it() -> None:
-    s = situation(HALL, NEAR, 1, config(holding__station_patience=20.0))
+    s = robot_in(HALL, NEAR, 1, config(holding__station_patience=20.0))
     lease = lease_of(s)
     watch(s, lease, 30.0, BESIDE_IT)
     assert not lease.is_barred(s)
@@ -433,7 +433,7 @@ def test_what_the_lidar_sees_on_a_station_for_long_bars_it() -> None:
 
 
 def test_somebody_who_walks_over_a_station_does_not_bar_it() -> None:
-    s = situation(HALL, NEAR, 1, config(holding__station_patience=20.0))
+    s = robot_in(HALL, NEAR, 1, config(holding__station_patience=20.0))
     lease = lease_of(s)
     for _ in range(30):
         watch(s, lease, 3.0, ON_IT)
@@ -443,7 +443,7 @@ def test_somebody_who_walks_over_a_station_does_not_bar_it() -> None:
 
 def test_who_walks_to_and_fro_on_a_station_does_not_bar_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """Somebody penned in between two robots was told to be something that does not move."""
-    s = situation(HALL, NEAR, 1, config(holding__station_patience=20.0))
+    s = robot_in(HALL, NEAR, 1, config(holding__station_patience=20.0))
     lease = lease_of(s)
     monkeypatch.setattr(s.obstacles, "walked", lambda tick: np.array((BESIDE_IT,)))
     watch(s, lease, 30.0, ON_IT)
@@ -454,7 +454,7 @@ def test_who_walks_to_and_fro_on_a_station_does_not_bar_it(monkeypatch: pytest.M
 
 
 def test_another_try_does_not_wait_anew_for_a_station_that_was_not_seen_free() -> None:
-    s = situation(HALL, NEAR, 1, config(holding__station_patience=20.0))
+    s = robot_in(HALL, NEAR, 1, config(holding__station_patience=20.0))
     lease = lease_of(s)
     watch(s, lease, 21.0, ON_IT)
     lease.aim(None)

@@ -10,17 +10,17 @@ import pytest
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.core.localisation_config import LocalisationConfig
 from swarm_nav.traffic.reservation import GROWTH_SLACK, ReservationManager
+from swarm_nav.traffic.robot_state import MARGIN_STEP, RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
-from swarm_nav.traffic.situation import MARGIN_STEP, Situation
-from tests.fakes.navigation import beacon, hear, room, situation
+from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(8.0, 8.0)
 START = Pose(2.0, 4.0, 0.0)
 
 
-def on_a_path(held: int = 0) -> tuple[Situation, ReservationManager]:
+def on_a_path(held: int = 0) -> tuple[RobotState, ReservationManager]:
     """Return a robot on a path of 2 m eastwards that has requested its first points long enough."""
-    s = situation(HALL, START)
+    s = robot_in(HALL, START)
     s.tube.adopt(np.column_stack((np.arange(2.0, 4.0, 0.05), np.full(40, 4.0))))
     s.tube.stop = held
     for _ in range(s.config.traffic.confirmations):
@@ -86,7 +86,7 @@ def test_a_radius_that_grows_gives_up_what_is_too_near_to_others() -> None:
     hear(s, beacon(7, 3.0, 4.0 + reach))
     reservation.guard()
     assert s.tube.stop == 30
-    s.take_margin(s.radius - s.body_radius + 0.15)
+    s.announce_margin(s.radius - s.body_radius + 0.15)
     assert s.tube.span[2] == -1  # what was requested is requested anew
     reservation.guard()
     assert 0 < s.tube.stop < 20
@@ -97,14 +97,14 @@ def test_a_radius_that_grows_gives_up_what_is_too_near_to_others() -> None:
 def test_the_announced_margin_grows_in_steps_and_shrinks_late() -> None:
     s, _ = on_a_path()
     least = s.radius
-    s.take_margin(0.0)
+    s.announce_margin(0.0)
     assert s.radius == least
-    s.take_margin(least - s.body_radius + 0.001)
+    s.announce_margin(least - s.body_radius + 0.001)
     assert s.radius == pytest.approx(least + MARGIN_STEP)
-    s.take_margin(0.0)
+    s.announce_margin(0.0)
     assert s.radius == pytest.approx(least + MARGIN_STEP)
-    s.take_margin(0.5)
-    s.take_margin(0.0)
+    s.announce_margin(0.5)
+    s.announce_margin(0.0)
     assert s.radius == least
 
 

@@ -21,8 +21,8 @@ from swarm_nav.core.priority import (
     base_priority,
 )
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
-from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import RADIUS, beacon, hear, room, situation
+from swarm_nav.traffic.robot_state import RobotState
+from tests.fakes.navigation import RADIUS, beacon, hear, robot_in, room
 
 REACH = 2 * RADIUS
 HALL = room(8.0, 8.0)
@@ -65,8 +65,8 @@ def pushing(x: float, y: float, robot: int = 2, **changes: object) -> np.void:
 
 def pushed(
     pose: Pose = MIDDLE, *others: np.void, grid: Grid = HALL
-) -> tuple[Situation, RightOfWay]:
-    s, right = situation(grid, pose), RightOfWay()
+) -> tuple[RobotState, RightOfWay]:
+    s, right = robot_in(grid, pose), RightOfWay()
     s.priority = base_priority(CLASS_DONE, 0, 1)
     hear(s, *(others or (pushing(3.2, 4.0),)))
     right.update(s)
@@ -87,7 +87,7 @@ def test_a_robot_in_the_way_inherits_says_so_and_drives_to_a_refuge() -> None:
 
 @pytest.mark.parametrize("speed", [0.0, 0.26])
 def test_who_makes_way_gives_up_the_held_space_that_leads_the_other_way(speed: float) -> None:
-    s, right = situation(HALL, MIDDLE), RightOfWay()
+    s, right = robot_in(HALL, MIDDLE), RightOfWay()
     s.tube.adopt(np.column_stack((np.arange(4.0, 3.0, -0.05), np.full(20, 4.0))))
     s.tube.stop, s.twist = 10, Twist(speed)
     hear(s, pushing(2.9, 4.0))
@@ -98,7 +98,7 @@ def test_who_makes_way_gives_up_the_held_space_that_leads_the_other_way(speed: f
 
 def test_who_gives_up_space_does_not_ask_for_it_again() -> None:
     """Where the place that it stands on is its refuge, no other path replaces the old one."""
-    s = situation(HALL, MIDDLE)
+    s = robot_in(HALL, MIDDLE)
     s.tube.adopt(np.column_stack((np.arange(4.0, 3.0, -0.05), np.full(20, 4.0))))
     s.tube.stop = 10
     assert s.release_for(np.column_stack((np.arange(3.5, 4.5, 0.05), np.full(20, 4.0))))
@@ -116,12 +116,12 @@ def test_who_gets_on_is_not_stuck_though_nobody_pushes_it_now() -> None:
 
 def test_where_it_stands_in_the_way_is_no_refuge_though_the_nearest_node_is() -> None:
     """Crossing, seed 684: the node 3 cm away was free, the robot was not; both stood for 600 s."""
-    s, right = situation(HALL, MIDDLE), RightOfWay()
+    s, right = robot_in(HALL, MIDDLE), RightOfWay()
     node = s.planner.lattice.point_of(s.planner.lattice.node_of(4.0, 4.0))
     reach = REACH + REFUGE_MARGIN
     # the way passes the node at a refuge's distance, the robot 2 cm nearer
     way = [(node[0] - 1.0 + 0.1 * k, node[1] + reach + 1e-3) for k in range(16)]
-    s = situation(HALL, Pose(node[0], node[1] + 0.04, 0.0))
+    s = robot_in(HALL, Pose(node[0], node[1] + 0.04, 0.0))
     hear(s, pushing(*way[0], intent=way, wanted=way[:1]))
     right.update(s)
     assert right.is_yielding
@@ -157,14 +157,14 @@ def test_nobody_is_pushed_without_cause(changes: dict) -> None:
 
 @pytest.mark.parametrize(("ticks_blocked", "is_pushed"), [(3, False), (19, False), (20, True)])
 def test_who_drives_on_is_left_alone_for_a_while(ticks_blocked: int, is_pushed: bool) -> None:
-    s, right = situation(HALL, MIDDLE), RightOfWay()
+    s, right = robot_in(HALL, MIDDLE), RightOfWay()
     s.twist = Twist(0.2, 0.0, 0.0)
     hear(s, pushing(3.2, 4.0, blocked_ticks=ticks_blocked))
     assert right.update(s) is is_pushed
 
 
 def test_a_gone_robot_pushes_nobody() -> None:
-    s, right = situation(HALL, MIDDLE), RightOfWay()
+    s, right = robot_in(HALL, MIDDLE), RightOfWay()
     hear(s, pushing(3.2, 4.0), tick=50)
     assert s.neighbors.gone.all()
     assert not right.update(s)
@@ -195,7 +195,7 @@ def test_two_robots_pushed_by_one_inherit_the_same_and_are_walls_to_each_other()
     assert np.hypot(*(path[1:] - (4.0, 4.6)).T).min() >= REACH - 0.01
 
 
-def run(s: Situation, right: RightOfWay, count: int, *others: np.void) -> bool:
+def run(s: RobotState, right: RightOfWay, count: int, *others: np.void) -> bool:
     for _ in range(count):
         s.tick += 1
         hear(s, *others)
@@ -237,7 +237,7 @@ def test_who_makes_way_drives_on_to_its_refuge_while_the_pusher_comes_and_the_wa
     assert not run(s, right, s.retry_ticks + 1, coming)
 
 
-def in_a_dead_end() -> tuple[Situation, RightOfWay]:
+def in_a_dead_end() -> tuple[RobotState, RightOfWay]:
     """Return a robot at the closed end of a corridor, pushed towards it."""
     way = [(1.5 - 0.1 * k, 0.45) for k in range(15)]
     return pushed(
@@ -309,8 +309,8 @@ def test_in_a_full_room_the_place_of_a_lower_robot_is_a_refuge(
         assert s.tube.points[-1][0] > 1.5
 
 
-def blocked_by_a_stuck_one(flags: int = STUCK, blocked: int = 20) -> tuple[Situation, RightOfWay]:
-    s, right = situation(HALL, MIDDLE), RightOfWay()
+def blocked_by_a_stuck_one(flags: int = STUCK, blocked: int = 20) -> tuple[RobotState, RightOfWay]:
+    s, right = robot_in(HALL, MIDDLE), RightOfWay()
     s.blocked_by, s.blocked_ticks = 2, blocked
     hear(s, beacon(2, 4.7, 4.0, flags=flags))
     right.update(s)
@@ -334,8 +334,8 @@ def test_nobody_steps_back_early_or_from_a_robot_that_can_move(flags: int, block
 def test_an_equal_with_a_larger_id_does_not_bar_a_retreat(behind: int, steps_back: bool) -> None:
     """Two that inherited one priority: the retreat of the highest must not be barred by rank."""
     lane = room(8.0, 4.0, (0.0, 0.0, 6.0, 1.5), (0.0, 2.4, 6.0, 4.0))  # blind to the left
-    s, right = situation(lane, Pose(2.0, 1.95, 0.0), robot_id=5), RightOfWay()
-    s.take_priorities(9, 9)
+    s, right = robot_in(lane, Pose(2.0, 1.95, 0.0), robot_id=5), RightOfWay()
+    s.announce_priorities(9, 9)
     s.blocked_by, s.blocked_ticks = 6, 20
     stuck = beacon(6, 1.3, 1.95, flags=STUCK)
     hear(s, stuck, beacon(behind, 2.7, 1.95, priority=9))

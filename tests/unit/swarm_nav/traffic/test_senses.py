@@ -9,15 +9,15 @@ import pytest
 
 from swarm_common.model.beacon import BEACON_DTYPE
 from swarm_common.model.records import Pose, Scan
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.senses import Senses
-from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import room, situation
+from tests.fakes.navigation import robot_in, room
 
 NOBODY = np.zeros(0, BEACON_DTYPE)
 
 
-def robot() -> tuple[Situation, Senses]:
-    s = situation(room(8.0, 8.0), Pose(4.0, 4.0, 0.0))
+def robot() -> tuple[RobotState, Senses]:
+    s = robot_in(room(8.0, 8.0), Pose(4.0, 4.0, 0.0))
     return s, Senses(s)
 
 

@@ -14,10 +14,10 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.core.priority import OWN_DEPTH
 from swarm_nav.planning import search_kernels
 from swarm_nav.traffic import single_lane_kernels as kernels
+from swarm_nav.traffic.robot_state import RobotState, begin
 from swarm_nav.traffic.single_lanes import SingleLanes, rooms, single_lanes
-from swarm_nav.traffic.situation import Situation, begin
-from tests.fakes.navigation import beacon, hear, room, situation
-from tests.oracles import narrows as oracle
+from tests.fakes.navigation import beacon, hear, robot_in, room
+from tests.oracles import single_lanes as oracle
 
 HALL = room(8.0, 8.0)
 
@@ -65,7 +65,7 @@ def test_all_of_an_aisle_is_a_single_lane_or_none_of_it(
     low = 3.0 + offset
     walls = [(0.0, 0.0, 6.0, low), (0.0, low + width, 6.0, 6.0)]
     boxes = [(y, x, v, u) for x, y, u, v in walls] if is_upright else walls
-    s = situation(room(6.0, 6.0, *boxes), Pose(3.0, 3.0 + width / 2, 0.0))
+    s = robot_in(room(6.0, 6.0, *boxes), Pose(3.0, 3.0 + width / 2, 0.0))
     is_open = s.planner.lattice.base < search_kernels.WALL
     is_wide = rooms(*s.passing)[is_open]
     assert is_wide.all() or not is_wide.any()
@@ -83,7 +83,7 @@ def test_where_two_smooth_paths_do_not_fit_beside_each_other_is_a_single_lane(
 
 
 def test_a_door_is_a_single_lane_and_a_hall_has_none() -> None:
-    open_hall, walled = situation(HALL, Pose(1, 4, 0)), situation(DOOR, Pose(1, 4, 0))
+    open_hall, walled = robot_in(HALL, Pose(1, 4, 0)), robot_in(DOOR, Pose(1, 4, 0))
     assert single_lanes(open_hall.terrain, open_hall.radius) is None
     labels = single_lanes(walled.terrain, walled.radius)
     assert labels is not None
@@ -93,9 +93,9 @@ def test_a_door_is_a_single_lane_and_a_hall_has_none() -> None:
     assert kernels.label_at(labels, frame, -5.0, 4.0) == 0
 
 
-def approaching(priority: int) -> Situation:
+def approaching(priority: int) -> RobotState:
     """Return a robot that is about to go east through the door."""
-    s = situation(DOOR, Pose(2.3, 4.0, 0.0))
+    s = robot_in(DOOR, Pose(2.3, 4.0, 0.0))
     s.tube.adopt(np.column_stack((np.arange(2.3, 7.0, 0.05), np.full(94, 4.0))))
     s.priority = priority
     return s
@@ -188,14 +188,14 @@ def test_who_follows_keeps_the_rank_until_it_is_out_or_waits() -> None:
 
 
 def test_without_a_single_lane_nothing_is_in_the_way() -> None:
-    s = situation(HALL, Pose(2.0, 4.0, 0.0))
+    s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     assert SingleLanes().barrier(s, 5) == (5, -1)
 
 
 def test_two_doors_near_each_other_are_two_passages() -> None:
     """Labels dilated by the mouths made one lane of 45 m² of two doors, which a robot barred."""
     grid = room(8.0, 8.0, (4.0, 0.0, 4.2, 2.9), (4.0, 3.8, 4.2, 4.6), (4.0, 5.5, 4.2, 8.0))
-    s = situation(grid, Pose(2.3, 3.3, 0.0))
+    s = robot_in(grid, Pose(2.3, 3.3, 0.0))
     labels = single_lanes(s.terrain, s.radius)
     assert labels is not None
     doors = {int(kernels.label_at(labels, s.planner.lattice.frame, 4.1, y)) for y in (3.35, 5.05)}

@@ -12,7 +12,7 @@ from swarm_common.model.records import LidarSpec, Pose, Scan, Twist
 from swarm_nav.core.config import CostmapConfig
 from swarm_nav.perception.dynamic_obstacles import CAME_TICKS, MOVER_TICKS, STILL_TICKS
 from swarm_nav.perception.obstacles import ObstacleLayer
-from swarm_nav.traffic.situation import Situation
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.speed_near_people import (
     CREEP_SPEED,
     NOBODY_NEAR,
@@ -21,7 +21,7 @@ from swarm_nav.traffic.speed_near_people import (
     limited,
     people_near,
 )
-from tests.fakes.navigation import Squad, room, situation
+from tests.fakes.navigation import Squad, robot_in, room
 
 HALL = room(8.0, 8.0)
 MIDDLE = Pose(4.0, 4.0, 0.0)
@@ -42,7 +42,7 @@ def ranges_to(x: float, y: float, radius: float, pose: Pose = MIDDLE) -> np.ndar
     return ranges
 
 
-def watch(s: Situation, layer: ObstacleLayer, tick: int, x: float, y: float) -> float:
+def watch(s: RobotState, layer: ObstacleLayer, tick: int, x: float, y: float) -> float:
     """See a person at (x, y) in a tick; return how near something restless is then."""
     scan = Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges_to(x, y, 0.25))
     layer.update(scan, MIDDLE, s.terrain, s.neighbors)
@@ -50,7 +50,7 @@ def watch(s: Situation, layer: ObstacleLayer, tick: int, x: float, y: float) -> 
 
 
 def test_a_thing_that_never_moves_is_restless_only_at_first() -> None:
-    s, layer = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
+    s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     gaps = {tick: watch(s, layer, tick, 5.5, 4.0) for tick in range(0, 200, SCAN_TICKS)}
     assert gaps[0] == pytest.approx(1.25, abs=0.05)
     assert math.isfinite(gaps[STILL_TICKS - SCAN_TICKS])
@@ -58,7 +58,7 @@ def test_a_thing_that_never_moves_is_restless_only_at_first() -> None:
 
 
 def test_who_was_seen_moving_stays_restless_for_longer() -> None:
-    s, layer = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
+    s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     for tick in range(0, 20, SCAN_TICKS):  # walks past at 0.8 m/s and stops
         watch(s, layer, tick, 5.5, 3.0 + 0.08 * tick)
     gaps = [watch(s, layer, t, 5.5, 4.5) for t in range(20, 4 * STILL_TICKS, SCAN_TICKS)]
@@ -69,7 +69,7 @@ def test_who_was_seen_moving_stays_restless_for_longer() -> None:
 
 def test_what_comes_from_nowhere_and_stands_is_a_thing_sooner() -> None:
     """More of it is seen all the time, as the robot creeps past: that belongs to it."""
-    s, layer = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
+    s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     for tick in range(0, 20, SCAN_TICKS):
         watch(s, layer, tick, 20.0, 20.0)
     gaps = {}
@@ -83,7 +83,7 @@ def test_what_comes_from_nowhere_and_stands_is_a_thing_sooner() -> None:
 
 
 def test_a_thing_does_not_become_a_person_because_one_walks_past() -> None:
-    s, layer = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
+    s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     box = ranges_to(5.2, 4.0, 0.2)
 
     def see(tick: int, y: float) -> None:
@@ -100,7 +100,7 @@ def test_a_thing_does_not_become_a_person_because_one_walks_past() -> None:
 
 
 def test_who_walks_up_to_the_robot_is_restless_all_the_way() -> None:
-    s, layer = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
+    s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     for tick in range(0, 24, SCAN_TICKS):
         x = 6.4 - 0.08 * tick
         assert watch(s, layer, tick, x, 4.0) == pytest.approx(x - 4.0 - 0.25, abs=0.06)
@@ -120,7 +120,7 @@ def test_speed_and_distance_are_inverse(speed: float) -> None:
 
 
 def test_who_has_walked_out_of_sight_is_forgotten() -> None:
-    s, layer = situation(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
+    s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     for tick in range(0, 20, SCAN_TICKS):
         watch(s, layer, tick, 5.5, 3.0 + 0.08 * tick)
     assert len(layer.points)
@@ -152,7 +152,7 @@ def test_a_robot_stands_before_a_person_who_comes_at_it_is_there(
 
 
 def test_near_somebody_the_robot_creeps_and_turns_or_does_nothing() -> None:
-    s = situation(HALL, MIDDLE)
+    s = robot_in(HALL, MIDDLE)
     drive = Twist(0.2, 0.0, 0.4)
     config = s.config.controller
     assert people_near(s) == NOBODY_NEAR
@@ -185,7 +185,7 @@ def test_who_walks_by_again_and_again_excuses_a_stuck_robot_only_while_it_is_nea
     assert task is not None
     s.blocked_ticks, s.is_unconfirmed = 0, False
     allowance = s.ticks(s.config.progress_checker.movement_time_allowance)
-    task.note_progress(s, True)
+    task.record_progress(s, True)
     alone = 0
     for _ in range(4 * allowance):
         s.tick += 1

@@ -9,20 +9,20 @@ from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_STUCK, MODE_PAUSE, MODE_
 from swarm_common.model.records import Pose
 from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.traffic import traffic_costs
-from swarm_nav.traffic.situation import Situation
-from tests.fakes.navigation import beacon, hear, room, situation
+from swarm_nav.traffic.robot_state import RobotState
+from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(8.0, 8.0)
 THERE = (5.0, 4.0)
 
 
-def robot(*others: np.void) -> Situation:
-    s = situation(HALL, Pose(2.0, 4.0, 0.0))
+def robot(*others: np.void) -> RobotState:
+    s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     hear(s, *others)
     return s
 
 
-def cost_at(s: Situation, costs: np.ndarray, x: float, y: float) -> float:
+def cost_at(s: RobotState, costs: np.ndarray, x: float, y: float) -> float:
     node = s.planner.lattice.node_of(x, y)
     assert node is not None
     return float(costs.ravel()[node])
@@ -63,7 +63,7 @@ def test_what_a_silent_robot_asked_for_counts_as_held() -> None:
     way = [(5.0, 4.0 + 0.1 * k) for k in range(1, 8)]
     s = robot(beacon(7, *THERE, wanted=way))
     assert cost_at(s, traffic_costs.congestion(s), 5.0, 5.0) == 0.0
-    gone = situation(HALL, Pose(2.0, 4.0, 0.0))
+    gone = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     hear(gone, beacon(7, *THERE, wanted=way), tick=50)
     assert gone.neighbors.gone.all()
     assert cost_at(gone, traffic_costs.congestion(gone), 5.0, 5.0) > 0.0

@@ -30,5 +30,5 @@ def test_only_silence_of_both_clocks_ends_it(
     served._steered_at, served._steered_tick = 100.0, 50
     served._tick = 50 + round(simulated / CONTROL_PERIOD)
     monkeypatch.setattr(tasks.time, "monotonic", lambda: 100.0 + wall)
-    served._take_back_if_left(Goal(kind=GoalKind.TELEOP, duration=allowance))
+    served._reclaim_if_left(Goal(kind=GoalKind.TELEOP, duration=allowance))
     assert reasons == (["nobody has steered it for 20 s"] if ends else [])

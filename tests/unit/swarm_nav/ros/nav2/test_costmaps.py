@@ -42,7 +42,7 @@ class Bench:
         self.topics = CostmapTopics(self, "local_costmap", 2, self.compose, self)  # type: ignore[arg-type]
         for name in listened:
             self.publishers[name].listeners = 1
-        self.topics.look_for_subscribers()
+        self.topics.poll_subscribers()
 
     def create_publisher(self, _: Any, topic: str, __: Any) -> FakePublisher:
         return self.publishers.setdefault(topic.removeprefix("local_costmap/"), FakePublisher())
@@ -113,9 +113,9 @@ def test_changes_are_not_told_against_what_nobody_heard() -> None:
     bench = Bench(RAW_UPDATES)
     bench.publish(2, costmap())
     bench.publishers[RAW_UPDATES].listeners = 0
-    bench.topics.look_for_subscribers()
+    bench.topics.poll_subscribers()
     bench.publishers[RAW_UPDATES].listeners = 1
-    bench.topics.look_for_subscribers()
+    bench.topics.poll_subscribers()
     bench.publish(4, costmap((1, 1)))
     assert bench.sent(RAW_UPDATES) == []
 

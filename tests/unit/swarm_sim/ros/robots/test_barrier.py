@@ -11,17 +11,17 @@ def complete(barrier, begin, end):
 def test_the_time_in_which_the_world_slept_does_not_count():
     """After SIGSTOP and SIGCONT of all processes, robots were "late" that had slept as well."""
     barrier = started()
-    barrier.note_silence(1, since=9.0)
+    barrier.record_silence(1, since=9.0)
     barrier.open(10.0)
     barrier.answer(0)
     assert not complete(barrier, 10.0, 12.0)
     assert not barrier.is_complete(72.0)
     assert not complete(barrier, 72.0, 73.9)
-    assert barrier.take_late() == []
+    assert barrier.receive_late() == []
     assert not complete(barrier, 73.9, 74.5)
-    assert barrier.take_late() == [(1, False)]
+    assert barrier.receive_late() == [(1, False)]
     assert complete(barrier, 74.5, 75.1)
-    assert barrier.take_late() == [(2, True)]
+    assert barrier.receive_late() == [(2, True)]
 
 
 def test_who_is_late_is_told_once():
@@ -31,13 +31,13 @@ def test_who_is_late_is_told_once():
     barrier.open(0.0)
     barrier.answer(0)
     assert not barrier.is_complete(4.0)
-    assert barrier.take_late() == []
+    assert barrier.receive_late() == []
     barrier.close()
     barrier.open(10.0)
     barrier.answer(0)
     assert complete(barrier, 10.0, 16.0)
-    assert barrier.take_late() == [(1, True)]
-    assert barrier.take_late() == []
+    assert barrier.receive_late() == [(1, True)]
+    assert barrier.receive_late() == []
 
 
 def test_where_most_are_late_it_may_be_the_machine():
@@ -45,7 +45,7 @@ def test_where_most_are_late_it_may_be_the_machine():
     barrier.open(10.0)
     barrier.answer(0)
     assert complete(barrier, 10.0, 16.0)
-    assert barrier.take_late() == [(1, False), (2, False)]
+    assert barrier.receive_late() == [(1, False), (2, False)]
 
 
 def started(count=3):
@@ -181,8 +181,8 @@ def test_a_late_robot_that_keeps_up_is_waited_for_again_unless_it_is_dead() -> N
 
 def test_silence_of_a_host_is_waited_for_once_and_not_anew_in_each_tick() -> None:
     barrier = started()
-    barrier.note_silence(0, since=10.0)
-    barrier.note_silence(1, since=10.0)
+    barrier.record_silence(0, since=10.0)
+    barrier.record_silence(1, since=10.0)
     barrier.open(13.0)
     barrier.answer(1)  # was under way
     barrier.answer(2)

@@ -87,7 +87,7 @@ class Robot:
 
     def _send(self, topic: str, message: bytes) -> None:
         self.topics[topic].waiting.append(message)
-        self.link.take_answers()
+        self.link.receive_answers()
 
 
 @pytest.fixture(autouse=True)

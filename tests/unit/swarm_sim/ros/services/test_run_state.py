@@ -19,13 +19,13 @@ def test_steps_are_counted_and_answered_once() -> None:
     state.pause()
     assert state.step(0, lambda _: done.append(0)) is Answer.REFUSED
     assert state.step(2, lambda _: done.append(2)) is Answer.DONE
-    state.note_tick()
+    state.record_tick()
     assert not state.is_held
     assert not done
-    state.note_tick()
+    state.record_tick()
     assert state.is_held
     assert done == [2]
-    state.note_tick()
+    state.record_tick()
     assert done == [2]
 
 
@@ -46,6 +46,6 @@ def test_steps_tell_of_each_tick_and_of_their_end_before_its_time() -> None:
     done: list[bool] = []
     state.pause()
     state.step(3, done.append, lambda: ticks.append(1))
-    state.note_tick()
+    state.record_tick()
     state.cancel_steps()
     assert (len(ticks), done, state.is_held) == (1, [False], True)

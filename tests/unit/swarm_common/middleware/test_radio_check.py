@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_common.middleware import cdr
-from swarm_common.middleware.radio_door import read_beacon, read_neighbors
+from swarm_common.middleware.radio_check import read_beacon, read_neighbors
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.model.beacon import (
     BEACON_DTYPE,

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from swarm_commander.hosts.host_door import FORGED, STALE, UNREADABLE, HostDoor
-from swarm_commander.hosts.host_table import HOSTS, ROLL, HostReport
+from swarm_commander.hosts.host_table import HOSTS, TABLE_TOPIC, HostReport
+from swarm_commander.hosts.report_check import FORGED, STALE, UNREADABLE, ReportCheck
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.sealed import Sealer
 from swarm_common.process.pipes import EventWriter
@@ -19,7 +19,7 @@ REPORT = HostReport("a", "first (10.0.0.2)", ("Srobot1",))
 CONTENT = dataclasses.asdict(REPORT)
 
 
-class Door(HostDoor):
+class Door(ReportCheck):
     """Remembers what it said."""
 
     def __init__(self) -> None:
@@ -70,7 +70,7 @@ def test_what_was_said_once_or_by_the_other_side_is_not_taken() -> None:
     assert one.take(second) is None  # said again
     assert one.take(first) is None  # overtaken
     assert one.rejected == {}
-    assert one.take(sealed(kind=ROLL)) is None
+    assert one.take(sealed(kind=TABLE_TOPIC)) is None
     assert one.rejected == {FORGED: 1}
 
 

@@ -15,7 +15,7 @@ SLACK = 600  # ticks, a minute, that a robot may be ahead of the latest status,
 FASTEST = 2000.0  # and ticks per second of wall time since: 200 times real time
 
 
-class StatusDoor:
+class StatusCheck:
     """Follows the ticks of all robots: no status is of a time that the swarm cannot have reached.
 
     Time is that of the swarm, which only its statuses tell. Each robot's latest bounds what the

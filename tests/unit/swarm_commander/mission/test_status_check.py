@@ -6,7 +6,7 @@ import pytest
 from builtin_interfaces.msg import Time
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.status_door import FASTEST, SLACK, StatusDoor
+from swarm_commander.mission.status_check import FASTEST, SLACK, StatusCheck
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.records import stamp_from_tick
 from swarm_common.process.pipes import EventWriter
@@ -25,8 +25,8 @@ def rejections() -> Rejections:
 
 
 @pytest.fixture
-def door(rejections: Rejections) -> StatusDoor:
-    door = StatusDoor(rejections)
+def door(rejections: Rejections) -> StatusCheck:
+    door = StatusCheck(rejections)
     for name in NAMES:
         assert door.admits(name, status(name, 100), 50.0)
     return door
@@ -34,7 +34,7 @@ def door(rejections: Rejections) -> StatusDoor:
 
 @pytest.mark.parametrize("ahead", [SLACK + 1, 36_000, 10_000_000])
 def test_a_stamp_of_the_future_is_rejected_and_the_robot_goes_on(
-    door: StatusDoor, rejections: Rejections, ahead: int
+    door: StatusCheck, rejections: Rejections, ahead: int
 ) -> None:
     """At b11a34e its mission counted the goals of all others as failed: they were behind."""
     assert not door.admits("Srobot2", status("Srobot2", 100 + ahead), 50.0)
@@ -43,7 +43,7 @@ def test_a_stamp_of_the_future_is_rejected_and_the_robot_goes_on(
         assert all(door.admits(name, status(name, tick), 50.5) for name in NAMES)
 
 
-def test_no_single_forger_moves_the_time_bit_by_bit(door: StatusDoor) -> None:
+def test_no_single_forger_moves_the_time_bit_by_bit(door: StatusCheck) -> None:
     tick = 100
     for turn in range(100):
         tick += SLACK
@@ -52,14 +52,14 @@ def test_no_single_forger_moves_the_time_bit_by_bit(door: StatusDoor) -> None:
     assert tick <= 100 + 2 * SLACK + FASTEST * 1.0
 
 
-def test_a_swarm_may_be_fast_paused_or_down_to_one_robot(door: StatusDoor) -> None:
+def test_a_swarm_may_be_fast_paused_or_down_to_one_robot(door: StatusCheck) -> None:
     assert door.admits("Srobot1", status("Srobot1", 100 + 500), 51.0)  # 50 times real time
     assert door.admits("Srobot1", status("Srobot1", 601), 5000.0)
     for second in range(100):  # alone, the others are dead
         assert door.admits("Srobot1", status("Srobot1", 700 + 400 * second), 5001.0 + second)
 
 
-def test_a_status_of_somebody_else_and_one_without_a_time_are_rejected(door: StatusDoor) -> None:
+def test_a_status_of_somebody_else_and_one_without_a_time_are_rejected(door: StatusCheck) -> None:
     assert not door.admits("Srobot1", status("Srobot2", 101), 50.1)
     for stamp in (Time(sec=-(2**31)), Time(sec=2**31 - 1), Time(nanosec=2**32 - 1)):
         assert not door.admits("Srobot1", RobotStatus(robot="Srobot1", stamp=stamp), 50.1)

@@ -60,7 +60,7 @@ class RunOptions:
 
 
 @dataclass(slots=True)
-class Stage:
+class Episode:
     """A run that is ready to start; lists have one entry per robot."""
 
     world: World
@@ -100,7 +100,7 @@ def build(
     world_class: type[World] = World,
     walkers: tuple[WalkerSpec, ...] = (),
     most_goals: int | None = None,
-) -> Stage:
+) -> Episode:
     """Return the stage of a run; starts, goals and parameters are those of `swarm-up`.
 
     Args:
@@ -134,7 +134,7 @@ def build(
     world = make_world(options, scene, specs, homes, actors, world_class)
     drivers = make_drivers(options, scene.sites, specs, grid, homes)
     found = room_for(options, specs, grid, homes, routes, dead)
-    return Stage(world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found)
+    return Episode(world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found)
 
 
 def make_world(

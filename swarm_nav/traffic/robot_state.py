@@ -49,7 +49,7 @@ def ticks_of(seconds: float) -> int:
 
 
 @dataclass(slots=True)
-class Situation:
+class RobotState:
     """State of one robot that the parts of its navigator share; each field has one writer."""
 
     robot_id: int  # from 1
@@ -61,8 +61,8 @@ class Situation:
     obstacles: ObstacleLayer  # what the LiDAR sees beyond map and neighbours
     tube: Tube  # path, held and requested space
     pose: Pose  # in map, by the navigator
-    radius: float  # [m] safety radius: `body_radius` plus the margin, by `take_margin`
-    # map and safety radius that tell where two robots pass each other, by `note_bodies`
+    radius: float  # [m] safety radius: `body_radius` plus the margin, by `announce_margin`
+    # map and safety radius that tell where two robots pass each other, by `record_bodies`
     passing: tuple[Terrain, float]
     oblong: Oblong | None = None  # outline of a long robot, which plans with it; None for others
     stations: tuple[tuple[float, float], ...] = ()  # (x, y) in map that many robots go to
@@ -70,7 +70,7 @@ class Situation:
     counters: Counters = field(default_factory=Counters)  # for the report; each part its own
     tick: int = 0  # now, by the navigator
     twist: Twist = field(default_factory=Twist)  # in base_footprint, vx along the course
-    # as in the last beacon without what was inherited from robots that push, by `take_priorities`
+    # as in the last beacon, without what pushing robots pass on; by `announce_priorities`
     own_priority: int = 0
     priority: int = 0  # as in the last beacon
     listening_since: int = 0  # tick since which the radio is heard without a gap, by `Senses`
@@ -100,7 +100,7 @@ class Situation:
         self.tube.slots = self.terrain.lattice.slots
         self.planner = Planner(self.terrain, config.planner)
         self.tube.cut()
-        self.note_bodies()
+        self.record_bodies()
 
     def configure(self, config: NavConfig) -> None:
         """Take new parameters and hand them to every layer."""
@@ -111,11 +111,11 @@ class Situation:
         self.obstacles.configure(config.costmap)
         self.tube.configure(traffic.confirmations, traffic.held_length, traffic.wanted_length)
         self.tube.corner_angle = config.controller.corner_angle
-        self.note_bodies()
+        self.record_bodies()
         if (config.planner, config.costmap) != (old.planner, old.costmap):
             self.load_map(self.terrain.grid)
 
-    def take_margin(self, needed: float) -> None:
+    def announce_margin(self, needed: float) -> None:
         """Announce another safety margin [m], never less than configured.
 
         Space is granted only to requests that all have acknowledged together with the radius that
@@ -132,7 +132,7 @@ class Situation:
             self.tube.forget_requests()
         self.radius = least + MARGIN_STEP * math.ceil((wanted - least) / MARGIN_STEP - 1e-9)
 
-    def take_priorities(self, own: int, published: int) -> None:
+    def announce_priorities(self, own: int, published: int) -> None:
         """Announce a priority.
 
         Args:
@@ -172,7 +172,7 @@ class Situation:
         is_immovable = row is not None and bool(neighbors.immovable[row] | neighbors.served[row])
         return max(self.obstacle_ticks, self.blocked_ticks if is_immovable else 0)
 
-    def note_bodies(self) -> None:
+    def record_bodies(self) -> None:
         """Tell by the largest robot heard so far where two robots pass each other.
 
         Where robots of one swarm do not agree, small ones wait in a queue on what large ones take
@@ -342,8 +342,8 @@ def begin(
     robot_id: int,
     pose_map: Pose,
     stations: tuple[tuple[float, float], ...] = (),
-) -> Situation:
-    """Return the situation of a robot that stands at a pose and knows of no other robot yet.
+) -> RobotState:
+    """Return the robot of a robot that stands at a pose and knows of no other robot yet.
 
     Args:
         robot_id: From 1.
@@ -358,7 +358,7 @@ def begin(
     tube = Tube(pose_map, traffic.confirmations, traffic.held_length, traffic.wanted_length)
     tube.corner_angle = config.controller.corner_angle
     tube.slots = terrain.lattice.slots
-    return Situation(
+    return RobotState(
         robot_id=robot_id,
         config=config,
         body_radius=body,

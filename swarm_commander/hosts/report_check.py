@@ -12,7 +12,7 @@ STALE = "host of another run"
 UNREADABLE = "host's report"
 
 
-class HostDoor:
+class ReportCheck:
     """Takes reports that were made with the secret, for this run, and not heard before."""
 
     def __init__(self, secret: str, run: str, rejections: Rejections) -> None:

@@ -10,17 +10,17 @@ import pytest
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.traffic.approach import lane_at
-from swarm_nav.traffic.situation import FEWEST_BRAKE_POINTS, Situation, ticks_of
-from tests.fakes.navigation import beacon, hear, room, situation
+from swarm_nav.traffic.robot_state import FEWEST_BRAKE_POINTS, RobotState, ticks_of
+from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(8.0, 8.0)
 
 
-def standing() -> Situation:
-    return situation(HALL, Pose(2.0, 4.0, 0.0))
+def standing() -> RobotState:
+    return robot_in(HALL, Pose(2.0, 4.0, 0.0))
 
 
-def on_a_path() -> Situation:
+def on_a_path() -> RobotState:
     s = standing()
     s.tube.adopt(np.column_stack((np.arange(2.0, 5.0, SPACING), np.full(60, 4.0))))
     s.tube.publish(s.pose, s.tick)
@@ -63,11 +63,11 @@ def test_tubes_keep_the_sum_of_both_radii() -> None:
 
 def test_another_priority_is_requested_anew() -> None:
     s = on_a_path()
-    s.take_priorities(5, 7)
+    s.announce_priorities(5, 7)
     assert (s.own_priority, s.priority) == (5, 7)
     assert len(s.tube.requests) == 0
     s.tube.publish(s.pose, s.tick)
-    s.take_priorities(6, 7)  # as published before
+    s.announce_priorities(6, 7)  # as published before
     assert s.own_priority == 6
     assert len(s.tube.requests) == 1
 
@@ -95,7 +95,7 @@ def test_parameters_reach_every_layer() -> None:
 
 
 def test_long_robots_only_are_confined() -> None:
-    s = situation(HALL, Pose(0.1, 0.1, 0.0))
+    s = robot_in(HALL, Pose(0.1, 0.1, 0.0))
     assert not s.is_confined
     assert (s.obstacle_clearances(np.zeros((3, 2))) == s.obstacle_clearance).all()
 
@@ -109,11 +109,11 @@ def of_size(radius: float, robot: int = 2) -> np.void:
 def test_where_two_robots_pass_is_told_by_the_largest_robot_heard() -> None:
     """Small robots queued where two of them pass, which larger ones take for a single lane."""
     aisle = room(12.0, 8.0, (4.0, 0.0, 9.0, 3.2), (4.0, 4.8, 9.0, 8.0))  # 1.6 m wide
-    s = situation(aisle, Pose(2.0, 4.0, 0.0))
+    s = robot_in(aisle, Pose(2.0, 4.0, 0.0))
     is_single = []
     for robot, radius in enumerate((s.body_radius, 0.4, 0.2), 2):
         hear(s, of_size(radius, robot))
-        s.note_bodies()
+        s.record_bodies()
         is_single.append(lane_at(s, (6.5, 4.0)) > 0)
     assert is_single == [False, True, True]
     assert s.passing[0].lattice is s.terrain.lattice
@@ -126,5 +126,5 @@ def test_where_two_robots_pass_is_told_by_the_largest_robot_heard() -> None:
 def test_a_body_of_absurd_size_is_no_larger_robot(radius: float) -> None:
     s = standing()
     hear(s, of_size(radius))
-    s.note_bodies()
+    s.record_bodies()
     assert s.passing == (s.terrain, s.usual_radius)

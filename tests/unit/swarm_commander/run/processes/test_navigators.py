@@ -6,7 +6,12 @@ import pytest
 
 from swarm_commander.mission.itinerary import LOST_REASON
 from swarm_commander.run.processes.heartbeat import STALL, Heartbeats
-from swarm_commander.run.processes.keeper import ANSWER_LIMIT, HANGING, START_LIMIT, Keeper
+from swarm_commander.run.processes.navigators import (
+    ANSWER_LIMIT,
+    HANGING,
+    START_LIMIT,
+    NavigatorSupervisor,
+)
 from swarm_commander.run.processes.restarts import Restarts
 from swarm_commander.run.results.run_statistics import Meters, RunStatistics
 from swarm_common.model.breaches import MissedGoal
@@ -37,15 +42,15 @@ class Case:
         self.clock = Clock()
         self.told: list[Any] = []
         self.restarts = Restarts(is_allowed=restarts)
-        self.keeper = Keeper(self.restarts, self.told.append, self.clock)
-        self.keeper.params |= {"Srobot1": "1.yaml", "Srobot2": "2.yaml"}
+        self.supervisor = NavigatorSupervisor(self.restarts, self.told.append, self.clock)
+        self.supervisor.params |= {"Srobot1": "1.yaml", "Srobot2": "2.yaml"}
 
     def turn(self, seconds: float) -> None:
         self.clock.now += seconds
-        self.keeper.turn(self.restarts.take_due(self.clock.now))
+        self.supervisor.turn(self.restarts.pop_due(self.clock.now))
 
     def fork(self, name: str) -> None:
-        self.keeper.on_fork(name)
+        self.supervisor.on_fork(name)
 
 
 @pytest.fixture
@@ -54,91 +59,91 @@ def case() -> Case:
 
 
 def test_a_dead_navigator_is_started_anew(case: Case) -> None:
-    assert case.keeper.on_death("Srobot1") == 1.0
+    assert case.supervisor.on_death("Srobot1") == 1.0
     case.turn(0.5)
     assert case.told == []
     case.turn(0.5)
     assert case.told == [StartNavigator("Srobot1", "1.yaml")]
     case.fork("Srobot1")
-    assert case.keeper.on_active("Srobot1")
-    assert not case.keeper.on_active("Srobot2"), "which was never down"
+    assert case.supervisor.on_active("Srobot1")
+    assert not case.supervisor.on_active("Srobot2"), "which was never down"
 
 
 def test_one_that_is_wanted_anew_is_killed_first_and_its_deaths_do_not_count(case: Case) -> None:
     for _ in range(5):
-        case.keeper.on_death("Srobot1")
+        case.supervisor.on_death("Srobot1")
         case.turn(60.0)
     case.told.clear()
-    case.keeper.renew("Srobot1")
+    case.supervisor.renew("Srobot1")
     case.turn(0.1)
     assert case.told == [KillNavigator("Srobot1")], "not started before it is dead"
-    assert case.keeper.on_death("Srobot1") == 0.0
+    assert case.supervisor.on_death("Srobot1") == 0.0
     case.turn(0.1)
     assert isinstance(case.told[1], StartNavigator)
-    assert case.keeper.on_death("Srobot1") is not None
+    assert case.supervisor.on_death("Srobot1") is not None
 
 
 def test_one_that_others_have_forgotten_begins_anew_even_if_nobody_is_restarted() -> None:
     case = Case(restarts=False)
-    assert case.keeper.on_death("Srobot1") is None
-    assert case.keeper.on_death("Srobot2", begins_anew=True) == 0.0
+    assert case.supervisor.on_death("Srobot1") is None
+    assert case.supervisor.on_death("Srobot2", begins_anew=True) == 0.0
     case.turn(0.1)
     assert case.told == [StartNavigator("Srobot2", "2.yaml")]
 
 
 def test_one_that_stays_down_may_be_wanted_again(case: Case) -> None:
-    case.keeper.given_up.add("Srobot1")
-    case.keeper.renew("Srobot1")
+    case.supervisor.given_up.add("Srobot1")
+    case.supervisor.renew("Srobot1")
     case.turn(0.0)
     assert case.told == [StartNavigator("Srobot1", "1.yaml")]
-    assert case.keeper.given_up == set()
+    assert case.supervisor.given_up == set()
 
 
 def test_a_fork_server_that_does_not_answer_is_noticed(case: Case) -> None:
-    case.keeper.kill("Srobot1")
+    case.supervisor.kill("Srobot1")
     case.turn(ANSWER_LIMIT + 0.1)
-    assert case.keeper.is_fork_server_deaf()
-    case.keeper.on_death("Srobot1")
-    assert not case.keeper.is_fork_server_deaf()
+    assert case.supervisor.is_fork_server_deaf()
+    case.supervisor.on_death("Srobot1")
+    assert not case.supervisor.is_fork_server_deaf()
 
 
 def test_one_that_hangs_when_it_is_started_anew_is_noticed_once(case: Case) -> None:
-    case.keeper.on_death("Srobot1")
+    case.supervisor.on_death("Srobot1")
     case.turn(1.0)
     case.fork("Srobot1")
     case.clock.now += START_LIMIT
-    assert case.keeper.overdue() == []
+    assert case.supervisor.overdue() == []
     case.clock.now += 1.0
-    assert case.keeper.overdue() == ["Srobot1"]
-    assert case.keeper.overdue() == []
+    assert case.supervisor.overdue() == ["Srobot1"]
+    assert case.supervisor.overdue() == []
 
 
 def test_stragglers_of_the_start_are_noticed_when_the_others_have_long_been_active(
     case: Case,
 ) -> None:
     names = ["Srobot1", "Srobot2"]
-    assert case.keeper.stragglers(0, names) == []
+    assert case.supervisor.stragglers(0, names) == []
     case.clock.now += 10.0 * HANGING
-    assert case.keeper.stragglers(0, names) == [], "nobody can be: kernels are compiled"
-    assert case.keeper.stragglers(1, names[1:]) == []
+    assert case.supervisor.stragglers(0, names) == [], "nobody can be: kernels are compiled"
+    assert case.supervisor.stragglers(1, names[1:]) == []
     case.clock.now += HANGING
-    assert case.keeper.stragglers(1, names[1:]) == ["Srobot2"]
-    assert case.keeper.stragglers(1, names[1:]) == []
+    assert case.supervisor.stragglers(1, names[1:]) == ["Srobot2"]
+    assert case.supervisor.stragglers(1, names[1:]) == []
 
 
 def test_when_the_fork_server_ends_all_navigators_are_down_and_none_is_started_twice(
     case: Case,
 ) -> None:
-    case.keeper.on_death("Srobot1")
-    case.keeper.given_up.add("Srobot2")
-    assert case.keeper.on_fork_server_end() == ["Srobot1"]
+    case.supervisor.on_death("Srobot1")
+    case.supervisor.given_up.add("Srobot2")
+    assert case.supervisor.on_fork_server_end() == ["Srobot1"]
     case.turn(60.0)
     assert case.told == []
 
 
 def test_who_was_taken_out_is_not_started(case: Case) -> None:
-    case.keeper.on_death("Srobot1")
-    case.keeper.remove("Srobot1")
+    case.supervisor.on_death("Srobot1")
+    case.supervisor.remove("Srobot1")
     case.turn(60.0)
     assert case.told == []
 

@@ -15,7 +15,7 @@ HANGING = 30.0  # [s] of wall time that a navigator may be behind the others at 
 START_LIMIT = 60.0  # [s] of wall time for a restarted one to become active
 
 
-class Keeper:
+class NavigatorSupervisor:
     """Tells the fork server to restart navigators that died or hang.
 
     A navigator that hangs is killed first; its death is then reported like any other.

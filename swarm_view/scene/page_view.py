@@ -24,7 +24,7 @@ MOVED = 0.05  # [m] by which a reader has moved the camera
 EYE_TURN = 0.005  # [rad] or [m] by which a robot has moved, for its eye
 
 
-class Sight:
+class PageView:
     """The view of one page.
 
     Attributes:
