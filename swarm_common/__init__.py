@@ -9,7 +9,3 @@ Lower folders never import higher ones; the lowest stands first:
     robots      Robot models: from a description or robot.yaml to a RobotSpec
     middleware  ROS 2 and DDS as all processes use them
 """
-
-from swarm_common.process.bytecode import read_damaged_as_missing
-
-read_damaged_as_missing()

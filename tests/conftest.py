@@ -12,12 +12,14 @@ import pytest
 from swarm_common.middleware import ros_env
 from swarm_common.model.engines import NO_WHEELS
 from swarm_common.model.errors import ConfigError
+from swarm_common.process import start
 from tests.fakes import ros_domains
 
 # What imports PyBullet itself is not even collected without it.
 PYBULLETS_OWN = "unit/swarm_sim/physics/test_trial.py"
 collect_ignore = [] if find_spec("pybullet") else [PYBULLETS_OWN]
 
+start.prepare()
 ros_env.set_defaults()
 RESERVATION = ros_domains.unix_socket()
 os.environ["ROS_DOMAIN_ID"] = str(ros_domains.of_this_run(RESERVATION))

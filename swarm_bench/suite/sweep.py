@@ -20,6 +20,7 @@ from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import run_on_graph
 from swarm_bench.suite import store
 from swarm_bench.suite.table import run_line
+from swarm_common.process import start
 from swarm_common.process.compile_watch import watched
 
 T = TypeVar("T")
@@ -84,6 +85,7 @@ def in_processes(options: Sequence[T], jobs: int, runner: Callable[[T], R]) -> I
 
 def _run_and_tell(runner: Callable[[T], R], item: T) -> R:
     """Run one; a first compilation, which takes a minute or two, does not look like a hang."""
+    start.prepare()  # also in a worker process
     with watched(lambda *_: _say_compiling(), packages=()):
         return runner(item)
 

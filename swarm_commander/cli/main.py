@@ -63,6 +63,9 @@ def _run(name: str) -> None:
 def run_command(name: str, load: Callable[[], typer.Typer]) -> NoReturn:
     """Run a command line as this process, and end it."""
     _end_quietly()
+    from swarm_common.process import start
+
+    start.prepare()
     try:
         code = run_app(name, load)
     except Exception as error:

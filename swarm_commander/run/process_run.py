@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import selectors
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -28,6 +27,7 @@ from swarm_commander.run.rundir import RunFolder, end_of
 from swarm_common.files.journal import Journal
 from swarm_common.middleware import shared_memory
 from swarm_common.model.errors import SwarmError
+from swarm_common.process import start
 from swarm_common.process.lifetime import BEGINS_ANEW
 from swarm_common.process.messages import (
     Alive,
@@ -297,7 +297,7 @@ class ProcessRun:
     def _start(self, name: str, config: dict[str, Any], *flags: str) -> None:
         path = self._configure(name, config)
         module = self._modules[name.split("_")[0]]
-        command = (sys.executable, "-P", "-m", module, str(path), *flags)
+        command = start.command(module, str(path), *flags)
         self._supervisor.start(ProcessSpec(name, command, GRACE))
 
     def _configure(self, name: str, config: dict[str, Any]) -> Path:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import sys
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ import yaml
 
 from swarm_commander.viewers.rviz_config import merged_config, robot_config, swarm_config
 from swarm_common.model.errors import UnknownNameError
+from swarm_common.process import start
 
 SWARM, MERGED, ALL = "swarm", "merged", "all"
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # the dumper in C is ten times as fast
@@ -83,4 +83,4 @@ def remappings(name: str) -> tuple[str, ...]:
 
 def relay_command() -> list[str]:
     """Return the command that puts all robots' frames into one tree, for the merged window."""
-    return [sys.executable, "-P", "-m", "swarm_commander.viewers.frame_relay"]
+    return list(start.command("swarm_commander.viewers.frame_relay"))

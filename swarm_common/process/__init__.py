@@ -2,7 +2,7 @@
 
 What a module imports of its folder stands above it:
 
-    bytecode       Compiled modules that are damaged must not break every later start
+    start           The start of our own processes: damaged compiled code counts as missing
     compile_watch  Tells how far numba has compiled, so that a first start does not look like a hang
     last_resort    Faults of our own, or of a library, that must not end a process
     lifetime       What processes ask of the kernel: to end with their parent, to interrupt nobody

@@ -1,4 +1,4 @@
-"""The private part of numba that we use: its cache on disk is never in the way.
+"""The private part of numba that we use: in our own processes its cache is never in the way.
 
 The index of a module's compiled kernels holds the types of their arguments, pickled by name. numba
 unpickles it before it looks whether the module has changed since. So a NamedTuple that was renamed
@@ -18,6 +18,7 @@ from typing import Any
 import numba
 from numba.core.caching import Cache, IndexDataCacheFile
 
+from swarm_common.process import start
 from swarm_common.process.private_parts import require
 
 # https://docs.python.org/3/library/pickle.html#pickle.UnpicklingError names these, "but not only".
@@ -56,7 +57,8 @@ def _readable_data(cache: IndexDataCacheFile, name: str) -> Any:
         raise OSError(f"{name}: {error}") from error
 
 
-IndexDataCacheFile._load_index = _readable_index
-IndexDataCacheFile._load_data = _readable_data
-Cache._guard_against_spurious_io_errors = lambda _: contextlib.suppress(OSError)
+if start.is_own_process:
+    IndexDataCacheFile._load_index = _readable_index
+    IndexDataCacheFile._load_data = _readable_data
+    Cache._guard_against_spurious_io_errors = lambda _: contextlib.suppress(OSError)
 njit = numba.njit

@@ -8,12 +8,12 @@ import pickle
 import signal
 import socket
 import subprocess
-import sys
 import time
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
 
+from swarm_common.process import start
 from swarm_sim.world.model_reader import HEADER, Model, ModelRequest
 from swarm_sim.world.refusal import Reason, RefusedError
 
@@ -133,7 +133,7 @@ class ModelLoader:
         with other:
             words = ("swarm_sim.world.model_reader", str(other.fileno()), str(os.getpid()))
             self._process = subprocess.Popen(
-                (sys.executable, "-P", "-m", *words),
+                start.command(*words),
                 stdin=subprocess.DEVNULL,
                 pass_fds=(other.fileno(),),
             )

@@ -30,7 +30,11 @@ def run(tmp_path: Path):
     def run_module(name: str) -> str:
         (tmp_path / "kernel.py").write_text(KERNEL.format(name=name), encoding="utf-8")
         done = subprocess.run(
-            (sys.executable, "-c", "import kernel"),
+            (
+                sys.executable,
+                "-c",
+                "from swarm_common.process.start import prepare; prepare(); import kernel",
+            ),
             cwd=tmp_path,
             env=os.environ | {"PYTHONPATH": f"{tmp_path}:{ROOT}"},
             capture_output=True,

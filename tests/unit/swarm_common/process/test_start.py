@@ -48,7 +48,9 @@ def _compiled(folder: Path) -> Path:
     return Path(str(py_compile.compile(str(source), doraise=True)))
 
 
-def _imported(folder: Path, guard: str = "import swarm_common") -> str:
+def _imported(
+    folder: Path, guard: str = "from swarm_common.process.start import prepare; prepare()"
+) -> str:
     """Return what a process prints that imports the module, or its error."""
     done = subprocess.run(
         [sys.executable, "-c", f"{guard}\nimport module_of_forty_two as m\nprint(m.VALUE)"],
@@ -57,3 +59,16 @@ def _imported(folder: Path, guard: str = "import swarm_common") -> str:
         text=True,
     )
     return done.stdout.strip() or done.stderr
+
+
+def test_importing_our_packages_changes_no_other_library() -> None:
+    script = """
+from importlib.machinery import SourceFileLoader
+from numba.core.caching import Cache, IndexDataCacheFile
+before = SourceFileLoader.get_code, IndexDataCacheFile._load_index, IndexDataCacheFile._load_data
+import swarm_bench.suite.sweep, swarm_nav.behaviour.navigator
+assert before == (
+    SourceFileLoader.get_code, IndexDataCacheFile._load_index, IndexDataCacheFile._load_data
+)
+"""
+    subprocess.run([sys.executable, "-c", script], check=True)

@@ -1,0 +1,56 @@
+"""The start of our own processes: `python -P -m swarm_common.process.start MODULE [ARGUMENT ...]`.
+
+Importing a package of ours changes nothing outside of it. What has to be changed in Python and
+numba, since a damaged file on disk would end every later start, a process of ours asks for here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import runpy
+import sys
+from importlib.machinery import SourceFileLoader
+from importlib.util import cache_from_source
+from types import CodeType
+from typing import Any
+
+MODULE = "swarm_common.process.start"
+_usual = SourceFileLoader.get_code
+is_own_process = False  # numba_compat reads it when it is imported
+
+
+def command(module: str, *arguments: str) -> tuple[str, ...]:
+    """Return the command that runs a module as a process of ours."""
+    return (sys.executable, "-P", "-m", MODULE, module, *arguments)
+
+
+def prepare() -> None:
+    """Have this process treat damaged files of compiled code as missing.
+
+    A disk that fills up, or a limit on file sizes, cuts a `.pyc` short, and Python before 3.12.8
+    and 3.13.1 keeps it (https://github.com/python/cpython/issues/126606). Every import of the
+    module raises EOFError or ValueError from then on.
+    """
+    global is_own_process
+    is_own_process = True
+    SourceFileLoader.get_code = _code_of  # type: ignore[assignment]
+
+
+def _code_of(loader: SourceFileLoader, name: str) -> CodeType | Any | None:
+    """Return a module's code, compiled anew where its `.pyc` is damaged; that file is removed."""
+    try:
+        return _usual(loader, name)
+    except (EOFError, TypeError, ValueError):  # as marshal raises them
+        path = loader.get_filename(name)
+        with contextlib.suppress(OSError):  # not ours to remove
+            os.unlink(cache_from_source(path))
+        return loader.source_to_code(loader.get_data(path), path)
+
+
+if __name__ == "__main__":
+    from swarm_common.process import start  # the module that others import, not this copy
+
+    start.prepare()
+    sys.argv = sys.argv[1:]
+    runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
