@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import FloatArray
-from swarm_nav.planning import distance_kernels
-from swarm_nav.traffic import single_lane_kernels
+from swarm_nav.planning.cells import distance_cells, label
 
 Disc = tuple[float, float, float]  # x, y, radius [m] that the robot's centre keeps
 
@@ -21,7 +20,7 @@ class Floor:
     def __init__(self, grid: Grid) -> None:
         """Measure how far each cell is from the walls; unknown cells are neither walls nor free."""
         self._grid = grid
-        self._distance = distance_kernels.distance_cells(grid.cells >= OCCUPIED) * grid.resolution
+        self._distance = distance_cells(grid.cells >= OCCUPIED) * grid.resolution
         rows, columns = np.nonzero(grid.cells == 0)
         origin = grid.origin_x, grid.origin_y
         self._centres = (np.column_stack((columns, rows)) + 0.5) * grid.resolution + origin
@@ -73,9 +72,7 @@ class Floor:
         for x, y, radius in discs:
             gaps = (self._x - x) ** 2 + (self._y[:, None] - y) ** 2
             free &= gaps >= radius * radius
-        labels = np.zeros(free.shape, np.int16)
-        single_lane_kernels.label(free, labels)
-        return labels
+        return label(free)
 
     def connected(
         self, labels: NDArray[np.int16], start: tuple[float, float], end: tuple[float, float]

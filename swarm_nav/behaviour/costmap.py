@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.grid import OCCUPIED, UNKNOWN
 from swarm_nav.planning import distance_kernels
+from swarm_nav.planning.cells import distance_cells
 from swarm_nav.traffic.robot_state import RobotState
 
 FREE, LARGEST_FREE, INSCRIBED, LETHAL, NO_INFORMATION = 0, 252, 253, 254, 255
@@ -76,7 +77,7 @@ def inflate(
     costs = np.zeros(lethal.shape, np.uint8)
     if not lethal.any():
         return costs
-    distance = distance_kernels.distance_cells(lethal) * resolution
+    distance = distance_cells(lethal) * resolution
     near = distance <= inflation_radius
     decay = np.exp(-scaling * (distance[near] - inscribed_radius))
     costs[near] = np.minimum(LARGEST_FREE, LARGEST_FREE * decay).astype(np.uint8)

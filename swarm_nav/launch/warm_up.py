@@ -32,7 +32,6 @@ from swarm_nav.traffic.single_lane_kernels import (
     entry_of,
     flood,
     half_width,
-    label,
     places,
 )
 from swarm_nav.traffic.single_lanes import SingleLanes
@@ -141,7 +140,6 @@ def _pass_door(robot: RobotState) -> None:
     half_width(robot.planner.lattice.clearance, 0.1, np.empty(shape))
     labels = np.zeros(shape, np.int16)
     floor = np.ones(shape, np.bool_)
-    label(floor, labels)
     flood(floor, labels, 0, 0)
     places(floor, 6.0, 1)
     single_lanes = SingleLanes()

@@ -13,7 +13,7 @@ from swarm_common.model.grid import OCCUPIED
 from swarm_nav.core.localisation_config import LocalisationConfig
 from swarm_nav.localisation import amcl_kernels
 from swarm_nav.localisation.amcl_kernels import HitWeights
-from swarm_nav.planning import distance_kernels
+from swarm_nav.planning.cells import distance_cells
 from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.planning.terrain import Terrain
 
@@ -77,7 +77,7 @@ def wall_distance(cells: NDArray[np.bool_], size: float) -> NDArray[np.float64]:
         return np.full(cells.shape, np.inf)
     if cells.all():
         return np.full(cells.shape, -np.inf)
-    outside = distance_kernels.distance_cells(cells) - 0.5 + DEPTH
-    inside = distance_kernels.distance_cells(~cells) - 0.5 - DEPTH
+    outside = distance_cells(cells) - 0.5 + DEPTH
+    inside = distance_cells(~cells) - 0.5 - DEPTH
     distances: NDArray[np.float64] = np.where(cells, -inside, outside) * size
     return distances

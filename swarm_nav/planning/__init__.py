@@ -2,6 +2,7 @@
 
 What a module imports of its folder stands above it:
 
+    cells              Distances between cells, and the parts of a grid that hang together
     distance_kernels   Bare numba kernels on distance fields
     path_cost_kernels  Bare numba kernels that judge paths: what they cost, whom they clear
     search_kernels     Bare numba kernels of search: cost-to-go, A*, nearest place

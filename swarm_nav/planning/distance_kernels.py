@@ -81,44 +81,11 @@ def squared_distance_1d(
 
 
 @njit(cache=True)
-def distance_cells(occupied: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Exact Euclidean distance from each cell centre to the nearest occupied centre.
-
-    Args:
-        occupied: (h, w) bool.
-
-    Returns:
-        (h, w) [cells], 0 on occupied cells.
-    """
-    height, width = occupied.shape
-    squared = np.empty((height, width))
-    longest = max(height, width)
-    vertices = np.empty(longest + 1, np.int64)
-    bounds = np.empty(longest + 2)
-    line = np.empty(longest)
-    out = np.empty(longest)
-    limit = float(height * height + width * width) * 4.0
-    for c in range(width):
-        for r in range(height):
-            line[r] = 0.0 if occupied[r, c] else limit
-        squared_distance_1d(line[:height], out[:height], vertices, bounds)
-        for r in range(height):
-            squared[r, c] = out[r]
-    for r in range(height):
-        for c in range(width):
-            line[c] = squared[r, c]
-        squared_distance_1d(line[:width], out[:width], vertices, bounds)
-        for c in range(width):
-            squared[r, c] = math.sqrt(out[c])
-    return squared
-
-
-@njit(cache=True)
 def face_distance(occupied: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Exact Euclidean distance from each cell centre to the nearest occupied cell, a square.
 
     The nearest point of a square lies in the middle of the centre's row or column or half a cell
-    from it: the transform of `distance_cells` with points at half cells, too.
+    from it: so the transform has points at half cells, too.
 
     Args:
         occupied: (h, w) bool.
@@ -201,26 +168,6 @@ def sample_lattice(field: Floats, frame: Frame, lattice: Floats, step: float) ->
             x = frame.origin_x + (c + 0.5) * step
             y = frame.origin_y + (r + 0.5) * step
             lattice[r, c] = sample(field, frame, x, y)
-
-
-@njit(cache=True)
-def window_max(field: Floats, reach: int, out: Floats) -> None:
-    """Largest value within a disc around each cell.
-
-    Args:
-        field: (h, w).
-        reach: [cells] radius of the disc, an integer.
-        out: (h, w) receives the maxima.
-    """
-    height, width = field.shape
-    for r in range(height):
-        for c in range(width):
-            best = field[r, c]
-            for i in range(max(0, r - reach), min(height, r + reach + 1)):
-                for j in range(max(0, c - reach), min(width, c + reach + 1)):
-                    if (i - r) * (i - r) + (j - c) * (j - c) <= reach * reach:
-                        best = max(best, field[i, j])
-            out[r, c] = best
 
 
 @njit(cache=True)

@@ -22,6 +22,7 @@ from swarm_common.model.grid import OCCUPIED, UNKNOWN, Grid
 from swarm_common.model.records import FloatArray
 from swarm_nav.core.config import CostmapConfig, PlannerConfig
 from swarm_nav.planning import distance_kernels, search_kernels
+from swarm_nav.planning.cells import window_max
 from swarm_nav.planning.distance_kernels import Field, Frame
 from swarm_nav.planning.oblong import SLOT_COST, Oblong, Slots
 from swarm_nav.planning.search import SearchSpace
@@ -307,8 +308,7 @@ def _lattice(
     width = max(2, int(grid.width * grid.resolution / step))
     clear = np.empty((height, width))
     distance_kernels.sample_lattice(field.distance, field.frame, clear, step)
-    widest = np.empty_like(clear)
-    distance_kernels.window_max(clear, round(PASSAGE_REACH / step), widest)
+    widest = window_max(clear, round(PASSAGE_REACH / step))
     gradient_y, gradient_x = np.gradient(clear, step)
     slope = np.hypot(gradient_x, gradient_y)
     safe = np.maximum(slope, 1e-6)

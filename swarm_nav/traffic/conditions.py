@@ -20,6 +20,7 @@ from swarm_common.model.records import RobotSpec
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import PlanError
 from swarm_nav.planning import search_kernels
+from swarm_nav.planning.cells import label
 from swarm_nav.planning.planner import Planner
 from swarm_nav.planning.terrain import Lattice, Terrain, as_large_as
 from swarm_nav.traffic import single_lane_kernels
@@ -96,8 +97,7 @@ class _OwnFloor:
         self.terrain = terrain_of(config, spec, grid)
         self._planner = Planner(self.terrain, config.planner)
         is_open = self.terrain.lattice.base < search_kernels.WALL
-        self._labels = np.zeros(is_open.shape, np.int16)
-        single_lane_kernels.label(is_open, self._labels)
+        self._labels = label(is_open)
         self._stands: dict[Point, Point | None] = {}
 
     def stand(self, goal: Point) -> Point | None:

@@ -27,7 +27,8 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray, Mask
 from swarm_nav.core.priority import SENIORITY
-from swarm_nav.planning import distance_kernels, search_kernels
+from swarm_nav.planning import search_kernels
+from swarm_nav.planning.cells import distance_cells
 from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
 from swarm_nav.traffic import gate_kernels
@@ -100,7 +101,7 @@ def _narrow(lattice: Lattice, reach: Mask, width: float) -> Mask:
     is_hall = reach & (lattice.clearance >= width)
     if not is_hall.any():
         return is_hall  # no open place to wait in
-    is_far = distance_kernels.distance_cells(is_hall) * lattice.step > width
+    is_far = distance_cells(is_hall) * lattice.step > width
     return np.asarray(reach & is_far, np.bool_)
 
 
@@ -239,7 +240,7 @@ class Gate:
             return None
         region, known_depth, forecourt = self._forecourt
         if forecourt is None or region is not self.region or depth != known_depth:
-            gaps = distance_kernels.distance_cells(self.region > 0)
+            gaps = distance_cells(self.region > 0)
             forecourt = np.asarray(gaps * lattice.step <= depth, np.bool_)
             self._forecourt = self.region, depth, forecourt
         return forecourt

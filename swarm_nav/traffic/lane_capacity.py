@@ -14,7 +14,8 @@ import functools
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_nav.planning import distance_kernels, search_kernels
+from swarm_nav.planning import search_kernels
+from swarm_nav.planning.cells import distance_cells, label
 from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic import single_lane_kernels
@@ -32,9 +33,7 @@ def lane_labels(terrain: Terrain, radius: float) -> NDArray[np.int16]:
         (h, w) from 1; 0 where two robots pass each other, and in walls.
     """
     lanes = (terrain.lattice.base < search_kernels.WALL) & ~rooms(terrain, radius)
-    labels = np.zeros(lanes.shape, np.int16)
-    single_lane_kernels.label(lanes, labels)
-    return labels
+    return label(lanes)
 
 
 @functools.lru_cache(maxsize=4)
@@ -54,7 +53,7 @@ def gaps_to(terrain: Terrain, radius: float, lane: int) -> NDArray[np.float32]:
     Args:
         terrain: See `lane_labels`.
     """
-    found = distance_kernels.distance_cells(lane_labels(terrain, radius) == lane)
+    found = distance_cells(lane_labels(terrain, radius) == lane)
     return np.asarray(found * np.float32(terrain.lattice.step), np.float32)
 
 

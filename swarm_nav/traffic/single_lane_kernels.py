@@ -81,39 +81,6 @@ def free_length(clearance: FloatArray, step: float, i: int, j: int, dy: float, d
 
 
 @njit(cache=True)
-def label(mask: Mask, labels: Labels) -> None:
-    """Number the 8-connected components of a mask from 1, in the order of their first cells.
-
-    Args:
-        mask: (height, width).
-        labels: (height, width), zeros before; written.
-    """
-    height, width = mask.shape
-    stack = np.empty((height * width, 2), np.int64)
-    count = 0
-    for i in range(height):
-        for j in range(width):
-            if not mask[i, j] or labels[i, j] > 0:
-                continue
-            count += 1
-            labels[i, j] = count
-            stack[0, 0] = i
-            stack[0, 1] = j
-            size = 1
-            while size > 0:
-                size -= 1
-                r = stack[size, 0]
-                c = stack[size, 1]
-                for y in range(max(0, r - 1), min(height, r + 2)):
-                    for x in range(max(0, c - 1), min(width, c + 2)):
-                        if mask[y, x] and labels[y, x] == 0:
-                            labels[y, x] = count
-                            stack[size, 0] = y
-                            stack[size, 1] = x
-                            size += 1
-
-
-@njit(cache=True)
 def flood(mask: Mask, values: NDArray[np.signedinteger[Any]], unknown: int, step: int) -> None:
     """Give each unknown cell of a mask the value of the nearest known one, by the way, plus steps.
 

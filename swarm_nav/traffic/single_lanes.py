@@ -19,7 +19,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_nav.planning import distance_kernels, search_kernels
+from swarm_nav.planning import search_kernels
+from swarm_nav.planning.cells import distance_cells, label
 from swarm_nav.planning.terrain import NODE_MARGIN, Terrain
 from swarm_nav.traffic import single_lane_kernels
 from swarm_nav.traffic.robot_state import RobotState
@@ -62,8 +63,7 @@ def parts(mask: Mask) -> Iterator[Mask]:
     Yields:
         (h, w), one part each, in the order of their first cells.
     """
-    labels = np.zeros(mask.shape, np.int16)
-    single_lane_kernels.label(mask, labels)
+    labels = label(mask)
     for number in range(1, int(labels.max(initial=0)) + 1):
         yield labels == number
 
@@ -79,7 +79,7 @@ def with_rim(labels: NDArray[np.int16], is_open: Mask) -> NDArray[np.int16]:
         is_open: (h, w).
     """
     wider = labels.copy()
-    near = distance_kernels.distance_cells(labels > 0) <= RIM
+    near = distance_cells(labels > 0) <= RIM
     single_lane_kernels.flood(near & ~is_open, wider, 0, 0)
     return wider
 
@@ -99,9 +99,8 @@ def single_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16] | None:
     is_single = is_free & ~rooms(terrain, radius)
     if not is_single.any():
         return None
-    labels = np.zeros(is_free.shape, np.int16)
-    single_lane_kernels.label(is_single, labels)
-    near = distance_kernels.distance_cells(is_single) * lattice.step <= MOUTH
+    labels = label(is_single)
+    near = distance_cells(is_single) * lattice.step <= MOUTH
     single_lane_kernels.flood(is_free & near, labels, 0, 0)
     return labels
 

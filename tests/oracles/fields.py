@@ -11,15 +11,6 @@ FloatArray = NDArray[np.float64]
 Frame = tuple[float, float, float]  # origin_x, origin_y, resolution
 
 
-def distance_cells(occupied: NDArray[np.bool_]) -> FloatArray:
-    """Return the distance [cells] of each cell to the nearest occupied one; inf without any."""
-    result = np.full(occupied.shape, np.inf)
-    for row, column in np.argwhere(occupied):
-        rows, columns = np.indices(occupied.shape)
-        result = np.minimum(result, np.hypot(rows - row, columns - column))
-    return result
-
-
 def face_distance(occupied: NDArray[np.bool_]) -> FloatArray:
     """Return the distance [cells] of each centre to the nearest occupied square; inf without."""
     result = np.full(occupied.shape, np.inf)
@@ -39,16 +30,6 @@ def sample(field: FloatArray, frame: Frame, x: float, y: float) -> float:
     v = (y - origin_y) / resolution - 0.5
     rows = [np.interp(u, np.arange(width), field[row]) for row in range(height)]
     return float(np.interp(v, np.arange(height), rows))
-
-
-def window_max(field: FloatArray, reach: int) -> FloatArray:
-    """Return the largest value within `reach` cells of each cell."""
-    rows, columns = np.indices(field.shape)
-    result = np.empty_like(field)
-    for row, column in np.ndindex(field.shape):
-        near = np.hypot(rows - row, columns - column) <= reach + 1e-9
-        result[row, column] = field[near].max()
-    return result
 
 
 def stamp_discs(

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from swarm_common.model.records import Pose
 from swarm_nav.planning import distance_kernels as kernels
 from swarm_nav.planning import path_kernels
+from swarm_nav.planning.cells import distance_cells
 from swarm_nav.planning.planner import SPACING, path_length, straight_path
 from tests.oracles import fields as oracle
 
@@ -104,7 +105,7 @@ def test_smoothing_does_not_enter_what_others_hold() -> None:
 def test_smoothing_does_not_come_nearer_to_a_wall_than_the_clearance() -> None:
     occupied = np.zeros((40, 40), np.bool_)
     occupied[16:, :24] = True
-    field = kernels.distance_cells(occupied) * 0.05
+    field = distance_cells(occupied) * 0.05
     smooth = smoothed(corner_path(), field, OPEN, 0.3)
     before = min(oracle.sample(field, FINE, x, y) for x, y in corner_path())
     after = min(oracle.sample(field, FINE, x, y) for x, y in smooth)
@@ -114,7 +115,7 @@ def test_smoothing_does_not_come_nearer_to_a_wall_than_the_clearance() -> None:
 def test_lifting_moves_inner_points_off_the_wall() -> None:
     occupied = np.zeros((40, 60), np.bool_)
     occupied[0, :] = True
-    field = kernels.distance_cells(occupied) * 0.05
+    field = distance_cells(occupied) * 0.05
     points = np.column_stack((np.arange(0.3, 2.5, 0.05), np.full(44, 0.28)))
     walls = path_kernels.WallClearance(kernels.Field(field, FINE), 0.30)
     path_kernels.lift_off_walls(points, walls, 6)

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from swarm_common.model.records import Pose
 from swarm_nav.core.priority import SENIORITY
 from swarm_nav.perception.absence_kernels import NEVER, Sightings
+from swarm_nav.planning.cells import label
 from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.traffic import gate_kernels as kernels
 from swarm_nav.traffic.gate import ADMITTED, MOST_AREA, NONE, Gate, is_inside, narrow_region
 from swarm_nav.traffic.robot_state import RobotState
-from swarm_nav.traffic.single_lane_kernels import label, label_at
+from swarm_nav.traffic.single_lane_kernels import label_at
 from tests.fakes.navigation import beacon, hear, robot_in, room, seen
 from tests.oracles import single_lanes as oracle
 
@@ -28,8 +29,7 @@ HALL = room(9.0, 9.0)
 def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
     rng = np.random.default_rng(seed)
     region = rng.random((30, 40)) < 0.4
-    parts = np.zeros(region.shape, np.int16)
-    label(region, parts)
+    parts = label(region)
     places = rng.uniform((-0.9, -0.4), (3.5, 3.0), (12, 2))
     for x, y in places:
         expected = oracle.is_inside(region, FRAME, (x, y))

@@ -17,7 +17,6 @@ from swarm_nav.traffic import single_lane_kernels as kernels
 from swarm_nav.traffic.robot_state import RobotState, begin
 from swarm_nav.traffic.single_lanes import SingleLanes, rooms, single_lanes
 from tests.fakes.navigation import beacon, hear, robot_in, room
-from tests.oracles import single_lanes as oracle
 
 HALL = room(8.0, 8.0)
 
@@ -33,17 +32,6 @@ def with_door(width: float = 0.7) -> Grid:
 
 
 DOOR = with_door()
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_labels_are_the_connected_components(seed: int) -> None:
-    mask = np.random.default_rng(seed).random((14, 17)) < 0.35
-    labels = np.zeros(mask.shape, np.int16)
-    kernels.label(mask, labels)
-    groups = oracle.components(mask)
-    assert labels.max(initial=0) == len(groups)
-    for number, group in enumerate(groups, 1):
-        assert {(int(i), int(j)) for i, j in np.argwhere(labels == number)} == group
 
 
 def test_half_the_width_of_a_corridor_is_found_anywhere_in_it() -> None:
