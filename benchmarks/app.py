@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 Robots = Annotated[int, typer.Option(help="Swarm size.")]
-Output = Annotated[
-    Path | None, typer.Option("-o", "--output", help="Document in which to replace the part.")
-]
 
 benchmarks_app = typer.Typer(add_completion=False, rich_markup_mode=None, no_args_is_help=True)
 
@@ -23,10 +19,11 @@ def benchmarks() -> None:
 def load() -> typer.Typer:
     """Return the command with all of its parts."""
     import benchmarks.ablation.command  # each adds its command
-    import benchmarks.decisions_command
-    import benchmarks.floor_command
+    import benchmarks.decisions
+    import benchmarks.floor
     import benchmarks.peers_command
-    import benchmarks.results_command
+    import benchmarks.profile_parts
+    import benchmarks.results_page
     import benchmarks.scale.command
     import benchmarks.storm.command  # noqa: F401
 

@@ -8,15 +8,22 @@ depend on what else the machine does.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+import typer
+from rich.table import Table
 
+from benchmarks.app import Robots, benchmarks_app
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.methods import Driver
+from swarm_bench.runs.scenario import check_size
+from swarm_bench.suite.command import new_console
+from swarm_bench.suite.selection import select
 from swarm_common.model.beacon import Reception
+from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Odometry, Scan
 from swarm_nav.core.goals import Goal, Output, Status
 
@@ -100,11 +107,21 @@ def measure_decisions(options: RunOptions, ticks: int) -> list[DecisionRow]:
     return rows
 
 
-def decision_markdown(rows: Sequence[DecisionRow]) -> str:
-    """Return the rows as a Markdown table."""
-    lines = ["| neighbours | decisions | median [ms] | 99 % [ms] |", "|---|---|---|---|"]
-    for row in rows:
+@benchmarks_app.command()
+def decisions(
+    scenario: Annotated[str, typer.Option(help="Name or file.")] = "slim_blockage",
+    robots: Robots = 50,
+    ticks: Annotated[int, typer.Option(help="Number of ticks to measure.")] = 300,
+    seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 0,
+    lidar: Annotated[bool, typer.Option(help="With scans and costmaps.")] = False,
+) -> None:
+    """Measure one robot's decision in CPU time, by the number of neighbours that it hears."""
+    if ticks < 1:
+        raise ConfigError(f"--ticks is {ticks}; expected 1 or more")
+    options = select(scenario, [check_size(robots, "--robots")], [seed], lidar=lidar)
+    table = Table("neighbours", "decisions", "median [ms]", "99 % [ms]", box=None)
+    for row in measure_decisions(options[0], ticks):
         last = row.least + CLASS_WIDTH - 1
-        times = f"{row.median:.3f} | {row.percentile_99:.3f}"
-        lines.append(f"| {row.least}-{last} | {row.count} | {times} |")
-    return "\n".join(lines)
+        times = f"{row.median:.3f}", f"{row.percentile_99:.3f}"
+        table.add_row(f"{row.least}-{last}", str(row.count), *times)
+    new_console().print(table)

@@ -6,15 +6,22 @@ Messages, physics and rays; deciding is not in it, nor is anything that could be
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
-from benchmarks.scale.row import ScaleRow
+import typer
+from rich.table import Table
+
+from benchmarks.app import Robots, benchmarks_app
+from benchmarks.scale.plan import GRAPH
+from benchmarks.scale.result import read_scale_results
+from benchmarks.scale.row import rows_of
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
-from swarm_bench.runs.scenario import Scenario
-from swarm_bench.suite.table import number
+from swarm_bench.runs.scenario import Scenario, check_size
+from swarm_bench.suite.command import new_console
 from swarm_common.model.engines import BULLET, check_engine
 from swarm_sim.sensing.lidar import Lidars
 
@@ -104,35 +111,24 @@ def _physics_and_rays(robots: int) -> tuple[float, float]:
     )
 
 
-def floor_markdown(units: Sequence[Unit], rows: Sequence[ScaleRow]) -> str:
-    """Return unit costs, their sum, and how far measured swarms are from it, as Markdown.
-
-    Args:
-        rows: Of `python -m benchmarks scale` on the graph; may be none.
-    """
-    floor = sum(unit.total for unit in units)
-    lines = [
-        "| unit | µs each | per robot-second | ms per robot-second |",
-        "| --- | ---: | ---: | ---: |",
-        *(
-            f"| {unit.name} | {unit.cost:.1f} | {unit.count:g} | {unit.total:.2f} |"
-            for unit in units
-        ),
-        f"| **floor** | | | **{floor:.2f}** |",
-    ]
-    if rows:
-        lines += [
-            "",
-            "| robots | workload | measured [ms] | times the floor | DDS threads | others [%] |",
-            "| ---: | --- | ---: | ---: | ---: | ---: |",
-            *(_distance(row, floor) for row in rows),
-        ]
-    return "\n".join(lines) + "\n"
-
-
-def _distance(row: ScaleRow, floor: float) -> str:
-    others = row.median(lambda run: run.others)
-    return (
-        f"| {row.first.robots} | {row.label} | {row.cpu_total:.2f} | {row.cpu_total / floor:.1f} | "
-        f"{number(row.cpu('dds'), 2)} | {number(None if others is None else 100 * others, 0)} |"
-    )
+@benchmarks_app.command()
+def floor(
+    robots: Robots = 20,
+    measured: Annotated[
+        Path | None, typer.Option(help="File of `scale --json`, to compare with.")
+    ] = None,
+) -> None:
+    """Measure what messages, physics and rays cost, and what a robot-second costs at least."""
+    check_size(robots, "--robots")
+    units = measure_floor(robots)
+    table = Table("unit", "µs each", "per robot-second", "ms per robot-second", box=None)
+    for unit in units:
+        table.add_row(unit.name, f"{unit.cost:.1f}", f"{unit.count:g}", f"{unit.total:.2f}")
+    total = sum(unit.total for unit in units)
+    table.add_row("floor", "", "", f"{total:.2f}")
+    console = new_console()
+    console.print(table)
+    results = read_scale_results(measured) if measured is not None else []
+    for row in rows_of(result for result in results if result.system == GRAPH):
+        times = row.cpu_total / total
+        console.print(f"{row.first.robots} robots: {row.cpu_total:.2f} ms, {times:.1f} floors")

@@ -8,14 +8,13 @@ from typing import Annotated
 
 import typer
 
-from benchmarks.app import Output, benchmarks_app
+from benchmarks.app import benchmarks_app
 from benchmarks.peer_jobs import OURS_INCLUDES, PEERS, check_python, run_peer
 from benchmarks.scale.plan import HARNESS, ScaleJob, plan_jobs
 from benchmarks.scale.process import run_harness
 from benchmarks.scale.result import ScaleResult
-from benchmarks.scale.row import COMMON, ENDS, Column, ScaleRow, markdown, rows_of, scale_table
+from benchmarks.scale.row import COMMON, ENDS, Column, ScaleRow, rows_of, scale_table
 from benchmarks.scale.sweep import run_scale
-from swarm_bench.runs.document import replace_part
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.suite.command import JsonLines, new_console
 from swarm_bench.suite.selection import parse_sizes
@@ -23,7 +22,6 @@ from swarm_common.model.errors import UnknownNameError
 
 WORKLOAD = "pillars"
 ALL = "all"
-PART = "peers"
 
 
 @benchmarks_app.command()
@@ -34,7 +32,6 @@ def peers(
     repeats: Annotated[int, typer.Option(help="Runs of each size; tables have medians.")] = 3,
     seconds: Annotated[float, typer.Option(help="Simulated seconds of a run, at most.")] = 120.0,
     json_: JsonLines = None,
-    output: Output = None,
 ) -> None:
     """Measure other simulators and our harness: same hall, starts and goals.
 
@@ -63,16 +60,14 @@ def peers(
     rows = sorted(rows_of(results), key=lambda row: (row.first.robots, row.cpu_total))
     columns = {**_columns(), **_goal_column(sorted({job.robots for job in jobs}))}
     console.print(scale_table(rows, columns))
-    if output is not None:
-        text = f"Machine: {rows[0].first.machine}.\n\n{markdown(rows, columns)}\n{_legend(rows)}"
-        replace_part(output, PART, text)
+    console.print(_legend(rows), markup=False)
 
 
 def _columns() -> dict[str, Column]:
     common = {name: COMMON[name] for name in ("start-up [s]", "real-time factor", "CPU [ms]")}
     return {
         "robots": COMMON["robots"],
-        "system": lambda row: "**ours**" if row.first.system == HARNESS else row.first.system,
+        "system": lambda row: "ours" if row.first.system == HARNESS else row.first.system,
         **common,
         "RSS [MB]": lambda row: f"{row.memory('rss') or 0.0:.0f}",
         "simulated [s]": lambda row: f"{row.median(lambda run: run.sim_time) or 0.0:.0f}",
@@ -95,9 +90,9 @@ def _goal_count(robots: int) -> int:
 
 def _legend(rows: Sequence[ScaleRow]) -> str:
     """Return what each system computes for its figures."""
-    lines = [f"- **ours**: {OURS_INCLUDES}\n"]
+    lines = [f"- ours: {OURS_INCLUDES}\n"]
     for name, system in PEERS.items():
         versions = {row.first.code for row in rows if row.first.system == name}
         if versions:
-            lines.append(f"- **{name}** ({', '.join(sorted(versions))}): {system.includes}\n")
+            lines.append(f"- {name} ({', '.join(sorted(versions))}): {system.includes}\n")
     return "What the figures pay for:\n\n" + "".join(lines)

@@ -5,11 +5,17 @@ from __future__ import annotations
 import cProfile
 import pstats
 from pathlib import PurePath
-from typing import Any
+from typing import Annotated, Any
 
+import typer
+from rich.table import Table
+
+from benchmarks.app import Robots, benchmarks_app
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
-from swarm_bench.runs.scenario import Scenario
+from swarm_bench.runs.scenario import Scenario, check_size
+from swarm_bench.suite.command import new_console
+from swarm_common.model.engines import usual_engine
 
 WARM_TICKS = 20
 TICKS = 300
@@ -61,13 +67,20 @@ def _module(file: str, name: str) -> str:
     return "pybullet" if "pybullet" in name else BUILT_IN
 
 
-def profile_markdown(parts: list[tuple[str, float, int]], robots: int) -> str:
-    """Return the table as Markdown."""
-    robot_ticks = robots * TICKS
-    lines = ["| module | share | calls per robot-tick |", "| --- | ---: | ---: |"]
-    lines += [
-        f"| {module} | {100 * share:.0f} % | {calls / robot_ticks:.1f} |"
-        for module, share, calls in parts[:SHOWN]
-    ]
-    rest = sum(share for _, share, _ in parts[SHOWN:])
-    return "\n".join([*lines, f"| all others | {100 * rest:.0f} % | |"]) + "\n"
+@benchmarks_app.command()
+def profile(
+    robots: Robots = 20,
+    engine: Annotated[
+        str | None,
+        typer.Option(
+            help="bullet or planar.  [default: bullet; planar without PyBullet]",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Profile world and navigators without the ROS graph, summed up by module."""
+    check_size(robots, "--robots")
+    table = Table("module", "share", "calls per robot-tick", box=None)
+    for module, share, calls in profile_harness(robots, engine or usual_engine())[:SHOWN]:
+        table.add_row(module, f"{100 * share:.0f} %", f"{calls / (robots * TICKS):.1f}")
+    new_console().print(table)

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated
 
 import msgspec
+import typer
 
-from benchmarks.measured_runs import BASELINE_LIMIT, SCALE, Kept, read_part
+from benchmarks.app import benchmarks_app
+from benchmarks.measured_runs import BASELINE_LIMIT, PARTS, SCALE, Kept, measure, read_part
 from benchmarks.scale.result import ScaleResult
 from benchmarks.scale.row import GRAPH_COLUMNS, HARNESS_COLUMNS, rows_of
 from swarm_bench.halls.halls import NONE, TROUBLES
-from swarm_bench.runs.document import table_line
+from swarm_bench.runs.document import replace_part, table_line
 from swarm_bench.runs.result import RunResult
+from swarm_bench.suite.command import Jobs, new_console
 from swarm_bench.suite.summary import Row, summarise
 from swarm_bench.suite.table import contacts_text, number
+from swarm_common.model.errors import UnknownNameError
 
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "results.md"
 Columns = Mapping[str, Callable[[Row], str]]
 HEAD = """\
 # Results
@@ -264,3 +272,20 @@ def readme_table() -> str:
             [f"{name}, {robots}", *(cells.get(method, "-") for method in ("dwa", "orca", "ours"))]
         )
     return text
+
+
+@benchmarks_app.command()
+def results(
+    measured: Annotated[
+        list[str] | None,
+        typer.Option("--measure", help=f"Part to run first: {', '.join((*PARTS, SCALE))}."),
+    ] = None,
+    jobs: Jobs = 1,
+) -> None:
+    """Write docs/results.md and README's table from benchmarks/results; first run what lacks."""
+    for name in measured or ():
+        if name not in (*PARTS, SCALE):
+            raise UnknownNameError("part", name, (*PARTS, SCALE))
+        measure(name, jobs, new_console())
+    PAGE.write_text(page(), encoding="utf-8")
+    replace_part(ROOT / "README.md", "results", readme_table())

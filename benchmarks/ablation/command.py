@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -19,7 +18,6 @@ from benchmarks.ablation.rules import (
 )
 from benchmarks.app import benchmarks_app
 from swarm_bench.halls.halls import DRAWN, NONE, hall_runs
-from swarm_bench.runs.document import check_part, replace_part
 from swarm_bench.runs.json_lines import collected, read_json_lines, taken_over
 from swarm_bench.runs.result import RunResult, result_from_json
 from swarm_bench.suite.command import Jobs, JsonLines, new_console
@@ -47,9 +45,6 @@ def ablate(
     ] = NONE,
     jobs: Jobs = 1,
     json_: JsonLines = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Document whose part `ablation` to write.")
-    ] = None,
 ) -> None:
     """Measure what each liveness rule pays: off, and each number halved and doubled.
 
@@ -63,8 +58,6 @@ def ablate(
     in_halls = hall_runs(hall_seeds, parse_sizes(robots), DRAWN, trouble)
     if not rows and not in_halls:
         raise ConfigError("nothing to run: --scenario and --halls are both none")
-    if output is not None:
-        check_part(output, "ablation")
     console = new_console()
     results: list[tuple[str, RunResult]] = []
     if json_ is not None and json_.is_file():
@@ -85,8 +78,6 @@ def ablate(
     names = {variant.name for variant in chosen}
     table = ablation_markdown([item for item in results if item[0] in names | {BASE}])
     console.print(escape(table))
-    if output is not None:
-        replace_part(output, "ablation", table)
 
 
 def _parse(data: dict[str, Any]) -> tuple[str, RunResult]:

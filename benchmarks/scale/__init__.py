@@ -8,7 +8,6 @@ What a module imports of its folder stands above it:
     watch    Watches the processes of a run from outside: threads, memory, other users
     graph    One run of `benchmarks scale` on the ROS graph: `swarm-up`, watched from outside
     row      One table row for the runs of one system, workload and size, for terminal and Markdown
-    plot     How cost grows with the swarm: CPU time, real-time factor, start-up and memory by size
     process  One run of `benchmarks scale` in a process of its own that prints its result as JSON
     sweep    The runs of `benchmarks scale`, one after the other, with their results kept on disk
     compare  Two sweeps of `benchmarks scale` side by side: two files, or two commits

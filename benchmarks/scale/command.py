@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,19 +10,15 @@ import typer
 from benchmarks.app import benchmarks_app
 from benchmarks.scale.compare import compare, comparison_table
 from benchmarks.scale.plan import AUTO, GRAPH, HARNESS, WORKLOADS, plan_jobs
-from benchmarks.scale.plot import draw_scale
-from benchmarks.scale.result import ScaleResult
 from benchmarks.scale.row import (
     NOISY,
     ScaleRow,
     columns_of,
     growth,
-    markdown,
     rows_of,
     scale_table,
 )
 from benchmarks.scale.sweep import run_scale
-from swarm_bench.runs.document import replace_part
 from swarm_bench.suite.command import MISSED, JsonLines, new_console
 from swarm_bench.suite.selection import parse_sizes
 from swarm_common.model.errors import ConfigError
@@ -62,12 +57,6 @@ def scale(
         ),
     ] = None,
     json_: JsonLines = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", help="Document in which to replace the part, with a plot beside it."
-        ),
-    ] = None,
     compared: Annotated[
         tuple[str, str] | None,
         typer.Option("--compare", help="Two files of --json, or two commits to run in turn."),
@@ -92,8 +81,8 @@ def scale(
     )
     console = new_console()
     if compared is not None:
-        if json_ is not None or output is not None:
-            raise ConfigError("--compare prints a table; leave out --json and --output")
+        if json_ is not None:
+            raise ConfigError("--compare prints a table; leave out --json")
         console.print(comparison_table(*compare(compared, jobs, console)))
         return
     results = run_scale(jobs, json_, console)
@@ -101,29 +90,8 @@ def scale(
     console.print(scale_table(rows, columns_of(rows)))
     for line in _remarks(rows):
         console.print(line)
-    if output is not None:
-        write_part(output, f"scale-{system}" + (f"-{engine}" if engine else ""), rows)
-    _exit(results)
-
-
-def write_part(document: Path, name: str, rows: Sequence[ScaleRow]) -> None:
-    """Write table, remarks and plot of a system into a document.
-
-    Args:
-        name: Of the part; the plot's files are called so as well.
-    """
-    plot = document.with_name(name.replace("-", "_"))
-    commits = sorted({run.code or "unknown" for row in rows for run in row.runs})
-    text = "\n".join(
-        [
-            f"Machine: {rows[0].first.machine}; commit {', '.join(commits)}.\n",
-            markdown(rows, columns_of(rows)),
-            *(f"{line}\n" for line in _remarks(rows)),
-            f"![{name}]({plot.name}.svg)",
-        ]
-    )
-    replace_part(document, name, text)
-    draw_scale(rows, plot)
+    if any(result.collisions for result in results):
+        raise typer.Exit(MISSED)
 
 
 def _remarks(rows: Sequence[ScaleRow]) -> list[str]:
@@ -140,8 +108,3 @@ def _remarks(rows: Sequence[ScaleRow]) -> list[str]:
             "there."
         )
     return remarks
-
-
-def _exit(results: Sequence[ScaleResult]) -> None:
-    if any(result.collisions for result in results):
-        raise typer.Exit(MISSED)

@@ -9,7 +9,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from benchmarks.scale.result import ScaleResult, median_of
-from swarm_bench.runs.document import table_line
 from swarm_bench.suite.table import number
 
 NOISY = 0.1  # share of the processors that others had, from which figures are marked
@@ -166,21 +165,6 @@ def scale_table(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> Table:
         cells = (cell(row) for cell in columns.values())
         table.add_row(*cells, style="dim" if row.is_noisy else "")
     return table
-
-
-def markdown(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> str:
-    """Return the table as Markdown.
-
-    Args:
-        columns: As of `columns_of`.
-    """
-    left = ("workload", "system", "includes")
-    lines = [
-        table_line(columns),
-        table_line("---" if name in left else "---:" for name in columns),
-        *(table_line(cell(row) for cell in columns.values()) for row in rows),
-    ]
-    return "".join(lines)
 
 
 def growth(rows: Sequence[ScaleRow], few: int = 20, many: int = 100) -> float | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.decisions import decision_markdown, measure_decisions
+from benchmarks.decisions import measure_decisions
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.scenario import load_scenario
 
@@ -13,4 +13,3 @@ def test_every_decision_is_counted_with_its_neighbours() -> None:
     assert sum(row.count for row in rows) == 12 * 5
     assert all(row.least % 10 == 0 and row.least < 12 for row in rows)
     assert all(0.0 < row.median <= row.percentile_99 for row in rows)
-    assert decision_markdown(rows).count("\n") == 1 + len(rows)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -127,15 +126,6 @@ def test_rows_in_which_a_variant_changes_nothing_are_left_after_the_first_runs()
     done += [(job.key[0], result(scenario="doorway", seed=job.key[3], robots=12)) for job in later]
     assert not missing(jobs, done)
     assert "| the same run | the same run |" in ablation_markdown(done).splitlines()[-2]
-
-
-def test_a_part_that_is_missing_is_told_before_anything_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "own.md").write_text("# Mine\n", encoding="utf-8")
-    with pytest.raises(ConfigError, match="has no part"):
-        load()(["ablate", "--only", "gate", "-o", "own.md"], standalone_mode=False)
 
 
 @pytest.mark.parametrize(

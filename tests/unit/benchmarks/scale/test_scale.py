@@ -9,9 +9,8 @@ from rich.console import Console
 
 from benchmarks.scale.compare import Side, comparison_table
 from benchmarks.scale.plan import GRAPH, HARNESS, plan_jobs
-from benchmarks.scale.plot import draw_scale
 from benchmarks.scale.result import ScaleResult, median_of, read_scale_results
-from benchmarks.scale.row import GRAPH_COLUMNS, growth, markdown, rows_of, scale_table
+from benchmarks.scale.row import GRAPH_COLUMNS, growth, rows_of, scale_table
 from benchmarks.scale.sweep import run_scale
 from benchmarks.scale.watch import dds_share
 from swarm_bench.runs.document import replace_part
@@ -98,9 +97,6 @@ def test_rows_are_medians_over_repeats():
     assert rows[0].factor == pytest.approx(4.0)
     assert rows[0].cpu_total == pytest.approx(8.0)
     assert not rows[0].is_noisy
-    lines = markdown(rows, GRAPH_COLUMNS).splitlines()
-    assert len(lines) == 4
-    assert len({line.count("|") for line in lines}) == 1
     assert "start-up [s]" in text_of(scale_table(rows, GRAPH_COLUMNS))
 
 
@@ -123,16 +119,6 @@ def test_comparison_gives_ratios():
     text = text_of(comparison_table(Side("a.jsonl", first), Side("b.jsonl", second)))
     navigators = next(line for line in text.splitlines() if " navigators " in line)
     assert navigators.split()[-3:] == ["5.00", "2.50", "0.50"]
-
-
-def test_plots_are_drawn_with_figures_missing(tmp_path):
-    results = [
-        dataclasses.replace(result_of(job), memory_mb={}, start_up=None)
-        for job in plan_jobs(GRAPH, [1, 200], 1)
-    ]
-    files = draw_scale(rows_of(results), tmp_path / "plot")
-    assert [file.suffix for file in files] == [".svg", ".png"]
-    assert all(file.stat().st_size > 1000 for file in files)
 
 
 def test_a_part_of_a_document_is_replaced_and_nothing_else(tmp_path):
