@@ -140,49 +140,65 @@ def parse_values(text: str) -> dict[str, Any]:
     return values
 
 
-def fill(message: Any, values: dict[str, Any]) -> None:
+def fill(message: Any, values: dict[str, Any], *, expands: bool = False) -> list[Any]:
     """Set the fields of a message from plain values.
 
     Args:
-        values: Field names to numbers, strings, lists or nested mappings. A header or stamp of
-            ``auto`` or ``now`` is left as it is.
+        values: Field names to numbers, strings, lists or nested mappings.
+        expands: Whether a std_msgs/Header may be ``auto`` and a builtin_interfaces/Time ``now``.
+
+    Returns:
+        The times in the message that are to be the time of sending.
 
     Raises:
         SwarmError: A field does not exist or a value does not fit.
     """
     slots = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
+    now: list[Any] = []
     for name, value in values.items():
         if name not in slots:
             raise SwarmError(
                 f"Failed to populate field: '{type(message).__name__}' has no field '{name}';"
                 f" it has {', '.join(slots)}"
             )
-        if value in ("auto", "now"):
+        current, kind = getattr(message, name), _type_name_of(slots[name])
+        if expands and (kind, value) == ("builtin_interfaces/msg/Time", "now"):
+            now.append(current)
+            continue
+        if expands and (kind, value) == ("std_msgs/msg/Header", "auto"):
+            now.append(current.stamp)
             continue
         try:
-            setattr(message, name, _from_plain(getattr(message, name), value, slots[name]))
+            setattr(message, name, _from_plain(current, value, slots[name], expands, now))
         except (AssertionError, TypeError, ValueError) as error:
             raise SwarmError(f"Failed to populate field: {name}: {error}") from error
+    return now
 
 
-def _from_plain(current: Any, value: Any, slot: Any) -> Any:
+def _type_name_of(slot: Any) -> str:
+    return "" if isinstance(slot, AbstractNestedType) else _type_name(slot)
+
+
+def _from_plain(current: Any, value: Any, slot: Any, expands: bool, now: list[Any]) -> Any:
     """Return a plain value in the type of a field."""
     if isinstance(slot, NamespacedType):
         if not isinstance(value, dict):
             raise TypeError(f"{value!r} is not a mapping of {_type_name(slot)}'s fields")
-        fill(current, value)
+        now += fill(current, value, expands=expands)
         return current
     if isinstance(slot, AbstractNestedType):
         kind = slot.value_type
         if not isinstance(kind, NamespacedType):
             return [_basic(item, kind) for item in value]
-        return [_message(kind, item) for item in value]
+        return [_message(kind, item, expands, now) for item in value]
     return _basic(value, slot)
 
 
-def _message(kind: NamespacedType, values: dict[str, Any]) -> Any:
+def _message(kind: NamespacedType, values: Any, expands: bool, now: list[Any]) -> Any:
+    if not isinstance(values, dict):
+        raise TypeError(f"{values!r} is not a mapping of {_type_name(kind)}'s fields")
     message = interfaces.load(kind.namespaces[-1], "/".join(kind.namespaced_name()))()
-    fill(message, values)
+    now += fill(message, values, expands=expands)
     return message
 
 

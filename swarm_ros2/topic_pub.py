@@ -73,8 +73,7 @@ def add_verbs(verbs: Any) -> None:
 
 def _publish(options: argparse.Namespace) -> None:
     message = interfaces.load("msg", options.message_type)()
-    values = text.given_values(options, "values")
-    text.fill(message, values)
+    stamps = text.fill(message, text.given_values(options, "values"), expands=True)
     times = 1 if options.once else options.times
     with graph.open_node(options.node_name) as node:
         publisher = node.create_publisher(
@@ -83,8 +82,7 @@ def _publish(options: argparse.Namespace) -> None:
         wanted = options.wait if options.wait is not None else min(times, 1)
         _wait_for_subscriptions(publisher, wanted, options.patience)
         print("publisher: beginning loop", flush=True)
-        stamped = _stamped(message, values)
-        _loop(node, publisher, message, times, stamped, options)
+        _loop(node, publisher, message, times, stamps, options)
         time.sleep(options.keep_alive)
 
 
@@ -93,7 +91,7 @@ def _loop(
     publisher: Any,
     message: Any,
     times: int,
-    stamped: list[Any],
+    stamps: list[Any],
     options: argparse.Namespace,
 ) -> None:
     due = time.monotonic()
@@ -102,8 +100,9 @@ def _loop(
         time.sleep(max(0.0, due - time.monotonic()))
         due += 1.0 / options.rate
         count += 1
-        for part in stamped:
-            part.stamp = node.get_clock().now().to_msg()
+        now = node.get_clock().now().to_msg()
+        for stamp in stamps:
+            stamp.sec, stamp.nanosec = now.sec, now.nanosec
         if options.every and count % options.every == 0:
             print(f"publishing #{count}: {message!r}\n", flush=True)
         publisher.publish(message)
@@ -121,14 +120,6 @@ def _wait_for_subscriptions(publisher: Any, wanted: int, patience: float) -> Non
             print(f"Waiting for at least {wanted} matching subscription(s)...", flush=True)
         time.sleep(graph.POLL)
         waited += graph.POLL
-
-
-def _stamped(message: Any, values: dict[str, Any]) -> list[Any]:
-    """Return the parts to stamp with the time of sending: `header: auto` or `stamp: now`."""
-    header = values.get("header")
-    if header == "auto" or (isinstance(header, dict) and header.get("stamp") == "now"):
-        return [message.header]
-    return [message] if values.get("stamp") == "now" else []
 
 
 def _positive(word: str) -> float:

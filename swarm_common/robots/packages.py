@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from urllib.parse import unquote, urlparse
+from urllib.parse import unquote
 
 from swarm_common.model.errors import ConfigError, MeshError, MissingPackageError
 
@@ -67,11 +67,12 @@ class PackageFinder:
         Raises:
             MeshError: If there is no such file.
         """
-        url = urlparse(uri)
-        if url.scheme in ("package", "model"):
-            path = self.share(url.netloc) / unquote(url.path).lstrip("/")
-        elif url.scheme == "file":
-            path = Path(unquote(url.netloc + url.path))
+        scheme, sign, rest = uri.partition("://")
+        package, _, inside = rest.partition("/")
+        if sign and scheme in ("package", "model"):
+            path = _file_of(self.share(package), inside.lstrip("/"))
+        elif sign and scheme == "file":
+            path = _file_of(Path("/"), rest.lstrip("/"))
         else:
             path = beside / uri
         if not path.is_file():
@@ -99,6 +100,12 @@ class PackageFinder:
         ros = [f"{name}={os.environ[name]}" for name in names if os.environ.get(name)]
         unset = [f"{name} (not set)" for name in names if not os.environ.get(name)]
         return ", ".join([*given, *above, *ros, *unset])
+
+
+def _file_of(folder: Path, name: str) -> Path:
+    """Return a file as it is written, else with its %-codes read."""
+    written = folder / name
+    return written if written.is_file() else folder / unquote(name)
 
 
 def _entries(variable: str) -> list[Path]:

@@ -11,9 +11,6 @@ from swarm_common.middleware.rclpy_compat import time_source_without_topic
 from swarm_common.middleware.ros_io import time_msg
 from swarm_nav.ros.settings import NODE, USE_SIM_TIME, NodeSettings
 
-# Parameter changes are announced inside the robot's namespace, as everything of a robot.
-REMAPPING = ("--ros-args", "-r", "/parameter_events:=parameter_events")
-
 
 def create_node(settings: NodeSettings, context: Context) -> Node:
     """Return the node `/SrobotK/navigator`, with only what every robot needs.
@@ -25,7 +22,6 @@ def create_node(settings: NodeSettings, context: Context) -> Node:
         NODE,
         namespace=settings.name,
         context=context,
-        cli_args=list(REMAPPING),
         use_global_arguments=False,
         enable_rosout=False,
         start_parameter_services=False,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import shutil
 import time
 
 import numpy as np
@@ -16,7 +17,7 @@ from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs import action, srv
 from nav2_msgs.msg import Costmap, CostmapUpdate
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.msg import Parameter, ParameterEvent, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.action import ActionClient
 from rclpy.clock import ClockType
@@ -26,6 +27,7 @@ from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.mission.client import RobotCommander
 from swarm_commander.mission.task import TaskResult
+from swarm_common.files.resources import share_directory
 from swarm_common.middleware.ros_io import LATCHED, pose_from_msg, pose_stamped, start_text, tick_of
 from swarm_common.model.records import Pose
 from swarm_ros2 import command_line
@@ -130,6 +132,43 @@ def test_a_program_learns_why_its_goal_is_refused(swarm, spoil, reason):
     assert robot.getResult() is TaskResult.FAILED
     assert task.reason.startswith("the robot refused the goal: ")
     assert reason in task.reason
+
+
+def start_of_plan(swarm, frame):
+    """Return where a plan begins whose start is the origin of a frame of Srobot1, and the error."""
+    goal = action.ComputePathToPose.Goal(use_start=True, goal=stamped(ahead(swarm, 0.5)))
+    goal.start.header.frame_id = frame
+    result = run(swarm, action.ComputePathToPose, "compute_path_to_pose", goal).result
+    return [pose_from_msg(item.pose) for item in result.path.poses[:1]], result.error_msg
+
+
+@pytest.mark.parametrize("frame", ["base_scan", "/base_scan", "Srobot1/base_scan"])
+def test_poses_in_any_fixed_frame_of_the_robot_are_brought_to_map_by_tf(swarm, frame):
+    (start,), _ = start_of_plan(swarm, frame)
+    here = place(swarm)
+    expected = here.compose(Pose(-0.064, 0.0, 0.0))  # of a waffle's LiDAR
+    assert math.hypot(start.x - expected.x, start.y - expected.y) < 0.01
+
+
+def test_an_unknown_frame_is_refused_with_those_that_are_known(swarm):
+    poses, message = start_of_plan(swarm, "camera_7")
+    assert poses == []
+    assert "'camera_7' is unknown; known: map, odom, base_footprint, base_link" in message
+
+
+def test_a_changed_parameter_is_an_event_of_the_whole_graph(swarm):
+    events = []
+    subscription = swarm.node.create_subscription(
+        ParameterEvent, "/parameter_events", events.append, 10
+    )
+    value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=2.5)
+    request = SetParameters.Request(parameters=[Parameter(name="planner.lane_weight", value=value)])
+    swarm.spin(1.0)
+    swarm.call(SetParameters, "/Srobot1/navigator/set_parameters", request)
+    swarm.spin_until(lambda: [e for e in events if e.node == "/Srobot1/navigator"], 10.0)
+    (changed,) = events[-1].changed_parameters
+    assert (changed.name, changed.value.double_value) == ("planner.lane_weight", 2.5)
+    swarm.node.destroy_subscription(subscription)
 
 
 def test_goal_pose_with_a_wall_clock_stamp_begins(swarm):
@@ -299,6 +338,19 @@ def test_parts_of_the_costmaps_are_cleared(swarm):
             (srv.ClearCostmapAroundPose, f"{space}/clear_costmap_around_pose"),
         ):
             swarm.call(kind, f"/Srobot1/{name}", kind.Request(reset_distance=1.0))
+
+
+@pytest.mark.parametrize("name", ["a#b", "a?b", "a;b", "a%20b", "a b"])
+def test_the_path_of_a_map_is_as_it_is_written(swarm, tmp_path, name):
+    folder = tmp_path / name
+    folder.mkdir()
+    shipped = share_directory("maps") / "maps" / "hall_12"
+    for ending in (".yaml", ".pgm"):
+        shutil.copy(shipped.with_suffix(ending), folder)
+    for url in (f"{folder}/hall_12.yaml", (folder / "hall_12.yaml").as_uri()):
+        request = srv.LoadMap.Request(map_url=url)
+        answer = swarm.call(srv.LoadMap, "/Srobot1/map_server/load_map", request)
+        assert answer.result == srv.LoadMap.Response.RESULT_SUCCESS, url
 
 
 def test_what_is_wrong_with_a_map_is_told_apart(swarm, tmp_path):

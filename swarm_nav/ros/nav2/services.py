@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlparse
+from urllib.parse import unquote
 
 from nav2_msgs.srv import (
     ClearCostmapAroundPose,
@@ -81,7 +81,7 @@ class Services:
 
     def _load_map(self, request: Any, response: Any) -> Any:
         try:
-            path = Path(urlparse(request.map_url).path or request.map_url)
+            path = _path_in(request.map_url)
             if not path.is_file():
                 response.result = LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST
                 return response
@@ -124,3 +124,14 @@ class Services:
             return response
 
         return answer
+
+
+def _path_in(url: str) -> Path:
+    """Return the file of a `file://` URL or, of anything else, of the path as it is written."""
+    scheme, sign, rest = url.partition("://")
+    if sign and scheme.lower() == "file":
+        host, slash, path = rest.partition("/")
+        if host not in ("", "localhost"):
+            raise MapError(f"{url}: the map is on host '{host}'; expected file:///PATH")
+        return Path(unquote(slash + path))
+    return Path(url).expanduser()

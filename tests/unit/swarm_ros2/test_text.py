@@ -50,6 +50,25 @@ def test_values_that_do_not_fit_are_named(values: str, message: str) -> None:
         text.fill(PoseStamped(), text.parse_values(values))
 
 
+def test_only_headers_and_times_of_topic_pub_are_filled_in() -> None:
+    pose = PoseStamped()
+    stamps = text.fill(pose, {"header": {"stamp": "now", "frame_id": "auto"}}, expands=True)
+    assert stamps == [pose.header.stamp]
+    assert stamps[0] is pose.header.stamp
+    assert pose.header.frame_id == "auto"
+    assert text.fill(PoseStamped(), {"header": "auto"}, expands=True)
+    for word in ("now", "auto"):
+        message = String()
+        assert text.fill(message, {"data": word}, expands=True) == []
+        assert message.data == word
+    with pytest.raises(SwarmError, match="header: 'auto' is not a mapping"):
+        text.fill(PoseStamped(), {"header": "auto"})
+    nested = FollowWaypoints.Goal()
+    values = {"poses": [{"header": "auto"}, {"header": {"stamp": "now"}}]}
+    stamps = text.fill(nested, values, expands=True)
+    assert [stamp is pose.header.stamp for stamp, pose in zip(stamps, nested.poses, strict=True)]
+
+
 @pytest.mark.parametrize(
     "name", ["String", "std_msgs/srv/String", "std_msgs/msg/Sting", "no/msg/X"]
 )
