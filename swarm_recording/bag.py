@@ -2,37 +2,36 @@
 
 from __future__ import annotations
 
-import contextlib
-import tempfile
-from collections.abc import Callable, Collection, Iterator
+import heapq
+from collections import defaultdict, deque
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
-from typing import BinaryIO
-
-from mcap.exceptions import McapError
-from mcap.reader import McapReader, make_reader
-from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader, breakup_chunk
-from mcap.writer import Writer
 
 from swarm_common.middleware.topic_table import Topic
 from swarm_common.model.errors import ConfigError
+from swarm_recording.bag_folder import bag_files
+from swarm_recording.bag_metadata import METADATA, BagMetadata
+from swarm_recording.mcap_file import CDR, NANOSECONDS, Item, McapFile, MessageKind, Stream
+from swarm_recording.recorded_quality import Offer, offers, united
 
-NANOSECONDS = 1_000_000_000
+__all__ = ["NANOSECONDS", "Bag", "Item"]
 LOOK_BACK = 20 * NANOSECONDS  # how far a message that does not stay is looked for
-Item = tuple[str, int, bytes]  # topic, time [ns], serialized message
+SHOWN = 5  # names in a message
 
 
 class Bag:
-    """An MCAP file of ROS 2 messages.
+    """One or several MCAP files of ROS 2 messages.
 
     Attributes:
-        path: Of the file.
-        topics: By name; quality as far as the file says.
+        path: Of its only file, or of the folder.
+        files: In the order of metadata.yaml.
+        topics: By name; quality as far as the files say.
+        encodings: Of the messages, by topic: ``cdr`` in ROS 2.
+        definitions: Of the types, by topic; empty where they are not in the form of .msg files.
         counts: Messages by topic.
-        start: [s] time of the first message, of those that stay for latecomers apart.
-        end: [s] time of the last message.
+        first: [ns] time of the first message, of those that stay for latecomers apart.
+        last: [ns] time of the last message.
         about: Facts about the run, if swarm-up wrote the file.
-        was_cut: Whether the file had no end, or is damaged, and was put in order beside it.
     """
 
     def __init__(self, path: Path, tell: Callable[[str], None] = lambda words: None) -> None:
@@ -42,70 +41,127 @@ class Bag:
         noticed: the parts that are whole are copied to a temporary file.
 
         Args:
-            path: The file, or the folder of a recording or of a run.
-            tell: Told that the file is no longer whole.
+            path: A file, or the folder of a recording or of a run.
+            tell: Told of everything that the bag lacks, and that is not read.
 
         Raises:
-            ConfigError: If it is no such file, or nothing in it can be read.
+            ConfigError: If there is no bag, or nothing in it can be read.
         """
-        self.path = _find(path)
-        self.was_cut = False
         self._tell = tell
-        self._stream: BinaryIO = self.path.open("rb")
+        paths, metadata = bag_files(path, tell)
+        self._files = self._opened(paths)
+        self.files = tuple(file.path for file in self._files)
+        self.path = self.files[0] if len(self.files) == 1 else self.files[0].parent
+        self.about = next((file.about for file in self._files if file.about), {})
+        self.topics: dict[str, Topic] = {}
+        self.encodings: dict[str, str] = {}
+        self.definitions: dict[str, str] = {}
+        self.counts: dict[str, int] = {}
+        self._kinds: dict[str, MessageKind] = {}
+        self._know(metadata)
+        spans = [file.span for file in self._files if file.streams]
+        self.last = max(span[1] for span in spans)
+        passing = [name for name, topic in self.topics.items() if not topic.is_latched]
         try:
-            self._reader = self._indexed()
-        except Exception:  # libraries raise anything over damaged bytes
-            self._put_in_order()
+            first = next(self.messages(passing), None)
+        except ConfigError:
+            self.close()
+            raise
+        self.first = min(span[0] for span in spans) if first is None else first.time
 
-    def _put_in_order(self) -> None:
-        """Read a copy of the parts that are whole from now on.
+    @property
+    def start(self) -> float:
+        """[s] time of `first`."""
+        return self.first / NANOSECONDS
+
+    @property
+    def end(self) -> float:
+        """[s] time of `last`."""
+        return self.last / NANOSECONDS
+
+    @property
+    def was_cut(self) -> bool:
+        """Whether a file had no end, or is damaged."""
+        return any(file.was_cut for file in self._files)
+
+    def _opened(self, paths: Collection[Path]) -> list[McapFile]:
+        """Return the files that can be read; one of several that cannot is told.
 
         Raises:
-            ConfigError: If there are none, or this is the copy.
+            ConfigError: If none can.
         """
-        self.close()
-        try:
-            if self.was_cut:
-                raise McapError("its copy cannot be read, either")
-            self._stream, self.was_cut = mend(self.path), True
-            self._reader = self._indexed()
-        except Exception as cause:  # likewise
-            self.close()
-            raise ConfigError(f"{self.path} is not a readable MCAP file: {cause}") from cause
-        self._tell(f"{self.path} has no end, or is damaged: what can be read of it is shown")
+        files: list[McapFile] = []
+        faults: list[ConfigError] = []
+        for path in paths:
+            try:
+                files.append(McapFile(path, self._tell, stays_open=len(paths) == 1))
+            except ConfigError as error:
+                faults.append(error)
+        if not files:
+            raise faults[0]
+        for fault in faults:
+            self._tell(f"{fault}; the other files are read")
+        if not any(file.streams for file in files):
+            files[0].close()
+            raise ConfigError(f"{files[0].path}: the bag has no messages")
+        return files
 
-    def _indexed(self) -> McapReader:
-        """Return a reader, once what the file says of all its messages is known."""
-        reader = make_reader(self._stream, validate_crcs=True)
-        summary = reader.get_summary()
-        if summary is None or summary.statistics is None or not summary.channels:
-            raise McapError("it has no messages")
-        counts = summary.statistics.channel_message_counts
-        self.topics = {
-            channel.topic: _topic(channel, summary.schemas.get(channel.schema_id))
-            for channel in summary.channels.values()
-            if counts.get(channel.id)
-        }
-        self.counts = {
-            channel.topic: counts[channel.id]
-            for channel in summary.channels.values()
-            if counts.get(channel.id)
-        }
-        passing = [name for name, topic in self.topics.items() if not topic.is_latched]
-        first = next(iter(reader.iter_messages(passing)), None) if passing else None
-        earliest = summary.statistics.message_start_time
-        self.start = (earliest if first is None else first[2].log_time) / NANOSECONDS
-        self.end = summary.statistics.message_end_time / NANOSECONDS
-        self.about: dict[str, str] = {}
-        for record in reader.iter_metadata():
-            if record.name == "swarm":
-                self.about = dict(record.metadata)
-        return reader
+    def _know(self, metadata: BagMetadata) -> None:
+        """Learn what the topics are, from all files and the metadata."""
+        streams: dict[str, list[Stream]] = defaultdict(list)
+        for file in self._files:
+            for stream in file.streams:
+                streams[stream.topic].append(stream)
+        for name, found in streams.items():
+            kind = self._kinds[name] = found[0].kind
+            fitting = [stream for stream in found if stream.kind == kind]
+            others = [stream for stream in found if stream.kind != kind]
+            for other in {stream.kind for stream in others}:
+                count = sum(stream.count for stream in others if stream.kind == other)
+                self._tell(
+                    f"{self.path}: {name} is of {_named(kind)} and of {_named(other)}:"
+                    f" {count} messages of the latter are not read"
+                )
+            self.encodings[name] = kind.encoding
+            self.definitions[name] = fitting[0].definition
+            self.counts[name] = sum(stream.count for stream in fitting)
+            offered = self._offers(name, fitting, metadata.qualities.get(name, ""))
+            is_reliable, is_latched, depth = united(offered)
+            self.topics[name] = Topic(name, kind.type, is_reliable, is_latched, depth=depth)
+        self._compare(metadata)
+
+    def _offers(self, name: str, streams: Collection[Stream], otherwise: object) -> list[Offer]:
+        """Return the offers of a topic's publishers, each once for all files."""
+        faults = {stream.fault for stream in streams if stream.fault}
+        found = list(dict.fromkeys(stream.offered for stream in streams if stream.offered))
+        try:
+            rows = [offer for row in found for offer in row] or offers(otherwise)
+        except ConfigError as error:
+            faults, rows = faults | {str(error)}, []
+        for words in faults:
+            self._tell(f"{self.path}: {name}: {words}; it is played as reliable")
+        return rows
+
+    def _compare(self, metadata: BagMetadata) -> None:
+        """Tell where the files have other messages than the metadata says."""
+        total = sum(stream.count for file in self._files for stream in file.streams)
+        differing = [
+            f"{name}: {self.counts.get(name, 0)} of {count}"
+            for name, count in metadata.counts.items()
+            if self.counts.get(name, 0) != count
+        ]
+        if metadata.message_count not in (None, total) or differing:
+            more = f" and {len(differing) - SHOWN} more" if len(differing) > SHOWN else ""
+            rows = f" ({', '.join(differing[:SHOWN])}{more})" if differing else ""
+            self._tell(
+                f"{self.path}: the files have {total} messages, {METADATA} says"
+                f" {metadata.message_count}{rows}"
+            )
 
     def messages(
         self, topics: Collection[str] | None = None, after: int | None = None
     ) -> Iterator[Item]:
-        """Yield messages in order of time.
+        """Yield messages in order of time; those of one time in the order of the files.
 
         Args:
             after: [ns] only later ones.
@@ -113,124 +169,71 @@ class Bag:
         Raises:
             ConfigError: If nothing more can be read.
         """
-        wanted = None if topics is None else sorted(topics)
-        if wanted == []:
-            return
-        is_at_end = False
-        while not is_at_end:
-            try:
-                for _, channel, message in self._reader.iter_messages(wanted, starting_after=after):
-                    yield channel.topic, message.log_time, message.data
-                    after = message.log_time
-                is_at_end = True
-            except Exception:  # a damaged part
-                self._put_in_order()
+        return self._merged(self._kinds_of(topics), after)
 
     def latest(self, topics: Collection[str], at: int) -> list[Item]:
         """Return the last message of each topic up to a time [ns], as far as there is one.
 
-        Topics that stay for latecomers are looked for from the start, others for a while back.
+        Topics that stay for latecomers are looked for from the start, and as many of their messages
+        are returned as latecomers get. Others are looked for a while back.
 
         Raises:
             ConfigError: If nothing more can be read.
         """
-        try:
-            return self._latest(topics, at)
-        except Exception:  # a damaged part
-            self._put_in_order()
-            return self._latest(topics, at)
-
-    def _latest(self, topics: Collection[str], at: int) -> list[Item]:
-        latched = {name for name in topics if name in self.topics and self.topics[name].is_latched}
-        others = set(topics) & (self.topics.keys() - latched)
+        kinds = self._kinds_of(topics)
+        latched = {name: kind for name, kind in kinds.items() if self.topics[name].is_latched}
+        others = {name: kind for name, kind in kinds.items() if name not in latched}
+        kept = {name: deque[Item](maxlen=self.topics[name].depth) for name in latched}
+        for item in self._merged(latched, None, at):
+            kept[item.topic].append(item)
         found: dict[str, Item] = {}
-        if latched:
-            for _, channel, message in self._reader.iter_messages(sorted(latched), ending_at=at):
-                found[channel.topic] = (channel.topic, message.log_time, message.data)
-        back = self._reader.iter_messages(
-            sorted(others), starting_at=max(0, at - LOOK_BACK), ending_at=at, reverse=True
+        back = max(0, at - LOOK_BACK)
+        for file in self._files if others else ():
+            if file.streams and file.span[0] <= at and file.span[1] >= back:
+                for name, item in file.newest(others, back, at).items():
+                    if name not in found or item.time >= found[name].time:
+                        found[name] = item
+        items = [item for row in kept.values() for item in row]
+        return sorted([*items, *found.values()], key=lambda item: item.time)
+
+    def _kinds_of(self, topics: Collection[str] | None) -> dict[str, MessageKind]:
+        names = self._kinds if topics is None else self._kinds.keys() & set(topics)
+        return {name: self._kinds[name] for name in sorted(names)}
+
+    def _merged(
+        self, kinds: Mapping[str, MessageKind], after: int | None, until: int | None = None
+    ) -> Iterator[Item]:
+        """Merge the files; each is open from its first message to its last one only."""
+        waiting = deque(
+            sorted(
+                (file.span[0], number, file)
+                for number, file in enumerate(self._files)
+                if any(stream.topic in kinds for stream in file.streams)
+                and (after is None or file.span[1] > after)
+                and (until is None or file.span[0] <= until)
+            )
         )
-        for _, channel, message in back if others else ():
-            found.setdefault(channel.topic, (channel.topic, message.log_time, message.data))
-            if others <= found.keys():
-                break
-        return sorted(found.values(), key=lambda item: item[1])
+        if len(waiting) == 1:
+            yield from waiting[0][2].messages(kinds, after, until)
+            return
+        heap: list[tuple[int, int, Item, Iterator[Item]]] = []
+        while waiting or heap:
+            if waiting and (not heap or waiting[0][0] <= heap[0][0]):
+                _, number, file = waiting.popleft()
+                stream = file.messages(kinds, after, until)
+            else:
+                _, number, item, stream = heapq.heappop(heap)
+                yield item
+            following = next(stream, None)
+            if following is not None:
+                heapq.heappush(heap, (following.time, number, following, stream))
 
     def close(self) -> None:
-        """Close the file."""
-        self._stream.close()
+        """Close the files."""
+        for file in self._files:
+            file.close()
 
 
-def mend(path: Path) -> BinaryIO:
-    """Return a complete copy of what is readable in a file that has no end, or damaged parts."""
-    copy = tempfile.TemporaryFile(prefix="swarm-bag-")
-    writer = Writer(copy)
-    writer.start(profile="ros2", library="swarm-workbench")
-    schemas: dict[int, int] = {0: 0}
-    channels: dict[int, int] = {}
-    for record in _readable(path):
-        if isinstance(record, Schema) and record.id not in schemas:
-            schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
-        elif isinstance(record, Channel) and record.schema_id in schemas:
-            if record.id not in channels:
-                channels[record.id] = writer.register_channel(
-                    record.topic,
-                    record.message_encoding,
-                    schemas[record.schema_id],
-                    record.metadata,
-                )
-        elif isinstance(record, Metadata):
-            writer.add_metadata(record.name, record.metadata)
-        elif isinstance(record, Message) and record.channel_id in channels:
-            writer.add_message(
-                channels[record.channel_id],
-                record.log_time,
-                record.data,
-                record.publish_time,
-                record.sequence,
-            )
-    writer.finish()  # type: ignore[no-untyped-call]
-    copy.flush()
-    copy.seek(0)
-    return copy
-
-
-def _readable(path: Path) -> Iterator[McapRecord]:
-    """Yield the records of a file but for those in damaged chunks, up to other damage."""
-    with path.open("rb") as stream:
-        with contextlib.suppress(Exception):  # it has no summary
-            summary = make_reader(stream).get_summary()
-            if summary is not None:
-                yield from summary.schemas.values()
-                yield from summary.channels.values()
-        stream.seek(0)
-        with contextlib.suppress(Exception):  # libraries raise anything over damaged bytes
-            for record in StreamReader(stream, emit_chunks=True).records:
-                if not isinstance(record, Chunk):
-                    yield record
-                    continue
-                with contextlib.suppress(Exception):
-                    yield from breakup_chunk(record, validate_crc=True)
-
-
-def _find(path: Path) -> Path:
-    """Return the MCAP file that a path names."""
-    if path.is_file():
-        return path
-    found = sorted(path.glob("*.mcap")) or sorted((path / "recording").glob("*.mcap"))
-    if not found:
-        raise ConfigError(
-            f"{path}: there is no bag; expected an .mcap file, or the folder of a run that was"
-            " made with --record"
-        )
-    return found[0]
-
-
-def _topic(channel: Channel, schema: Schema | None) -> Topic:
-    quality = channel.metadata.get("offered_qos_profiles", "")
-    return Topic(
-        channel.topic,
-        schema.name if schema is not None else "",
-        is_reliable="reliability: best_effort" not in quality,
-        is_latched="durability: transient_local" in quality,
-    )
+def _named(kind: MessageKind) -> str:
+    encoding = "" if kind.encoding == CDR else f" ({kind.encoding})"
+    return (kind.type or "no type") + encoding

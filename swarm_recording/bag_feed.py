@@ -9,6 +9,7 @@ from pathlib import Path
 from swarm_common.model.errors import ConfigError
 from swarm_recording.bag import NANOSECONDS, Bag, Item
 from swarm_recording.filter import FRAME_AT
+from swarm_recording.mcap_file import CDR
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 
@@ -41,6 +42,7 @@ class BagFeed:
         Raises:
             ConfigError: If it cannot be read.
         """
+        self._path = path
         self.bag = Bag(path, tell)
         self.span = (self.bag.start, self.bag.end)
         self.is_playing = False
@@ -55,7 +57,11 @@ class BagFeed:
 
     def topics(self) -> dict[str, str]:
         """Return topic → type."""
-        return {name: topic.type for name, topic in self.bag.topics.items()}
+        return {
+            name: topic.type
+            for name, topic in self.bag.topics.items()
+            if self.bag.encodings[name] == CDR
+        }
 
     @property
     def now(self) -> float:
@@ -96,7 +102,7 @@ class BagFeed:
 
     def want(self, topics: Collection[str]) -> None:
         """Deliver only these topics from now on; the last message of a new one comes at once."""
-        wanted = frozenset(topics) & self.bag.topics.keys()
+        wanted = frozenset(topics) & self.topics().keys()
         if wanted == self._wanted:
             return
         self._go_on()
@@ -125,7 +131,7 @@ class BagFeed:
 
     def scan(self, topics: Collection[str]) -> Iterator[tuple[str, bytes]]:
         """Yield (topic, serialized message) of all messages of topics; on any thread."""
-        bag = Bag(self.bag.path)
+        bag = Bag(self._path)
         try:
             for topic, _, data in bag.messages(topics):
                 yield topic, data

@@ -33,7 +33,7 @@ class RateFilter:
         self._kept: dict[tuple[str, bytes], int] = {}
         self._last: dict[str, bytes] = {}
 
-    def stamp(self, topic: Topic, data: bytes) -> int | None:
+    def stamp(self, topic: Topic, data: bytes, received: int = 0) -> int | None:
         """Return the time [ns] of a serialized message; None if it is not to be recorded.
 
         A message without a stamp counts as sent now. Events, and what stays for latecomers, are
@@ -64,6 +64,16 @@ class RateFilter:
             return None
         seconds, nanoseconds = _STAMP.unpack_from(data, topic.stamp_at)
         return seconds * NANOSECONDS + nanoseconds if seconds >= 0 else None
+
+
+class WallStamps:
+    """Times of receipt, where nobody publishes simulated time; every message is recorded."""
+
+    begin = 0
+
+    def stamp(self, topic: Topic, data: bytes, received: int) -> int | None:
+        """Return the wall time [ns] at which a message came."""
+        return received
 
 
 class Losses:

@@ -11,22 +11,22 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import rclpy
 from rclpy.node import Node
 
-from swarm_common.middleware.cdr import TransformsReader
 from swarm_common.middleware.ros_poll import PolledTopic
-from swarm_common.middleware.topic_table import Topic
+from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import RecordingBegun, RecordingEnded, Refused
 from swarm_common.process.pipes import EventWriter, child_options
 from swarm_recording.filter import CLOCK, Losses, RateFilter
 from swarm_recording.ros_types import message_class, quality
-from swarm_recording.selection import select, select_of
 from swarm_recording.tape import Tape
+from swarm_recording.topic_source import SwarmTopics, TopicSource
 
 LOOK_PERIOD = 0.02  # [s] of wall time between two looks at all topics
 DEPTH = 200  # messages of a topic that may come in between
@@ -34,42 +34,49 @@ LAST_LOOK = 0.3  # [s] in which messages under way still arrive when the run end
 PLACES = "/sim/tf"
 
 
+class Stamps(Protocol):
+    """Says when a message was sent."""
+
+    @property
+    def begin(self) -> int | None:
+        """[ns] when the recording begins; None as long as that is not known."""
+
+    def stamp(self, topic: Topic, data: bytes, received: int) -> int | None:
+        """Return the time [ns] of a message; None if it is not to be recorded."""
+
+
 class Recorder:
     """Writes the messages of all wanted topics to a tape, byte by byte as received.
-
-    Robots that come later are recorded from the moment at which `/sim/tf` shows them.
 
     Attributes:
         losses: Messages that are not on the tape although they were sent.
     """
 
-    def __init__(
-        self, node: Node, robots: list[str], patterns: str, tape: Tape, rate: float | None
-    ) -> None:
+    def __init__(self, node: Node, source: TopicSource, tape: Tape, stamps: Stamps) -> None:
         """Subscribe to everything.
 
         Args:
             node: Appears as the subscriber in the graph.
-            patterns: Of the topics to record, see `select`.
-            rate: See `RateFilter`.
+            stamps: Of the messages; simulated time needs `/clock`, recorded or not.
 
         Raises:
-            ConfigError: If a pattern matches nothing.
+            ConfigError: If a topic cannot be recorded.
         """
         self.losses = Losses()
-        self._node = node
-        self._tape = tape
-        self._filter = RateFilter(rate)
-        self._patterns = patterns
-        self._reader = TransformsReader()
-        self._robots = set(robots)
+        self._node, self._source, self._tape, self._stamps = node, source, tape, stamps
         self._inputs: list[tuple[Topic, PolledTopic]] = []
         # The clock comes first: it says when messages without a stamp were sent.
-        for topic in sorted(select(patterns, robots), key=lambda topic: topic.name != CLOCK):
+        topics = sorted(source.begin(), key=lambda topic: topic.name != CLOCK)
+        if stamps.begin is None and (not topics or topics[0].name != CLOCK):
+            self._subscribe(next(topic for topic in WORLD_TOPICS if topic.name == CLOCK))
+        for topic in topics:
             self._add(topic)
 
     def _add(self, topic: Topic) -> None:
         self._tape.add_topic(topic)
+        self._subscribe(topic)
+
+    def _subscribe(self, topic: Topic) -> None:
         kind, depth = message_class(topic.type), quality(topic, DEPTH)
         self._inputs.append((topic, PolledTopic(self._node, kind, topic.name, depth)))
 
@@ -77,35 +84,37 @@ class Recorder:
         """Record the messages that have arrived; what stays can wait for the time, unless last."""
         latest = b""
         for topic, source in self._inputs:
-            if topic.is_latched and self._filter.begin is None and not is_last:
+            if topic.is_latched and self._stamps.begin is None and not is_last:
                 continue
+            is_recorded = topic.name in self._tape.counts
             while (data := source.take()) is not None:
                 self.losses.note(topic, source.sender, source.sequence)
-                stamp = self._filter.stamp(topic, data)
-                if stamp is not None:
+                stamp = self._stamps.stamp(topic, data, source.received)
+                if stamp is not None and is_recorded:
                     self._tape.write(topic.name, stamp, data)
                 if topic.name == PLACES:
                     latest = data
-        if latest:
-            self._meet(latest)
-        self._tape.save_if_due()
-
-    def _meet(self, transforms: bytes) -> None:
-        """Begin with robots that have come, and end with those that are gone."""
-        try:
-            _, frames, _ = self._reader.read(transforms)
-        except ValueError:  # from a foreign publisher; it is recorded all the same
-            return
-        robots = {frame.partition("/")[0] for frame in frames}
-        for robot in self._robots - robots:
-            space = f"/{robot}/"
+        changes = self._source.changes(latest)
+        for space in changes.gone:
             for entry in [entry for entry in self._inputs if entry[0].name.startswith(space)]:
                 self._inputs.remove(entry)
                 entry[1].destroy()
-        for robot in sorted(robots - self._robots):
-            for topic in select_of(self._patterns, robot):
-                self._add(topic)
-        self._robots = robots
+        for topic in changes.topics:
+            self._add(topic)
+        self._tape.save_if_due()
+
+
+def run(recorder: Recorder, tape: Tape, is_stopped: Callable[[], bool]) -> int:
+    """Record until it is stopped; return how many messages were lost."""
+    while not is_stopped():
+        recorder.take()
+        time.sleep(LOOK_PERIOD)
+    end = time.monotonic() + LAST_LOOK
+    while time.monotonic() < end:
+        recorder.take(is_last=True)
+        time.sleep(LOOK_PERIOD)
+    tape.close()
+    return recorder.losses.count
 
 
 def record(config: dict[str, Any], events: EventWriter) -> int:
@@ -123,19 +132,12 @@ def record(config: dict[str, Any], events: EventWriter) -> int:
     tape = Tape(path, config["about"])
     rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
     node = rclpy.create_node("recorder", enable_rosout=False, start_parameter_services=False)
-    recorder = Recorder(node, config["robots"], config["topics"], tape, config["rate"])
+    source = SwarmTopics(config["topics"], config["robots"])
+    recorder = Recorder(node, source, tape, RateFilter(config["rate"]))
     stopping: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
     events.write(RecordingBegun(str(path), len(tape.counts)))
-    while not stopping:
-        recorder.take()
-        time.sleep(LOOK_PERIOD)
-    end = time.monotonic() + LAST_LOOK
-    while time.monotonic() < end:
-        recorder.take(is_last=True)
-        time.sleep(LOOK_PERIOD)
-    tape.close()
-    lost = recorder.losses.count
+    lost = run(recorder, tape, lambda: bool(stopping))
     events.write(RecordingEnded(str(path), sum(tape.counts.values()), lost))
     return lost
 

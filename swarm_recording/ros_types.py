@@ -8,12 +8,20 @@ from typing import Any
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from swarm_common.middleware.topic_table import Topic
+from swarm_common.model.errors import ConfigError
 
 
 def message_class(name: str) -> Any:
-    """Return the class of a message type like ``nav_msgs/msg/Path``."""
-    package, _, short = name.partition("/msg/")
-    return getattr(importlib.import_module(f"{package}.msg"), short)
+    """Return the class of a message type like ``nav_msgs/msg/Path``.
+
+    Raises:
+        ConfigError: If it is not installed.
+    """
+    try:
+        package, kind, short = name.split("/")
+        return getattr(importlib.import_module(f"{package}.{kind}"), short)
+    except (ImportError, AttributeError, ValueError):
+        raise ConfigError(f"the type {name or 'without a name'} is not installed") from None
 
 
 def quality(topic: Topic, depth: int) -> QoSProfile:

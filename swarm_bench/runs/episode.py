@@ -261,7 +261,8 @@ def _cast(options: RunOptions) -> tuple[Scene, Mission, list[Pose], list[RobotSp
     """Return world, mission, and where robots of which model start."""
     scenario = options.scenario
     scene, mission = _scene(scenario.world), _mission(scenario.mission)
-    mission.check_stations(scene.sites, f"world {scene.name}, for mission {mission.name}")
+    where, count = f"world {scene.name}, for mission {mission.name}", options.robots
+    mission.check_stations(scene.sites, where, robots=count, highest=count)
     specs = [robot_named(model) for model in scenario.models(options.robots)]
     return scene, mission, _homes(scenario, specs, mission.spawn), specs
 

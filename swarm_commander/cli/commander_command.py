@@ -107,7 +107,8 @@ class Commander:
         sites, where = read_sites(self._node, self._names[0])
         if mission is None:
             mission = usual_mission(sites, where)
-        mission.check_stations(sites, where)
+        highest = max(map(robot_id, self._names))
+        mission.check_stations(sites, where, highest=highest)
         homes = {n: read_home(self._node, n) or self._pose_of(n) for n in self._names}
         for name, home in homes.items():
             stops = mission.stops(sites, home, seed=seed, robot_id=robot_id(name))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import time
 from collections.abc import Callable
@@ -18,6 +19,8 @@ from swarm_commander.run.processes.signals import SignalCounter
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError
 from swarm_recording.bag import Bag
+from swarm_recording.filter import CLOCK
+from swarm_recording.play_options import PlayOptions, played
 from swarm_setup.build import ensure_interfaces
 
 TELL_PERIOD = 2.0  # [s] of wall time between two lines about the progress
@@ -44,6 +47,25 @@ def replay(
         float | None,
         typer.Option(help="Time in the recording at which to begin [s].", show_default=False),
     ] = None,
+    offset: Annotated[
+        float | None,
+        typer.Option(
+            help="With --ros: begin so long after the first message [s], without what was last"
+            " said before, but for what stays for latecomers.",
+            show_default=False,
+        ),
+    ] = None,
+    topics: Annotated[
+        str, typer.Option(help="With --ros: play only these topics, separated by commas.")
+    ] = "",
+    clock: Annotated[
+        float | None,
+        typer.Option(
+            help="With --ros: publish the bag's time on /clock, so often per second of wall time,"
+            " in place of the recorded one.",
+            show_default=False,
+        ),
+    ] = None,
     loop: Annotated[bool, typer.Option("--loop", help="Start again at the end.")] = False,
     port: Annotated[int, typer.Option(help="TCP port of the viewer.")] = 8080,
 ) -> None:
@@ -61,11 +83,37 @@ def replay(
     if info:
         console.print(_contents(recording))
     elif ros:
-        _play(recording, begin, factor, loop, console)
+        if start is not None and offset is not None:
+            raise ConfigError("--start and --offset both say where to begin; give one")
+        if offset is not None and offset > recording.end - recording.start:
+            raise ConfigError(f"--offset is {offset} s; the recording goes from {_span(recording)}")
+        _play(recording, _play_options(topics, start, offset, factor, loop, clock), tell, console)
     else:
-        if loop:
-            raise ConfigError("--loop needs --ros; in the viewer, Play at the end starts again")
+        asked = {"--loop": loop, "--topics": topics, "--offset": offset, "--clock": clock}
+        for option, value in asked.items():
+            if value not in (None, False, ""):
+                hint = "; in the viewer, Play at the end starts again" if loop else ""
+                raise ConfigError(f"{option} needs --ros{hint}")
         _view(bag, begin, factor, port, tell)
+
+
+def _play_options(
+    topics: str,
+    start: float | None,
+    offset: float | None,
+    speed: float | None,
+    loop: bool,
+    clock: float | None,
+) -> PlayOptions:
+    names = [name.strip() for name in topics.split(",") if name.strip()]
+    return PlayOptions(
+        topics=names or None,
+        start=start,
+        offset=offset or 0.0,
+        speed=speed,
+        loops=loop,
+        clock_rate=clock,
+    )
 
 
 def _contents(bag: Bag) -> Table:
@@ -84,13 +132,12 @@ def _span(bag: Bag) -> str:
     return f"{bag.start:.1f} to {bag.end:.1f} s"
 
 
-def _play(bag: Bag, start: float, speed: float | None, loop: bool, console: Console) -> None:
+def _play(bag: Bag, options: PlayOptions, say: Callable[[str], None], console: Console) -> None:
     """Play on the ROS graph of this terminal's domain."""
     ros_env.set_defaults()  # before rclpy is imported
     ensure_interfaces()  # before our messages are imported
     from swarm_recording.player import play_on_graph
 
-    lock = DomainLock(domain_id())
     due = [0.0]
 
     def tell(t: float) -> None:
@@ -98,13 +145,13 @@ def _play(bag: Bag, start: float, speed: float | None, loop: bool, console: Cons
             due[0] = time.monotonic() + TELL_PERIOD
             console.print(f"t = {t:.1f} of {bag.end:.1f} s", highlight=False)
 
-    try:
-        with SignalCounter() as signals:
-            count = play_on_graph(
-                bag, start, speed, loops=loop, tell=tell, is_stopped=lambda: signals.count > 0
-            )
-    finally:
-        lock.release()
+    with contextlib.ExitStack() as stack:
+        if CLOCK in played(bag, options):  # two clocks would jump to and fro
+            stack.callback(DomainLock(domain_id()).release)
+        signals = stack.enter_context(SignalCounter())
+        count = play_on_graph(
+            bag, options, say=say, tell=tell, is_stopped=lambda: signals.count > 0
+        )
     console.print(f"{count} messages played")
 
 

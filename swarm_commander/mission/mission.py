@@ -47,16 +47,21 @@ class Mission:
         """Whether one robot's goals depend on where the others started."""
         return any(leg.needs_all_homes for leg in self.route)
 
-    def check_stations(self, sites: Sites, where: str) -> None:
+    def check_stations(
+        self, sites: Sites, where: str, *, robots: int = 1, highest: int = 1
+    ) -> None:
         """Check that the world has every station, place and spawn of the route.
 
         Args:
             where: Source of the sites, for the message.
+            robots: Size of the swarm; each that roams needs a place.
+            highest: Number of the last robot with this mission, which needs a place of its own.
 
         Raises:
             UnknownNameError: For the first that it lacks.
-            ConfigError: If it has no places for a leg `roam`, or no areas for `swap: other_area`.
+            ConfigError: If it has too few places, or no areas for `swap: other_area`.
         """
+        count = len(sites.places)
         areas = area_count(sites.spawn_named(self.spawn))
         for leg in self.route:
             if leg.swap == "other_area" and areas < 2:
@@ -64,9 +69,14 @@ class Mission:
                     f"a 'swap: other_area' leg needs a spawn of several areas, which {where} does"
                     " not have; 'swap: opposite' needs none"
                 )
-            if (leg.roam or leg.own_place) and not sites.places:
-                kind = "roam" if leg.roam else "own_place"
+            kind, needed = ("roam", robots) if leg.roam else ("own_place", highest)
+            if (leg.roam or leg.own_place) and not count:
                 raise ConfigError(f"a '{kind}' leg needs 'places', which {where} does not have")
+            if (leg.roam or leg.own_place) and count < needed:
+                raise ConfigError(
+                    f"a '{kind}' leg needs a place for each of {needed} robots; {where}, has"
+                    f" {count}: add 'places' there, or take at most {count} robots"
+                )
             for name in leg.stations:
                 if name not in sites.stations:
                     raise UnknownNameError("station", name, sites.stations, where)

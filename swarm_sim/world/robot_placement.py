@@ -40,7 +40,10 @@ def check_robot_place(
     _check_bodies(world, spec, pose, where)
     for x, y, radius in world.walkers():
         if math.hypot(x - pose.x, y - pose.y) < radius + spec.circumscribed_radius + GAP:
-            raise WorldError(f"somebody walks {where}")
+            raise WorldError(
+                f"{where} there is no room: somebody walks at ({x:.2f}, {y:.2f}),"
+                f" {math.hypot(x - pose.x, y - pose.y):.2f} m from there"
+            )
     for other in world.present:
         if other != robot:
             _check_robot(world, other, spec, pose, where)
@@ -67,10 +70,17 @@ def _check_robot(world: ChangingWorld, other: int, spec: RobotSpec, pose: Pose, 
     x, y, _ = world.poses[other].tolist()
     name, radius = world.names[other], spec.circumscribed_radius
     gap = math.hypot(x - pose.x, y - pose.y)
-    if gap < world.specs[other].circumscribed_radius + radius + GAP:
-        raise WorldError(f"{name} stands {where}, {gap:.2f} m from there")
+    need = world.specs[other].circumscribed_radius + radius + GAP
+    if gap < need:
+        raise WorldError(
+            f"{where} there is no room: {name} stands at ({x:.2f}, {y:.2f}),"
+            f" {gap:.2f} m from there; a {spec.model} needs {need:.2f} m"
+        )
     if claim_gap(world, other, shapely.Point(pose.x, pose.y)) < radius + MARGIN:
-        raise WorldError(f"{name} is about to drive {where}; wait, or take another place")
+        raise WorldError(
+            f"{where} there is no room: {name} is about to drive there, from ({x:.2f}, {y:.2f});"
+            " wait, or take another place"
+        )
 
 
 def claim_gap(world: ChangingWorld, robot: int, outline: Any) -> float:

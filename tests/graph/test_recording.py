@@ -170,7 +170,7 @@ def test_a_run_is_recorded_from_the_middle_and_told_of_as_rosbag2_does(
     swarm: Swarm, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "bag"
-    words = ("bag", "record", "--output", str(folder), "odom", "status")  # swarm-commander record
+    words = ("bag", "record", "--output", str(folder), "odom", "status")
     environ = os.environ | {"ROS_DOMAIN_ID": str(swarm.domain)}
     lock = DomainLock(swarm.domain)  # as swarm-up, without which swarm-commander looks for nobody
     with (

@@ -250,10 +250,17 @@ def check_plan(options: UpOptions) -> RunPlan:
         if len(overrides.world.broken_map) == options.swarm_size:
             raise ConfigError(f"{options.params}: /world: broken leaves no robot that works")
     mission = load_mission(options.mission) if options.mission is not None else None
-    own = dict.fromkeys(member.mission for member in fleet.members if member.mission)
-    for each in (mission, *map(load_mission, own)):
+    # the number of the last robot of each mission; None is the one of all others
+    last = {member.mission or None: number for number, member in enumerate(fleet.members, 1)}
+    for name, number in ({None: 1} | last).items():
+        each = mission if name is None else load_mission(name)
         if each is not None:
-            _check_mission(each, sites, sites_path, has_sites)
+            if not has_sites and any(leg.stations for leg in each.route):
+                raise ConfigError(
+                    f"mission {each.name} needs stations, but {sites_path} is missing"
+                )
+            where = f"{sites_path}, for mission {each.name}"
+            each.check_stations(sites, where, robots=len(fleet.members), highest=number)
     for start in dict.fromkeys(m.start for m in fleet.members if isinstance(m.start, str)):
         sites.spawn_named(start)
     return RunPlan(
@@ -267,9 +274,3 @@ def check_plan(options: UpOptions) -> RunPlan:
         defaults=defaults,
         overrides=overrides,
     )
-
-
-def _check_mission(mission: Mission, sites: Sites, sites_path: Path, has_sites: bool) -> None:
-    if not has_sites and any(leg.stations for leg in mission.route):
-        raise ConfigError(f"mission {mission.name} needs stations, but {sites_path} is missing")
-    mission.check_stations(sites, f"{sites_path}, for mission {mission.name}")

@@ -162,7 +162,7 @@ def test_room_is_asked_for() -> None:
     spec = WAFFLE.spec
     check_robot_place(world, spec, Pose(2.0, 0.0, 0.0))
     for pose, words in (
-        (Pose(0.3, 0.0, 0.0), "Srobot1 stands"),
+        (Pose(0.3, 0.0, 0.0), r"at \(0.30, 0.00\).* Srobot1 stands at \(0.00, 0.00\), 0.30 m"),
         (Pose(5.9, 0.0, 0.0), "wall_east"),
         (Pose(math.nan, 0.0, 0.0), "no place"),
     ):

@@ -97,6 +97,22 @@ def test_where_missions_lead_is_known_before_they_begin(tmp_path: Path) -> None:
     assert goals(idle.runner_config(homes[:2])) == {}
 
 
+def test_too_few_places_are_refused_before_the_start(tmp_path: Path) -> None:
+    folder = tmp_path / "hall"
+    folder.mkdir()
+    for file in find_resource("world", "pillars", "world.sdf").parent.iterdir():
+        shutil.copy(file, folder)
+    sites = load_sites(folder / "sites.yaml")
+    rows = "".join(f"  - [{p.x}, {p.y}, {p.yaw}]\n" for p in sites.places[:4])
+    (folder / "sites.yaml").write_text(f"places:\n{rows}")
+    world, path = str(folder / "world.sdf"), tmp_path / "own.yaml"
+    path.write_text("route: [{own_place: true}]\n")
+    for mission in ("roam", str(path)):
+        check_plan(UpOptions(swarm_size=4, world=world, mission=mission))
+        with pytest.raises(ConfigError, match=r"each of 5 robots; .*hall/sites.yaml.* has 4"):
+            check_plan(UpOptions(swarm_size=5, world=world, mission=mission))
+
+
 def test_the_drive_is_the_worlds_engine(tmp_path: Path) -> None:
     for drive, engine in ((None, "bullet"), ("wheels", "bullet"), ("planar", "planar")):
         plan = check_plan(UpOptions(swarm_size=2, drive=drive))
