@@ -21,7 +21,7 @@ from swarm_common.model.records import value_type
 HELD_POINTS = 24  # capacity of the held tube's polyline
 WANTED_POINTS = 8  # capacity of the requested continuation
 INTENT_POINTS = 31  # capacity of the announced path
-FOOTPRINT_POINTS = 8
+FOOTPRINT_POINTS = 16
 HEARD_ENTRIES = 48  # robots whose beacons can be acknowledged at a time
 SIGHTINGS = 2  # robots of which a beacon tells where they were last
 SIGHTED_ASKS = 1 << 16  # in `sighted_id`: the robot had asked for a station

@@ -11,6 +11,8 @@ from swarm_common.model.shapes import Box, Cylinder, FloatArray, Hull, Part, Sha
 
 STRAIGHT = 1e-7  # [m²] cross product of two sides below which they form one straight side
 RIM = 32  # corners that stand for a circle
+FEW = 8  # corners of an outline, if so many will do
+MOST_GROWTH = 0.02  # of the circumscribed radius by which an outline may exceed a body
 DENSITY = 300.0  # [kg/m³] of a link whose mass is not given: a light box full of electronics
 LEAST_MASS = 0.01  # [kg]
 Polygon = tuple[tuple[float, float], ...]
@@ -94,11 +96,12 @@ def outline_around(points: FloatArray, most: int) -> Polygon:
     """Return a convex polygon around points, counter-clockwise.
 
     Sides of the convex hull are left out one after the other, always the one whose neighbours meet
-    nearest behind it.
+    nearest behind it. A rounder body, which that would exceed by more than `MOST_GROWTH`, is
+    enclosed by lines that touch it: with 16 of them the circumscribed radius never grows by more.
 
     Args:
         points: (n, 2) [m].
-        most: Number of corners that the polygon may have, at least 3.
+        most: Number of corners that the polygon may have, at least 4.
 
     Returns:
         Corners (x, y) [m], rounded to 0.1 mm.
@@ -107,14 +110,62 @@ def outline_around(points: FloatArray, most: int) -> Polygon:
         ValueError: If the points span no area.
     """
     hull = _hull(points)
-    while len(hull) > most:
-        reaches = [_meeting(hull, side) for side in range(len(hull))]
+    limit = MOST_GROWTH * float(np.hypot(*hull.T).max())
+    polygon = hull
+    while len(polygon) > min(FEW, most):
+        reaches = [_meeting(polygon, side) for side in range(len(polygon))]
         side = int(np.argmin([cost for cost, _ in reaches]))
-        point = reaches[side][1]
-        after = (side + 1) % len(hull)
-        hull[side] = point
-        hull = np.delete(hull, after, axis=0)
-    return _strictly_convex([(round(float(x), 4), round(float(y), 4)) for x, y in hull])
+        polygon = np.insert(polygon, side, reaches[side][1], axis=0)
+        gone = [(side + 1) % len(polygon), (side + 2) % len(polygon)]
+        polygon = np.delete(polygon, gone, axis=0)
+    if FEW < len(hull) and max(_overshoots(hull, polygon)[0]) > limit:
+        polygon = hull if len(hull) <= most else _enclosed(hull, most, limit)
+    return _strictly_convex([(round(float(x), 4), round(float(y), 4)) for x, y in polygon])
+
+
+def _enclosed(hull: FloatArray, most: int, limit: float) -> FloatArray:
+    """Return a polygon of lines that touch a hull.
+
+    It begins as the box around the hull; then the corner that lies farthest outside is cut off,
+    until all are near enough. Where that makes the circumscribed circle grow too much, lines in
+    evenly spread directions do better: their corners lie within R / cos(pi / most).
+    """
+    angles = [0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi]
+    radius = float(np.hypot(*hull.T).max())
+    while True:
+        polygon = _tangents(hull, angles)
+        outside, ways = _overshoots(hull, polygon)
+        worst = int(outside.argmax())
+        if outside[worst] <= limit or len(angles) >= most:
+            break
+        angles.append(math.atan2(ways[worst, 1], ways[worst, 0]) % (2.0 * math.pi))
+        angles.sort()
+    if outside[worst] <= limit or np.hypot(*polygon.T).max() <= radius + limit:
+        return polygon
+    return _tangents(hull, [2.0 * math.pi * k / most for k in range(most)])
+
+
+def _tangents(hull: FloatArray, angles: Sequence[float]) -> FloatArray:
+    """Return the polygon (n, 2) of the lines that touch a hull with normals at angles [rad]."""
+    normals = np.column_stack((np.cos(angles), np.sin(angles)))
+    supports = (hull[:, None] * normals).sum(axis=2).max(axis=0)
+    after, rest = np.roll(normals, -1, axis=0), np.roll(supports, -1)
+    across = normals[:, 0] * after[:, 1] - normals[:, 1] * after[:, 0]
+    x = (supports * after[:, 1] - rest * normals[:, 1]) / across
+    y = (rest * normals[:, 0] - supports * after[:, 0]) / across
+    return np.column_stack((x, y))
+
+
+def _overshoots(hull: FloatArray, polygon: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return how far [m] corners around a hull (n,) lie from it, and the ways there (n, 2)."""
+    sides = np.roll(hull, -1, axis=0) - hull
+    gaps = polygon[:, None] - hull
+    along = (gaps * sides).sum(axis=2) / (sides**2).sum(axis=1)
+    ways = gaps - np.clip(along, 0.0, 1.0)[:, :, None] * sides
+    distances = np.hypot(ways[:, :, 0], ways[:, :, 1])
+    nearest = distances.argmin(axis=1)
+    rows = np.arange(len(polygon))
+    return distances[rows, nearest], ways[rows, nearest]
 
 
 def _strictly_convex(points: list[tuple[float, float]]) -> Polygon:
@@ -172,7 +223,7 @@ def _meeting(hull: FloatArray, side: int) -> tuple[float, FloatArray]:
     if way < 0.0:
         return math.inf, a
     point = a + way * ahead
-    area = abs((b - a)[0] * (point - a)[1] - (b - a)[1] * (point - a)[0]) / 2.0
+    area = abs(gap[0] * (point - a)[1] - gap[1] * (point - a)[0]) / 2.0
     return float(area), point
 
 

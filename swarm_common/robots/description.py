@@ -251,9 +251,12 @@ class _Builder:
             draft.links.append(link.name)
         if link.inertial is not None:
             mass, center, tensor = _inertial(link.inertial)
-            if mass <= 0.0 and (own or mass < 0.0):
+            if mass < 0.0:
                 self.faults.append(f"{where}: its mass is {mass:g} kg; it must be positive")
                 return
+            if own and mass == 0.0:  # markers and plates of some exporters
+                mass, center, tensor = estimated_inertia(own, None)
+                self._notes.append(f"link {link.name} has a mass of 0; {mass:.2f} kg are taken")
             if self._of_shapes:
                 if own:
                     _, center, tensor = estimated_inertia(own, mass)

@@ -7,6 +7,7 @@ from dataclasses import fields
 from typing import Any
 
 from swarm_common.files.yaml_io import check_keys, number, numbers
+from swarm_common.model.beacon import FOOTPRINT_POINTS
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.faults import Faults
 from swarm_common.model.records import LidarSpec, RobotSpec
@@ -25,7 +26,7 @@ SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of omnidirectional drives
 FILES = ("description", "packages", "xacro_args", "wheels", "inertia")
 KNOWN = ("model", *REQUIRED, *SIDEWAYS, "wheel_base", "sensors", *FILES)
 LIDAR_REQUIRED = ("x", "y", "z")
-MOST_POINTS = 8  # of a footprint
+MOST_POINTS = FOOTPRINT_POINTS
 LOWEST_SCAN = 0.01  # [m] of a LiDAR above the ground, which it would see otherwise
 SMALLEST = 1e-4  # [m], [m/s], ...: nor less
 LARGEST = 50.0  # [m], [m/s], ...: nothing about a robot on the ground is more

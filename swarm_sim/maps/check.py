@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Collection, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -48,22 +49,38 @@ def _world(scene: Scene) -> str:
     return scene.name if map_path(scene.name).is_file() else str(scene.file)
 
 
-def check_sites(scene: Scene, spec: RobotSpec) -> None:
+def check_sites(scene: Scene, spec: RobotSpec, used: Collection[str] | None = None) -> list[str]:
     """Check that a robot fits at every station and corner of a circuit.
+
+    Args:
+        used: Names of the stations that robots are sent to; None for all.
+
+    Returns:
+        Notes on stations without room that nobody is sent to.
 
     Raises:
         ConfigError: If an obstacle is nearer than the robot's circumscribed radius.
     """
+    unused = set() if used is None else scene.sites.stations.keys() - used
+    labels = {f"station '{name}'" for name in unused}
+    notes = []
     section = section_between(scene.bodies, GROUND_GAP, spec.height)
     points = site_points(scene)
     gaps = wall_distance(accessible_points(scene), section)
     for (name, (x, y)), gap in zip(points.items(), gaps, strict=True):
         if gap < spec.circumscribed_radius:
             place = "inside an obstacle" if gap == 0.0 else f"{gap:.3f} m from an obstacle"
-            raise ConfigError(
+            problem = (
                 f"{name} of world '{scene.name}' at ({x:g}, {y:g}) lies {place}; "
                 f"a {spec.model} needs {spec.circumscribed_radius:.3f} m"
             )
+            if name not in labels:
+                missing = math.ceil(100.0 * (spec.circumscribed_radius - gap)) / 100.0
+                raise ConfigError(
+                    f"{problem}: move it {missing:.2f} m away from it, or take a smaller robot"
+                )
+            notes.append(f"{problem}; no mission of this run sends a robot there")
+    return notes
 
 
 def check_walkers(scene: Scene, specs: Sequence[WalkerSpec]) -> None:

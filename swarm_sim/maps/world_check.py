@@ -1,6 +1,6 @@
 """Checks that map, LiDARs and physics engine show a world as its file describes it.
 
-The raw triangles of each fixed body are compared with the three representations. The result is
+The raw triangles of each body are compared with the three representations. The result is
 cached: a world is checked once, as long as neither its geometry nor this code changes.
 """
 
@@ -31,7 +31,6 @@ STEP = COARSEST / 2.0  # [m] between points that are looked at
 MOST_POINTS = 40_000  # of a body; of a larger one every so many
 LATTICE = 1e-6  # [m] to which corners are rounded where outlines are joined
 SLIT = 1e-3  # [m] twice as wide is a gap between pieces of one surface, at most
-LEVELS = 3  # heights at which the bodies of the physics engine are felt
 NAMED = 8  # differences that a message lists
 CODE = (
     "scene/section", "scene/mesh_section", "scene/mesh_kernels", "scene/polygon_pieces",
@@ -78,7 +77,7 @@ def checked(
     heights = tuple(sorted(set(scan_heights)))
     parts: list[str | bytes] = [
         *_code(),
-        *_content(scene.fixed),
+        *_content(scene.bodies),
         repr((heights, reach, with_physics)),
     ]
     found = kept(
@@ -106,7 +105,7 @@ def checked(
 def differences(
     scene: Scene, scan_heights: Sequence[float], reach: Reach, *, with_physics: bool
 ) -> Iterator[Difference]:
-    """Compare what is made of each fixed body with its triangles.
+    """Compare what is made of each body with its triangles; on the map are the fixed ones.
 
     Args:
         scan_heights: [m] of the LiDARs above ground.
@@ -119,7 +118,7 @@ def differences(
     Raises:
         ConfigError: If the physics engine is asked for and not installed.
     """
-    for body in scene.fixed:
+    for body in scene.bodies:
         triangles = triangles_of([body])
         for height in scan_heights:
             segments = cuts(triangles, height)
@@ -128,10 +127,11 @@ def differences(
         segments = triangles_between(triangles, *reach)
         section = section_between([body], *reach)
         yield from _compared(body.name, "what robots can touch", segments, section)
-        yield from _on_map(body.name, _few(points_along(segments, STEP)), section)
+        if body.is_static:
+            yield from _on_map(body.name, _few(points_along(segments, STEP)), section)
     if with_physics:
         check_engine(BULLET, "a comparison with physics")
-        yield from _felt(scene.fixed, reach)
+        yield from _felt(scene.bodies, reach)
 
 
 def picture(scene: Scene, reach: Reach) -> MapDifference:
@@ -197,27 +197,12 @@ def _on_map(name: str, points: FloatArray, section: Section) -> Iterator[Differe
 
 
 def _felt(bodies: Sequence[Body], reach: Reach) -> Iterator[Difference]:
-    """Feel for the triangles of bodies in the physics engine, with short rays through them."""
-    from swarm_sim.physics.bullet.probe import feel  # pybullet is slow to import
+    """Feel for the triangles of bodies in the physics engine."""
+    from swarm_sim.physics.bullet.probe import lacking  # pybullet is slow to import
 
-    low, high = reach
     for body in bodies:
-        probes = []
-        for level in np.linspace(low, high, LEVELS + 2)[1:-1]:
-            segments = cuts(triangles_of([body]), float(level))
-            along = segments[:, 1] - segments[:, 0]
-            length = np.hypot(*along.T)
-            segments, along = segments[length > 1e-6], along[length > 1e-6]
-            middles = segments.mean(axis=1)
-            across = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
-            ends = [middles - COARSEST * across, middles + COARSEST * across]
-            heights = np.full((len(middles), 1), level)
-            probes.append(np.stack([np.hstack([end, heights]) for end in ends], axis=1))
-        rays = np.concatenate(probes)
-        rays = rays[:: max(1, len(rays) // MOST_POINTS)]
-        if len(rays):
-            missed = rays[~feel(body, rays)].mean(axis=1)[:, :2]
-            yield from _difference(body.name, "the physics engine lacks it", missed)
+        missed = lacking(body, *reach, COARSEST)[:, :2]
+        yield from _difference(body.name, "the physics engine lacks it", missed)
 
 
 def _difference(name: str, what: str, points: FloatArray) -> Iterator[Difference]:
@@ -248,7 +233,7 @@ def _mask(grid: Grid, points: FloatArray) -> NDArray[np.bool_]:
 def _content(bodies: Sequence[Body]) -> Iterator[bytes]:
     """Return all that the result depends on of bodies."""
     for body in bodies:
-        yield body.name.encode()
+        yield repr((body.name, body.is_static)).encode()
         yield np.ascontiguousarray(body.world_from_body).tobytes()
         for part in body.parts:
             yield np.ascontiguousarray(part.body_from_part).tobytes()

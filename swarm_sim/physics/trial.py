@@ -38,7 +38,8 @@ MOST_TILT = math.radians(5.0)
 GRAVITY = 9.81  # [m/s²]
 MODULES = (
     "bullet/bullet_engine", "bullet/bullet_kernels", "bullet/collision_shapes",
-    "bullet/fixed_bodies", "bullet/robot_bodies", "bullet/supports", "drive", "trial",
+    "bullet/fixed_bodies", "bullet/probe", "bullet/robot_bodies", "bullet/supports", "drive",
+    "trial",
 )  # fmt: skip
 CURE = "let the inertias follow from the shapes, in robot.yaml: inertia: shapes"
 
@@ -62,6 +63,8 @@ class Trial:
     right: float  # of the right ones
     # link that reaches further below the wheels than a spring takes up, and by how much [m]
     deepest: tuple[str, float] | None
+    # link of which the engine lacks a shape, and where that is [m] in base_footprint
+    lost: tuple[str, float, float, float] | None
 
     @property
     def goes_ahead(self) -> bool:
@@ -100,6 +103,12 @@ def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
     """
     parts = [*_code(), repr(period), repr(spec), *_content(model)]
     trial: Trial = kept("trials", parts, lambda: drive(spec, model, period))
+    if trial.lost:
+        link, x, y, z = trial.lost
+        raise RobotModelError(
+            f"robot '{spec.model}': the physics engine lacks a collision shape of link {link} "
+            f"around ({x:.2f}, {y:.2f}, {z:.2f}) in base_footprint; simplify that link's shapes"
+        )
     is_good = trial.stands and trial.goes_ahead and trial.turns and trial.curves
     if trial.deepest or not is_good:
         raise RobotModelError(
@@ -186,7 +195,15 @@ def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
         left=left,
         right=right,
         deepest=_deepest(spec, model),
+        lost=_lost(spec, model),
     )
+
+
+def _lost(spec: RobotSpec, model: RobotModel) -> tuple[str, float, float, float] | None:
+    from swarm_sim.physics.bullet.probe import lacking_of_robot
+
+    found = lacking_of_robot(model, spec)
+    return None if found is None else (found[0], *found[1].tolist())
 
 
 def _deepest(spec: RobotSpec, model: RobotModel) -> tuple[str, float] | None:

@@ -67,9 +67,9 @@ def build(settings: Settings) -> WorldSetup:
     models = {robot.spec.model: robot.model for robot in robots.values()}
     unseen = tuple(_unseen(settings, specs, models))
     notes += unseen
-    scene = dataclasses.replace(scene, notes=(*scene.notes, *notes))
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
-    check_sites(scene, widest)
+    notes += check_sites(scene, widest, settings.stations)
+    scene = dataclasses.replace(scene, notes=(*scene.notes, *notes))
     check_walkers(scene, scene.walkers)
     check_vehicles(scene, scene.vehicles)
     poses = _places(scene, specs, settings)

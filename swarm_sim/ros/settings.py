@@ -43,6 +43,7 @@ class Settings:
     skip_missing: bool = False  # leave out models and meshes of the world that are not found
     skip_broken: bool = False  # leave out models of the world that are unusable
     spawn: str = ""  # name of a spawn of the sites; empty: the default one
+    stations: tuple[str, ...] | None = None  # that robots are sent to; None: all
     seed: int = 0
     speed: float | None = None  # times real time; None: as fast as possible
     free_run: bool = False  # no lockstep, for third-party navigators
@@ -89,6 +90,8 @@ def parse_settings(data: Mapping[str, Any], where: str) -> Settings:
     values = dict(data)
     try:
         values["robots"] = tuple(_parse_robot(**robot) for robot in data["robots"])
+        if values.get("stations") is not None:
+            values["stations"] = tuple(values["stations"])
         values["radio"] = RadioConfig(**(data.get("radio") or {}))
     except (KeyError, TypeError) as cause:
         raise ConfigError(f"{where}: {cause}") from cause

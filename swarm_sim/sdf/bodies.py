@@ -134,19 +134,26 @@ def _collision_shape(collision: ET.Element, name: str, here: Path, source: Sourc
 def _visuals(
     link: ET.Element, name: str, model: Model, model_from_link: Transform, source: Source
 ) -> Iterator[Visual]:
+    """Yield what a link looks like; what is wrong with a look is a note, as nobody touches it."""
     for visual in link.findall("visual"):
         for element in visual.findall("geometry/*"):
-            shape: Shape | MeshFile | None = None
-            if element.tag == "mesh" and element.find("uri") is not None:
-                path = _mesh_path(element, name, model.here, source)
-                if path is not None:
-                    submesh = text_of(element, "submesh/name")
-                    shape = MeshFile(path, _scale(element, name), submesh)
-            elif is_known(element.tag):
-                shape = shape_of(element, name)
-            if shape is not None:
-                pose = _inside(visual, name, model.scope, model_from_link)
-                yield Visual(shape, pose, material_color(visual, name))
+            try:
+                shape = _look(element, name, model, source)
+                if shape is not None:
+                    pose = _inside(visual, name, model.scope, model_from_link)
+                    yield Visual(shape, pose, material_color(visual, name))
+            except WorldError as error:
+                source.remark(f"a visual is left out: {error}")
+
+
+def _look(element: ET.Element, name: str, model: Model, source: Source) -> Shape | MeshFile | None:
+    """Return the shape of a visual; None where it has none that we draw."""
+    if element.tag != "mesh" or element.find("uri") is None:
+        return shape_of(element, name) if is_known(element.tag) else None
+    path = _mesh_path(element, name, model.here, source)
+    if path is None:
+        return None
+    return MeshFile(path, _scale(element, name), text_of(element, "submesh/name"))
 
 
 def _mesh_path(mesh: ET.Element, name: str, here: Path, source: Source) -> Path | None:

@@ -55,6 +55,7 @@ class RunPlan:
     sites: Sites
     fleet: Fleet
     mission: Mission | None
+    stations: tuple[str, ...] | None  # that robots are sent to; None where missions do not say
     defaults: dict[str, Any]
     overrides: Overrides
     copies: Mapping[str, str] = field(default_factory=dict)
@@ -116,6 +117,7 @@ class RunPlan:
             ],
             "processes": options.processes,
             "spawn": self.mission.spawn if self.mission is not None else "",
+            "stations": self.stations,
             "skip_missing": options.skip_missing,
             "skip_broken": options.skip_broken,
             "seed": options.seed,
@@ -251,6 +253,7 @@ def check_plan(options: UpOptions) -> RunPlan:
             raise ConfigError(f"{options.params}: /world: broken leaves no robot that works")
     mission = load_mission(options.mission) if options.mission is not None else None
     # the number of the last robot of each mission; None is the one of all others
+    stations: set[str] = set()
     last = {member.mission or None: number for number, member in enumerate(fleet.members, 1)}
     for name, number in ({None: 1} | last).items():
         each = mission if name is None else load_mission(name)
@@ -261,6 +264,8 @@ def check_plan(options: UpOptions) -> RunPlan:
                 )
             where = f"{sites_path}, for mission {each.name}"
             each.check_stations(sites, where, robots=len(fleet.members), highest=number)
+            stations |= {name for leg in each.route for name in leg.stations}
+    is_told = mission is not None or all(member.mission for member in fleet.members)
     for start in dict.fromkeys(m.start for m in fleet.members if isinstance(m.start, str)):
         sites.spawn_named(start)
     return RunPlan(
@@ -271,6 +276,7 @@ def check_plan(options: UpOptions) -> RunPlan:
         sites=sites,
         fleet=fleet,
         mission=mission,
+        stations=tuple(sorted(stations)) if is_told else None,
         defaults=defaults,
         overrides=overrides,
     )

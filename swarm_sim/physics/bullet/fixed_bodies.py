@@ -10,7 +10,7 @@ import pybullet
 
 from swarm_common.model.records import FloatArray
 from swarm_common.model.shapes import Transform
-from swarm_sim.physics.bullet.collision_shapes import compound, position_quaternion
+from swarm_sim.physics.bullet.collision_shapes import add_multi_body, position_quaternion
 from swarm_sim.scene.raw_triangles import tiles_between, triangles_of
 from swarm_sim.scene.scene import Body, Mesh
 from swarm_sim.scene.section import section_between
@@ -41,9 +41,13 @@ def add_body(
             0, shape, basePosition=position, baseOrientation=quaternion, physicsClientId=client
         )
     )
+    _set_surface(client, body, groups, friction)
+    return body
+
+
+def _set_surface(client: int, body: int, groups: tuple[int, int], friction: float) -> None:
     pybullet.changeDynamics(body, -1, lateralFriction=friction, physicsClientId=client)
     pybullet.setCollisionFilterGroupMask(body, -1, *groups, physicsClientId=client)
-    return body
 
 
 def add_ground(client: int) -> int:
@@ -60,8 +64,10 @@ def add_obstacle(client: int, body: Body) -> int:
     Args:
         body: Without meshes and planes, see `pieces_of`.
     """
-    shape = compound(client, [(p.shape, p.body_from_part) for p in body.parts])
-    return add_body(client, shape, SOLID, body.world_from_body)
+    shapes = [(part.shape, part.body_from_part) for part in body.parts]
+    identifier = add_multi_body(client, shapes, position_quaternion(body.world_from_body))
+    _set_surface(client, identifier, SOLID, WALL_FRICTION)
+    return identifier
 
 
 def let_robots_pass(client: int, bodies: Sequence[int]) -> None:

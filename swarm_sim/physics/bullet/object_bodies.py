@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import FloatArray
 from swarm_common.model.shapes import transform_from_xyz_rpy
-from swarm_sim.physics.bullet.collision_shapes import compound, position_quaternion
+from swarm_sim.physics.bullet.collision_shapes import add_multi_body, position_quaternion
 from swarm_sim.physics.bullet.fixed_bodies import (
     GROUND,
     LOOSE,
@@ -157,7 +157,7 @@ class BulletObjects:
             _add_floor(self._client)
             self._has_floor = True
         center = np.zeros(3) if body.is_static else _center(body)
-        make = add_obstacle if body.is_static else _add_loose
+        make = add_obstacle if body.is_static else add_loose
         self._centers.append(center)
         self._loose.append(make(self._client, body))
 
@@ -271,18 +271,14 @@ def _center(body: Body) -> FloatArray:
     return center
 
 
-def _add_loose(client: int, body: Body) -> int:
-    shape = compound(client, [(part.shape, part.body_from_part) for part in body.parts])
-    position, quaternion = position_quaternion(body.world_from_body)
-    identifier = int(
-        pybullet.createMultiBody(
-            body.mass,
-            shape,
-            basePosition=position,
-            baseOrientation=quaternion,
-            baseInertialFramePosition=_center(body).tolist(),
-            physicsClientId=client,
-        )
+def add_loose(client: int, body: Body) -> int:
+    """Add a body that can be pushed; return its id."""
+    identifier = add_multi_body(
+        client,
+        [(part.shape, part.body_from_part) for part in body.parts],
+        position_quaternion(body.world_from_body),
+        mass=body.mass,
+        center=_center(body),
     )
     pybullet.changeDynamics(
         identifier,

@@ -21,7 +21,7 @@ import pybullet
 
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
-from swarm_sim.physics.bullet.collision_shapes import compound, position_quaternion
+from swarm_sim.physics.bullet.collision_shapes import BallLink, add_multi_body
 from swarm_sim.physics.bullet.fixed_bodies import (
     GROUND,
     LOOSE,
@@ -32,12 +32,14 @@ from swarm_sim.physics.bullet.fixed_bodies import (
 )
 from swarm_sim.physics.bullet.supports import Supports, find_supports
 from swarm_sim.scene.robot_model import RigidGroup, RobotModel
+from swarm_sim.scene.scene import Transform
 
 ROTOR_INERTIA = 1e-3  # [kg m²] of the motor's rotor, seen through its gear; steadies the solver
 ROTOR_SHARE = 1.0 / 40.0  # of the robot's mass per wheel: wheels of heavy robots have more
 TRACTION = 0.6  # of a robot's weight that four wheels can push with
 PUSH_ARM = 0.1  # [m] from the centre at which they push when it turns
 GRAVITY = 9.81  # [m/s²]
+CASTER_MASS = 0.001  # [kg]
 MOTOR_TORQUE = 1.4  # [N m] least stall torque of a wheel's motor
 CONTACT_LINK, CONTACT_FORCE = 3, 9  # fields of a contact point: of the first body, normal [N]
 STRENGTH = (0.8, 0.7)  # of acc_lim_x and acc_lim_theta that the motors of a heavy robot reach
@@ -80,20 +82,15 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
     """
     base, wheels = base_and_wheels(model, spec)
     supports = find_supports(base, wheels, spec)
-    hull = list(supports.hull)
-    for wheel in wheels:
-        hull += [(p.shape, wheel.parent_from_group @ p.body_from_part) for p in wheel.parts]
     center = base.center
-    body = int(
-        pybullet.createMultiBody(
-            base.mass,
-            compound(client, hull),
-            basePosition=[pose.x, pose.y, 0.0 - supports.level],
-            baseOrientation=pybullet.getQuaternionFromEuler([0.0, 0.0, pose.yaw]),
-            baseInertialFramePosition=center.tolist(),
-            physicsClientId=client,
-            **_links(client, spec, wheels, supports),
-        )
+    turn = pybullet.getQuaternionFromEuler([0.0, 0.0, pose.yaw])
+    body = add_multi_body(
+        client,
+        touchable(supports, wheels),
+        ([pose.x, pose.y, 0.0 - supports.level], turn),
+        mass=base.mass,
+        center=center,
+        balls=_balls(spec, wheels, supports),
     )
     _set_dynamics(client, body, base, wheels, len(supports.balls), spec)
     axes = np.array([wheel.parent_from_group[:3, :3] @ wheel.axis for wheel in wheels])
@@ -220,33 +217,28 @@ def base_and_wheels(model: RobotModel, spec: RobotSpec) -> tuple[RigidGroup, lis
     return base, [by_joint[name] for name in names]
 
 
-def _links(
-    client: int,
-    spec: RobotSpec,
-    wheels: Sequence[RigidGroup],
-    supports: Supports,
-) -> dict[str, Any]:
-    """Return the arguments of createMultiBody for wheels and casters."""
-    radii = [spec.wheel_radius] * len(wheels) + [radius for _, radius in supports.balls]
-    centers = [*supports.wheels, *(center for center, _ in supports.balls)]
-    turns = [position_quaternion(wheel.parent_from_group)[1] for wheel in wheels]
-    count, driven, fixed = len(radii), len(wheels), len(supports.balls)
-    shapes = [
-        pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=r, physicsClientId=client)
-        for r in radii
+def touchable(supports: Supports, wheels: Sequence[RigidGroup]) -> list[tuple[Any, Transform]]:
+    """Return the shapes of a robot that others can touch, in base_footprint."""
+    turning = [
+        (part.shape, wheel.parent_from_group @ part.body_from_part)
+        for wheel in wheels
+        for part in wheel.parts
     ]
-    return {
-        "linkMasses": [wheel.mass for wheel in wheels] + [0.001] * fixed,
-        "linkCollisionShapeIndices": shapes,
-        "linkVisualShapeIndices": [-1] * count,
-        "linkPositions": [center.tolist() for center in centers],
-        "linkOrientations": turns + [[0.0, 0.0, 0.0, 1.0]] * fixed,
-        "linkInertialFramePositions": [[0.0, 0.0, 0.0]] * count,
-        "linkInertialFrameOrientations": [[0.0, 0.0, 0.0, 1.0]] * count,
-        "linkParentIndices": [0] * count,
-        "linkJointTypes": [pybullet.JOINT_REVOLUTE] * driven + [pybullet.JOINT_FIXED] * fixed,
-        "linkJointAxis": [w.axis.tolist() for w in wheels] + [[0.0, 0.0, 1.0]] * fixed,
-    }
+    return [*supports.hull, *turning]
+
+
+def _balls(spec: RobotSpec, wheels: Sequence[RigidGroup], supports: Supports) -> list[BallLink]:
+    """Return the links of a robot: its wheels, then its casters."""
+    balls = []
+    for wheel, center in zip(wheels, supports.wheels, strict=True):
+        place = wheel.parent_from_group.copy()
+        place[:3, 3] = center
+        balls.append(BallLink(spec.wheel_radius, wheel.mass, place, wheel.axis))
+    for center, radius in supports.balls:
+        place = np.eye(4)
+        place[:3, 3] = center
+        balls.append(BallLink(radius, CASTER_MASS, place))
+    return balls
 
 
 def _set_dynamics(

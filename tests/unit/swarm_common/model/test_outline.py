@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_common.files.meshes import hull_of
-from swarm_common.model.outline import bounds, outline_around, placed_corners, volume
+from swarm_common.model.beacon import FOOTPRINT_POINTS
+from swarm_common.model.outline import (
+    MOST_GROWTH,
+    bounds,
+    outline_around,
+    placed_corners,
+    volume,
+)
 from swarm_common.model.shapes import Box, Cylinder, Part, Sphere, transform_from_xyz_rpy
 
 COORDINATE = st.floats(-1.0, 1.0).map(lambda value: round(value, 3))
@@ -29,6 +37,41 @@ def test_an_outline_holds_its_points_and_is_convex(
     for corner, edge in zip(outline, edges, strict=True):
         aside = edge[0] * (array[:, 1] - corner[1]) - edge[1] * (array[:, 0] - corner[0])
         assert aside.min() > -2e-3 * np.hypot(*edge) - 1e-4
+
+
+RIMS = st.integers(8, 64).map(lambda n: 2.0 * np.pi * np.arange(n) / n)
+
+
+@settings(deadline=None)
+@given(RIMS, st.floats(0.2, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 0.5), st.floats(0.0, 0.9))
+def test_no_circle_grows_by_more_than_two_percent(
+    angles: np.ndarray, across: float, square: float, nose: float, turn: float
+) -> None:
+    """Round, oval and rounded square bodies, with a nose or without, about any centre."""
+    power = 1.0 - 0.8 * square
+    x, y = np.cos(angles + turn), np.sin(angles + turn)
+    body = np.column_stack(
+        (np.sign(x) * np.abs(x) ** power, across * np.sign(y) * np.abs(y) ** power)
+    )
+    body = np.vstack((body, [(1.0 + nose, 0.0)]))
+    outline = np.array(outline_around(body, FOOTPRINT_POINTS))
+    assert len(outline) <= FOOTPRINT_POINTS
+    assert shapely.Polygon(outline).buffer(2e-4).contains(shapely.MultiPoint(body).convex_hull)
+    radius = np.hypot(*body.T).max()
+    assert np.hypot(*outline.T).max() <= (1.0 + MOST_GROWTH) * radius + 2e-4
+
+
+@pytest.mark.parametrize("corners", [32, 64, 300])
+def test_round_bodies_are_exceeded_by_two_percent_at_most(corners: int) -> None:
+    angles = 2.0 * np.pi * np.arange(corners) / corners
+    body = 0.275 * np.column_stack((np.cos(angles), np.sin(angles)))
+    outline = np.array(outline_around(body, FOOTPRINT_POINTS))
+    assert np.hypot(*outline.T).max() <= (1.0 + MOST_GROWTH) * 0.275
+
+
+def test_a_body_of_few_corners_keeps_them() -> None:
+    body = [(0.3, -0.2), (0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2)]
+    assert sorted(outline_around(np.array(body), FOOTPRINT_POINTS)) == sorted(body)
 
 
 def test_points_on_a_line_have_no_outline() -> None:

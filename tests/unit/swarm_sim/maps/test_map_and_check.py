@@ -192,3 +192,14 @@ def test_nothing_is_said_of_a_lone_robot_or_of_robots_that_allow_for_it() -> Non
         )
         setup.world.close()
         assert len([note for note in setup.scene.notes if "0.64 or more" in note]) == expected
+
+
+def test_a_station_without_room_is_refused_with_a_cure_or_noted_if_nobody_goes_there() -> None:
+    scene = load_world("hall_12")
+    tight = Sites(stations={"a": Pose(0.0, 0.0, 0.0), "b": Pose(5.9, 0.0, 0.0)})
+    scene = replace(scene, sites=tight)
+    spec = load_robot("turtlebot3_waffle")
+    with pytest.raises(ConfigError, match=r"'b'.*: move it 0\.\d\d m away from it, or take"):
+        check_sites(scene, spec)
+    (note,) = check_sites(scene, spec, {"a"})
+    assert note.endswith("no mission of this run sends a robot there")

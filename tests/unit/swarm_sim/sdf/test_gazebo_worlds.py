@@ -354,3 +354,18 @@ def test_everything_unusable_is_told_at_once_and_can_be_left_out(tmp_path: Path)
     scene = load_world(world, skip_missing=True, skip_broken=True)
     assert [body.name for body in scene.bodies] == ["fine::l"]
     assert sum("left out, because it is unusable" in note for note in scene.notes) == 3
+
+
+def test_a_broken_visual_is_a_note_as_nobody_touches_it(tmp_path: Path) -> None:
+    box = "<geometry><box><size>1 1 1</size></box></geometry>"
+    sphere = "<geometry><sphere><size>1 1 1</size></sphere></geometry>"
+    world = tmp_path / "looks.sdf"
+    world.write_text(
+        '<sdf version="1.6"><world name="w"><model name="v"><static>1</static><link name="l">'
+        f'<collision name="c">{box}</collision><visual name="v">{sphere}</visual>'
+        "</link></model></world></sdf>",
+        encoding="utf-8",
+    )
+    scene = load_world(world)
+    assert [len(body.parts) for body in scene.bodies] == [1]
+    assert any("a visual is left out: <sphere> of v::l has no <radius>" in n for n in scene.notes)
