@@ -6,6 +6,7 @@ What a module imports of its folder stands above it:
     teleop_command     The command `swarm-teleop`: drives a robot of a running swarm by hand
     setup_command      The command `swarm-setup`: installs missing ROS 2 interface packages
     command_node       The node of a command that works with a running swarm
+    robot_table        What `swarm-up --describe` shows: a robot's values, and their origins
     listing            What `swarm-up --list` shows: worlds, missions, robots and fleets
     doctor             Is this machine fit for a swarm of some size? If not, what to change
     console            What `swarm-commander` prints about a robot on its way

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from swarm_commander.cli.listing import listing, world_names
+from swarm_commander.cli.robot_table import robot_table
 from swarm_commander.cli.session import bring_up
 from swarm_commander.hosts.host_options import Role, check_combination
 from swarm_commander.mission.mission import mission_names
@@ -82,6 +83,15 @@ def up(
     robot: Annotated[
         str | None,
         _swarm(autocompletion=robot_models, show_default=DEFAULT_ROBOT, help="Robot model."),
+    ] = None,
+    describe: Annotated[
+        str | None,
+        _swarm(
+            autocompletion=robot_models,
+            help="Show what is known of a robot model, and where each value is from; then exit.",
+            metavar="ROBOT",
+            show_default=False,
+        ),
     ] = None,
     fleet: Annotated[
         str | None,
@@ -204,6 +214,10 @@ def up(
     --duration, if --until-done is given) or a collision; 2 bad input; 3 a
     component failed.
     """
+    if describe is not None:
+        add_package_paths(package_path or [])
+        typer.echo(robot_table(describe))
+        raise typer.Exit()
     check_combination(role, robots, connect, bind)
     if role is Role.ROBOTS:
         from swarm_commander.hosts import hosts_command, robots_plan

@@ -19,9 +19,17 @@ from swarm_common.model.faults import Faults
 from swarm_common.model.outline import outline_around, placed_corners
 from swarm_common.model.records import LidarSpec
 from swarm_common.model.shapes import FloatArray, Part, transform_from_xyz_rpy
-from swarm_common.robots.description import DESCRIBED, RobotModel, parse_urdf
+from swarm_common.robots.controllers import Controllers, read_controllers
+from swarm_common.robots.description import DESCRIBED, Origin, RobotModel, parse_urdf
+from swarm_common.robots.drive_tags import DriveTags
 from swarm_common.robots.drive_train import DriveTrain, car_message, find_drive
-from swarm_common.robots.gazebo_tags import DriveTags, read_car, read_drive, read_ray_sensors
+from swarm_common.robots.gazebo_tags import (
+    RaySensor,
+    read_drive,
+    read_ray_sensors,
+    read_steering,
+)
+from swarm_common.robots.grammar import description_notes
 from swarm_common.robots.lidar_choice import choose_lidar
 from swarm_common.robots.packages import PackageFinder
 from swarm_common.robots.source import RobotSource
@@ -31,6 +39,12 @@ BASE = "base_footprint"
 SAME_PLACE = 0.005  # [m] by which the description's base_footprint may be off the wheels' centre
 SCAN = "base_scan"  # frame of the scans
 SAME_SCAN = 1e-4  # [m] and of a direction, between that frame and the LiDAR's place
+# What the limits of joints and plugins are believed up to; more is written where nobody knows.
+FASTEST_WHEEL = 50.0  # [rad/s], nearly 500 turns a minute
+FASTEST = 3.0  # [m/s] of a robot among others
+SHAPES = Origin("collision shapes")
+LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")
+SIDEWAYS = ("max_vel_y", "acc_lim_y")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +54,7 @@ class Described:
     urdf: str  # the description with base_footprint as its root, on the ground between the wheels
     model: RobotModel  # its bodies; only the driven wheels move
     values: dict[str, Any]  # of a `RobotSpec` by name, as far as they follow; `lidar` is a mapping
+    doubts: dict[str, str]  # by name: what was said of a value, and is not believed
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +65,8 @@ class Asked:
     wheels: tuple[Sequence[str], Sequence[str]] | None = None  # left and right joints
     wheel_radius: float | None = None  # [m]
     lidar: Mapping[str, Any] = field(default_factory=dict)  # the section of that name
+    controllers: Sequence[Path] = ()  # parameter files of ros2_control
+    stated: Collection[str] = ()  # names of all values there
     inertia: str = DESCRIBED  # where inertias come from, one of `INERTIA`
 
 
@@ -68,23 +85,21 @@ def describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | N
 
 def _describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | None:
     where, finder = source.where, source.finder()
-    text = source.text()
+    text, notes = source.read()
     directory = source.settings.parent if source.urdf is None else source.urdf.parent
     root = read_tree(text, where)
+    notes += description_notes(root)
     place_meshes(root, finder, directory)
-    drive_tags: DriveTags | None = None
-    with faults.caught():
-        drive_tags = read_drive(root, where)
-    car = read_car(root)
-    if car is not None and asked.wheels is None:
-        faults.tell([f"{where}: {car_message(car)}"])
+    tags, steering = _stated_drive(root, source, asked, directory, notes, faults)
+    if steering is not None and asked.wheels is None and tags is None:
+        faults.tell([f"{where}: {car_message(steering)}"])
     known = bool(faults)
     every = parse_urdf(text, where, None, finder, directory, asked.inertia, faults)
     train: DriveTrain | None = None
     try:
-        train = find_drive(every, where, drive_tags, asked.drive, asked.wheels, asked.wheel_radius)
+        train = find_drive(every, where, tags, asked.drive, asked.wheels, asked.wheel_radius)
     except RobotModelError as error:
-        if bool(faults) == known and car is None:  # else what is missing may be what it lacks
+        if bool(faults) == known and steering is None:  # else what is missing may be what it lacks
             faults.add(error)
     center = np.zeros(3) if train is None else train.center
     based = _with_base(root, center)
@@ -92,19 +107,85 @@ def _describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | 
     model = parse_urdf(based, where, moving, finder, directory, asked.inertia, faults)
     faults.tell(_body_faults(model, where))
     values: dict[str, Any] = {}
+    origins: dict[str, Origin] = {}
+    doubts: dict[str, str] = {}
     if train is not None:
-        values |= _of_train(train) | _limits(train, drive_tags, every)
+        limits = _Limits(train, tags, every)
+        values |= _of_train(train) | limits.values
+        origins |= train.origins | limits.origins
+        doubts |= train.notes | limits.doubts
         with faults.caught():
             values |= _of_body(model, where)
-    notes: list[str] = []
+            origins |= dict.fromkeys(("footprint", "height"), SHAPES)
     with faults.caught():
-        sensors = read_ray_sensors(ET.fromstring(based), where)
-        lidar, notes = choose_lidar(model, sensors, asked.lidar, where)
+        sensors = read_ray_sensors(ET.fromstring(based), where, notes)
+        lidar, remarks = choose_lidar(model, sensors, asked.lidar, where)
+        notes += remarks
         if lidar:
             values["lidar"] = lidar
+            origins["lidar"] = _of_lidar(lidar, sensors)
     if faults or train is None:
         return None
-    return Described(based, replace(model, notes=(*model.notes, *notes)), values)
+    doubts = {name: text for name, text in doubts.items() if name not in asked.stated}
+    notes += [text for name, text in doubts.items() if name in (*values, "lever")]
+    notes += _guesses(values, origins, asked)
+    model = replace(model, notes=(*model.notes, *dict.fromkeys(notes)), origins=origins)
+    return Described(based, model, values, doubts)
+
+
+def _stated_drive(
+    root: ET.Element,
+    source: RobotSource,
+    asked: Asked,
+    directory: Path,
+    notes: list[str],
+    faults: Faults,
+) -> tuple[DriveTags | None, str | None]:
+    """Return what a plugin or a controller states of the drive, and which steers wheels."""
+    plugin: DriveTags | None = None
+    controllers = Controllers()
+    with faults.caught():
+        plugin = read_drive(root, source.where, notes)
+    with faults.caught():
+        finder = source.finder()
+        controllers = read_controllers(root, asked.controllers, finder, directory)
+    notes += controllers.notes
+    steering = read_steering(root) or controllers.steering
+    tags = controllers.tags
+    if plugin is None or tags is None:
+        return plugin or tags, steering
+    if tags.drive != plugin.drive:
+        notes.append(f"{tags.source} is not used: {plugin.source} comes before it")
+        return plugin, steering
+    more = {name: value for name, value in tags.values.items() if name not in plugin.values}
+    joined = replace(
+        plugin,
+        left=plugin.left or tags.left,
+        right=plugin.right or tags.right,
+        values=plugin.values | more,
+        origins=dict.fromkeys(more, tags.source),
+    )
+    return joined, steering
+
+
+def _of_lidar(lidar: Mapping[str, Any], sensors: Sequence[RaySensor]) -> Origin:
+    """Return where what is known of the LiDAR is from."""
+    link = lidar["frame"]
+    if any(sensor.link == link for sensor in sensors):
+        return Origin(f"ray sensor on link {link}")
+    return Origin(f"place of link {link}")
+
+
+def _guesses(
+    values: Mapping[str, Any], origins: Mapping[str, Origin], asked: Asked
+) -> Iterator[str]:
+    """Yield a sentence on each value that we had to guess."""
+    for name, origin in origins.items():
+        if not origin.is_guess or name in asked.stated or name == "wheels":
+            continue
+        value = values[name]
+        text = value if isinstance(value, str) else f"{value:.4g}"
+        yield f"{name} is {text} ({origin}); {name}: in robot.yaml wins"
 
 
 def place_meshes(root: ET.Element, finder: PackageFinder, directory: Path) -> None:
@@ -201,24 +282,61 @@ def _of_train(train: DriveTrain) -> dict[str, Any]:
     }
 
 
-def _limits(train: DriveTrain, tags: DriveTags | None, model: RobotModel) -> dict[str, float]:
-    """Return the limits that the plugin or the wheels' joints give."""
-    known = dict(tags.values) if tags is not None else {}
-    limits: dict[str, float] = {
-        name: known[name]
-        for name in ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")
-        if name in known
-    }
-    joints = (*train.left, *train.right)
-    speeds = [group.speed_limit for group in model.groups if group.joint in joints]
-    speed = min(speeds, default=math.inf)
-    half = (train.separation + (train.wheel_base if train.drive == "omni" else 0.0)) / 2.0
-    if math.isfinite(speed):
-        limits.setdefault("max_vel_x", speed * train.radius)
-        limits.setdefault("max_vel_theta", speed * train.radius / half)
-    if "acc_lim_x" in limits:
-        limits.setdefault("acc_lim_theta", limits["acc_lim_x"] / half)
-    return limits
+class _Limits:
+    """The limits that a plugin, a controller or the wheels' joints give."""
+
+    def __init__(self, train: DriveTrain, tags: DriveTags | None, model: RobotModel) -> None:
+        self.values: dict[str, float] = {}
+        self.origins: dict[str, Origin] = {}
+        self.doubts: dict[str, str] = {}  # by the value that is left out, or told, because of it
+        half = (train.separation + (train.wheel_base if train.drive == "omni" else 0.0)) / 2.0
+        if tags is not None:
+            self._take_stated(tags, (*LIMITS, *(SIDEWAYS if train.drive == "omni" else ())))
+        self._take_joints(train, model, half)
+        if "acc_lim_x" in self.values and "acc_lim_theta" not in self.values:
+            self.values["acc_lim_theta"] = self.values["acc_lim_x"] / half
+            self.origins["acc_lim_theta"] = Origin(
+                f"acc_lim_x over {half:.3g} m from the middle to the wheels", True
+            )
+
+    def _take_stated(self, tags: DriveTags, names: Sequence[str]) -> None:
+        for name in names:
+            if name not in tags.values:
+                continue
+            value, source = tags.values[name], tags.origins.get(name, tags.source)
+            if name in ("max_vel_x", "max_vel_y") and value > FASTEST:
+                self.doubts[name] = (
+                    f"{source} states {value:g} m/s, which is not believed: "
+                    f"robots among others drive up to {FASTEST:g} m/s"
+                )
+                continue
+            self.values[name] = value
+            self.origins[name] = Origin(source)
+
+    def _take_joints(self, train: DriveTrain, model: RobotModel, half: float) -> None:
+        joints = (*train.left, *train.right)
+        wheels = [group for group in model.groups if group.joint in joints]
+        slowest = min(wheels, key=lambda group: group.speed_limit, default=None)
+        if slowest is None or not math.isfinite(slowest.speed_limit):
+            return
+        speed = slowest.speed_limit * train.radius
+        stated = f"velocity limit {slowest.speed_limit:g} rad/s of joint {slowest.joint}"
+        names = [name for name in ("max_vel_x", "max_vel_theta") if name not in self.values]
+        if slowest.speed_limit > FASTEST_WHEEL or speed > FASTEST:
+            for name in names:
+                self.doubts.setdefault(
+                    name,
+                    f"the {stated} would be {speed:.3g} m/s, and is taken for a placeholder: "
+                    f"limits up to {FASTEST_WHEEL:g} rad/s and {FASTEST:g} m/s are believed",
+                )
+            return
+        for name in names:
+            self.values[name] = speed / (1.0 if name == "max_vel_x" else half)
+            self.origins[name] = Origin(
+                f"{stated}, times the wheels' radius {train.radius:.4g} m"
+                + ("" if name == "max_vel_x" else f", over {half:.3g} m to the wheels"),
+                True,
+            )
 
 
 def _of_body(model: RobotModel, where: str) -> dict[str, Any]:

@@ -51,6 +51,17 @@ class RigidGroup:
 
 
 @dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a value of a robot is from."""
+
+    source: str
+    is_guess: bool = False  # made by us; nothing states it
+
+    def __str__(self) -> str:
+        return f"guessed: {self.source}" if self.is_guess else self.source
+
+
+@dataclass(frozen=True, slots=True)
 class RobotModel:
     """A robot as its description says; group 0 is the base, in the frame of the root link."""
 
@@ -59,6 +70,7 @@ class RobotModel:
     # root_from_link of the links of the base
     fixed: dict[str, Transform] = field(default_factory=dict)
     notes: tuple[str, ...] = ()  # what was missing and how it was filled in
+    origins: dict[str, Origin] = field(default_factory=dict)  # of the values derived from it
 
     def root_from_groups(self) -> list[Transform]:
         """Return where each group is in the root link's frame, joints at zero."""

@@ -2,37 +2,22 @@
 
 from __future__ import annotations
 
-import contextlib
+import difflib
 import math
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from swarm_common.model.errors import RobotModelError
+from swarm_common.robots.drive_tags import DriveTags, drive_of, is_mover, is_steered
 
-# plugin file name or system name -> drive; the first that fits counts
-PLUGINS = (
-    ("skid_steer", "skid"),
-    ("diff_drive", "differential"),
-    ("diff-drive", "differential"),
-    ("diffdrive", "differential"),
-    ("mecanum", "omni"),
-    ("planar_move", "omni"),
-    ("velocity-control", "omni"),
-    ("velocitycontrol", "omni"),
-)
-MOVERS = ("planar_move", "velocity-control", "velocitycontrol")  # they move the body itself
-CAR = re.compile("ackermann|tricycle|bicycle|four_wheel_steering", re.IGNORECASE)
-CAR_CONTROLLER = re.compile(
-    r"(?:ackermann|bicycle|tricycle)(?:_steering)?_controller/\w+", re.IGNORECASE
-)
 LEFT = (
     "left_joint", "leftJoint", "leftFrontJoint", "leftRearJoint", "front_left_joint",
     "back_left_joint", "rear_left_joint", "left_front_joint", "left_rear_joint",
+    "frontLeftJoint", "rearLeftJoint", "backLeftJoint",
 )  # fmt: skip
-RIGHT = tuple(name.replace("left", "right") for name in LEFT)
+RIGHT = tuple(name.replace("left", "right").replace("Left", "Right") for name in LEFT)
 # value of a RobotSpec -> names of plugin parameters, and by what they are multiplied
 VALUES: dict[str, tuple[tuple[str, float], ...]] = {
     "wheel_separation": (("wheel_separation", 1.0), ("wheelSeparation", 1.0)),
@@ -43,30 +28,33 @@ VALUES: dict[str, tuple[tuple[str, float], ...]] = {
         ("wheel_diameter", 0.5),
         ("wheelDiameter", 0.5),
     ),
-    "max_vel_x": (("max_linear_velocity", 1.0),),
-    "max_vel_theta": (("max_angular_velocity", 1.0),),
+    # <max_velocity> and <max_acceleration> limit both motions
+    "max_vel_x": (("max_linear_velocity", 1.0), ("max_velocity", 1.0)),
+    "max_vel_theta": (("max_angular_velocity", 1.0), ("max_velocity", 1.0)),
     "acc_lim_x": (
         ("max_linear_acceleration", 1.0),
+        ("max_acceleration", 1.0),
         ("max_wheel_acceleration", 1.0),
         ("wheelAcceleration", 1.0),
     ),
-    "acc_lim_theta": (("max_angular_acceleration", 1.0),),
+    "acc_lim_theta": (("max_angular_acceleration", 1.0), ("max_acceleration", 1.0)),
 }
+# Parameters of these plugins that concern topics, frames, forces and the like.
+OF_NO_CONCERN = re.compile(
+    r"(odom|tf_?|.*_?topic.*|.*topic(name)?|.*frame.*|.*publish.*|ros|namespace|robotnamespace|"
+    r"update_?rate|.*torque.*|min_.*|max_(.*_)?jerk|num_wheel_pairs|covariance.*|.*covariance.*|"
+    r"odometry.*|broadcast_?tf|always_?on|.*debug.*|legacy_?mode|command_?timeout|cmd_?vel.*|"
+    r"rosdebuglevel|.*gain.*|.*_p|.*_i|.*_d|initial_(linear|angular)|link_name|alwayson)",
+    re.IGNORECASE,
+)
 RAY_SENSORS = ("ray", "gpu_ray", "lidar", "gpu_lidar")
-
-
-@dataclass(frozen=True, slots=True)
-class DriveTags:
-    """A drive plugin: the drive, its joints, and values of a `RobotSpec` by name.
-
-    A plugin that moves the body itself (`moves_body`) works without turning wheels.
-    """
-
-    drive: str
-    left: tuple[str, ...] = ()
-    right: tuple[str, ...] = ()
-    values: dict[str, float] = field(default_factory=dict)
-    moves_body: bool = False
+OTHER_SENSORS = (
+    "air_pressure", "air_speed", "altimeter", "boundingbox_camera", "camera", "contact", "custom",
+    "depth", "depth_camera", "force_torque", "gps", "imu", "logical_camera", "magnetometer",
+    "multicamera", "navsat", "rfid", "rfidtag", "rgbd", "rgbd_camera", "segmentation", "sonar",
+    "segmentation_camera", "thermal", "thermal_camera", "wide_angle_camera", "wideanglecamera",
+    "wireless_receiver", "wireless_transmitter",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,16 +67,23 @@ class RaySensor:
     layers: int = 1  # of rays, one above the other
 
 
-def read_drive(root: ET.Element, where: str) -> DriveTags | None:
+def read_drive(root: ET.Element, where: str, notes: list[str]) -> DriveTags | None:
     """Return what the first drive plugin says, None if there is none.
+
+    Args:
+        notes: Takes what of the plugins is not used.
 
     Raises:
         RobotModelError: If a parameter of the plugin is not a number.
     """
+    found: DriveTags | None = None
     for plugin in root.findall("gazebo//plugin"):
-        name = f"{plugin.get('filename', '')} {plugin.get('name', '')}".lower()
-        drive = next((drive for key, drive in PLUGINS if key in name), None)
+        name = plugin_name(plugin)
+        drive = drive_of(name)
         if drive is None:
+            continue
+        if found is not None:
+            notes.append(f"plugin {name} is not used: {found.source} comes before it")
             continue
         values: dict[str, float] = {}
         for value, names in VALUES.items():
@@ -98,44 +93,75 @@ def read_drive(root: ET.Element, where: str) -> DriveTags | None:
         left, right = _texts(plugin, LEFT), _texts(plugin, RIGHT)
         if drive == "differential" and len(left) > 1:
             drive = "skid"
-        moves_body = any(key in name for key in MOVERS)
-        positive = {k: v for k, v in values.items() if v > 0.0}
-        return DriveTags(drive, left, right, positive, moves_body)
-    return None
+        for value in [value for value, number in values.items() if number <= 0.0]:
+            notes.append(f"plugin {name}: {value} is {values.pop(value):g}, which is not used")
+        notes += _unknown(plugin, name)
+        found = DriveTags(drive, f"plugin {name}", left, right, values, is_mover(name))
+    return found
 
 
-def read_car(root: ET.Element) -> str | None:
-    """Return what says that the robot steers like a car: a plugin or a controller; None if none.
+def plugin_name(plugin: ET.Element) -> str:
+    """Return the class of a plugin if it names one, else its file.
+
+    In Gazebo Classic `name` is of the user's choice, and says nothing of what the plugin does.
 
     Args:
-        root: Of the URDF; parameter files of ros2_control that it names are read, if they are
-            there.
+        plugin: With `filename` and `name`.
     """
-    for plugin in root.findall("gazebo//plugin"):
-        name = f"{plugin.get('filename', '')} {plugin.get('name', '')}"
-        if CAR.search(name):
-            return f"plugin {name.strip()}"
-        for element in plugin.findall("parameters"):  # of ros2_control
-            path = Path((element.text or "").strip().removeprefix("file://"))
-            with contextlib.suppress(OSError, ValueError):
-                text = path.read_text(encoding="utf-8", errors="replace")
-                if found := CAR_CONTROLLER.search(text):
-                    return f"controller {found.group()} in {path}"
-    return None
+    name = plugin.get("name", "")
+    file = plugin.get("filename", "").rpartition("/")[2]
+    return name if "::" in name or not file else file
 
 
-def read_ray_sensors(root: ET.Element, where: str) -> list[RaySensor]:
+def _unknown(plugin: ET.Element, name: str) -> Iterator[str]:
+    """Yield a note on each parameter that drive plugins do not have."""
+    known = {*LEFT, *RIGHT, *(tag for names in VALUES.values() for tag, _ in names)}
+    for child in plugin:
+        is_foreign = "}" in str(child.tag)  # of another namespace
+        if child.tag not in known and not is_foreign and not OF_NO_CONCERN.fullmatch(child.tag):
+            close = difflib.get_close_matches(str(child.tag), known, n=1)
+            advice = f"; did you mean <{close[0]}>?" if close else ""
+            yield f"plugin {name}: <{child.tag}> is not known and not used{advice}"
+    for tag in known - {*LEFT, *RIGHT}:
+        if len(plugin.findall(tag)) > 1:
+            yield f"plugin {name}: <{tag}> occurs twice; the first counts"
+
+
+def read_steering(root: ET.Element) -> str | None:
+    """Return the plugin that says that the robot steers its wheels, None if none does."""
+    names = map(plugin_name, root.findall("gazebo//plugin"))
+    return next((f"plugin {name}" for name in names if is_steered(name)), None)
+
+
+def read_ray_sensors(root: ET.Element, where: str, notes: list[str]) -> list[RaySensor]:
     """Return all ray sensors on links, in the order of the file.
+
+    Args:
+        notes: Takes which ray sensors are not used, and why.
 
     Raises:
         RobotModelError: If a number of a sensor is none, or its pose is not six of them.
     """
     sensors = []
+    links = {link.get("name") for link in root.findall("link")}
     for gazebo in root.findall("gazebo"):
         for sensor in gazebo.iter("sensor"):
             link = gazebo.get("reference", "")
             scan = _first(sensor, ("ray", "lidar"))
-            if sensor.get("type") not in RAY_SENSORS or scan is None or not link:
+            kind = sensor.get("type", "")
+            is_ray = kind in RAY_SENSORS
+            if not is_ray and scan is None:
+                if kind not in OTHER_SENSORS:
+                    notes.append(f"sensor {sensor.get('name')}: type '{kind}' is not known")
+                continue
+            wrong = (
+                f"type '{kind}' is none of {', '.join(RAY_SENSORS)}" if not is_ray
+                else "it has no <ray> or <lidar>" if scan is None
+                else "its <gazebo> has no reference to a link" if not link
+                else f"there is no link '{link}'" if link not in links else ""
+            )  # fmt: skip
+            if wrong or scan is None:
+                notes.append(f"ray sensor {sensor.get('name')} is not used: {wrong}")
                 continue
             layers = _number(scan, "scan/vertical/samples", where)
             pose, values = _pose(sensor, where), _scan_values(sensor, scan, where)
@@ -152,6 +178,9 @@ def _scan_values(sensor: ET.Element, scan: ET.Element, where: str) -> dict[str, 
         "rate": _number(sensor, "update_rate", where),
         "sigma": _number(scan, "noise/stddev", where),
     }
+    share = _number(scan, "scan/horizontal/resolution", where)
+    if share is not None and share > 0.0 and found["rays"] is not None:
+        found["rays"] = float(round(found["rays"] * share))
     last = _number(scan, "scan/horizontal/max_angle", where)
     first, rays = found["angle_min"], found["rays"]
     if last is not None and first is not None and last < first:

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.shapes import Transform, transform_from_xyz_rpy
 from swarm_common.robots.description import RobotModel
@@ -15,6 +17,10 @@ from swarm_common.robots.gazebo_tags import RaySensor
 TILT = 0.1  # [rad] by which a scan plane may lean
 FEWEST_RAYS = 8  # of a LiDAR; a sensor with fewer is a range finder
 NARROWEST = 0.5  # [rad] field of view of a LiDAR
+AHEAD = math.pi / 4.0  # [rad] to either side, where a robot drives to
+MOSTLY = 0.5  # share of that view, from which a LiDAR looks ahead
+AS_GOOD = 0.9  # of the most rays times range, from which a LiDAR is as good as the best
+LOOKS = 721  # directions in which its view is looked at
 POSE = ("x", "y", "z")
 
 
@@ -47,10 +53,26 @@ class _Candidate:
         return ""
 
     @property
-    def rank(self) -> tuple[float, float, float]:
-        """Return a sort key: more rays times range first, then level LiDARs, then higher ones."""
-        reach = self.rays * self.sensor.values.get("range_max", 3.5)
-        return reach, -round(self.tilt, 3), round(float(self.place[2, 3]), 3)
+    def reach(self) -> float:
+        """Rays times range [m]."""
+        return self.rays * float(self.sensor.values.get("range_max", 3.5))
+
+    @property
+    def ahead(self) -> float:
+        """Share of `AHEAD` on either side of straight ahead that it sees."""
+        first = self.sensor.values.get("angle_min", 0.0)
+        turn = math.atan2(self.place[1, 0], self.place[0, 0])
+        side = -1.0 if self.place[2, 2] < 0.0 else 1.0
+        angles = turn + side * (first + np.linspace(0.0, self.view, LOOKS))
+        off = np.abs((angles + math.pi) % math.tau - math.pi)
+        width = self.view * float((off < AHEAD).mean())
+        return round(min(1.0, width / (2.0 * AHEAD)), 1)
+
+    @property
+    def rank(self) -> tuple[float, float, float, float]:
+        """Return a sort key: what looks ahead, then level ones, higher ones, those in front."""
+        x, z = round(float(self.place[0, 3]), 3), round(float(self.place[2, 3]), 3)
+        return self.ahead, -round(self.tilt, 3), z, x
 
     def __str__(self) -> str:
         reach = self.sensor.values.get("range_max", 3.5)
@@ -84,9 +106,19 @@ def choose_lidar(
         if known and not _is_posed(asked):
             raise RobotModelError(f"{where}: {_refusals(known, fit)}")
         return (_values(model.fixed[frame], frame, where) if frame in model.fixed else {}), []
-    best = max(level, key=lambda one: one.rank)  # the first of equals
+    best = _best(level)
     values = dict(best.sensor.values) | _values(best.place, best.sensor.link, where, best.tilt)
     return values, _notes(best, [one for one in known if one is not best], values)
+
+
+def _best(candidates: Sequence[_Candidate]) -> _Candidate:
+    """Return the LiDAR: one that looks ahead, with the most rays times range.
+
+    Those with nearly as many are as good; among them the `rank` decides, and the first of equals.
+    """
+    looking = [one for one in candidates if one.ahead >= MOSTLY] or list(candidates)
+    most = max(one.reach for one in looking)
+    return max((one for one in looking if one.reach >= AS_GOOD * most), key=lambda one: one.rank)
 
 
 def _is_posed(asked: Mapping[str, Any]) -> bool:
@@ -115,7 +147,7 @@ def _tilted(link: str, tilt: float) -> str:
 def _refusals(known: Sequence[_Candidate], fit: Sequence[_Candidate]) -> str:
     """Return why none of the sensors is a LiDAR."""
     if fit:
-        best = max(fit, key=lambda one: one.rank)
+        best = _best(fit)
         return _tilted(best.sensor.link, best.tilt)
     found = ", ".join(f"{one.sensor.link} ({one.refusal})" for one in known)
     return (

@@ -7,7 +7,7 @@ everything spares the reading of the description.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,13 +17,16 @@ from swarm_common.model.errors import RobotModelError
 from swarm_common.model.faults import Faults
 from swarm_common.model.records import RobotSpec
 from swarm_common.robots.derived import Asked, Described, describe, with_scan_frame
-from swarm_common.robots.description import RobotModel, parse_urdf
+from swarm_common.robots.description import Origin, RobotModel, parse_urdf
 from swarm_common.robots.source import ROBOT_FILE, RobotSource, find_robot, robot_names
 from swarm_common.robots.spec import (
     KNOWN,
     LIDAR_REQUIRED,
     REQUIRED,
+    SIDEWAYS,
+    VALUES,
     parse_drive,
+    parse_files,
     parse_inertia,
     parse_wheels,
     positive,
@@ -31,8 +34,9 @@ from swarm_common.robots.spec import (
 )
 
 __all__ = [
-    "ROBOT_FILE", "Robot", "description", "load_robot", "load_robot_model", "open_robot",
-    "robot_names",
+    "ROBOT_FILE", "Account", "Robot", "account_of", "description", "load_robot",
+    "load_robot_model", "open_robot", "robot_names",
+    "taken_for",
 ]  # fmt: skip
 
 
@@ -43,6 +47,102 @@ class Robot:
     spec: RobotSpec  # what world and navigator must agree on
     urdf: str  # its description
     model: RobotModel  # its bodies, in base_footprint
+
+
+@dataclass(frozen=True, slots=True)
+class Account:
+    """All values of a robot model, and where each is from."""
+
+    where: str  # the file
+    rows: tuple[tuple[str, Any, str], ...]  # name of a value, the value, and what it is from
+    missing: tuple[tuple[str, str], ...]  # names of values that nothing tells, and why if known
+    notes: tuple[str, ...]  # what was assumed, and what was not used
+
+
+def account_of(name_or_path: str | Path) -> Account:
+    """Return all values of a robot model with where each is from; limits may be missing.
+
+    Args:
+        name_or_path: As for `load_robot`.
+
+    Raises:
+        SwarmError: If there is no such model, or a file or value of it is unusable.
+    """
+    source = find_robot(name_or_path)
+    faults = Faults(source.where, RobotModelError)
+    values, described = _values(source, faults)
+    lacking = _missing(values)
+    spec = spec_of(source, _checkable(values), faults)
+    faults.check()
+    file = source.settings.name
+    origins = {} if described is None else described.model.origins
+    doubts = {} if described is None else described.doubts
+    rows: list[tuple[str, Any, str]] = []
+    for name in VALUES:
+        if name == "lidar" and "lidar" in values:
+            rows += _lidar_rows(values["lidar"], source, origins.get(name), spec)
+        elif name == "wheels" and ("wheels" in values or "wheels_left" in values):
+            sides = values.get("wheels") or {
+                side: list(values[f"wheels_{side}"]) for side in ("left", "right")
+            }
+            rows.append((name, sides, _said(name, source, origins.get(name))))
+        elif name in values:
+            rows.append((name, values[name], _said(name, source, origins.get(name))))
+        elif spec is not None and getattr(spec, name, None):
+            about = f"default: {name.replace('_y', '_x')}" if name in SIDEWAYS else "default"
+            about = "name of the file" if name == "model" else about
+            rows.append((name, getattr(spec, name), about))
+    why = [
+        (name, doubts.get(name, f"neither {file} nor the description tells it")) for name in lacking
+    ]
+    notes = () if described is None else described.model.notes
+    return Account(source.where, tuple(rows), tuple(why), notes)
+
+
+def taken_for(spec: RobotSpec, model: RobotModel) -> str:
+    """Return what a robot's drive was taken for and why, and how to state it.
+
+    Args:
+        model: Its bodies, which know where each value is from.
+    """
+    sides = [", ".join(side) or "none" for side in (spec.wheels_left, spec.wheels_right)]
+    values = {
+        "drive": f"drive {spec.drive}",
+        "wheels": f"wheels {sides[0]} (left) and {sides[1]} (right)",
+        "wheel_radius": f"radius {spec.wheel_radius:.4g} m",
+        "wheel_separation": f"separation {spec.wheel_separation:.4g} m",
+    }
+    said = [
+        f"{text} ({model.origins[name]})" if name in model.origins else text
+        for name, text in values.items()
+    ]
+    return (
+        f"It was taken for: {'; '.join(said)}. If that is not so, state it in robot.yaml: "
+        "drive: ..., wheels: {left: [...], right: [...]}, wheel_radius: ..., wheel_separation: ..."
+    )
+
+
+def _lidar_rows(
+    lidar: object, source: RobotSource, origin: Origin | None, spec: RobotSpec | None
+) -> list[tuple[str, Any, str]]:
+    """Return a row for each value of the LiDAR."""
+    if not isinstance(lidar, dict):
+        return []
+    own = source.data.get("lidar") or {}
+    rows = [
+        (f"lidar.{key}", value, source.settings.name if key in own else str(origin))
+        for key, value in lidar.items()
+    ]
+    if spec is not None:
+        every = dataclasses.asdict(spec.lidar)
+        rows += [(f"lidar.{k}", every[k], "default") for k in every if k not in lidar]
+    return rows
+
+
+def _said(name: str, source: RobotSource, origin: Origin | None) -> str:
+    if name in source.data or origin is None:
+        return source.settings.name
+    return str(origin)
 
 
 def load_robot(name_or_path: str | Path) -> RobotSpec:
@@ -120,21 +220,48 @@ def _specified(source: RobotSource, faults: Faults) -> tuple[RobotSpec, Describe
     Raises:
         SwarmError: Of all that is wrong.
     """
-    data, described = source.data, None
-    with faults.caught():
-        check_keys(data, KNOWN, str(source.settings))
-    asked = _asked(source, faults)
-    values: dict[str, Any] = dict(data)
-    if not _is_complete(data):
-        if source.urdf is None:
-            faults.tell([_undescribed(source)])
-        else:
-            described = describe(source, asked, faults)
-        values = _merged(source, described, faults)
-    spec = spec_of(source, values, faults)
+    values, described = _values(source, faults)
+    if described is not None and (missing := _missing(values)):
+        faults.tell([_untold(source, missing, described.doubts)])
+    spec = spec_of(source, _checkable(values), faults)
     faults.check()
     assert spec is not None
     return spec, described
+
+
+def _values(source: RobotSource, faults: Faults) -> tuple[dict[str, Any], Described | None]:
+    """Return the values of robot.yaml over those of the description, which is read if needed."""
+    data = source.data
+    with faults.caught():
+        check_keys(data, KNOWN, str(source.settings))
+    asked = _asked(source, faults)
+    if _is_complete(data):
+        return dict(data), None
+    if source.urdf is None:
+        faults.tell([_undescribed(source)])
+        return dict(data), None
+    described = describe(source, asked, faults)
+    seen = {} if described is None else described.values
+    merged = {**seen, **data}
+    own = data.get("lidar")
+    if own is None or isinstance(own, dict):
+        merged["lidar"] = {**seen.get("lidar", {}), **(own or {})}
+    return merged, described
+
+
+def _untold(source: RobotSource, missing: Sequence[str], doubts: Mapping[str, str]) -> str:
+    why = dict.fromkeys(doubts[name] for name in missing if name in doubts)
+    return (
+        f"{source.where} does not tell {', '.join(missing)}"
+        + "".join(f" ({text})" for text in why)
+        + f"; write {'them' if len(missing) > 1 else 'it'} into {source.settings.absolute()}"
+    )
+
+
+def _checkable(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values without those of a LiDAR whose place is missing."""
+    is_placed = not any(name.startswith("lidar.") for name in _missing(values))
+    return {name: value for name, value in values.items() if name != "lidar" or is_placed}
 
 
 def _is_complete(data: Mapping[str, Any]) -> bool:
@@ -156,43 +283,19 @@ def _asked(source: RobotSource, faults: Faults) -> Asked:
     """Return what robot.yaml says about what else follows from the description."""
     data, where = source.data, str(source.settings)
     lidar = data.get("lidar")
-    asked = Asked(lidar=lidar if isinstance(lidar, dict) else {})
+    asked = Asked(lidar=lidar if isinstance(lidar, dict) else {}, stated=tuple(data))
     readers: dict[str, Callable[[Any], Any]] = {
         "drive": lambda value: parse_drive(value, where),
         "wheels": lambda value: parse_wheels(value, where),
         "wheel_radius": lambda value: positive(value, f"{where}: wheel_radius"),
         "inertia": lambda value: parse_inertia(value, where),
+        "controllers": lambda value: parse_files(value, source.settings, "controllers"),
     }
     for name, reader in readers.items():
         if name in data:
             with faults.caught():
                 asked = dataclasses.replace(asked, **{name: reader(data[name])})
     return asked
-
-
-def _merged(source: RobotSource, described: Described | None, faults: Faults) -> dict[str, Any]:
-    """Return the values of robot.yaml over those of the description.
-
-    A value that is in neither is a fault; its message names the file and the keys. If the
-    description is unusable, only limits are reported as missing, because most descriptions lack
-    them.
-    """
-    seen = {} if described is None else described.values
-    merged = {**seen, **source.data}
-    own = source.data.get("lidar")
-    if own is None or isinstance(own, dict):
-        merged["lidar"] = {**seen.get("lidar", {}), **(own or {})}
-    missing = [name for name in _missing(merged) if described is not None]
-    if missing:
-        faults.tell(
-            [
-                f"{source.where} does not tell {', '.join(missing)}; write "
-                f"{'them' if len(missing) > 1 else 'it'} into {source.settings.absolute()}"
-            ]
-        )
-    if any(name.startswith("lidar.") for name in _missing(merged)):
-        del merged["lidar"]
-    return merged
 
 
 def _missing(values: Mapping[str, Any]) -> list[str]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import codecs
+import re
+import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -9,12 +12,20 @@ from typing import Any
 from swarm_common.files.resources import resource_names, share_directory
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import RobotModelError, UnknownNameError
+from swarm_common.robots.grammar import description_notes
 from swarm_common.robots.packages import PackageFinder
-from swarm_common.robots.xacro_io import expand
+from swarm_common.robots.sdf_robot import find_model_file, urdf_of
+from swarm_common.robots.xacro_io import expand, macro_message
 
 ROBOT_FILE = "robot.yaml"
 DESCRIPTIONS = ("model.urdf.xacro", "model.urdf")
-ENDINGS = (".urdf", ".xacro", ".xml")
+ENDINGS = (".urdf", ".xacro", ".xml", ".sdf")
+DECLARATION = re.compile(r"^\s*<\?xml\b[^>]*?\?>")
+ENCODING = re.compile(rb"^\s*<\?xml\b[^>]*?\bencoding\s*=\s*[\"']([\w.:-]+)[\"']")
+PREFIX = re.compile(r"</?([A-Za-z_][\w.-]*):(?=[A-Za-z_])")
+DECLARED_PREFIX = re.compile(r"\bxmlns:([\w.-]+)\s*=")
+ROOT = re.compile(r"<(?:robot|sdf)\b")
+SDF = re.compile(r"<sdf\b")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +51,9 @@ class RobotSource:
         paths = self.data.get("packages") or []
         if not isinstance(paths, list) or not all(isinstance(path, str) for path in paths):
             raise RobotModelError(f"{self.settings}: packages is {paths!r}; a list of folders")
+        for path in paths:
+            if not (self.settings.parent / path).is_dir():
+                raise RobotModelError(f"{self.settings}: packages: there is no folder '{path}'")
         return PackageFinder([self.settings.parent / path for path in paths], self.urdf)
 
     def text(self) -> str:
@@ -48,17 +62,32 @@ class RobotSource:
         Raises:
             RobotModelError: If there is none, or it cannot be read.
         """
+        return self.read()[0]
+
+    def read(self) -> tuple[str, list[str]]:
+        """Return the description as URDF text, and a sentence on what of it nothing reads.
+
+        Raises:
+            RobotModelError: If there is none, or it cannot be read.
+        """
         if self.urdf is None:
             raise RobotModelError(
                 f"{self.settings.parent} has no {' or '.join(DESCRIPTIONS)} to describe the robot"
             )
+        text = _read(self.urdf)
+        if self.urdf.suffix == ".xacro" or "xacro:" in text:
+            text = expand(self.urdf, self._arguments(), self.finder())
+            if message := macro_message(self.urdf, text):
+                raise RobotModelError(message)
+        if SDF.search(text) is None:
+            return text, []
         try:
-            text = self.urdf.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as cause:
-            raise RobotModelError(f"cannot read {self.urdf}: {cause}") from cause
-        if self.urdf.suffix != ".xacro" and "xacro:" not in text:
-            return text
-        return expand(self.urdf, self._arguments(), self.finder())
+            root = ET.fromstring(text)
+        except ET.ParseError as cause:
+            raise RobotModelError(f"{self.urdf}: malformed XML: {cause}") from cause
+        if root.tag != "sdf":
+            return text, []
+        return urdf_of(root, str(self.urdf)), description_notes(root)
 
     def _arguments(self) -> dict[str, str]:
         values = self.data.get("xacro_args") or {}
@@ -103,7 +132,7 @@ def _of_file(path: Path) -> RobotSource:
     if path.suffix in (".yaml", ".yml"):
         return _of_settings(path)
     if path.suffix not in ENDINGS:
-        raise RobotModelError(f"{path} is no robot; expected a .urdf, .xacro or robot.yaml")
+        raise RobotModelError(f"{path} is no robot; expected a .urdf, .xacro, .sdf or robot.yaml")
     for settings in (path.with_name(f"{_stem(path)}.{ROBOT_FILE}"), path.with_name(ROBOT_FILE)):
         if settings.is_file():
             data = read_yaml(settings, RobotModelError)
@@ -133,10 +162,44 @@ def _description_in(folder: Path) -> Path | None:
         if (folder / name).is_file():
             return folder / name
     found = [path for path in sorted(folder.iterdir()) if path.suffix in ENDINGS[:2]]
-    return found[0] if len(found) == 1 else None
+    return found[0] if len(found) == 1 else find_model_file(folder)
+
+
+def _read(path: Path) -> str:
+    """Return a description's text without its XML declaration, which says how it is encoded."""
+    try:
+        content = path.read_bytes().removeprefix(codecs.BOM_UTF8)
+        declared = ENCODING.match(content)
+        encoding = declared.group(1).decode("ascii") if declared else "utf-8"
+        text = content.decode(encoding)
+    except OSError as cause:
+        raise RobotModelError(f"cannot read {path}: {cause}") from cause
+    except LookupError as cause:
+        raise RobotModelError(f"cannot read {path}: it declares {cause}") from cause
+    except UnicodeDecodeError as cause:
+        line = content.count(b"\n", 0, cause.start) + 1
+        raise RobotModelError(
+            f"cannot read {path}: line {line} is not {encoding}; save the file as UTF-8, or "
+            "declare its encoding in the first line, like "
+            '<?xml version="1.0" encoding="ISO-8859-1"?>'
+        ) from cause
+    return _with_prefixes(DECLARATION.sub("", text).lstrip())
+
+
+def _with_prefixes(text: str) -> str:
+    """Declare the prefixes (`gz:`) that descriptions use undeclared, as simulators allow it."""
+    known = {*DECLARED_PREFIX.findall(text), "xml", "xmlns", "xacro"}
+    used = {*PREFIX.findall(text)} - known
+    more = "".join(f' xmlns:{name}="urn:undeclared:{name}"' for name in sorted(used))
+    return ROOT.sub(lambda found: found.group() + more, text, count=1) if used else text
 
 
 def _stem(path: Path) -> str:
-    """Return what a description is called: its folder's name if its own is `model`."""
+    """Return what a description is called: its folder's name if its own is `model`.
+
+    In Fuel's cache that folder is a version, and the one above it has the name.
+    """
     stem = path.name.split(".")[0] or path.name
-    return path.absolute().parent.name if stem == "model" else stem
+    folder = path.absolute().parent
+    named = folder.parent if folder.name.isdigit() else folder
+    return named.name if stem == "model" else stem

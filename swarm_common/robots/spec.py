@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
 from swarm_common.files.yaml_io import check_keys, number, numbers
@@ -23,8 +24,13 @@ REQUIRED = (
 )  # fmt: skip
 POSITIVE = tuple(name for name in REQUIRED if name not in ("drive", "footprint", "lidar"))
 SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of omnidirectional drives
-FILES = ("description", "packages", "xacro_args", "wheels", "inertia")
+FILES = ("description", "packages", "xacro_args", "controllers", "wheels", "inertia")
 KNOWN = ("model", *REQUIRED, *SIDEWAYS, "wheel_base", "sensors", *FILES)
+VALUES = (  # of a robot, in the order in which they are shown
+    "model", "drive", "wheels", "wheel_radius", "wheel_separation", "wheel_base",
+    "max_vel_x", "max_vel_y", "max_vel_theta", "acc_lim_x", "acc_lim_y", "acc_lim_theta",
+    "footprint", "height", "lidar", "inertia",
+)  # fmt: skip
 LIDAR_REQUIRED = ("x", "y", "z")
 MOST_POINTS = FOOTPRINT_POINTS
 LOWEST_SCAN = 0.01  # [m] of a LiDAR above the ground, which it would see otherwise
@@ -95,6 +101,24 @@ def parse_inertia(value: object, where: str) -> str:
     if value not in INERTIA:
         raise RobotModelError(f"{where}: inertia is {value!r}; expected one of {INERTIA}")
     return str(value)
+
+
+def parse_files(value: object, settings: Path, key: str) -> tuple[Path, ...]:
+    """Return files that a key of robot.yaml lists.
+
+    Args:
+        settings: That robot.yaml, beside which relative paths start.
+
+    Raises:
+        RobotModelError: If it is no list of names, or one is of no file.
+    """
+    if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
+        raise RobotModelError(f"{settings}: {key} is {value!r}; expected a list of files")
+    paths = tuple(settings.parent / name for name in value)
+    for path in paths:
+        if not path.is_file():
+            raise RobotModelError(f"{settings}: {key}: there is no file {path}")
+    return paths
 
 
 def _name(value: object, what: str) -> str:
@@ -180,6 +204,8 @@ def _lidar(value: object, what: str) -> LidarSpec:
             "high its scan plane is into robot.yaml, lidar: {z: ...}"
         )
     rays = int(values.pop("rays", 360))
+    if rays != data.get("rays", rays):
+        raise RobotModelError(f"{what}.rays is {data['rays']}; expected a whole number")
     spec = LidarSpec(rays=rays, frame=frame, upside_down=upside_down, **values)
     if (
         not 1 <= rays <= 100_000
@@ -195,7 +221,7 @@ def _lidar(value: object, what: str) -> LidarSpec:
 
 
 def _wheel_base(value: object, what: str) -> float:
-    return positive(value, what) if value else 0.0
+    return 0.0 if value in (0, 0.0) and value is not False else positive(value, what)
 
 
 def _sensors(value: object, what: str) -> SensorErrors:

@@ -7,6 +7,8 @@ document that was changed after parsing, or to know which files were open when i
 from __future__ import annotations
 
 import contextlib
+import io
+import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -38,12 +40,30 @@ def expand(path: Path, arguments: Mapping[str, str], prepare: Callable[[Any], No
     Raises:
         Exception: Of xacro's own kinds, and bare ones.
     """
-    document = xacro.parse(None, str(path))
-    prepare(document)
-    xacro.init_stacks(str(path))
-    xacro.all_includes.clear()
-    xacro.process_doc(document, mappings=dict(arguments))
+    with _encoded_files():
+        document = xacro.parse(None, str(path))
+        prepare(document)
+        xacro.init_stacks(str(path))
+        xacro.all_includes.clear()
+        xacro.process_doc(document, mappings=dict(arguments))
     return str(document.toxml())
+
+
+@contextlib.contextmanager
+def _encoded_files() -> Iterator[None]:
+    """Within it, files are read in the encoding that they declare; xacro itself reads UTF-8."""
+    before: Any = xacro.parse
+
+    def _parse(source: Any, filename: str | None = None) -> Any:
+        if source is None and filename is not None and os.path.isfile(filename):
+            source = io.BytesIO(Path(filename).read_bytes().lstrip())
+        return before(source, filename)
+
+    xacro.parse = _parse
+    try:
+        yield
+    finally:
+        xacro.parse = before
 
 
 def open_files() -> list[str]:

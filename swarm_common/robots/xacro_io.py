@@ -11,7 +11,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from swarm_common.model.errors import MissingPackageError, RobotModelError, SwarmError
+from swarm_common.model.errors import (
+    MissingPackageError,
+    RobotModelError,
+    SwarmError,
+    UnknownNameError,
+)
 from swarm_common.model.faults import Faults
 from swarm_common.robots.packages import PackageFinder
 
@@ -21,6 +26,10 @@ COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 FIND = re.compile(r"\$\(find(?:-pkg-share)?\s+([^)\s]+)\s*\)")
 ARGUMENT = re.compile(r"\$\(arg\s+([^)\s]+)\s*\)")
 DECLARED = re.compile(r"<xacro:arg\b[^>]*?\bname=[\"']([^\"']+)[\"'][^>]*?\bdefault=")
+ANY_ARGUMENT = re.compile(r"<xacro:arg\b[^>]*?\bname=[\"']([^\"']+)[\"']")
+MACRO = re.compile(r"<xacro:macro\b[^>]*?\bname=[\"']([^\"']+)[\"']([^>]*)>")
+PARAMS = re.compile(r"\bparams=[\"']([^\"']*)[\"']")
+LINK = re.compile(r"<link\b")
 INCLUDE = re.compile(r"<(?:xacro:)?include\b[^>]*?\bfilename=[\"']([^\"']+)[\"']")
 MOST_FILES = 200  # that are searched for missing packages
 PLACEHOLDERS = ("namespace", "robot_namespace", "ns", "prefix", "tf_prefix", "frame_prefix")
@@ -43,7 +52,11 @@ def expand(path: Path, arguments: Mapping[str, str], finder: PackageFinder) -> s
     try:
         find = xacro_compat.packages_from(lambda package: str(finder.share(package)))
         with contextlib.redirect_stderr(noise), find:
-            return xacro_compat.expand(path, arguments, _fill_placeholders)
+            text = xacro_compat.expand(path, arguments, _fill_placeholders)
+        _check_used(path, arguments, xacro_compat.open_files())
+        return text
+    except UnknownNameError:
+        raise
     except RecursionError:
         raise RobotModelError(f"{path}: xacro cannot expand it: it includes itself") from None
     except Exception as cause:  # xacro raises its own and bare exceptions
@@ -64,6 +77,52 @@ def expand(path: Path, arguments: Mapping[str, str], finder: PackageFinder) -> s
         place = _place(path, cause, xacro_compat.open_files())
         message = " ".join(str(cause).split())[:LONGEST] or type(cause).__name__
         raise RobotModelError(f"{place}: xacro cannot expand it: {message}") from cause
+
+
+def macro_message(path: Path, expanded: str) -> str:
+    """Return what to do with a xacro file that only defines macros; empty for any other."""
+    text = COMMENT.sub("", path.read_text(encoding="utf-8", errors="replace"))
+    macros = MACRO.findall(text)
+    if not macros or LINK.search(expanded):
+        return ""
+    callers = [
+        other.name
+        for other in sorted(path.parent.glob("*.xacro"))
+        if other != path and path.name in other.read_text(encoding="utf-8", errors="replace")
+    ]
+    calls = []
+    for name, more in macros:
+        given = PARAMS.search(more)
+        params = given.group(1).split() if given else []
+        plain = [p for p in params if p[0] != "*" and "=" not in p]  # without a default
+        blocks = "".join('<origin xyz="0 0 0"/>' for p in params if p[0] == "*")
+        start = f"<xacro:{name}" + "".join(f' {p}="..."' for p in plain)
+        calls.append(f"{start}>{blocks}</xacro:{name}>" if blocks else f"{start}/>")
+    names = ", ".join(f"'{name}'" for name, _ in macros)
+    return (
+        f"{path} defines the macro{'s' if len(macros) > 1 else ''} {names} and no link: a robot "
+        "is made where a macro is called. "
+        + (
+            f"Start with a file that includes it: {', '.join(callers)}. Or write"
+            if callers
+            else "Write"
+        )
+        + f' one beside it: <robot name="{path.name.split(".")[0]}" '
+        'xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include '
+        f'filename="{path.name}"/>{calls[-1]}</robot>'
+    )
+
+
+def _check_used(path: Path, arguments: Mapping[str, str], files: Sequence[str]) -> None:
+    """Raise RobotModelError for a given argument that no file declares or uses."""
+    known: dict[str, None] = {}
+    for name in [str(path), *files]:
+        with contextlib.suppress(OSError):
+            text = Path(name).read_text(encoding="utf-8", errors="replace")
+            known |= dict.fromkeys([*ARGUMENT.findall(text), *ANY_ARGUMENT.findall(text)])
+    for name in arguments:
+        if name not in known:
+            raise UnknownNameError("xacro argument", name, known, f"xacro_args for {path}")
 
 
 def unresolved(

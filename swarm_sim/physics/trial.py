@@ -20,6 +20,7 @@ from swarm_common.files.cache import kept
 from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, wrap_angle
+from swarm_common.robots.loading import taken_for
 from swarm_sim.physics import objects, vehicles, walkers
 from swarm_sim.physics.bullet.robot_bodies import base_and_wheels
 from swarm_sim.physics.bullet.supports import SAG, SPRING, depths, find_supports, heights
@@ -58,6 +59,9 @@ class Trial:
     curve: float  # [rad] that it was to turn in the curve
     curved: float  # [rad] that it turned there
     rolled: float  # [m] that its wheels report for the way ahead
+    side: float  # [m] that it was to go to the left; 0 unless it is omnidirectional
+    slid: float  # [m] that it went there
+    side_rolled: float  # [m] that its wheels report for that
     tilt: float  # [rad] at most
     left: float  # share of its weight that the left driven wheels carry, on average
     right: float  # of the right ones
@@ -82,6 +86,12 @@ class Trial:
     def curves(self) -> bool:
         """Whether it turned in a curve as it was told to."""
         return abs(self.curved - self.curve) <= SHARE_OFF * self.curve + ANGLE_OFF
+
+    @property
+    def slides(self) -> bool:
+        """Whether it went to the left as it was told to, and its wheels report it."""
+        off = max(abs(self.slid - self.side), abs(self.side_rolled - self.side))
+        return off <= SHARE_OFF * self.side + WAY_OFF
 
     @property
     def stands(self) -> bool:
@@ -109,7 +119,7 @@ def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
             f"robot '{spec.model}': the physics engine lacks a collision shape of link {link} "
             f"around ({x:.2f}, {y:.2f}, {z:.2f}) in base_footprint; simplify that link's shapes"
         )
-    is_good = trial.stands and trial.goes_ahead and trial.turns and trial.curves
+    is_good = trial.stands and trial.goes_ahead and trial.turns and trial.curves and trial.slides
     if trial.deepest or not is_good:
         raise RobotModelError(
             f"robot '{spec.model}' does not drive. Alone on the ground in the physics engine, told "
@@ -118,10 +128,21 @@ def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
             f"turned by {math.degrees(trial.swerve):.0f} degrees, and then turned by "
             f"{math.degrees(trial.turned):.0f}; in a curve it turned by "
             f"{math.degrees(trial.curved):.0f} instead of {math.degrees(trial.curve):.0f}; "
+            f"{_sideways(trial)}"
             f"the driven wheels carry {trial.left:.0%} (left) "
             f"and {trial.right:.0%} (right) of its weight. {_cause(trial, spec, model)}"
         )
     return trial
+
+
+def _sideways(trial: Trial) -> str:
+    """Return what an omnidirectional robot did sideways."""
+    if trial.side == 0.0:
+        return ""
+    return (
+        f"told to go {trial.side:.2f} m to the left, it went {trial.slid:.2f} m, and its wheels "
+        f"report {trial.side_rolled:.2f} m; "
+    )
 
 
 def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
@@ -144,17 +165,18 @@ def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
     weight = GRAVITY * sum(group.mass for group in model.groups)
     loads, tilt = [], 0.0
 
-    def move(speed: float, rate: float, seconds: float) -> None:
+    def move(speed: float, rate: float, seconds: float, side: float = 0.0) -> None:
         """Drive, and note how the robot stands.
 
         Args:
             speed: [m/s] forwards.
             rate: [rad/s] counter-clockwise.
             seconds: [s] of simulated time.
+            side: [m/s] to the left.
         """
         nonlocal tilt
         for _ in range(round(seconds / CONTROL_PERIOD)):
-            engine.advance(np.array([[speed, rate, 0.0]]))
+            engine.advance(np.array([[speed, rate, side]]))
             stance = engine.stance(0)
             tilt = max(tilt, stance.tilt)
             loads.append(stance.wheel_loads)
@@ -174,6 +196,15 @@ def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
         move(speed / 2.0, rate / 2.0, CURVE_TIME)
         move(0.0, 0.0, max(speed / spec.acc_lim_x, rate / spec.acc_lim_theta) + REST)
         curved = float(engine.yaws_gyro[0]) - gyro - turned
+        side = side_for = slid = side_rolled = 0.0
+        if spec.is_omni:
+            side, side_for = _motion(AHEAD, spec.max_vel_y, spec.acc_lim_y)
+            place, seen = engine.poses[0].copy(), float(engine.travels[0, 1])
+            move(0.0, 0.0, side_for, side)
+            move(0.0, 0.0, side / spec.acc_lim_y + REST)
+            x, y = (engine.poses[0] - place)[:2].tolist()
+            slid = math.cos(place[2]) * y - math.sin(place[2]) * x
+            side_rolled = float(engine.travels[0, 1]) - seen
     finally:
         engine.close()
     carried = np.mean(loads, axis=0) / weight if weight > 0.0 else np.zeros(len(loads[0]))
@@ -191,6 +222,9 @@ def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
         curve=rate / 2.0 * CURVE_TIME,
         curved=curved,
         rolled=rolled,
+        side=side * side_for,
+        slid=slid,
+        side_rolled=side_rolled,
         tilt=tilt,
         left=left,
         right=right,
@@ -232,11 +266,17 @@ def _cause(trial: Trial, spec: RobotSpec, model: RobotModel) -> str:
         )
     if trial.deepest:
         link, depth = trial.deepest
+        origin = model.origins.get("wheel_radius", "robot.yaml")
         return (
-            f"Cause: caster: link {link} reaches {1000.0 * depth:.0f} mm below the driven wheels, "
-            f"and springs take up {1000.0 * SPRING:.0f} mm. Correct the origin of its <collision>, "
-            "or tell in robot.yaml on what it drives: wheels: {left: [...], right: [...]}, "
-            "wheel_radius: ..."
+            f"Cause: caster, or wheels: link {link} reaches {1000.0 * depth:.0f} mm below the "
+            f"driven wheels, and springs take up {1000.0 * SPRING:.0f} mm. Correct the origin of "
+            f"its <collision>, or the wheels' radius, {spec.wheel_radius:.4g} m ({origin}), or "
+            f"which wheels drive. {taken_for(spec, model)}"
+        )
+    if trial.stands and trial.goes_ahead and trial.turns and trial.curves:
+        return (
+            "Cause: drive: wheels that roll sideways are four, or the robot is moved as a whole; "
+            f"these do not. {taken_for(spec, model)}"
         )
     x, y, z = _center(model)
     place = f"({x:.2f}, {y:.2f}, {z:.2f}) in base_footprint"

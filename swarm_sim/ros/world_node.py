@@ -329,6 +329,8 @@ class WorldNode:
         self._links.poll_viewers()
         self._links.check_foreign_publishers()
         self._scenery.poll_viewers(self._tick)
+        for sentence in self._world.motionless():
+            self._events.write(Note(sentence))
         self._report()
 
     def _report(self) -> None:

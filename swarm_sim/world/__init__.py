@@ -8,6 +8,7 @@ What a module imports of its folder stands above it:
     request_checks    Limits on the content of every `/sim` request, whatever it asks for
     verdict           Ground truth: collisions, clearances, distances, hash of trajectories
     model_reader      Reads models for the world in a process of its own
+    standstill        Robots that are told to drive, and never do
     world             The world in lockstep: observe at a tick, take commands, advance
     changing_world    A world in which robots and things come, go and are moved
     object_placement  Whether an object may be put somewhere while robots drive

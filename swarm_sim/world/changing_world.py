@@ -118,6 +118,7 @@ class ChangingWorld(World):
         self._radio.add()
         self._radio.welcome(robot_id)
         self._judge.add(name, place)
+        self._standstill.add()
         self.last_beacons.append(None)
         self._renew_lidars()
         return len(self.specs) - 1

@@ -96,6 +96,11 @@ class Judge:
         """The episodes so far, in order of time."""
         return self._collisions
 
+    @property
+    def distances(self) -> FloatArray:
+        """Ways [m] that the robots have driven, in their order; not to be changed."""
+        return self._distances
+
     def observe(
         self,
         start: float,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,7 +23,7 @@ from swarm_common.model.records import (
     value_type,
 )
 from swarm_common.model.sensors import IDEAL, SensorErrors
-from swarm_common.robots.loading import load_robot_model
+from swarm_common.robots.loading import load_robot_model, taken_for
 from swarm_common.robots.sensors_io import sensor_errors
 from swarm_sim.physics.drive import CommandBuffer, Odometer
 from swarm_sim.physics.engine import Engine
@@ -40,6 +40,7 @@ from swarm_sim.sensing import radio_kernels
 from swarm_sim.sensing.lidar import Lidars
 from swarm_sim.sensing.motion_sensors import Imu, MotionSensors
 from swarm_sim.sensing.radio import Radio, RadioConfig
+from swarm_sim.world.standstill import Standstill
 from swarm_sim.world.verdict import Judge, Verdict
 
 ENGINES = ("bullet", "planar")
@@ -149,6 +150,7 @@ class World:
         self._odometer = Odometer(len(specs))
         self._radio = Radio(config.radio, len(specs), seed)
         self._judge = Judge(self.names, self._engine.poses, self._engine.clearances)
+        self._standstill = Standstill(len(specs))
 
     def check_model(self, spec: RobotSpec, model: RobotModel) -> None:
         """Check that a robot model drives in this world's physics engine, whatever it looks like.
@@ -204,6 +206,16 @@ class World:
         """Contact episodes so far; cheaper than `verdict`."""
         return self._judge.collisions
 
+    def motionless(self) -> Iterator[str]:
+        """Yield a sentence on each robot that is told to drive and never moves, once."""
+        for robot, told in self._standstill.new(self._judge.distances):
+            spec = self.specs[robot]
+            about = taken_for(spec, self._models[spec.model]) if spec.model in self._models else ""
+            yield (
+                f"{self.names[robot]} does not move: it was told to drive {told:.1f} m, and went "
+                f"{self._judge.distances[robot]:.2f} m. {about}"
+            )
+
     def observe(self) -> list[Observation]:
         """Return what each robot senses at the present tick."""
         scans: dict[int, Scan] = {}
@@ -228,7 +240,9 @@ class World:
         """
         known = len(self._judge.collisions)
         self._radio.send(self._tick, beacons, self._engine.poses[:, :2])
-        touches = self._engine.advance(self._disturbed(self._commands.update(commands)))
+        targets = self._commands.update(commands)
+        self._standstill.observe(targets)
+        touches = self._engine.advance(self._disturbed(targets))
         engine = self._engine
         self._odometer.update(
             *self._motion_sensors.update(

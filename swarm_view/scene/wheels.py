@@ -10,7 +10,8 @@ import numpy as np
 from viser.transforms import SO3
 
 from swarm_common.model.records import FloatArray
-from swarm_common.robots.drive_train import GROUND, OMNI
+from swarm_common.robots.drive_train import GROUND
+from swarm_common.robots.words import is_omni
 
 UPRIGHT = 0.1  # sine of the largest tilt of an axle
 LEAST_RADIUS = 0.005  # [m]
@@ -69,7 +70,7 @@ def axles(robot: Any, frames: Mapping[str, FloatArray]) -> list[Axle]:
         if abs((place[:3, :3] @ axis)[2]) > UPRIGHT:
             continue
         links = _carried([joint.child], robot, only_fixed=False)
-        is_mecanum = bool(OMNI.search(f"{robot.name} {joint.name} {joint.child}"))
+        is_mecanum = is_omni(f"{robot.name} {joint.name} {joint.child}")
         found.append(Axle(tuple(links), place, axis, is_mecanum))
     return found
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from swarm_common.model.outline import placed_corners
 from swarm_common.model.records import FloatArray, RobotSpec
-from swarm_common.robots.drive_train import radius_of
+from swarm_common.robots.tyres import tyre_of
 from swarm_sim.scene.robot_model import RigidGroup
 from swarm_sim.scene.scene import Part, Sphere, Transform
 
@@ -73,16 +73,26 @@ def heights(wheels: Sequence[RigidGroup], radius: float) -> FloatArray:
     Returns:
         (n,) in the order of `wheels`.
     """
-    ends = [w.parent_from_group[2, 3] - (radius_of(w) or radius) for w in wheels]
+    ends = [w.parent_from_group[2, 3] - tyre_radius(w, radius) for w in wheels]
     return np.array(ends) - min(ends, default=0.0)
+
+
+def tyre_radius(wheel: RigidGroup, otherwise: float) -> float:
+    """Return the radius [m] of a wheel's tyre.
+
+    Args:
+        otherwise: [m] for one whose shape does not tell it.
+    """
+    tyre = tyre_of(wheel)
+    return otherwise if tyre is None else tyre.radius
 
 
 def _wheel_balls(wheels: Sequence[RigidGroup], radius: float) -> tuple[float, FloatArray]:
     """Return the height of the wheels' plane, and the balls' centres, which touch it."""
     if not wheels:
         return 0.0, np.zeros((0, 3))
-    centers = np.array([wheel.parent_from_group[:3, 3] for wheel in wheels])
-    ends = centers[:, 2] - [radius_of(wheel) or radius for wheel in wheels]
+    centers = np.array([_tyre_middle(wheel) for wheel in wheels])
+    ends = centers[:, 2] - [tyre_radius(wheel, radius) for wheel in wheels]
     level = float(np.median(centers[:, 2])) - radius
     level = 0.0 if abs(level) < SAME else level
     off = ends - np.median(ends)
@@ -90,6 +100,13 @@ def _wheel_balls(wheels: Sequence[RigidGroup], radius: float) -> tuple[float, Fl
     is_off = np.abs(heights - centers[:, 2]) > SAME
     centers[is_off, 2] = heights[is_off]
     return level, centers
+
+
+def _tyre_middle(wheel: RigidGroup) -> FloatArray:
+    """Return where the middle of a wheel's tyre is, which need not be that of its joint."""
+    place, tyre = wheel.parent_from_group, tyre_of(wheel)
+    middle: FloatArray = place[:3, 3].copy()
+    return middle if tyre is None else middle + place[:3, :3] @ tyre.offset
 
 
 def _split_base(

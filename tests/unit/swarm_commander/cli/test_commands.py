@@ -21,6 +21,7 @@ from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError, NoSwarmError
 from swarm_common.robots.fleet import fleet_names
 from swarm_common.robots.loading import robot_names
+from tests.fakes.foreign_robots import ACCELERATIONS, fast_wheels, two_wheels
 
 ROOT = Path(__file__).parents[4]
 SCRIPTS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["scripts"]
@@ -68,6 +69,20 @@ def test_the_list_has_a_line_with_words_for_each_name() -> None:
     for name in (*world_names(), *mission_names(), *robot_names(), *fleet_names()):
         (line,) = [line for line in lines if line.split()[:1] == [name]]
         assert len(line.split()) > 2
+
+
+def test_a_robot_is_described_with_where_each_value_is_from(monkeypatch, capsys, tmp_path) -> None:
+    path = two_wheels(*fast_wheels(), settings=ACCELERATIONS).write(tmp_path)
+    assert call(monkeypatch, "swarm-up", "--describe", str(path)) == 0
+    lines = capsys.readouterr().out.splitlines()
+    about = {line.split()[0]: " ".join(line.split()[1:]) for line in lines[1:]}
+    assert about["drive"].startswith("differential guessed: two wheels on the ground")
+    assert about["wheel_radius"] == "0.05 m collision shapes of the wheels"
+    assert about["acc_lim_x"] == "1 m/s² own.robot.yaml"
+    assert about["lidar.frame"] == "laser ray sensor on link laser"
+    assert about["max_vel_x"].startswith("missing the velocity limit 100 rad/s of joint left_wheel")
+    assert call(monkeypatch, "swarm-up", "--describe", "turtlebot3_wafle") == 2
+    assert "did you mean 'turtlebot3_waffle'" in capsys.readouterr().err
 
 
 def test_a_port_is_checked_without_a_viewer(monkeypatch, capsys) -> None:

@@ -50,7 +50,7 @@ def opened(folder: Path, *sensors: str, settings: str = LIMITS) -> Robot:
 def test_cliff_sensors_and_range_finders_are_no_lidars(tmp_path: Path) -> None:
     made = opened(tmp_path, CLIFF, FINDER, FAN, CLOUD, lidar("laser", (0.1, 0.0, 0.2)))
     assert (made.spec.lidar.frame, made.spec.lidar.rays) == ("laser", 360)
-    (note,) = made.model.notes
+    (note,) = [note for note in made.model.notes if "is the LiDAR" in note]
     assert note == (
         "laser (360 rays, 8 m) is the LiDAR, not cliff (1 rays, 0.2 m): 1 rays within 0 degrees, "
         "range (5 rays, 4 m): 5 rays within 11 degrees, cliff_fan (720 rays, 20 m): tilted by 90 "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from swarm_sim.physics import trial
 from swarm_sim.physics.trial import check_trial
 from swarm_sim.scene.scene import Scene
 from swarm_sim.world.world import World, WorldConfig
+from tests.fakes.foreign_robots import inboard_tyres, mecanum_by_controller, on_rollers
 from tests.fakes.own_robots import (
     CHASSIS,
     LIMITS,
@@ -137,6 +139,37 @@ def test_inertias_that_follow_from_the_shapes_cure_it(own: Own, tmp_path: Path) 
 def test_a_caster_too_deep_for_a_spring_is_named(tmp_path: Path) -> None:
     made = opened(deep_caster(), tmp_path)
     with pytest.raises(RobotModelError, match="link caster reaches 35 mm below the driven wheels"):
+        check_trial(made.spec, made.model, PERIOD)
+
+
+def test_two_wheels_that_are_to_roll_sideways_are_refused_with_what_they_were_taken_for(
+    tmp_path: Path,
+) -> None:
+    own = Own(sprung(0.0).urdf, LIMITS + "drive: omni\n")
+    made = opened(own, tmp_path)
+    with pytest.raises(RobotModelError) as caught:
+        check_trial(made.spec, made.model, PERIOD)
+    message = str(caught.value)
+    assert "m to the left, it went" in message
+    assert "its wheels report 0.00 m" in message
+    assert "It was taken for: drive omni (robot.yaml); wheels left_wheel_joint (left)" in message
+    assert "state it in robot.yaml: drive: ..., wheels:" in message
+
+
+@pytest.mark.parametrize("make", [mecanum_by_controller, on_rollers, inboard_tyres])
+def test_drives_of_others_pass(make: Callable[[], Own], tmp_path: Path) -> None:
+    made = opened(make(), tmp_path)
+    done = check_trial(made.spec, made.model, PERIOD)
+    assert done.turned == pytest.approx(done.turn, rel=0.02)
+    if made.spec.is_omni:
+        assert done.slid == pytest.approx(done.side, rel=0.02)
+        assert done.side > 0.3
+
+
+def test_a_radius_that_is_too_small_is_blamed_as_well_as_the_caster(tmp_path: Path) -> None:
+    own = Own(sprung(0.0).urdf, LIMITS + "wheel_radius: 0.025\n")
+    made = opened(own, tmp_path)
+    with pytest.raises(RobotModelError, match=r"the wheels' radius, 0.025 m \(robot.yaml\)"):
         check_trial(made.spec, made.model, PERIOD)
 
 
