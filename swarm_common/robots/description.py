@@ -263,7 +263,8 @@ class _Builder:
             draft.links.append(link.name)
         if link.inertial is not None:
             mass, center, tensor = _inertial(link.inertial)
-            if mass < 0.0:
+            is_fixed = link.name != draft.name
+            if mass < 0.0 or (mass == 0.0 and own and not is_fixed):
                 self.faults.append(f"{where}: its mass is {mass:g} kg; it must be positive")
                 return
             if own and mass == 0.0:  # markers and plates of some exporters

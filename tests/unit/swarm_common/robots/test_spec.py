@@ -141,7 +141,7 @@ def test_all_that_keeps_a_robot_from_loading_is_told_at_once(tmp_path: Path) -> 
         joint("cover_joint", "base_link", "cover"),
         link("bumper", mesh.format("acme_bumpers"), inertial(0.2, 1e-3)),
         joint("bumper_joint", "base_link", "bumper"),
-        link("weight", '<box size="0.1 0.1 0.1"/>', inertial(0.0, 1e-3)),
+        link("weight", '<box size="0.1 0.1 0.1"/>', inertial(-1.0, 1e-3)),
         joint("weight_joint", "base_link", "weight"),
         lidar(rpy="0.9 0 0"),
     ]  # fmt: skip
@@ -152,7 +152,7 @@ def test_all_that_keeps_a_robot_from_loading_is_told_at_once(tmp_path: Path) -> 
     for part in (
         "own.urdf: 6 things are wrong:",
         "unknown key 'foo'",
-        "link weight: its mass is 0 kg",
+        "link weight: its mass is -1 kg",
         "packages 'acme_covers' and 'acme_bumpers' are not in",
         "give their folders with --package-path",
         "the LiDAR on link 'laser' is tilted by 52 degrees; write the pose",
