@@ -83,7 +83,10 @@ def _walls(data: Mapping[str, Any], path: Path) -> Iterator[Thing]:
         if not isinstance(points, list) or len(points) < 2:
             raise ConfigError(f"{where}.points is {points!r}; expected 2 or more points [x, y]")
         line = [_place(point, 2, f"{where}.points[{i}]") for i, point in enumerate(points)]
-        if item.get("closed") is True:
+        closed = item.get("closed", False)
+        if not isinstance(closed, bool):
+            raise ConfigError(f"{where}.closed is {closed!r}; expected true or false")
+        if closed:
             line.append(line[0])
         name = str(item.get("name", f"wall_{index + 1}"))
         for piece, ((x0, y0), (x1, y1)) in enumerate(pairwise(line)):
@@ -175,7 +178,8 @@ def _repeated(value: object, where: str) -> Iterator[tuple[str, float, float]]:
 
 
 def _items(data: Mapping[str, Any], key: str, path: Path) -> list[dict[str, Any]]:
-    value = data.get(key) or []
+    value = data.get(key)
+    value = [] if value is None else value
     if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
         raise ConfigError(f"{path}: {key} is {value!r}; expected a list of {{...}} items")
     return value

@@ -15,9 +15,8 @@ import numpy as np
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Mask
-from swarm_map.floor_plan import WALL_COLOR, FloorPlan, Thing
-from swarm_map.plan_image import rectangles
-from swarm_sim.scene.scene import Box
+from swarm_map.floor_plan import FloorPlan
+from swarm_map.plan_image import WallRaster
 
 Cell = tuple[int, int]  # row from the north, column
 FREE, BLOCKED = ".GS", "@OTW"
@@ -53,16 +52,7 @@ def load_grid_map(
     height, width = blocked.shape
     left, low = -(width / 2.0 + 1.0) * cell, -(height / 2.0 + 1.0) * cell
     walls = np.pad(blocked[::-1], 1, constant_values=True)
-    things = tuple(
-        Thing(
-            f"wall_{index}",
-            Box((_round(columns * cell), _round(rows * cell), wall_height)),
-            _round(left + (column + columns / 2.0) * cell),
-            _round(low + (row + rows / 2.0) * cell),
-            color=WALL_COLOR,
-        )
-        for index, (row, column, rows, columns) in enumerate(rectangles(walls, path), 1)
-    )
+    things = WallRaster(path, walls, cell, left, low).things(wall_height)
     sites: dict[str, Any] = {}
     if scenario is not None:
         agents = _agents(scenario, blocked)

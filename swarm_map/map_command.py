@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import enum
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -10,21 +12,49 @@ import typer
 from rich.console import Console
 
 from swarm_common.files.map_io import load_map, save_map
+from swarm_common.files.other_worlds import YAML, YamlKind, check_plan_kind, yaml_kind
 from swarm_common.model.engines import BULLET, usual_engine
 from swarm_common.model.errors import ConfigError, MapError
 from swarm_common.model.records import RobotSpec
 from swarm_common.robots.loading import load_robot
 from swarm_map.floor_plan import load_plan
 from swarm_map.grid_map import load_grid_map
+from swarm_map.nav2_map import load_nav2_map
 from swarm_map.plan_image import PlanScale, load_picture
-from swarm_map.remarks import close_stations, size_of, stations_in_words, with_known_stations
+from swarm_map.remarks import (
+    close_stations,
+    size_of,
+    stations_in_words,
+    with_known_stations,
+)
+from swarm_map.start import USUAL_SIZE, start_area, startable
 from swarm_map.world_writer import ROBOT, write_world
 from swarm_sim.maps.draw_map import SCAN_HEIGHT, draw_world, reach_of
 from swarm_sim.maps.map_difference import MAX_SHARE, compare
 from swarm_sim.maps.world_check import differences, picture
 from swarm_sim.scene.scene import Scene
-from swarm_sim.sdf.reader import SITES_FILE, load_world
+from swarm_sim.sdf.reader import SITES_FILE, load_world, world_names
 
+NAME_RULE = "expected letters, digits, _ and -"
+
+
+class PlanKind(enum.Enum):
+    """What a world is made of."""
+
+    YAML = "a floor plan in YAML"
+    PICTURE = "a picture"
+    NAV2_MAP = "a map of Nav2's"
+    GRID = "a .map grid"
+
+
+OPTIONS = {  # of `swarm-map new`: what they are for
+    "resolution": (PlanKind.PICTURE, PlanKind.GRID, PlanKind.YAML),
+    "origin": (PlanKind.PICTURE,),
+    "wall_height": (PlanKind.PICTURE, PlanKind.NAV2_MAP, PlanKind.GRID),
+    "drop": (PlanKind.PICTURE, PlanKind.NAV2_MAP),
+    "cell": (PlanKind.GRID,),
+    "scenario": (PlanKind.GRID,),
+}
 map_app = typer.Typer(no_args_is_help=True, help="Maps and worlds.", rich_markup_mode=None)
 console = Console(highlight=False, soft_wrap=True, markup=False)
 
@@ -116,8 +146,12 @@ def check(
 
 @map_app.command()
 def new(
+    context: typer.Context,
     plan: Annotated[
-        Path, typer.Argument(help="Floor plan: a YAML file, a picture (.png), or a .map grid.")
+        Path,
+        typer.Argument(
+            help="Floor plan: a YAML file, a picture (.png), a map of Nav2's, or a .map grid."
+        ),
     ],
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder in which the world's folder is created.")
@@ -147,6 +181,7 @@ def new(
 ) -> None:
     """Make a world from a floor plan: world.sdf, sites.yaml, and its map.
 
+    A map of Nav2's (its .yaml) becomes walls wherever it is occupied, at the same places.
     In a picture dark pixels are walls, each green spot is a station, and a blue area is where the
     robots start; with --force, stations keep the names that sites.yaml gives them.
     docs/creating.md describes the YAML. A .map is a grid of the Moving AI Lab's
@@ -154,22 +189,35 @@ def new(
     """
     scale = PlanScale(resolution=resolution, origin=origin, wall_height=wall_height, drop=drop)
     _check(plan.is_file(), f"there is no floor plan {plan}")
-    kind = plan.suffix.lower()
-    _check(scenario is None or kind == ".map", "--scen is for a .map grid")
-    if kind == ".map":
+    kind = _kind_of(plan)
+    for option, kinds in OPTIONS.items():
+        origin_of_value = context.get_parameter_source(option)
+        given = origin_of_value is not None and origin_of_value.name == "COMMANDLINE"
+        flag = "scen" if option == "scenario" else option.replace("_", "-")
+        fits = " or ".join(usable.value for usable in kinds)
+        _check(not given or kind in kinds, f"--{flag} is for {fits}; {plan} is {kind.value}")
+    if kind is PlanKind.GRID:
         floor = load_grid_map(plan, cell, scenario, wall_height)
+    elif kind is PlanKind.NAV2_MAP:
+        floor, resolution = load_nav2_map(plan, wall_height, drop)
     else:
-        floor = load_plan(plan) if kind in (".yaml", ".yml") else load_picture(plan, scale)
+        floor = load_plan(plan) if kind is PlanKind.YAML else load_picture(plan, scale)
     if name is not None:
-        _check(name.replace("_", "").replace("-", "").isalnum(), f"--name is '{name}'; letters")
+        _check(name.replace("_", "").replace("-", "").isalnum(), f"--name is '{name}'; {NAME_RULE}")
         floor = dataclasses.replace(floor, name=name)
     folder = output / floor.name
     if folder.exists() and any(folder.iterdir()) and not force:
         raise ConfigError(f"{folder} is not empty; give another --name, or --force to overwrite")
-    if kind not in (".map", ".yaml", ".yml") and (folder / SITES_FILE).is_file():
+    if kind is PlanKind.PICTURE and (folder / SITES_FILE).is_file():
         floor = with_known_stations(floor, folder / SITES_FILE)
     try:
         scene = write_world(floor, folder, resolution)
+        count, reason = startable(scene)
+        area = None if count or "spawn" in floor.sites else start_area(scene)
+        if area is not None:
+            floor = dataclasses.replace(floor, sites={**floor.sites, "spawn": area})
+            scene = write_world(floor, folder, resolution)
+            count, reason = startable(scene)
     except ConfigError as error:  # a note may say why
         raise ConfigError("; ".join((str(error), *filter(None, floor.notes)))) from error
     width, depth = size_of(scene)
@@ -182,7 +230,29 @@ def new(
     for line in (stations_in_words(scene), *floor.notes, *close_stations(scene)):
         if line:
             console.print(f"  {line}")
-    console.print(f"start robots with\n  swarm-up --world {folder} --swarm-size 5")
+    if count < USUAL_SIZE:
+        console.print(f"  room for {count} robots: {reason}")
+    if count:
+        world = shlex.quote(_as_world(folder))
+        console.print(f"start robots with\n  swarm-up --world {world} --swarm-size {count}")
+
+
+def _kind_of(plan: Path) -> PlanKind:
+    suffix = plan.suffix.lower()
+    if suffix == ".map":
+        return PlanKind.GRID
+    if suffix not in YAML:
+        return PlanKind.PICTURE
+    if yaml_kind(plan) is YamlKind.NAV2_MAP:
+        return PlanKind.NAV2_MAP
+    check_plan_kind(plan)
+    return PlanKind.YAML
+
+
+def _as_world(folder: Path) -> str:
+    """Return what `--world` takes for a folder, also where a world that ships has its name."""
+    is_shipped = len(folder.parts) == 1 and folder.name in world_names()
+    return f"./{folder}" if is_shipped or str(folder).startswith("-") else str(folder)
 
 
 def _check_triangles(scene: Scene, robot: RobotSpec, height: float, output: Path) -> None:

@@ -63,29 +63,15 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
         -height * scale.resolution / 2.0,
     )
     red, green, blue = np.moveaxis(pixels, 2, 0)
-    size = scale.resolution
     walls = pixels.max(axis=2) < DARK
     if not walls.any():
         raise ConfigError(
             f"{path}: no pixel is dark; walls are pixels whose colours are all below {DARK} of 255"
         )
-    dropped = _drop(walls, scale.drop / size + 1e-6)
-    if not walls.any():
-        raise ConfigError(f"{path}: --drop {scale.drop:g} leaves no wall")
-
-    def place(spot: Point) -> Point:
-        return _round(left + spot[1] * size), _round(low + spot[0] * size)
-
-    boxes = rectangles(walls, path)
-    things = tuple(
-        Thing(
-            f"wall_{index}",
-            Box((_round(columns * size), _round(rows * size), scale.wall_height)),
-            *place((row + rows / 2.0, column + columns / 2.0)),
-            color=WALL_COLOR,
-        )
-        for index, (row, column, rows, columns) in enumerate(boxes, 1)
-    )
+    raster = WallRaster(path, walls, scale.resolution, left, low)
+    remarks = raster.drop_specks(scale.drop)
+    place = raster.place
+    things = raster.things(scale.wall_height)
     sites: dict[str, Any] = {}
     greens = _spots((green - np.maximum(red, blue)) > VIVID)
     for spot in greens:
@@ -113,21 +99,62 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
     notes = []
     if not sites:
         notes.append(f"neither green nor blue in {path}: {RULE}")
-    if dropped:
-        x, y = place(max(dropped, key=lambda spot: max(spot.mask.shape)).middle)
-        notes.append(
-            f"left out as no longer and no wider than {scale.drop:g} m: {len(dropped)} dark spots, "
-            f"the largest at ({x:.1f}, {y:.1f})"
+    return FloorPlan(path.stem, things, sites, (*notes, *remarks))
+
+
+@dataclass(frozen=True, slots=True)
+class WallRaster:
+    """Walls as pixels."""
+
+    path: Path  # of the picture, for messages
+    walls: Mask  # (height, width); row 0 is the lowest y
+    size: float  # [m] of a pixel
+    left: float  # [m] x of the lower left corner
+    low: float  # [m] y of it
+
+    def place(self, spot: Point) -> Point:
+        """Return x, y [m] of a row and column."""
+        return _round(self.left + spot[1] * self.size), _round(self.low + spot[0] * self.size)
+
+    def things(self, height: float) -> tuple[Thing, ...]:
+        """Return the boxes that the walls are, `height` [m] tall."""
+        return tuple(
+            Thing(
+                f"wall_{index}",
+                Box((_round(columns * self.size), _round(rows * self.size), height)),
+                *self.place((row + rows / 2.0, column + columns / 2.0)),
+                color=WALL_COLOR,
+            )
+            for index, (row, column, rows, columns) in enumerate(
+                rectangles(self.walls, self.path), 1
+            )
         )
-    specks = _specks(walls, size)
-    if specks:
-        x, y = place(max(specks, key=lambda speck: speck.pixels).middle)
-        notes.append(
-            f"specks smaller than {SPECK:g} x {SPECK:g} m that are obstacles now (text? noise?): "
-            f"{len(specks)}, the largest at ({x:.1f}, {y:.1f}); "
-            "look at map.pgm; --drop leaves out what is small"
-        )
-    return FloorPlan(path.stem, things, sites, tuple(notes))
+
+    def drop_specks(self, drop: float) -> list[str]:
+        """Clear dark spots no longer and no wider than `drop` [m]; return notes on small ones.
+
+        Raises:
+            ConfigError: If no wall is left.
+        """
+        dropped = _drop(self.walls, drop / self.size + 1e-6)
+        if not self.walls.any():
+            raise ConfigError(f"{self.path}: --drop {drop:g} leaves no wall")
+        notes = []
+        if dropped:
+            x, y = self.place(max(dropped, key=lambda spot: max(spot.mask.shape)).middle)
+            notes.append(
+                f"left out as no longer and no wider than {drop:g} m: {len(dropped)} dark spots, "
+                f"the largest at ({x:.1f}, {y:.1f})"
+            )
+        specks = _specks(self.walls, self.size)
+        if specks:
+            x, y = self.place(max(specks, key=lambda speck: speck.pixels).middle)
+            notes.append(
+                f"specks smaller than {SPECK:g} x {SPECK:g} m that are obstacles now (text? "
+                f"noise?): {len(specks)}, the largest at ({x:.1f}, {y:.1f}); "
+                "look at map.pgm; --drop leaves out what is small"
+            )
+        return notes
 
 
 def rectangles(mask: Mask, path: Path) -> list[tuple[int, int, int, int]]:

@@ -82,7 +82,7 @@ class MissingPackageError(RobotModelError):
         super().__init__(
             f"package{'s' if several else ''} {names} {'are' if several else 'is'} not in "
             f"{searched}; give {'their folders' if several else 'its folder'} with "
-            "--package-path, ROS_PACKAGE_PATH, or packages: in robot.yaml"
+            "--package-path, ROS_PACKAGE_PATH, or for a robot packages: in robot.yaml"
         )
 
 

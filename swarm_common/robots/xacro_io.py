@@ -36,12 +36,15 @@ PLACEHOLDERS = ("namespace", "robot_namespace", "ns", "prefix", "tf_prefix", "fr
 LONGEST = 300  # characters of xacro's own message that are shown
 
 
-def expand(path: Path, arguments: Mapping[str, str], finder: PackageFinder) -> str:
+def expand(
+    path: Path, arguments: Mapping[str, str], finder: PackageFinder, advice: str = ""
+) -> str:
     """Return a xacro file as URDF text.
 
     Args:
         arguments: Values of `xacro:arg`s by name.
         finder: Of the packages in `$(find package)`.
+        advice: What to do about an argument without a value; empty for robots.
 
     Raises:
         RobotModelError: If xacro refuses it; the message names the file and, if it can, the line.
@@ -68,7 +71,7 @@ def expand(path: Path, arguments: Mapping[str, str], finder: PackageFinder) -> s
         if own is not None:
             faults.tell([f"{path}: {own}"])
         if names and (own is not None or UNDEFINED.search(str(cause))):
-            faults.tell([f"{path}: {_undefined(names)}"])
+            faults.tell([f"{path}: {_undefined(names, advice)}"])
         if faults:
             try:
                 faults.check()
@@ -166,12 +169,12 @@ def unresolved(
     return list(packages), [name for name in used if name not in known]
 
 
-def _undefined(names: Sequence[str]) -> str:
+def _undefined(names: Sequence[str], advice: str) -> str:
     values = ", ".join(f"{name}: ..." for name in names)
     return (
         f"$(arg {names[0]}) has no value"
         + "".join(f", nor has $(arg {name})" for name in names[1:])
-        + f"; write it into robot.yaml, xacro_args: {{{values}}}"
+        + f"; {advice or f'write it into robot.yaml, xacro_args: {{{values}}}'}"
     )
 
 

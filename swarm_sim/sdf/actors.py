@@ -35,7 +35,7 @@ def actors_of(world: ET.Element, source: Source) -> Actors:
         if len(points) < 2:
             source.remark(f"actor {name} is left out: its script moves it nowhere")
             continue
-        box = _box(actor, name)
+        box = _box(actor, name, source)
         try:
             if box is None:
                 walkers.append(WalkerSpec(name=name, path=tuple(points), speed=speed, pause=0.0))
@@ -86,10 +86,12 @@ def _closed(points: Points) -> Points:
     return points + points[-2:0:-1]
 
 
-def _box(actor: ET.Element, name: str) -> Box | None:
+def _box(actor: ET.Element, name: str, source: Source) -> Box | None:
     """Return the first box among the collisions of an actor's links."""
-    for element in actor.findall("link/collision/geometry/box"):
-        shape = shape_of(element, name)
-        if isinstance(shape, Box):
-            return shape
-    return None
+    shapes = actor.findall("link/collision/geometry/*")
+    boxes = [element for element in shapes if element.tag == "box"]
+    if len(shapes) > len(boxes[:1]):
+        what = "its first box" if boxes else "a person"
+        source.remark(f"actor {name} has {len(shapes)} shapes; it is {what} here")
+    shape = shape_of(boxes[0], name) if boxes else None
+    return shape if isinstance(shape, Box) else None

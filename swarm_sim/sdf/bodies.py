@@ -116,6 +116,8 @@ def _collision_shape(collision: ET.Element, name: str, here: Path, source: Sourc
     if geometry is None:
         raise WorldError(f"<collision> of {name} has no <geometry>")
     for element in geometry:
+        if ":" in element.tag:  # of another program
+            continue
         if element.tag == EMPTY:
             return None
         if element.tag != "mesh":

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from urllib.parse import unquote, urlparse
+from urllib.parse import unquote
 
+from swarm_common.files.fuel import name_in_fuel
 from swarm_common.files.home import home_folder
 
 MODEL_VARIABLES = (
@@ -19,8 +19,6 @@ MODEL_VARIABLES = (
     "GAZEBO_RESOURCE_PATH",
 )
 BESIDE = (".", "models", "..", "../models")  # of the world file
-FUEL_CACHES = (".gz/fuel", ".ignition/fuel")  # in the home folder
-FUEL_URI = re.compile(r"/([^/]+)/models/([^/]+)(?:/(?:tip|\d+))?(?:/files/(.*))?/?$")
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,17 +87,12 @@ class ModelPaths:
         yield from (folder / package / inside for folder in self._model_folders(here))
 
     def _in_fuel(self, uri: str, here: Path) -> Iterator[Path]:
-        """Return places of a model that was downloaded before; nothing is downloaded here."""
-        match = FUEL_URI.search(unquote(urlparse(uri).path))
-        if match is None:
+        """Yield places of what was downloaded before; nothing is downloaded here."""
+        name = name_in_fuel(uri)
+        if name is None:
             return
-        owner, model, inside = match.group(1), match.group(2), match.group(3) or ""
-        server = urlparse(uri).netloc
-        for cache in FUEL_CACHES:
-            versions = self.home / cache / server / owner.lower() / "models" / model.lower()
-            for version in sorted(versions.glob("*"), reverse=True):
-                yield version / inside
-        yield from (folder / model / inside for folder in self._model_folders(here))
+        yield from name.cached(self.home, self.environ)
+        yield from (folder / name.name / name.inside for folder in self._model_folders(here))
 
 
 def _name(rest: str) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from swarm_common.model.errors import WorldError
 from swarm_sim.scene.scene import Transform
 from swarm_sim.sdf.frames import SEPARATOR, Scope, base_of
+from swarm_sim.sdf.grammar import account_for
 from swarm_sim.sdf.source import NEWEST, Source, parse_sdf, parse_xml, version_of
 from swarm_sim.sdf.values import flag_of, pose_of, text_of, transform_of
 
@@ -99,12 +100,10 @@ def _model(
 ) -> Model:
     where = f"{parent.where}{SEPARATOR}{name}" if parent.where else name
     scope = Scope(where)
-    source.ignore(element)
+    account_for(element, "model", f"model '{where}'", source)
     for link in element.findall("link"):
-        source.ignore(link)
         scope.add(link)
     for joint in element.findall("joint"):
-        source.ignore(joint)
         scope.add(joint, text_of(joint, "child"))
     for frame in element.findall("frame"):
         scope.add(frame, frame.get("attached_to", ""))
@@ -117,6 +116,7 @@ def _model(
 def _included(
     include: ET.Element, here: Path, source: Source, parent: Scope, trail: tuple[Path, ...]
 ) -> Model | None:
+    account_for(include, "include", f"an <include> of {parent.where or 'the world'}", source)
     uri = text_of(include, "uri")
     name = text_of(include, "name")
     where = f"included as '{name}'" if name else "included"
@@ -127,7 +127,7 @@ def _included(
         path = source.find(uri, here, where)
         if path is None:
             return None
-        file = model_file(path)
+        file = model_file(path, source)
         if file in trail:
             chain = " -> ".join(step.parent.name for step in (*trail, file) if step.suffix)
             raise WorldError(f"model {uri} includes itself: {chain}")
@@ -136,12 +136,12 @@ def _included(
         if element is None:
             _without_model(root, uri, file, source)
             return None
+        account_for(root, "model file", file.name, source)
         found, here, trail = element, file.parent, (*trail, file)
     if found.tag != "model":
         return None
     model = _model(found, name or found.get("name") or "model", here, source, parent, trail)
     _override(model, include)
-    source.ignore(include)
     return model
 
 
@@ -211,7 +211,7 @@ def _without_model(root: ET.Element, uri: str, file: Path, source: Source) -> No
     raise WorldError(f"{file}, included as {uri}, has no <model>")
 
 
-def model_file(path: Path) -> Path:
+def model_file(path: Path, source: Source) -> Path:
     """Return the SDF file of a model's folder: the newest that we read.
 
     Args:
@@ -228,10 +228,7 @@ def model_file(path: Path) -> Path:
         if (path / "model.sdf").is_file():
             return (path / "model.sdf").resolve()
         raise WorldError(f"{path} is a folder without model.config; expected a model of Gazebo's")
-    try:
-        root = parse_xml(config)
-    except (ET.ParseError, OSError, ValueError, LookupError) as cause:
-        raise WorldError(f"{config}: malformed XML: {cause}") from cause
+    root = parse_xml(config, source)
     choices = []
     for element in root.iter("sdf"):
         file = path / (element.text or "").strip()

@@ -22,9 +22,10 @@ from swarm_sim.scene.scene import Body, Scene
 from swarm_sim.sdf.actors import actors_of
 from swarm_sim.sdf.bodies import bodies_of
 from swarm_sim.sdf.frames import Scope
+from swarm_sim.sdf.grammar import account_for
 from swarm_sim.sdf.model_paths import ModelPaths
 from swarm_sim.sdf.models import models_in
-from swarm_sim.sdf.source import Source, parse_sdf
+from swarm_sim.sdf.source import XACRO_ENDING, Source, parse_sdf
 from swarm_sim.sdf.state import state_of
 
 WORLD_FILE = "world.sdf"
@@ -55,7 +56,8 @@ def load_world(
     """Return a world.
 
     Args:
-        name_or_path: Name of a folder in `worlds/`, or a path to a folder, `.sdf` or `.world`.
+        name_or_path: Name of a folder in `worlds/`, or a path to a folder, `.sdf` or `.world`,
+            or to one of these in xacro.
         skip_missing: Whether models and meshes that are nowhere are left out.
         skip_broken: Whether models that are unusable are.
         sites: Path of a sites file; None for the one beside the world.
@@ -74,8 +76,9 @@ def load_world(
     vehicles = (*file.actors.vehicles, *own.vehicles)
     check_names([*walkers, *vehicles], str(path))
     solid = tuple(body for body in file.bodies if body.parts)
+    file_name = path.name.removesuffix(XACRO_ENDING)
     scene = Scene(
-        name=path.absolute().parent.name if path.name == WORLD_FILE else path.stem,
+        name=path.absolute().parent.name if file_name == WORLD_FILE else Path(file_name).stem,
         file=path,
         bodies=solid,
         sites=load_sites(sites_path) if sites or sites_path.is_file() else Sites(),
@@ -110,8 +113,10 @@ def read_world(path: Path, *, skip_missing: bool = False, skip_broken: bool = Fa
     root = parse_sdf(path, source)
     world = root.find("world")
     top = root if world is None else world
-    source.ignore(top)
     try:
+        if world is not None:
+            account_for(root, "sdf", "<sdf>", source)
+        account_for(top, "world", f"<{top.tag}>", source)
         bodies = _bodies(top, path.resolve().parent, source)
         actors = actors_of(top, source)
     except (WorldError, ConfigError) as cause:

@@ -4,32 +4,26 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
-from collections import Counter
+from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
+from xml.parsers.expat import ExpatError
 
-from swarm_common.model.errors import WorldError
+from swarm_common.model.errors import RobotModelError, WorldError
+from swarm_common.robots.packages import PackageFinder
+from swarm_common.robots.xacro_io import expand
 from swarm_sim.sdf.model_paths import ModelPaths
+from swarm_sim.sdf.xml_reader import read_xml
 
 OLDEST, NEWEST = (1, 4), (1, 10)  # versions of SDF
 LATER = ((1, 11), (1, 12))  # read as if they were the newest, with a note
 NAMED_SEARCHES = 12  # places that a message lists
-# What of a world is left out, by tag; all else that is not read concerns only looks and solvers.
-IGNORED = (
-    "light",
-    "plugin",
-    "sensor",
-    "population",
-    "road",
-    "wind",
-    "projector",
-    "audio_source",
-    "particle_emitter",
-    "gripper",
+NO_XML = (
+    "worlds are Gazebo's .sdf and .world; of a world of Stage, give the picture of its floor plan "
+    "to swarm-map new"
 )
-
-
-BARE_AMPERSAND = re.compile(rb"&(?!#\d+;|#x[0-9a-fA-F]+;|[A-Za-z_:][\w:.-]*;)")
+XACRO = "xacro:"  # how the elements of its macros begin
+XACRO_ENDING = ".xacro"
 
 
 @dataclass(slots=True)
@@ -41,6 +35,10 @@ class Source:
     skip_missing: bool = False  # whether what is missing is left out instead of refused
     skip_broken: bool = False  # whether models that are unusable are
     ignored: Counter[str] = field(default_factory=Counter)  # number of elements left out, by tag
+    # notes on elements that have no place where they stand, by their tag and what they are in
+    rejected: defaultdict[tuple[str, str], list[str]] = field(
+        default_factory=lambda: defaultdict(list)
+    )
     remarks: list[str] = field(default_factory=list)  # other notes
     # what refers to a file that is nowhere, by URI
     missing: dict[str, str] = field(default_factory=dict)
@@ -65,11 +63,14 @@ class Source:
                     self.searched.append(place)
         return found
 
-    def ignore(self, parent: ET.Element) -> None:
-        """Count the children of an element that are left out."""
-        for child in parent:
-            if child.tag in IGNORED:
-                self.ignored[child.tag] += 1
+    def reject(self, tag: str, kind: str, what: str, advice: str) -> None:
+        """Count an element that has no place where it stands.
+
+        Args:
+            kind: What it is in; equal tags in elements of one kind are one note.
+            what: The element and its place, for the note.
+        """
+        self.rejected[tag, kind].append(f"{what} is ignored; {advice}")
 
     def remark(self, text: str) -> None:
         """Add a note, once."""
@@ -123,48 +124,77 @@ class Source:
 
     def notes(self) -> tuple[str, ...]:
         """Return what the user should know about what was read."""
-        if not self.ignored:
-            return tuple(f"{self.path.name}: {remark}" for remark in self.remarks)
         counts = ", ".join(f"{count} <{tag}>" for tag, count in sorted(self.ignored.items()))
-        return tuple(
-            f"{self.path.name}: {remark}" for remark in [f"ignored: {counts}", *self.remarks]
-        )
+        told = [f"ignored: {counts}"] if counts else []
+        for notes in self.rejected.values():
+            more = f" ({len(notes) - 1} more like it)" if len(notes) > 1 else ""
+            told.append(f"{notes[0]}{more}")
+        return tuple(f"{self.path.name}: {note}" for note in [*told, *self.remarks])
 
 
 def parse_sdf(path: Path, source: Source) -> ET.Element:
-    """Return the outermost element of an SDF file.
-
-    Args:
-        source: Takes a note if the version is newer than we know.
+    """Return the outermost element of an SDF file, xacro expanded.
 
     Raises:
-        WorldError: If it is not XML, not SDF, or of a version that we do not read.
+        WorldError: If it is not XML, not SDF, or of a version that we do not read; or if xacro
+            cannot expand it.
     """
-    try:
-        root = parse_xml(path)
-    except ET.ParseError as cause:
-        line, column = cause.position
-        raise WorldError(f"{path}, line {line}, column {column}: malformed XML: {cause}") from cause
-    except (OSError, ValueError, LookupError) as cause:  # of the file, or of its encoding
-        raise WorldError(f"cannot read {path}: {cause}") from cause
+    root = parse_xml(path, source)
+    if path.suffix == XACRO_ENDING or is_xacro(root):
+        root = _expanded(path)
     check_sdf(root, path, source)
     return root
 
 
-def parse_xml(path: Path) -> ET.Element:
-    """Return the outermost element of an XML file; a bare & is one, as for Gazebo.
+def parse_xml(path: Path, source: Source) -> ET.Element:
+    """Return the outermost element of an XML file.
+
+    Args:
+        source: Takes a note of what stands around it.
 
     Raises:
-        ParseError, OSError, ValueError, LookupError: If it cannot be read.
+        WorldError: If it cannot be read.
     """
-    data = path.read_bytes()
     try:
-        return ET.fromstring(data)
-    except ET.ParseError:
-        mended = BARE_AMPERSAND.sub(b"&amp;", data)
-        if mended == data:
-            raise
-        return ET.fromstring(mended)
+        return parse_text(path.read_bytes(), path, source)
+    except OSError as cause:
+        raise WorldError(f"cannot read {path}: {cause}") from cause
+
+
+def parse_text(data: bytes, path: Path, source: Source) -> ET.Element:
+    """Return the outermost element of XML.
+
+    Args:
+        source: Takes a note of what stands around it.
+
+    Raises:
+        WorldError: If it cannot be read.
+    """
+    try:
+        file = read_xml(data)
+    except ExpatError as cause:
+        if not data.lstrip(b"\xef\xbb\xbf \t\r\n").startswith((b"<", b"\xff\xfe", b"\xfe\xff")):
+            raise WorldError(f"{path} is no XML; {NO_XML}") from cause
+        place = f"{path}, line {cause.lineno}, column {cause.offset}"
+        raise WorldError(f"{place}: malformed XML: {cause}") from cause
+    except (ValueError, LookupError) as cause:  # of the text, or of its encoding
+        raise WorldError(f"cannot read {path}: {cause}") from cause
+    if file.outside:
+        source.remark(f"the text around <{file.root.tag}> in {path.name} is ignored")
+    return file.root
+
+
+def is_xacro(root: ET.Element) -> bool:
+    """Return whether a document is to be expanded by xacro."""
+    return "xmlns:xacro" in root.attrib or any(e.tag.startswith(XACRO) for e in root.iter())
+
+
+def _expanded(path: Path) -> ET.Element:
+    try:
+        text = expand(path, {}, PackageFinder([], path), "give it a default= in the file")
+        return read_xml(text.encode()).root
+    except RobotModelError as cause:
+        raise WorldError(str(cause)) from cause
 
 
 def check_sdf(root: ET.Element, path: Path, source: Source) -> None:

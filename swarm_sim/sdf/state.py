@@ -34,7 +34,10 @@ def state_of(world: ET.Element, source: Source) -> WorldState:
         WorldError: If a pose is malformed.
     """
     state = WorldState()
-    for element in world.findall("state"):
+    elements = world.findall("state")
+    if len(elements) > 1:
+        source.remark(f"of {len(elements)} <state>, the last one that names a model counts")
+    for element in elements:
         for model in element.findall("model"):
             _read(model, "", state, source, 1)
         state.deleted |= {(name.text or "").strip() for name in element.findall("deletions/name")}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -13,6 +14,7 @@ from swarm_sim.scene.scene import Color, Transform, transform_from_xyz_rpy
 MIN_SIZE = 1e-5  # [m] of a shape; smaller ones are a slip of the unit
 MAX_SIZE = 10_000.0  # [m] of a shape
 MAX_PLACE = 100_000.0  # [m] from the origin of whatever a pose refers to
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 TRUE_WORDS = ("true", "1")
 
 
@@ -46,14 +48,19 @@ def floats_of(element: ET.Element | None, count: int, default: str, where: str) 
         WorldError: If there is another number of words, or one is not a finite number.
     """
     text = default if element is None else (element.text or "")
-    try:
-        values = [float(word) for word in text.split()]
-    except ValueError:
-        values = []
+    values = [value for word in text.split() for value in _values_in(word)]
     if len(values) != count or not all(math.isfinite(value) for value in values):
         tag = "" if element is None else element.tag
         raise WorldError(f"<{tag}> of {where} is '{text.strip()}'; expected {count} numbers")
     return values
+
+
+def _values_in(word: str) -> list[float]:
+    """Return the numbers in a word; a sign begins a new one, as where Gazebo reads `41.7-0.2`."""
+    parts = NUMBER.findall(word)
+    if "".join(parts) != word or any(part[0] not in "+-" for part in parts[1:]):
+        return [math.nan]
+    return [float(part) for part in parts]
 
 
 def sizes_of(element: ET.Element, tag: str, count: int, where: str) -> list[float]:

@@ -16,15 +16,18 @@ from swarm_common.robots.xacro_io import expand
 from swarm_sim.scene.scene import Body, Part, Plane
 from swarm_sim.sdf.bodies import bodies_of, convex, welded
 from swarm_sim.sdf.frames import Scope
+from swarm_sim.sdf.grammar import account_for
 from swarm_sim.sdf.model_paths import ModelPaths
 from swarm_sim.sdf.models import model_file, models_in
-from swarm_sim.sdf.source import Source, check_sdf
+from swarm_sim.sdf.source import Source, check_sdf, is_xacro, parse_sdf, parse_text
 from swarm_sim.sdf.state import WorldState
 from swarm_sim.world.refusal import Reason, RefusedError
 
 TEXT = "entity_resource.resource_string"  # what messages call a description without a file
+FROM_FILES = "xacro is read from files only; give a uri"
 SDF, URDF = "sdf", "robot"  # outermost elements
 ENDINGS = {".sdf": SDF, ".world": SDF, ".urdf": URDF, ".xacro": URDF}
+SDF_XACRO = (".sdf.xacro", ".world.xacro")
 MOVING = re.compile(r"<joint\b[^>]*\btype\s*=\s*[\"'](continuous|revolute|prismatic)")
 LIKE_A_ROBOT = re.compile(r"/?Srobot\d+")
 
@@ -44,10 +47,10 @@ def is_object(uri: str, text: str, name: str, beside: Path) -> bool:
         return False
     path = _path_of(uri, beside)
     if path is None:
-        return uri.startswith("model://") or ENDINGS.get(Path(uri).suffix) == SDF
+        return uri.startswith("model://") or _is_sdf(Path(uri))
     if path.is_dir():
         return uri.startswith("model://") or _is_model(path)
-    if ENDINGS.get(path.suffix) == SDF:
+    if _is_sdf(path):
         return True
     if path.suffix != ".urdf":
         return False
@@ -70,12 +73,12 @@ def read_object(uri: str, text: str, beside: Path) -> Body:
             raise RefusedError(
                 Reason.NO_MODEL, f"there is no file '{uri}'; expected an .sdf, a .urdf or a model"
             )
+        source = Source(path or Path(TEXT), ModelPaths(beside))
         if path is not None and path.is_dir():
-            path = model_file(path)
-        where = Path(TEXT) if path is None else path
-        if path is not None:
-            text = path.read_text(encoding="utf-8")
-        body = _read(text, where, beside)
+            path = model_file(path, source)
+        data = text.encode() if path is None else path.read_bytes()
+        where = path or Path(TEXT)
+        body = _read(data, where, beside, source)
     except (WorldError, RobotModelError) as cause:
         raise RefusedError(Reason.BAD_MODEL, str(cause)) from cause
     except (OSError, UnicodeDecodeError) as cause:
@@ -89,37 +92,38 @@ def _path_of(uri: str, beside: Path) -> Path | None:
     return ModelPaths(beside).find(uri, Path.cwd())
 
 
+def _is_sdf(path: Path) -> bool:
+    return ENDINGS.get(path.suffix) == SDF or path.name.endswith(SDF_XACRO)
+
+
 def _is_model(folder: Path) -> bool:
     return (folder / "model.config").is_file() or (folder / "model.sdf").is_file()
 
 
-def _read(text: str, where: Path, beside: Path) -> Body:
-    try:
-        root = ET.fromstring(text.encode())
-    except ET.ParseError as cause:
-        line, column = cause.position
-        raise WorldError(
-            f"{where}, line {line}, column {column}: malformed XML: {cause}"
-        ) from cause
+def _read(data: bytes, where: Path, beside: Path, source: Source) -> Body:
+    root = parse_text(data, where, source)
     if root.tag == URDF:
-        return _of_urdf(text, where)
+        return _of_urdf(data.decode(), where)
     if root.tag != SDF:
         raise RefusedError(
             Reason.BAD_FORMAT, f"{where}: the outermost element is <{root.tag}>; expected <sdf> "
             "or <robot>",
         )  # fmt: skip
-    return _of_sdf(root, where, beside)
+    if is_xacro(root):
+        if not where.is_file():
+            raise WorldError(f"{where}: {FROM_FILES}")
+        root = parse_sdf(where, source)
+    return _of_sdf(root, where, beside, source)
 
 
-def _of_sdf(root: ET.Element, where: Path, beside: Path) -> Body:
+def _of_sdf(root: ET.Element, where: Path, beside: Path, source: Source) -> Body:
     here = where.resolve().parent if where.is_file() else beside
-    source = Source(where, ModelPaths(beside))
     check_sdf(root, where, source)
     scope = Scope("")
     models = models_in(root, here, source, scope)
-    if len(models) != 1:
+    if len(models) != 1 and not source.broken and not source.missing:
         raise WorldError(f"{where}: found {len(models)} <model> in <sdf>; expected one")
-    model = models[0]
+    account_for(root, "world", "<sdf>", source)
     bodies = [convex(body, source) for body in bodies_of(models, scope, WorldState(), source)]
     if source.missing:
         raise RefusedError(
@@ -127,6 +131,9 @@ def _of_sdf(root: ET.Element, where: Path, beside: Path) -> Body:
             f"{where}: missing files: {', '.join(source.missing)}; "
             f"searched in {', '.join(source.searched[:8])}",
         )
+    if source.broken:
+        raise WorldError(f"{where}: {'; '.join(source.broken.values())}")
+    model = models[0]
     if not bodies:
         raise WorldError(f"{where}: model '{model.name}' has no link with a shape")
     whole = welded(bodies, model.is_static)
@@ -143,7 +150,7 @@ def _of_sdf(root: ET.Element, where: Path, beside: Path) -> Body:
 def _of_urdf(text: str, where: Path) -> Body:
     if where.suffix == ".xacro" or "xacro:" in text:
         if not where.is_file():
-            raise WorldError(f"{where}: xacro is read from files only; give a uri")
+            raise WorldError(f"{where}: {FROM_FILES}")
         text = expand(where, {}, PackageFinder([], where))
     if MOVING.search(text):
         raise RefusedError(

@@ -175,6 +175,8 @@ def test_rectangles_cover_a_mask_once() -> None:
         ("walls: 3\n", "expected a list"),
         ("walls: [{points: [[0, 0]]}]\n", "2 or more points"),
         ("walls: [{points: [[0, 0], [0, 0]]}]\n", "repeats the one before"),
+        ("walls: {}\n", "expected a list"),
+        ("walls: [{points: [[0, 0], [5, 0]], closed: 1}]\n", "closed is 1; expected true"),
         ("walls: [{pionts: []}]\n", "did you mean 'points'"),
         ("boxes: [{at: [0, 0], size: [1, 1, 0]}]\n", "size is 0"),
         ("boxes: [{at: [0, 0], size: [1, 1, 9000]}]\n", "size is 9000"),
