@@ -9,12 +9,13 @@ from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
-from swarm_common.files.yaml_io import check_keys, number, numbers, read_yaml, yaw_number
+from swarm_common.files.yaml_io import check_keys, name_in, number, numbers, read_yaml, yaw_number
 from swarm_common.model.errors import ConfigError
 from swarm_sim.scene.scene import Box, Color, Cylinder
 
 KEYS = ("name", "wall_thickness", "wall_height", "wall_color", "walls", "boxes", "posts")
 SITE_KEYS = ("stations", "circuits", "spawn", "spawns", "places")
+NAMES = ("name", "walls.*.name", "boxes.*.name", "posts.*.name")  # texts as written
 WALL_COLOR: Color = (0.75, 0.75, 0.75, 1.0)
 BOX_COLOR: Color = (0.6, 0.42, 0.25, 1.0)
 LIMIT = 1000.0  # [m] of lengths and places
@@ -52,7 +53,7 @@ def load_plan(path: Path) -> FloorPlan:
     Raises:
         ConfigError: If something in it is malformed; the message names file and key.
     """
-    data = read_yaml(path)
+    data = read_yaml(path, as_written=NAMES)
     check_keys(data, (*KEYS, *SITE_KEYS), str(path))
     things = [*_walls(data, path), *_boxes(data, path), *_posts(data, path)]
     names = [thing.name for thing in things]
@@ -60,10 +61,10 @@ def load_plan(path: Path) -> FloorPlan:
     if len(names) >= MOST or doubles:
         reason = f"the names {', '.join(sorted(doubles))} occur twice" if doubles else "too large"
         raise ConfigError(f"{path}: {len(names)} things; {reason}")
-    sites = {key: data[key] for key in SITE_KEYS if data.get(key)}
+    sites = {key: data[key] for key in SITE_KEYS if data.get(key) is not None}
     if "stations" in sites:
-        sites["stations"] = dict(_stations(sites["stations"], f"{path}: stations"))
-    name = str(data.get("name") or path.stem)
+        sites["stations"] = _stations(sites["stations"], f"{path}: stations")
+    name = path.stem if data.get("name") is None else data["name"]
     if not name.replace("_", "").replace("-", "").isalnum():
         raise ConfigError(f"{path}: name is '{name}'; expected letters, digits, _ and -")
     return FloorPlan(name, tuple(things), sites)
@@ -83,12 +84,11 @@ def _walls(data: Mapping[str, Any], path: Path) -> Iterator[Thing]:
         if not isinstance(points, list) or len(points) < 2:
             raise ConfigError(f"{where}.points is {points!r}; expected 2 or more points [x, y]")
         line = [_place(point, 2, f"{where}.points[{i}]") for i, point in enumerate(points)]
-        closed = item.get("closed", False)
-        if not isinstance(closed, bool):
+        if not isinstance(closed := item.get("closed", False), bool):
             raise ConfigError(f"{where}.closed is {closed!r}; expected true or false")
         if closed:
             line.append(line[0])
-        name = str(item.get("name", f"wall_{index + 1}"))
+        name = name_in(item.get("name", f"wall_{index + 1}"), f"{where}.name")
         for piece, ((x0, y0), (x1, y1)) in enumerate(pairwise(line)):
             length = math.hypot(x1 - x0, y1 - y0)
             if length < 1e-3:
@@ -128,7 +128,7 @@ def _posts(data: Mapping[str, Any], path: Path) -> Iterator[Thing]:
 def _copies(
     item: Mapping[str, Any], default: str, shape: Box | Cylinder, where: str
 ) -> Iterator[Thing]:
-    name = str(item.get("name", default))
+    name = name_in(item.get("name", default), f"{where}.name")
     at = item.get("at")
     count = len(at) if isinstance(at, list) and len(at) in (2, 3) else 2
     x, y, turn = (*_place(at, count, f"{where}.at [x, y, yaw]"), 0.0)[:3]
@@ -144,18 +144,22 @@ def _copies(
         yield Thing(f"{name}{suffix}", shape, _rounded(x + dx), _rounded(y + dy), **thing)
 
 
-def _stations(value: object, where: str) -> Iterator[tuple[str, list[float]]]:
-    """Return stations one by one; `{at: [x, y, yaw], repeat: [...]}` stands for a row of them."""
+def _stations(value: object, where: str) -> dict[str, list[float]]:
+    """Return stations by name; `{at: [x, y, yaw], repeat: [...]}` stands for a row of them."""
     if not isinstance(value, dict):
         raise ConfigError(f"{where} is {value!r}; expected 'name: [x, y, yaw]' lines")
+    stations: dict[str, list[float]] = {}
     for name, item in value.items():
-        what = f"{where}.{name}"
+        what = f"{where}.{name_in(name, where)}"
         given = item if isinstance(item, dict) else {"at": item}
         check_keys(given, ("at", "repeat"), what)
         x, y, turn = _place(given.get("at"), 3, f"{what} [x, y, yaw]")
         yaw_number(turn, what)
         for suffix, dx, dy in _repeated(given.get("repeat"), what):
-            yield f"{name}{suffix}", [_rounded(x + dx), _rounded(y + dy), turn]
+            if f"{name}{suffix}" in stations:
+                raise ConfigError(f"{what}: the name '{name}{suffix}' occurs twice")
+            stations[f"{name}{suffix}"] = [_rounded(x + dx), _rounded(y + dy), turn]
+    return stations
 
 
 def _repeated(value: object, where: str) -> Iterator[tuple[str, float, float]]:
@@ -178,8 +182,7 @@ def _repeated(value: object, where: str) -> Iterator[tuple[str, float, float]]:
 
 
 def _items(data: Mapping[str, Any], key: str, path: Path) -> list[dict[str, Any]]:
-    value = data.get(key)
-    value = [] if value is None else value
+    value = [] if data.get(key) is None else data[key]
     if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
         raise ConfigError(f"{path}: {key} is {value!r}; expected a list of {{...}} items")
     return value

@@ -110,13 +110,17 @@ def sites_text(sites: Mapping[str, Any]) -> str:
     for key, value in sites.items():
         if isinstance(value, dict) and key != "spawn":
             lines.append(f"{key}:")
-            lines += [f"  {name}: {_flow(item)}" for name, item in value.items()]
+            lines += [f"  {_key(name)}: {_flow(item)}" for name, item in value.items()]
         elif isinstance(value, list):
             lines.append(f"{key}:")
             lines += [f"  - {_flow(item)}" for item in value]
         else:
             lines.append(f"{key}: {_flow(value)}")
     return "\n".join(lines) + "\n"
+
+
+def _key(name: str) -> str:
+    return yaml.safe_dump(name, width=10_000, allow_unicode=True).partition("\n")[0]
 
 
 def _flow(value: object) -> str:

@@ -14,6 +14,7 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
 from rclpy.node import Node
 from rclpy.parameter import get_parameter_value, parameter_value_to_python
 
+from swarm_common.files.params_io import is_for, read_parameter_file
 from swarm_common.model.errors import SwarmError, UnknownNameError
 from swarm_ros2 import graph
 from swarm_ros2.verbs import add_flag, add_verb
@@ -209,19 +210,13 @@ def _describe(options: argparse.Namespace) -> None:
 
 
 def _load(options: argparse.Namespace) -> None:
-    file = options.parameter_file
-    try:
-        tree = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeError, yaml.YAMLError) as error:
-        raise SwarmError(f"{file}: {error}") from error
+    sections = read_parameter_file(options.parameter_file)
     with graph.open_node() as node:
         owner = graph.require_node(node, options.node_name)
         values: dict[str, Any] = {}
-        for key in ("/**", owner.removeprefix("/"), owner):
-            section = tree.get(key) if isinstance(tree, dict) else None
-            is_wanted = key != "/**" or not options.no_use_wildcard
-            if isinstance(section, dict) and is_wanted:
-                values |= _flat(section.get("ros__parameters") or {})
+        for pattern, given in sections.items():
+            if is_for(pattern, owner) and not (options.no_use_wildcard and "*" in pattern):
+                values |= given
         if not values:
             raise SwarmError(f"Param file does not contain any valid parameters for {owner}")
         parameters = [
@@ -236,15 +231,6 @@ def _load(options: argparse.Namespace) -> None:
             print(f"Set parameter {name} successful{reason}")
         else:
             print(f"Set parameter {name} failed{reason}", file=sys.stderr)
-
-
-def _flat(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return nested parameters under their dotted names."""
-    flat: dict[str, Any] = {}
-    for name, value in tree.items():
-        branch = isinstance(value, dict)
-        flat |= _flat(value, f"{prefix}{name}.") if branch else {f"{prefix}{name}": value}
-    return flat
 
 
 def _text(value: Any) -> str:

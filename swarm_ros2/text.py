@@ -5,10 +5,13 @@ from __future__ import annotations
 import argparse
 import array
 import sys
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 import yaml
+from builtin_interfaces.msg import Time
 from rosidl_parser.definition import (
     AbstractGenericString,
     AbstractNestedType,
@@ -17,6 +20,7 @@ from rosidl_parser.definition import (
     BoundedSequence,
     NamespacedType,
 )
+from std_msgs.msg import Header
 
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import interfaces
@@ -140,65 +144,60 @@ def parse_values(text: str) -> dict[str, Any]:
     return values
 
 
-def fill(message: Any, values: dict[str, Any], *, expands: bool = False) -> list[Any]:
+Stamp = Callable[[Time], None]  # sets one time of a message
+
+
+def fill(message: Any, values: dict[str, Any], stamps: list[Stamp] | None = None) -> None:
     """Set the fields of a message from plain values.
 
     Args:
         values: Field names to numbers, strings, lists or nested mappings.
-        expands: Whether a std_msgs/Header may be ``auto`` and a builtin_interfaces/Time ``now``.
-
-    Returns:
-        The times in the message that are to be the time of sending.
+        stamps: Receives what sets the times to be set at sending: a Header given as ``auto``, a
+            Time given as ``now``. None: these words mean nothing.
 
     Raises:
         SwarmError: A field does not exist or a value does not fit.
     """
     slots = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
-    now: list[Any] = []
     for name, value in values.items():
         if name not in slots:
             raise SwarmError(
                 f"Failed to populate field: '{type(message).__name__}' has no field '{name}';"
                 f" it has {', '.join(slots)}"
             )
-        current, kind = getattr(message, name), _type_name_of(slots[name])
-        if expands and (kind, value) == ("builtin_interfaces/msg/Time", "now"):
-            now.append(current)
+        current = getattr(message, name)
+        if stamps is not None and isinstance(current, Header) and value == "auto":
+            stamps.append(partial(setattr, current, "stamp"))
             continue
-        if expands and (kind, value) == ("std_msgs/msg/Header", "auto"):
-            now.append(current.stamp)
+        if stamps is not None and isinstance(current, Time) and value == "now":
+            stamps.append(partial(setattr, message, name))
             continue
         try:
-            setattr(message, name, _from_plain(current, value, slots[name], expands, now))
+            setattr(message, name, _from_plain(current, value, slots[name], stamps))
         except (AssertionError, TypeError, ValueError) as error:
             raise SwarmError(f"Failed to populate field: {name}: {error}") from error
-    return now
 
 
-def _type_name_of(slot: Any) -> str:
-    return "" if isinstance(slot, AbstractNestedType) else _type_name(slot)
-
-
-def _from_plain(current: Any, value: Any, slot: Any, expands: bool, now: list[Any]) -> Any:
+def _from_plain(current: Any, value: Any, slot: Any, stamps: list[Stamp] | None) -> Any:
     """Return a plain value in the type of a field."""
     if isinstance(slot, NamespacedType):
         if not isinstance(value, dict):
             raise TypeError(f"{value!r} is not a mapping of {_type_name(slot)}'s fields")
-        now += fill(current, value, expands=expands)
+        fill(current, value, stamps)
         return current
     if isinstance(slot, AbstractNestedType):
         kind = slot.value_type
         if not isinstance(kind, NamespacedType):
             return [_basic(item, kind) for item in value]
-        return [_message(kind, item, expands, now) for item in value]
+        return [_message(kind, item, stamps) for item in value]
     return _basic(value, slot)
 
 
-def _message(kind: NamespacedType, values: Any, expands: bool, now: list[Any]) -> Any:
+def _message(kind: NamespacedType, values: Any, stamps: list[Stamp] | None) -> Any:
     if not isinstance(values, dict):
         raise TypeError(f"{values!r} is not a mapping of {_type_name(kind)}'s fields")
     message = interfaces.load(kind.namespaces[-1], "/".join(kind.namespaced_name()))()
-    now += fill(message, values, expands=expands)
+    fill(message, values, stamps)
     return message
 
 

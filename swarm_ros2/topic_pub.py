@@ -73,7 +73,8 @@ def add_verbs(verbs: Any) -> None:
 
 def _publish(options: argparse.Namespace) -> None:
     message = interfaces.load("msg", options.message_type)()
-    stamps = text.fill(message, text.given_values(options, "values"), expands=True)
+    stamps: list[text.Stamp] = []
+    text.fill(message, text.given_values(options, "values"), stamps)
     times = 1 if options.once else options.times
     with graph.open_node(options.node_name) as node:
         publisher = node.create_publisher(
@@ -91,7 +92,7 @@ def _loop(
     publisher: Any,
     message: Any,
     times: int,
-    stamps: list[Any],
+    stamps: list[text.Stamp],
     options: argparse.Namespace,
 ) -> None:
     due = time.monotonic()
@@ -100,9 +101,10 @@ def _loop(
         time.sleep(max(0.0, due - time.monotonic()))
         due += 1.0 / options.rate
         count += 1
-        now = node.get_clock().now().to_msg()
-        for stamp in stamps:
-            stamp.sec, stamp.nanosec = now.sec, now.nanosec
+        if stamps:
+            now = node.get_clock().now().to_msg()
+            for stamp in stamps:
+                stamp(now)
         if options.every and count % options.every == 0:
             print(f"publishing #{count}: {message!r}\n", flush=True)
         publisher.publish(message)

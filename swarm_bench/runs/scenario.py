@@ -12,6 +12,7 @@ from swarm_common.files.yaml_io import check_keys, number, numbers, read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
 
+NAMES = ("description", "world", "mission", "robot", "fleet.*", "actors")  # texts as written
 MOST_ROBOTS = 200
 SUITE_SEEDS = 20
 
@@ -138,7 +139,7 @@ def load_scenario(name_or_path: str) -> Scenario:
         if name_or_path not in scenario_names():
             raise UnknownNameError("scenario", name_or_path, scenario_names())
         path = _folder() / f"{name_or_path}.yaml"
-    content = read_yaml(path)
+    content = read_yaml(path, as_written=NAMES)
     check_keys(content, [item.name for item in fields(Scenario) if item.name != "name"], str(path))
     values = {key: _READERS[key](content[key], f"{path}: {key}") for key in content}
     try:
@@ -189,7 +190,14 @@ def _poses(value: object, what: str) -> tuple[Pose, ...]:
 def _by_size(value: object, what: str) -> dict[int, Any]:
     if not isinstance(value, dict):
         raise ConfigError(f"{what} is {value!r}; expected 'swarm size: value' lines")
-    return {check_size(_integer(size, what), what): item for size, item in value.items()}
+    by_size: dict[int, Any] = {}
+    for text, item in value.items():
+        if not text.isdecimal():
+            raise ConfigError(f"{what} is {text!r}; expected an integer, a swarm size")
+        if (size := check_size(int(text), what)) in by_size:
+            raise ConfigError(f"{what}: the swarm size {size} occurs twice")
+        by_size[size] = item
+    return by_size
 
 
 def _counts(value: object, what: str) -> dict[int, int]:

@@ -17,6 +17,7 @@ What a module imports of its folder stands above it:
     doctor_command     The command `swarm-doctor`: looks at the machine before a large run
     fleet_command      `swarm-commander spawn`, `remove`, `move`, `list` and the like
     up_command         The command `swarm-up`: its options
+    launch_arguments   The options of `swarm-up` as arguments of a ROS 2 launch file
     main               Entry points of the commands `swarm-up`, `swarm-commander` and `swarm-report`
 
 May import of swarm_commander: `hosts`, `run`, `mission`, `viewers`; and swarm_common.

@@ -12,6 +12,8 @@ from swarm_common.files.yaml_io import read_yaml
 from swarm_common.robots.fleet import fleet_names, load_fleet
 from swarm_common.robots.loading import load_robot, robot_names
 
+ABOUT = ("description",)  # a text as written
+
 
 def listing() -> str:
     """Return a section of each kind, with one line for each name."""
@@ -38,7 +40,7 @@ def _section(kind: str, names: list[str], about: Callable[[str], str]) -> str:
 
 def _world(name: str) -> str:
     path = share_directory() / "worlds" / name / "sites.yaml"
-    about = read_yaml(path, may_be_empty=True).get("description", "")
+    about = read_yaml(path, may_be_empty=True, as_written=ABOUT).get("description") or ""
     grid = load_map(share_directory("maps") / "maps" / f"{name}.yaml")
     height, width = (count * grid.resolution for count in grid.cells.shape)
     stations = len(load_sites(path).stations)
@@ -46,7 +48,7 @@ def _world(name: str) -> str:
 
 
 def _mission(name: str) -> str:
-    return str(read_yaml(mission_path(name)).get("description", ""))
+    return str(read_yaml(mission_path(name), as_written=ABOUT).get("description") or "")
 
 
 def _robot(name: str) -> str:

@@ -13,9 +13,9 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from swarm_commander.run.input.flat import Flat, flatten, nest
+from swarm_commander.run.input.flat import nest
 from swarm_commander.run.input.params import NODE, ParameterSource
-from swarm_commander.run.input.world_params import SECTION
+from swarm_common.files.params_io import SECTION, Flat, flatten
 from swarm_common.model.errors import ConfigError
 
 SITES = "sites"  # the one parameter that is a path on the world's host

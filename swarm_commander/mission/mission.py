@@ -15,6 +15,7 @@ from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.sites import Sites, area_count
 
+NAMES = ("description", "spawn", "route.*.stations.*", "route.*.order", "route.*.swap")
 USUAL = "loading_route"  # mission of a robot that got none
 
 
@@ -195,7 +196,7 @@ def load_mission(name_or_path: str) -> Mission:
         ConfigError: If there is no such mission or something in it is wrong.
     """
     path = mission_path(name_or_path)
-    content = read_yaml(path)
+    content = read_yaml(path, as_written=NAMES)
     check_keys(content, ("description", "retries", "spawn", "start_spread", "route"), str(path))
     route = content.get("route")
     if not isinstance(route, list):
@@ -223,7 +224,7 @@ def _parse_leg(content: Any, where: str) -> Leg:
         "pause",
     )  # fmt: skip
     check_keys(content, known, where)
-    names = content.get("stations", [])
+    names = [] if content.get("stations") is None else content["stations"]
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise ConfigError(f"{where}: stations must be a list of names, like [loader_1, shipping]")
     home, own_place = (content.get(key, False) for key in ("home", "own_place"))
@@ -235,7 +236,7 @@ def _parse_leg(content: Any, where: str) -> Leg:
         return Leg(
             stations=tuple(names),
             take=_integer(content["take"], "take") if "take" in content else None,
-            order=str(content.get("order", "as_written")),
+            order=_text(content.get("order", "as_written"), "order"),
             pose_map=None if pose is None else Pose(*pose_numbers(pose, "pose")),
             home=home,
             own_place=own_place,

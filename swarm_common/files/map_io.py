@@ -6,6 +6,9 @@ thresholds, alpha, rotated origins.
 
 from __future__ import annotations
 
+import difflib
+import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.files.map_image import TOP, MapImage, read_image
-from swarm_common.files.resources import share_directory
-from swarm_common.files.yaml_io import number, numbers, read_yaml
+from swarm_common.files.resources import file_of, share_directory
+from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import MapError, MapImageError
 from swarm_common.model.grid import OCCUPIED, UNKNOWN, Grid
 
 WORLD_FILE = "world.sdf"
 MAP_FILE = "map.yaml"  # beside a user's world
 MODES = ("trinary", "scale", "raw")
-OPTIONAL = {"mode": "trinary", "negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.25}
+REQUIRED = ("image", "resolution", "origin")
+OPTIONAL = {"mode": "trinary", "negate": "0", "occupied_thresh": "0.65", "free_thresh": "0.25"}
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+INTEGER = re.compile(r"[-+]?(0x[0-9a-fA-F]+|\d+)")
+TRUE, FALSE = ("y", "yes", "true", "on"), ("n", "no", "false", "off")
 MIN_RESOLUTION, MAX_RESOLUTION = 0.001, 10.0  # [m] per pixel
 MAX_PLACE = 100_000.0  # [m] of the origin
 GREY_FREE, GREY_UNKNOWN, GREY_OCCUPIED = 254, 205, 0
@@ -51,21 +58,27 @@ def map_of_world(world: Path) -> Path | None:
 def load_map(path: str | Path) -> Grid:
     """Return the map that a Nav2 map file describes; keys that Nav2 ignores are ignored.
 
-    A rotated origin is kept as it is; `Grid.upright` turns such a map.
+    Values are read as its yaml-cpp reads them, quoted or not. A rotated origin is kept as it is;
+    `Grid.upright` turns such a map.
+
+    Args:
+        path: Of the YAML file; `~/` in front means home, as it does to map_server.
 
     Raises:
         MapImageError: If its image is missing or unusable.
         MapError: If the file is.
     """
-    path = Path(path)
-    data = OPTIONAL | read_yaml(path, MapError)
-    missing = [key for key in ("image", "resolution", "origin") if key not in data]
-    if missing:
-        raise MapError(f"{path} lacks {', '.join(missing)}")
-    resolution = number(data["resolution"], f"{path}: resolution", MapError)
+    path = file_of(str(path))
+    written = read_yaml(path, MapError, as_written=("*", "origin.*"))
+    data = OPTIONAL | written
+    _check_keys(written, path)
+    resolution = _number(data["resolution"], f"{path}: resolution")
     if resolution <= 0.0:
         raise MapError(f"{path}: resolution is {resolution}; it must be positive [m per pixel]")
-    x, y, yaw = numbers(data["origin"], 3, f"{path}: origin [x, y, yaw]", MapError)
+    origin = data["origin"]
+    if not isinstance(origin, list) or len(origin) != 3:
+        raise MapError(f"{path}: origin [x, y, yaw] is {origin!r}; expected a list of 3 numbers")
+    x, y, yaw = (_number(value, f"{path}: origin [x, y, yaw]") for value in origin)
     if not (MIN_RESOLUTION <= resolution <= MAX_RESOLUTION) or max(abs(x), abs(y)) > MAX_PLACE:
         raise MapError(
             f"{path}: resolution {resolution} m, origin ({x}, {y}); expected {MIN_RESOLUTION} to "
@@ -98,24 +111,54 @@ def save_map(grid: Grid, path: str | Path) -> None:
     )
 
 
+def _check_keys(data: dict[str, Any], path: Path) -> None:
+    """Refuse a file without a key that it needs, or with one that is misspelt."""
+    missing = [key for key in REQUIRED if key not in data]
+    if missing:
+        raise MapError(f"{path} lacks {', '.join(missing)}")
+    free = [key for key in OPTIONAL if key not in data]
+    for key in data.keys() - {*REQUIRED, *OPTIONAL}:
+        meant = difflib.get_close_matches(key.casefold(), free, n=1)
+        if meant:
+            raise MapError(f"{path}: unknown key '{key}'; did you mean '{meant[0]}'?")
+
+
+def _number(value: object, what: str) -> float:
+    if not isinstance(value, str) or not NUMBER.fullmatch(value.strip()):
+        raise MapError(f"{what} is {value!r}; expected a number")
+    number = float(value)
+    if not math.isfinite(number):
+        raise MapError(f"{what} is {value}; expected a number")
+    return number
+
+
+def _is_true(value: object, what: str) -> bool:
+    """Return an integer or a truth value, which yaml-cpp writes in lower, upper or title case."""
+    text = value.strip() if isinstance(value, str) else ""
+    if INTEGER.fullmatch(text):
+        return text.lstrip("+-0xX") != ""
+    if text in (text.lower(), text.upper(), text.capitalize()) and text.lower() in TRUE + FALSE:
+        return text.lower() in TRUE
+    raise MapError(f"{what} is {value!r}; expected 0 or 1")
+
+
 def _cells(image: MapImage, data: dict[str, Any], path: Path) -> NDArray[np.int8]:
-    mode = data["mode"]
+    mode = str(data["mode"]).lower()
     if mode not in MODES:
-        raise MapError(f"{path}: mode is {mode!r}; expected one of {', '.join(MODES)}")
-    low = number(data["free_thresh"], f"{path}: free_thresh", MapError)
-    high = number(data["occupied_thresh"], f"{path}: occupied_thresh", MapError)
+        raise MapError(f"{path}: mode is {data['mode']!r}; expected one of {', '.join(MODES)}")
+    low = _number(data["free_thresh"], f"{path}: free_thresh")
+    high = _number(data["occupied_thresh"], f"{path}: occupied_thresh")
+    is_negated = _is_true(data["negate"], f"{path}: negate")
     if not 0.0 <= low <= high <= 1.0:
         raise MapError(
             f"{path}: free_thresh {low}, occupied_thresh {high}; "
             "expected 0 <= free_thresh <= occupied_thresh <= 1"
         )
-    if data["negate"] not in (0, 1):
-        raise MapError(f"{path}: negate is {data['negate']!r}; expected 0 or 1")
     shade = image.shade(with_alpha=mode == "trinary")  # Nav2 averages alpha in here only
     if mode == "raw":  # Nav2 does not negate here
         values = np.floor(shade * 255.0 + 0.5)
         return np.where(values <= OCCUPIED, values, UNKNOWN).astype(np.int8)
-    occupancy = shade if data["negate"] else 1.0 - shade
+    occupancy = shade if is_negated else 1.0 - shade
     between = np.full(shade.shape, UNKNOWN, np.int8)
     if mode == "scale" and high > low:
         between = np.rint((occupancy - low) / (high - low) * 100.0).clip(0, 100).astype(np.int8)
@@ -128,7 +171,7 @@ def _cells(image: MapImage, data: dict[str, Any], path: Path) -> NDArray[np.int8
 def _image_path(path: Path, name: object) -> Path:
     if not isinstance(name, str) or not name or "\0" in name:
         raise MapError(f"{path}: image is {name!r}; expected a file name")
-    image = path.parent / name  # an absolute name replaces the folder
+    image = path.parent / file_of(name)  # an absolute name replaces the folder
     if not image.is_file():
         raise MapImageError(f"{path}: image '{name}' is missing; looked for {image}")
     return image

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from pathlib import Path
+from urllib.parse import unquote, urlsplit
 
 from swarm_common.files.fuel import name_in_fuel
 from swarm_common.files.home import home_folder
@@ -91,6 +92,23 @@ def _world_of_fuel(uri: str) -> Path:
         places = ", ".join(map(str, files))
         raise ConfigError(f"'{uri}' has several worlds; give the path of one: {places}")
     return files[0]
+
+
+def file_of(text: str) -> Path:
+    """Return the file that a path or a `file://` URL names.
+
+    A path is taken as written (`#`, `?` and `%20` are part of it); `~/` in front means home. A URL
+    that nobody quoted is taken as written, too, if only that file is there.
+
+    Args:
+        text: As the user or a client wrote it.
+    """
+    if not text.startswith("file://"):
+        return Path(os.path.expanduser(text) if text.startswith("~/") else text)
+    url = urlsplit(text)
+    quoted = Path(unquote(url.netloc.removeprefix("localhost") + url.path))
+    unquoted = Path(text.removeprefix("file://"))
+    return unquoted if unquoted.is_file() and not quoted.is_file() else quoted
 
 
 def names_to_propose(name: str, shipped: Iterable[str]) -> list[str]:

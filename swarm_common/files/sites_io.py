@@ -8,6 +8,7 @@ from typing import Any
 
 from swarm_common.files.yaml_io import (
     check_keys,
+    name_in,
     number,
     numbers,
     pose_numbers,
@@ -34,26 +35,27 @@ def load_sites(path: str | Path) -> Sites:
     circuits = _section(data, "circuits", path)
     return Sites(
         stations={
-            str(name): Pose(*pose_numbers(value, f"{path}: stations.{name}"))
+            name: Pose(*pose_numbers(value, f"{path}: stations.{name}"))
             for name, value in stations.items()
         },
         circuits={
-            str(name): _circuit(value, f"{path}: circuits.{name}")
-            for name, value in circuits.items()
+            name: _circuit(value, f"{path}: circuits.{name}") for name, value in circuits.items()
         },
-        spawn=parse_spawn(data["spawn"], f"{path}: spawn") if data.get("spawn") else None,
+        spawn=None if data.get("spawn") is None else parse_spawn(data["spawn"], f"{path}: spawn"),
         spawns={
-            str(name): parse_spawn(value, f"{path}: spawns.{name}")
+            name: parse_spawn(value, f"{path}: spawns.{name}")
             for name, value in _section(data, "spawns", path).items()
         },
-        places=_places(data.get("places") or [], f"{path}: places"),
+        places=_places(data.get("places"), f"{path}: places"),
     )
 
 
 def _section(data: dict[str, Any], name: str, path: Path) -> dict[str, Any]:
-    section = data.get(name) or {}
+    section = {} if data.get(name) is None else data[name]
     if not isinstance(section, dict):
         raise ConfigError(f"{path}: {name} is {section!r}; expected 'name: value' lines")
+    for key in section:
+        name_in(key, f"{path}: {name}")
     return section
 
 
@@ -65,6 +67,8 @@ def _circuit(value: object, what: str) -> tuple[tuple[float, float], ...]:
 
 
 def _places(value: object, what: str) -> tuple[Pose, ...]:
+    if value is None:
+        return ()
     if not isinstance(value, list):
         raise ConfigError(f"{what} is {value!r}; expected a list of poses [x, y, yaw]")
     return tuple(Pose(*pose_numbers(item, f"{what}[{i}]")) for i, item in enumerate(value))

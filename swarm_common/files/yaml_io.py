@@ -6,7 +6,7 @@ import contextlib
 import itertools
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,44 +19,36 @@ SHORT, FEW = 20_000, 200  # characters, openings
 MAX_SHOWN = 200  # characters of a value in a message
 LONGEST = 4_000_000  # [bytes] of a file
 MOST_NODES = 2_000_000  # of a document in which each alias is replaced by what it stands for
+INTEGER, FLOAT, TIMESTAMP, TEXT, NOTHING, MERGE = (
+    f"tag:yaml.org,2002:{kind}" for kind in ("int", "float", "timestamp", "str", "null", "merge")
+)
 
 
-class UniqueKeys:
-    """For a loader of PyYAML: a key that occurs twice is an error, and so are too many aliases."""
+class NamedKeys:
+    """For a loader of PyYAML: keys are names, as written, and each occurs once.
+
+    Other texts that are names, like those in lists of stations, are as written where
+    `as_written` says so: `01`, `yes`, `1.10` and `null` are no numbers and no booleans there.
+    """
+
+    as_written: Sequence[str] = ()  # places like `route.*.stations.*`, see `read_yaml`
 
     def get_single_node(self) -> yaml.Node | None:
         """Return the document, or raise if writing it out would never end."""
         document: yaml.Node | None = super().get_single_node()  # type: ignore[misc]
         if document is not None:
             _count(document, {})
+            _name_keys(document, set())
+            for place in self.as_written:
+                _keep_texts(document, place.split("."))
         return document
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Return the mapping of a node.
 
-        Args:
-            deep: Whether to construct what is in it at once, as for PyYAML's own.
-
-        Raises:
-            yaml.MarkedYAMLError: If a key occurs twice.
-        """
-        seen: set[str] = set()
-        for key_node, _ in node.value:
-            if key_node.value in seen and key_node.tag != "tag:yaml.org,2002:merge":
-                raise yaml.MarkedYAMLError(
-                    problem=f"key '{key_node.value}' occurs twice", problem_mark=key_node.start_mark
-                )
-            if isinstance(key_node.value, str):
-                seen.add(key_node.value)
-        pairs: dict[Any, Any] = super().construct_mapping(node, deep)  # type: ignore[misc]
-        return pairs
+class NamedKeyLoader(NamedKeys, yaml.SafeLoader):
+    """PyYAML's safe loader with named keys."""
 
 
-class UniqueKeyLoader(UniqueKeys, yaml.SafeLoader):
-    """PyYAML's safe loader with unique keys."""
-
-
-class FastLoader(UniqueKeys, getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+class FastLoader(NamedKeys, getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
     """The same in C, which is ten times faster but has no limit to how deep it nests."""
 
 
@@ -70,14 +62,79 @@ def _integer(loader: Any, node: yaml.ScalarNode) -> int:
     return value
 
 
-# 1e-3 is a number in YAML 1.2, and to Nav2; PyYAML's rules are those of 1.1.
-for _loader in (UniqueKeyLoader, FastLoader):
-    _loader.add_constructor("tag:yaml.org,2002:int", _integer)
+# PyYAML's rules are those of YAML 1.1, but nobody here writes times of day (12:30) or dates, and
+# 1e-3 is a number in YAML 1.2, and to Nav2.
+for _loader in (NamedKeyLoader, FastLoader):
+    _loader.add_constructor(INTEGER, _integer)
+    _loader.yaml_implicit_resolvers = {
+        first: [(tag, form) for tag, form in forms if tag not in (INTEGER, FLOAT, TIMESTAMP)]
+        for first, forms in _loader.yaml_implicit_resolvers.items()
+    }
     _loader.add_implicit_resolver(
-        "tag:yaml.org,2002:float",
-        re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"),
+        INTEGER,
+        re.compile(r"^[-+]?(0b[01_]+|0[0-7_]+|0|[1-9][0-9_]*|0x[0-9a-fA-F_]+)$"),
+        list("-+0123456789"),
+    )
+    _loader.add_implicit_resolver(
+        FLOAT,
+        re.compile(
+            r"^([-+]?(\d[\d_]*\.[\d_]*|\.\d[\d_]*)([eE][-+]?\d+)?|[-+]?\d+[eE][-+]?\d+"
+            r"|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))$"
+        ),
         list("-+.0123456789"),
     )
+
+
+def _name_keys(node: yaml.Node, done: set[int]) -> None:
+    """Make texts of all keys below a node; raise if one is none, or occurs twice in a mapping."""
+    if id(node) in done or isinstance(node, yaml.ScalarNode):
+        return
+    done.add(id(node))
+    if isinstance(node, yaml.SequenceNode):
+        for item in node.value:
+            _name_keys(item, done)
+        return
+    lines: dict[str, int] = {}
+    for index, (key, value) in enumerate(node.value):
+        _name_keys(value, done)
+        if key.tag == MERGE:
+            continue
+        if not isinstance(key, yaml.ScalarNode):
+            raise yaml.MarkedYAMLError(
+                problem="a key is a list or a mapping; expected a name", problem_mark=key.start_mark
+            )
+        if key.value in lines:
+            raise yaml.MarkedYAMLError(
+                problem=f"key '{key.value}' occurs twice, first in line {lines[key.value]}",
+                problem_mark=key.start_mark,
+            )
+        lines[key.value] = key.start_mark.line + 1
+        node.value[index] = (_text_node(key), value)
+
+
+def _keep_texts(node: yaml.Node, place: Sequence[str]) -> None:
+    """Make texts of the scalars at a place below a node; nothing stays nothing."""
+    step, *rest = place
+    if not isinstance(node, yaml.CollectionNode):
+        return
+    is_mapping = isinstance(node, yaml.MappingNode)
+    for index, item in enumerate(node.value):
+        key, value = item if is_mapping else (None, item)
+        if key is not None and key.tag == MERGE:
+            merged = value.value if isinstance(value, yaml.SequenceNode) else [value]
+            for one in merged:
+                _keep_texts(one, place)
+        elif step == "*" or (key is not None and key.value == step):
+            if rest:
+                _keep_texts(value, rest)
+            elif isinstance(value, yaml.ScalarNode) and (value.value or value.tag != NOTHING):
+                text = _text_node(value)
+                node.value[index] = (key, text) if is_mapping else text
+
+
+def _text_node(node: yaml.ScalarNode) -> yaml.ScalarNode:
+    """Return a node of the same text; the old one may stand elsewhere, too, by an alias."""
+    return yaml.ScalarNode(TEXT, node.value, node.start_mark, node.end_mark, node.style)
 
 
 def _count(node: yaml.Node, known: dict[int, int]) -> int:
@@ -102,20 +159,35 @@ def _is_shallow(text: str) -> bool:
     return len(text) < SHORT and openings < FEW
 
 
-def _parse(text: str) -> Any:
+def _parse(text: str, as_written: Sequence[str]) -> Any:
     if _is_shallow(text):
         with contextlib.suppress(yaml.YAMLError):  # the other one says better where it is
-            return yaml.load(text, FastLoader)
-    return yaml.load(text, UniqueKeyLoader)
+            return _load(text, FastLoader, as_written)
+    return _load(text, NamedKeyLoader, as_written)
+
+
+def _load(text: str, kind: type[Any], as_written: Sequence[str]) -> Any:
+    loader = kind(text)
+    loader.as_written = as_written
+    try:
+        return loader.get_single_data()
+    finally:
+        loader.dispose()
 
 
 def read_yaml(
-    path: Path, error: type[SwarmError] = ConfigError, *, may_be_empty: bool = False
+    path: Path,
+    error: type[SwarmError] = ConfigError,
+    *,
+    may_be_empty: bool = False,
+    as_written: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Return the mapping at the top of a YAML file.
+    """Return the mapping at the top of a YAML file; all keys are texts as written.
 
     Args:
         may_be_empty: Whether a file without any key is an empty mapping, not an error.
+        as_written: Places whose values are names or paths, and so texts as written: keys with dots
+            between them, `*` for all keys or items.
 
     Raises:
         SwarmError: `error`, naming file and line, if the file cannot be read or parsed.
@@ -132,7 +204,7 @@ def read_yaml(
     if not text and content:
         raise error(f"{path} has more than {LONGEST // 1_000_000} MB; expected lines of YAML")
     try:
-        data = _parse(text)
+        data = _parse(text, as_written)
     except yaml.MarkedYAMLError as cause:
         mark = cause.problem_mark
         where = f"{path}, line {mark.line + 1}" if mark else str(path)
@@ -167,6 +239,19 @@ def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
     for key in data:
         if key not in names:
             raise UnknownNameError("key", str(key), names, where)
+
+
+def name_in(value: object, what: str, error: type[SwarmError] = ConfigError) -> str:
+    """Return a name that messages, tables and commands can show: one line, not empty.
+
+    Raises:
+        SwarmError: `error`, saying what was expected.
+    """
+    if isinstance(value, str) and value and value == value.strip() and value.isprintable():
+        return value
+    raise error(
+        f"{what}: the name is {_shown(value)}; expected text on one line, without blanks around it"
+    )
 
 
 def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:

@@ -18,7 +18,7 @@ from swarm_common.model.errors import RobotModelError, SwarmError
 from swarm_common.model.faults import Faults
 from swarm_common.model.outline import outline_around, placed_corners
 from swarm_common.model.records import LidarSpec
-from swarm_common.model.shapes import FloatArray, Part, transform_from_xyz_rpy
+from swarm_common.model.shapes import FloatArray, Part, Transform, transform_from_xyz_rpy
 from swarm_common.robots.controllers import Controllers, read_controllers
 from swarm_common.robots.description import DESCRIBED, Origin, RobotModel, parse_urdf
 from swarm_common.robots.drive_tags import DriveTags
@@ -224,6 +224,16 @@ def _with_base(root: ET.Element, center: FloatArray) -> str:
     return ET.tostring(root, encoding="unicode")
 
 
+def scan_place(lidar: LidarSpec) -> Transform:
+    """Return base_footprint_from_scan.
+
+    Args:
+        lidar: Its place in base_footprint; rays of one upside down turn clockwise.
+    """
+    roll = math.pi if lidar.upside_down else 0.0
+    return transform_from_xyz_rpy(lidar.x, lidar.y, lidar.z, roll, 0.0, lidar.yaw)
+
+
 def with_scan_frame(urdf: str, model: RobotModel, lidar: LidarSpec) -> str:
     """Return a description in which the link base_scan is where the LiDAR is.
 
@@ -233,7 +243,7 @@ def with_scan_frame(urdf: str, model: RobotModel, lidar: LidarSpec) -> str:
         The URDF; the text itself if the link is there already.
     """
     roll = math.pi if lidar.upside_down else 0.0
-    place = transform_from_xyz_rpy(lidar.x, lidar.y, lidar.z, roll, 0.0, lidar.yaw)
+    place = scan_place(lidar)
     seen = model.fixed.get(SCAN)
     if seen is not None and np.abs(seen - place).max() <= SAME_SCAN:
         return urdf

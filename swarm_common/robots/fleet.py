@@ -19,6 +19,7 @@ from swarm_common.robots.loading import load_robot, robot_names
 LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")  # of a robot model
 SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of an omnidirectional one
 ORDERS = ("grouped", "mixed")
+NAMES = ("order", "groups.*.model", "groups.*.mission", "groups.*.start")  # texts as written
 MOST = 1000  # robots in a group
 
 
@@ -90,7 +91,7 @@ def load_fleet(name_or_path: str | Path) -> Fleet:
         SwarmError: If the file, a key, a model, a count or a limit in it is unusable.
     """
     path = _fleet_path(name_or_path)
-    data = read_yaml(path)
+    data = read_yaml(path, as_written=NAMES)
     check_keys(data, ("order", "groups"), str(path))
     order = data.get("order", "grouped")
     if order not in ORDERS:

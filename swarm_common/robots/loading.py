@@ -12,11 +12,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from swarm_common.files.yaml_io import check_keys
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.faults import Faults
 from swarm_common.model.records import RobotSpec
-from swarm_common.robots.derived import Asked, Described, describe, with_scan_frame
+from swarm_common.model.shapes import Transform
+from swarm_common.robots.derived import (
+    BASE,
+    SCAN,
+    Asked,
+    Described,
+    describe,
+    scan_place,
+    with_scan_frame,
+)
 from swarm_common.robots.description import Origin, RobotModel, parse_urdf
 from swarm_common.robots.source import ROBOT_FILE, RobotSource, find_robot, robot_names
 from swarm_common.robots.spec import (
@@ -32,10 +43,19 @@ from swarm_common.robots.spec import (
     positive,
     spec_of,
 )
+from swarm_common.robots.urdf_tree import fixed_places, read_tree
 
 __all__ = [
-    "ROBOT_FILE", "Account", "Robot", "account_of", "description", "load_robot",
-    "load_robot_model", "open_robot", "robot_names",
+    "ROBOT_FILE",
+    "Account",
+    "Robot",
+    "account_of",
+    "description",
+    "fixed_frames",
+    "load_robot",
+    "load_robot_model",
+    "open_robot",
+    "robot_names",
     "taken_for",
 ]  # fmt: skip
 
@@ -184,6 +204,23 @@ def open_robot(name_or_path: str | Path) -> Robot:
         inertia = _asked(source, faults).inertia
         model = parse_urdf(text, source.where, moving, source.finder(), directory, inertia)
     return Robot(spec, with_scan_frame(text, model, spec.lidar), model)
+
+
+def fixed_frames(name_or_path: str | Path) -> dict[str, Transform]:
+    """Return base_footprint_from_link of every fixed link of a robot, as tf_static has them.
+
+    Args:
+        name_or_path: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or
+            `robot.yaml`.
+
+    Raises:
+        UnknownNameError: If there is no such model, or robot.yaml has an unknown key.
+        RobotModelError: If a value is missing or impossible, or the description unusable.
+    """
+    source = find_robot(name_or_path)
+    spec, described = _specified(source, Faults(source.where, RobotModelError))
+    root = read_tree(source.text() if described is None else described.urdf, source.where)
+    return {BASE: np.eye(4)} | fixed_places(root) | {SCAN: scan_place(spec.lidar)}
 
 
 def description(name_or_path: str | Path) -> str:

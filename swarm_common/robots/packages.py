@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from urllib.parse import unquote
 
+from swarm_common.files.resources import file_of
 from swarm_common.model.errors import ConfigError, MeshError, MissingPackageError
 
 DEPTH = 3  # folders below a given path in which packages are looked for
@@ -67,14 +68,15 @@ class PackageFinder:
         Raises:
             MeshError: If there is no such file.
         """
-        scheme, sign, rest = uri.partition("://")
-        package, _, inside = rest.partition("/")
-        if sign and scheme in ("package", "model"):
-            path = _file_of(self.share(package), inside.lstrip("/"))
-        elif sign and scheme == "file":
-            path = _file_of(Path("/"), rest.lstrip("/"))
+        scheme, is_uri, rest = uri.partition("://")
+        if is_uri and scheme in ("package", "model"):
+            package, _, name = rest.partition("/")
+            share = self.share(package)
+            path = share / name.lstrip("/")
+            if not path.is_file():  # both are found in the wild: the name, and the name quoted
+                path = share / unquote(name).lstrip("/")
         else:
-            path = beside / uri
+            path = beside / file_of(uri)
         if not path.is_file():
             raise MeshError(f"there is no file {path} (for '{uri}')")
         return path
@@ -100,12 +102,6 @@ class PackageFinder:
         ros = [f"{name}={os.environ[name]}" for name in names if os.environ.get(name)]
         unset = [f"{name} (not set)" for name in names if not os.environ.get(name)]
         return ", ".join([*given, *above, *ros, *unset])
-
-
-def _file_of(folder: Path, name: str) -> Path:
-    """Return a file as it is written, else with its %-codes read."""
-    written = folder / name
-    return written if written.is_file() else folder / unquote(name)
 
 
 def _entries(variable: str) -> list[Path]:

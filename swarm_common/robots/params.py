@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from collections.abc import Mapping
 from typing import Any
 
-from swarm_common.model.errors import RobotModelError
+from swarm_common.model.errors import ConfigError, RobotModelError
 from swarm_common.model.records import LidarSpec, RobotSpec
+from swarm_common.model.shapes import Transform, quaternion_of
 
 WORLDS_OWN = ("wheels_left", "wheels_right", "sensors")  # of no use to a navigator
 
@@ -26,6 +28,42 @@ def robot_parameters(spec: RobotSpec) -> dict[str, Any]:
     values["footprint"] = json.dumps([list(point) for point in spec.footprint])
     values.update({f"lidar.{name}": value for name, value in lidar.items()})
     return values
+
+
+def frames_parameter(frames: Mapping[str, Transform]) -> str:
+    """Return the places of a robot's links as the text of its navigator's parameter `frames`.
+
+    Returns:
+        JSON: x, y, z [m] and the quaternion x, y, z, w by name.
+    """
+    return json.dumps(
+        {
+            name: [round(float(v), 9) for v in (*place[:3, 3], *quaternion_of(place[:3, :3]))]
+            for name, place in frames.items()
+        }
+    )
+
+
+def frames_from_parameter(text: str) -> dict[str, tuple[float, ...]]:
+    """Return what `frames_parameter` has written: seven numbers by the name of the link.
+
+    Args:
+        text: Of the parameter; empty for no links.
+
+    Raises:
+        ConfigError: If it is anything else.
+    """
+    try:
+        frames = {
+            str(name): tuple(float(value) for value in place)
+            for name, place in json.loads(text or "{}").items()
+        }
+    except (AttributeError, TypeError, ValueError) as error:
+        raise ConfigError(f"frames is malformed: {error}") from None
+    for name, place in frames.items():
+        if len(place) != 7 or not all(map(math.isfinite, place)):
+            raise ConfigError(f"frames: {name} is {place}; expected x, y, z and a quaternion")
+    return frames
 
 
 def robot_from_parameters(values: Mapping[str, Any]) -> RobotSpec:

@@ -26,6 +26,9 @@ PREFIX = re.compile(r"</?([A-Za-z_][\w.-]*):(?=[A-Za-z_])")
 DECLARED_PREFIX = re.compile(r"\bxmlns:([\w.-]+)\s*=")
 ROOT = re.compile(r"<(?:robot|sdf)\b")
 SDF = re.compile(r"<sdf\b")
+NAMES = (  # texts as written, in robot.yaml
+    "model", "description", "packages.*", "xacro_args.*", "wheels.*.*", "lidar.frame",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +79,7 @@ class RobotSource:
             )
         text = _read(self.urdf)
         if self.urdf.suffix == ".xacro" or "xacro:" in text:
-            text = expand(self.urdf, self._arguments(), self.finder())
+            text = expand(self.urdf, self.arguments(), self.finder())
             if message := macro_message(self.urdf, text):
                 raise RobotModelError(message)
         if SDF.search(text) is None:
@@ -89,14 +92,21 @@ class RobotSource:
             return text, []
         return urdf_of(root, str(self.urdf)), description_notes(root)
 
-    def _arguments(self) -> dict[str, str]:
+    def arguments(self) -> dict[str, str]:
+        """Return what robot.yaml gives to xacro, each as on xacro's command line.
+
+        Raises:
+            RobotModelError: If `xacro_args` is not a mapping of names to texts.
+        """
         values = self.data.get("xacro_args") or {}
         if not isinstance(values, dict):
             raise RobotModelError(f"{self.settings}: xacro_args is {values!r}; 'name: value' lines")
-        return {
-            str(name): str(value).lower() if isinstance(value, bool) else str(value)
-            for name, value in values.items()
-        }
+        for name, value in values.items():
+            if not name or not isinstance(value, str | None):
+                raise RobotModelError(
+                    f"{self.settings}: xacro_args.{name} is {value!r}; expected a name and a text"
+                )
+        return {name: value or "" for name, value in values.items()}
 
 
 def robot_names() -> list[str]:
@@ -135,7 +145,7 @@ def _of_file(path: Path) -> RobotSource:
         raise RobotModelError(f"{path} is no robot; expected a .urdf, .xacro, .sdf or robot.yaml")
     for settings in (path.with_name(f"{_stem(path)}.{ROBOT_FILE}"), path.with_name(ROBOT_FILE)):
         if settings.is_file():
-            data = read_yaml(settings, RobotModelError)
+            data = read_yaml(settings, RobotModelError, as_written=NAMES)
             described = _described(settings, data) if "description" in data else path
             if described is not None and described.resolve() == path.resolve():
                 return RobotSource(_stem(path), settings, data, path)
@@ -143,7 +153,7 @@ def _of_file(path: Path) -> RobotSource:
 
 
 def _of_settings(path: Path) -> RobotSource:
-    data = read_yaml(path, RobotModelError)
+    data = read_yaml(path, RobotModelError, as_written=NAMES)
     return RobotSource(path.absolute().parent.name, path, data, _described(path, data))
 
 

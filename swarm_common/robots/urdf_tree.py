@@ -11,8 +11,11 @@ import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Iterator
 
+import numpy as np
+
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.faults import Faults
+from swarm_common.model.shapes import Transform, transform_from_xyz_rpy
 
 MAX_LINKS = 500
 MAX_NUMBER = 1e5  # metres, kilograms: nothing on a robot is larger
@@ -59,6 +62,26 @@ def root_link(root: ET.Element) -> str:
     """
     children = {child_of(joint) for joint in root.findall("joint")}
     return next(n for link in root.findall("link") if (n := link.get("name", "")) not in children)
+
+
+def fixed_places(root: ET.Element) -> dict[str, Transform]:
+    """Return root_from_link of every link that no moving joint parts from the root.
+
+    Args:
+        root: Of the URDF, as `read_tree` returns it.
+    """
+    places: dict[str, Transform] = {root_link(root): np.eye(4)}
+    waiting = [joint for joint in root.findall("joint") if joint.get("type") == "fixed"]
+    while ready := [joint for joint in waiting if _end(joint, "parent") in places]:
+        for joint in ready:
+            waiting.remove(joint)
+            origin = joint.find("origin")
+            texts = [None if origin is None else origin.get(name) for name in ("xyz", "rpy")]
+            numbers = [float(word) for text in texts for word in (text or "0 0 0").split()]
+            x, y, z, roll, pitch, yaw = numbers
+            place = transform_from_xyz_rpy(x, y, z, roll, pitch, yaw)
+            places[child_of(joint)] = places[_end(joint, "parent")] @ place
+    return places
 
 
 def child_of(joint: ET.Element) -> str:

@@ -32,7 +32,7 @@ from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.lifecycle_services import LifecycleServices
 from swarm_nav.ros.nav2.map_bounds import MapBounds
 from swarm_nav.ros.nav2.plans import Plans
-from swarm_nav.ros.nav2.poses import RobotFrames, deviation_in, is_placeholder, pose_in_map
+from swarm_nav.ros.nav2.poses import deviation_in, is_placeholder, pose_in_map
 from swarm_nav.ros.nav2.services import Services
 from swarm_nav.ros.nav2.tasks import Tasks
 from swarm_nav.ros.nav2.views import Views
@@ -83,7 +83,6 @@ class NavigatorNode:
         self._status_writer = StatusWriter(settings.name)
         self.node = create_node(settings, context)
         self.rejections = Rejections(events, self.node.get_logger().warning)
-        self._frames, self._name = RobotFrames(self.node), settings.name
         self._answers = Answers(
             self.node, waits_for_mission=bool(settings.fixed["wait_for_mission"])
         )
@@ -316,15 +315,15 @@ class NavigatorNode:
         """Return a pose of one of the robot's frames in map, not far off it; there has to be a map.
 
         Args:
-            stamped: In map, odom or a fixed frame of the robot; an empty frame means map.
+            stamped: In map, odom, or a link fixed to the robot; an empty frame means map.
 
         Raises:
             ValueError: If the frame is unknown, a number makes no sense, or the pose is far off the
                 map.
         """
         assert self._brain is not None
-        pose = pose_in_map(self._brain, self._frames, self._name, stamped)
-        return self.map_bounds.check(pose)
+        own = self._settings
+        return self.map_bounds.check(pose_in_map(self._brain, own.name, own.frames, stamped))
 
     def receive_map(self, grid: Grid) -> None:
         """Navigate on another map from now on; before the first one this does nothing.

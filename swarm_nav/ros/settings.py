@@ -8,17 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from swarm_common.files.params_io import is_for, read_parameter_file
 from swarm_common.files.sites_io import load_sites
-from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.sites import Sites
-from swarm_common.robots.params import robot_from_parameters
+from swarm_common.robots.params import frames_from_parameter, robot_from_parameters
 from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
 
 NODE = "navigator"
 USE_SIM_TIME = "use_sim_time"
-SECTION = "ros__parameters"
 ROBOT_PREFIX = "robot."
 LIMITED = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "max_vel_y", "acc_lim_y")
 FIXED: dict[str, Any] = {
@@ -28,6 +27,7 @@ FIXED: dict[str, Any] = {
     "initial_pose.y": 0.0,
     "initial_pose.yaw": 0.0,
     "sites": "",
+    "frames": "",
     "map_sha256": "",
     "autostart": True,
     "wait_for_mission": False,
@@ -41,6 +41,7 @@ FIXED_EFFECTS = {
     "initial_pose.y": "[m] in map, where odometry began",
     "initial_pose.yaw": "[rad] in map, where odometry began",
     "sites": "file with the world's named places",
+    "frames": "links that are fixed to base_footprint: x, y, z [m] and quaternion of each, in JSON",
     "map_sha256": "digest of the only map that is taken at first; empty for any",
     "autostart": "be active as soon as there is a map",
     "wait_for_mission": "withhold the answers to ticks until a mission has given its goal",
@@ -70,6 +71,11 @@ class NodeSettings:
         return _sites_in(path) if path else Sites()
 
     @property
+    def frames(self) -> dict[str, tuple[float, ...]]:
+        """Place of each fixed link in base_footprint: x, y, z [m] and quaternion x, y, z, w."""
+        return _frames_in(str(self.fixed["frames"]))
+
+    @property
     def initial_pose_map(self) -> Pose:
         """Where the robot stood when its odometry began."""
         return Pose(*(float(self.fixed[f"initial_pose.{name}"]) for name in ("x", "y", "yaw")))
@@ -80,36 +86,23 @@ def _sites_in(path: str) -> Sites:
     return load_sites(path)
 
 
-def flatten(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return nested parameters under their dotted names.
-
-    Args:
-        prefix: Of all names, with the dot at its end.
-    """
-    flat: dict[str, Any] = {}
-    for key, value in tree.items():
-        if isinstance(value, Mapping):
-            flat.update(flatten(value, f"{prefix}{key}."))
-        else:
-            flat[f"{prefix}{key}"] = value
-    return flat
+_frames_in = functools.cache(frames_from_parameter)  # equal robots share them
 
 
 def read_node_settings(name: str, path: str | Path) -> NodeSettings:
     """Return the settings of a robot's navigator in a ROS 2 parameter file.
 
     Args:
-        name: Of the robot, like Srobot3; sections of other robots are ignored, `/**` is for all.
+        name: Of the robot, like Srobot3; sections of other robots are ignored.
 
     Raises:
         SwarmError: If the file cannot be read, or a parameter is missing, unknown, of the wrong
             type or impossible.
     """
-    sections = read_yaml(Path(path))
     values: dict[str, Any] = {}
-    for key in (f"/{name}/{NODE}", f"{name}/{NODE}", "/**"):
-        if isinstance(sections.get(key), Mapping):
-            values = flatten(sections[key].get(SECTION) or {}) | values
+    for pattern, given in read_parameter_file(Path(path)).items():
+        if is_for(pattern, f"/{name}/{NODE}"):
+            values |= given
     return parse_node_settings(name, values, str(path))
 
 
@@ -136,6 +129,7 @@ def parse_node_settings(name: str, values: Mapping[str, Any], where: str) -> Nod
     spec = robot_from_parameters(
         {key.removeprefix(ROBOT_PREFIX): value for key, value in robot.items()}
     )
+    _frames_in(fixed["frames"])
     if fixed["robot_id"] < 1:
         raise ConfigError(f"{where}: robot_id is {fixed['robot_id']}; it must be 1 or more")
     try:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
-from swarm_common.files.yaml_io import check_keys, number, numbers, read_yaml
+from swarm_common.files.yaml_io import check_keys, name_in, number, numbers, read_yaml
 from swarm_common.model.errors import ConfigError
 
 ACTORS_FILE = "actors.yaml"
@@ -99,7 +99,7 @@ def load_actors(path: str | Path) -> Actors:
         ConfigError: If the file is malformed; the message names file and key.
     """
     path = Path(path)
-    data = read_yaml(path)
+    data = read_yaml(path, as_written=("walkers.*.name", "forklifts.*.name"))
     check_keys(data, ["walkers", "forklifts"], str(path))
     walkers = parse_walkers(data.get("walkers") or [], f"{path}: walkers")
     vehicles = _parse_all(data.get("forklifts") or [], f"{path}: forklifts", VehicleSpec)
@@ -153,7 +153,7 @@ def _spec(item: object, index: int, where: str, kind: type[Spec]) -> Spec:
         for key, given in data.items()
         if key not in ("name", "path")
     }
-    name = str(data.get("name", f"{_DEFAULT_NAMES[kind]}_{index + 1}"))
+    name = name_in(data.get("name", f"{_DEFAULT_NAMES[kind]}_{index + 1}"), f"{where}.name")
     path = _path(data.get("path"), f"{where}.path")
     try:
         return kind(name=name, path=path, **values)

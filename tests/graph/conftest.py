@@ -23,8 +23,8 @@ from rclpy.node import Node
 
 from swarm_common.files.resources import find_resource, share_directory
 from swarm_common.process.lifetime import die_with
-from swarm_common.robots.loading import load_robot
-from swarm_common.robots.params import robot_parameters
+from swarm_common.robots.loading import fixed_frames, load_robot
+from swarm_common.robots.params import frames_parameter, robot_parameters
 from swarm_nav.core.config import NavConfig, parameter_values
 from tests.fakes.ros_domains import reserved_domain
 
@@ -202,6 +202,7 @@ def parameters(robot_id: int, pose: list[float], model: str = ROBOT) -> dict[str
         parameter_values(NavConfig())
         | {name: getattr(spec, name) for name in limits}
         | {f"robot.{name}": value for name, value in robot_parameters(spec).items()}
+        | {"frames": frames_parameter(fixed_frames(model))}
         | dict(zip(("initial_pose.x", "initial_pose.y", "initial_pose.yaw"), pose, strict=True))
         | {"robot_id": robot_id, "sites": str(sites)}
     )

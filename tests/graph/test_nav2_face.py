@@ -21,6 +21,7 @@ from rcl_interfaces.msg import Parameter, ParameterEvent, ParameterType, Paramet
 from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.action import ActionClient
 from rclpy.clock import ClockType
+from rclpy.qos import qos_profile_parameter_events
 from rclpy.time import Time
 from std_msgs.msg import Empty
 from swarm_interfaces.msg import RobotStatus
@@ -514,3 +515,46 @@ def test_a_robot_pauses_where_it_was_sent_until_its_next_goal_begins(swarm):
     states = [each.state for each in said]
     assert "pausing" in states
     assert states[-1] != "pausing"
+
+
+def test_goals_are_taken_in_the_frames_of_the_robot_only(swarm):
+    goal = action.NavigateToPose.Goal()
+    goal.pose.pose.orientation.w = 1.0
+    client = ActionClient(swarm.node, action.NavigateToPose, "/Srobot1/navigate_to_pose")
+    swarm.spin_until(client.server_is_ready, START_LIMIT)
+    taken = {}
+    for frame in ("base_link", "Srobot1/base_scan", "Srobot2/base_link", "wheel_left_link", "base"):
+        goal.pose.header.frame_id = frame
+        taken[frame] = swarm.result_of(client.send_goal_async(goal)).accepted
+    client.destroy()
+    assert [frame for frame, accepted in taken.items() if accepted] == [
+        "base_link", "Srobot1/base_scan",
+    ]  # fmt: skip
+
+
+def test_changes_of_parameters_are_told_to_all(swarm):
+    events = []
+    qos = qos_profile_parameter_events
+    swarm.node.create_subscription(ParameterEvent, "/parameter_events", events.append, qos)
+    topic = "/parameter_events"
+    publishers = swarm.node.get_publishers_info_by_topic
+    swarm.spin_until(lambda: any(p.node_namespace == "/Srobot1" for p in publishers(topic)))
+    value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=0.21)
+    request = SetParameters.Request(parameters=[Parameter(name="max_vel_x", value=value)])
+
+    def is_told():
+        assert swarm.call(SetParameters, "/Srobot1/navigator/set_parameters", request).results
+        return any(e.node == "/Srobot1/navigator" and e.changed_parameters for e in events)
+
+    swarm.spin_until(is_told)
+
+
+def test_a_map_may_have_any_name(swarm, tmp_path):
+    file = tmp_path / "a#b;c?d%20e.yaml"
+    (tmp_path / "free.pgm").write_bytes(b"P5 40 40 255\n" + bytes([254]) * 1600)
+    text = "image: free.pgm\nresolution: 0.5\norigin: [-10.0, -10.0, 0.0]\nnegate: 0\n"
+    file.write_text(text + "occupied_thresh: 0.65\nfree_thresh: 0.25\n")
+    for url in (str(file), file.as_uri()):
+        request = srv.LoadMap.Request(map_url=url)
+        answer = swarm.call(srv.LoadMap, "/Srobot2/map_server/load_map", request)
+        assert answer.result == srv.LoadMap.Response.RESULT_SUCCESS

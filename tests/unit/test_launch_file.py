@@ -1,4 +1,4 @@
-"""The launch file, over stand-ins for what it uses of ROS 2's package launch."""
+"""The launch file, with stand-ins for ROS 2's `launch`, which PyPI does not have."""
 
 from __future__ import annotations
 
@@ -10,63 +10,68 @@ from typing import Any
 
 import pytest
 
+from swarm_common.model.errors import ConfigError, UnknownNameError
+
 FILE = Path(__file__).parents[2] / "colcon" / "swarm_commander" / "launch" / "swarm.launch.py"
-
-
-class Made(SimpleNamespace):
-    """What a class of launch was called with."""
-
-    def __init__(self, *arguments: Any, **keywords: Any) -> None:
-        super().__init__(arguments=arguments, **keywords)
+NAMES = {
+    "launch": ("LaunchContext", "LaunchDescription"),
+    "launch.actions": (
+        "DeclareLaunchArgument", "EmitEvent", "ExecuteProcess", "LogInfo", "OpaqueFunction",
+        "RegisterEventHandler",
+    ),
+    "launch.event_handlers": ("OnProcessExit",),
+    "launch.events": ("Shutdown",),
+}  # fmt: skip
 
 
 @pytest.fixture
 def launch_file(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """Return the names that the launch file defines."""
-    parts = {
-        "launch": ("LaunchContext", "LaunchDescription"),
-        "launch.actions": (
-            "DeclareLaunchArgument", "EmitEvent", "ExecuteProcess", "LogInfo", "OpaqueFunction",
-            "RegisterEventHandler",
-        ),
-        "launch.event_handlers": ("OnProcessExit",),
-        "launch.events": ("Shutdown",),
-        "launch.events.process": ("ProcessExited",),
-    }  # fmt: skip
-    for name, classes in parts.items():
-        module = ModuleType(name)
-        for item in classes:
-            setattr(module, item, type(item, (Made,), {}))
-        monkeypatch.setitem(sys.modules, name, module)
+    for module, names in NAMES.items():
+        made = ModuleType(module)
+        for name in names:
+            setattr(made, name, lambda *items, kind=name, **told: SimpleNamespace(
+                kind=kind, items=items, **told))  # fmt: skip
+        monkeypatch.setitem(sys.modules, module, made)
+    monkeypatch.setattr(sys, "argv", ["ros2", "launch", "swarm_commander", "swarm.launch.py"])
     return runpy.run_path(str(FILE))
 
 
-def given(**values: str) -> Any:
-    return SimpleNamespace(launch_configurations=values, is_shutdown=False)
+def context(*words: str, **more: str) -> SimpleNamespace:
+    given = dict(word.split(":=") for word in words)
+    return SimpleNamespace(argv=list(words), launch_configurations=given | more)
 
 
-def test_every_option_of_swarm_up_is_a_declared_argument(launch_file: dict[str, Any]) -> None:
-    (actions,) = launch_file["generate_launch_description"]().arguments
-    names = {item.arguments[0] for item in actions if type(item).__name__.startswith("Declare")}
-    assert {"swarm_size", "world", "mission", "headless", "seed", "params"} <= names
+def test_every_option_is_declared(launch_file: dict[str, Any]) -> None:
+    items = launch_file["generate_launch_description"]().items[0]
+    declared = {item.items[0]: item for item in items if item.kind == "DeclareLaunchArgument"}
+    assert {"swarm_size", "world", "viewer", "until_done", "report"} <= declared.keys()
+    assert declared["swarm_size"].description == "Number of robots."
+    assert {item.default_value for item in declared.values()} == {""}
 
 
-def test_what_is_given_reaches_swarm_up(launch_file: dict[str, Any]) -> None:
-    *_, swarm = launch_file["start"](given(swarm_size="2", viewer="false", world=""))
-    assert swarm.cmd[-3:] == ["--swarm-size", "2", "--no-viewer"]
+def test_arguments_become_options(launch_file: dict[str, Any]) -> None:
+    words = ("swarm_size:=2", "headless:=true", "record:=false", "viewer:=False", "mission:=")
+    *_, swarm = launch_file["start"](context(*words))
+    assert swarm.cmd[3:] == ["--swarm-size", "2", "--headless", "--no-viewer"]
 
 
-def test_a_misspelt_argument_is_refused_and_a_foreign_one_is_named(
-    launch_file: dict[str, Any],
+def test_unknown_arguments_are_refused(launch_file: dict[str, Any]) -> None:
+    with pytest.raises(UnknownNameError, match="'swarm_sise'; did you mean 'swarm_size'"):
+        launch_file["start"](context("swarm_sise:=2"))
+    with pytest.raises(ConfigError, match="headless is 'maybe'"):
+        launch_file["start"](context("headless:=maybe"))
+
+
+def test_included_it_names_misspelt_ones_among_those_of_others(
+    launch_file: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with pytest.raises(RuntimeError, match="'swarm_sise'; did you mean 'swarm_size'"):
-        launch_file["start"](given(swarm_sise="2"))
-    _, note, _ = launch_file["start"](given(rviz_background="grey"))
-    assert "'rviz_background'" in note.msg
+    monkeypatch.setattr(sys, "argv", ["ros2", "launch", "mine", "mine.launch.py"])
+    note, *_ = launch_file["start"](context("theirs:=1", swarm_sise="2"))
+    assert (note.kind, "did you mean 'swarm_size'" in note.msg) == ("LogInfo", True)
 
 
-@pytest.mark.parametrize("code", [1, 2, 3])
-def test_the_launch_fails_when_swarm_up_does(launch_file: dict[str, Any], code: int) -> None:
-    with pytest.raises(RuntimeError, match=f"exit code {code}"):
-        launch_file["end"](SimpleNamespace(returncode=code), given())
-    assert launch_file["end"](SimpleNamespace(returncode=0), given())
+def test_the_launch_fails_with_swarm_up(launch_file: dict[str, Any]) -> None:
+    with pytest.raises(RuntimeError, match="code 2"):
+        launch_file["end"](SimpleNamespace(returncode=2), context())
+    (ended,) = launch_file["end"](SimpleNamespace(returncode=0), context())
+    assert ended.kind == "EmitEvent"

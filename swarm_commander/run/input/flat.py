@@ -7,23 +7,6 @@ from typing import Any
 
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
-Flat = dict[str, Any]  # dotted parameter name -> value
-
-
-def flatten(tree: Mapping[str, Any], prefix: str = "") -> Flat:
-    """Return nested parameters under their dotted names.
-
-    Args:
-        tree: Mappings in mappings; a list is a value.
-    """
-    flat: Flat = {}
-    for key, value in tree.items():
-        if isinstance(value, Mapping):
-            flat.update(flatten(value, f"{prefix}{key}."))
-        else:
-            flat[f"{prefix}{key}"] = value
-    return flat
-
 
 def nest(flat: Mapping[str, Any]) -> dict[str, Any]:
     """Return dotted parameters as the nested mapping of a parameter file."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fnmatch
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -12,10 +11,10 @@ from typing import Any
 
 import yaml
 
-from swarm_commander.run.input.flat import Flat, flatten, nest, typed
-from swarm_commander.run.input.world_params import SECTION, WORLD_NODES, WorldParams, parse_world
+from swarm_commander.run.input.flat import nest, typed
+from swarm_commander.run.input.world_params import WORLD_NODES, WorldParams, parse_world
+from swarm_common.files.params_io import SECTION, Flat, is_for, read_parameter_file
 from swarm_common.files.resources import share_directory
-from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.robots.params import robot_parameters
@@ -27,7 +26,7 @@ REALISTIC: Flat = {"localisation.type": "amcl"}  # for robots with noisy sensors
 def default_parameters() -> Flat:
     """Return the navigator's parameters with their defaults, from `params/navigator.yaml`."""
     path = share_directory() / "params" / "navigator.yaml"
-    return flatten(read_yaml(path)["/**"][SECTION])
+    return read_parameter_file(path)["/**"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +50,7 @@ class ParameterSource:
             return message
         named = set(re.findall(r"[a-z_0-9]+(?:\.[a-z_0-9]+)*", problem))
         for pattern, names in reversed([*self.sections.items()]):
-            if _matches(pattern, robot) and not named.isdisjoint(names):
+            if is_for(pattern, f"/{robot}/{NODE}") and not named.isdisjoint(names):
                 return f"{self.path}: {pattern}: {problem}"
         return message
 
@@ -83,7 +82,7 @@ class Overrides:
         """Return the parameters that the file sets for a robot; later sections win."""
         merged: Flat = {}
         for pattern, values in self._sections.items():
-            if _matches(pattern, robot):
+            if is_for(pattern, f"/{robot}/{NODE}"):
                 merged.update(values)
         return merged
 
@@ -99,34 +98,21 @@ def load_overrides(path: Path, robots: list[str], known: Mapping[str, Any]) -> O
         ConfigError: If the file is not a parameter file, or a name or a type is wrong.
     """
     sections: dict[str, Flat] = {}
-    world = WorldParams()
-    for pattern, body in read_yaml(path).items():
+    world: WorldParams | None = None
+    for pattern, values in read_parameter_file(path).items():
         where = f"{path}: {pattern}"
-        if not isinstance(body, dict) or not isinstance(body.get(SECTION), dict):
-            raise ConfigError(f"{where}: expected a section '{SECTION}:' with parameters")
-        if len(body) > 1:
-            extra = next(key for key in body if key != SECTION)
-            raise UnknownNameError("key", str(extra), [SECTION], where)
-        if str(pattern).strip("/") in WORLD_NODES:
-            world = parse_world(body[SECTION], robots, where)
+        if pattern.strip("/") in WORLD_NODES:
+            if world is not None:
+                raise ConfigError(f"{where}: the parameters of the world are given twice")
+            world = parse_world(values, robots, where)
             continue
-        if not any(_matches(str(pattern), robot) for robot in robots):
+        if not any(is_for(pattern, f"/{robot}/{NODE}") for robot in robots):
             names = ["/world", "/**", *(f"/{robot}/{NODE}" for robot in robots)]
-            raise UnknownNameError("node", str(pattern), names, str(path))
-        sections[str(pattern)] = {
-            name: typed(name, value, known, where) for name, value in flatten(body[SECTION]).items()
+            raise UnknownNameError("node", pattern, names, str(path))
+        sections[pattern] = {
+            name: typed(name, value, known, where) for name, value in values.items()
         }
     return Overrides(sections, world, path)
-
-
-def _matches(pattern: str, robot: str) -> bool:
-    """Whether a node name or ROS 2 wildcard (`*` one part, `**` any) means a robot's navigator."""
-    parts = pattern.strip("/").split("/")
-    if parts in (["**"], [NODE], ["**", NODE]):
-        return True
-    return len(parts) == 2 and all(
-        fnmatch.fnmatchcase(name, part) for name, part in zip((robot, NODE), parts, strict=True)
-    )
 
 
 def robot_parameter_file(

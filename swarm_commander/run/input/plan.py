@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -21,10 +22,11 @@ from swarm_common.files.resources import find_resource
 from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.records import Pose
+from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.sites import Sites
 from swarm_common.robots.fleet import Fleet, Member, uniform_fleet
-from swarm_common.robots.loading import load_robot
+from swarm_common.robots.loading import fixed_frames, load_robot
+from swarm_common.robots.params import frames_parameter
 
 WORLD_FILE = "world.sdf"
 SITES_FILE = "sites.yaml"
@@ -180,6 +182,7 @@ class RunPlan:
             "wait_for_mission": waits,
             "on_demand": self.options.swarm_size > ros_env.FEW_ROBOTS,
             "sites": self.copy_of(str(self.sites_path)) if self.sites_path else "",
+            "frames": _frames_of(member.model, member.spec),
             **self.defaults,
             **(REALISTIC if self.options.realistic else {}),
             **self._without_lidar(),
@@ -225,6 +228,11 @@ class RunPlan:
             "goals_per_robot": options.goals_per_robot,
             "stand_still_at_end": options.until_done,
         }
+
+
+@functools.cache  # by the spec, too: a file may be another one when a robot is spawned later
+def _frames_of(model: str, _: RobotSpec) -> str:
+    return frames_parameter(fixed_frames(model))
 
 
 def _triple(pose: Pose | None) -> list[float] | None:

@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from swarm_commander.run.input.flat import flatten, nest, typed
+from swarm_commander.run.input.flat import nest, typed
+from swarm_common.files.params_io import flatten, read_parameter_file
 from swarm_common.files.resources import share_directory
-from swarm_common.files.yaml_io import pose_numbers, read_yaml
+from swarm_common.files.yaml_io import pose_numbers
 from swarm_common.model.errors import UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.robots.sensors_io import sensor_errors
 
-SECTION = "ros__parameters"
 WORLD_NODES = ("world", "sim/world")  # how a section may name it
 BROKEN = "broken."
 SENSORS = "sensors"
@@ -41,12 +41,14 @@ class WorldParams:
 
 def default_world_parameters() -> dict[str, Any]:
     """Return the world's parameters with their defaults, from `params/world.yaml`."""
-    content = read_yaml(share_directory("params") / "params" / "world.yaml")
-    return flatten(content["/world"][SECTION])
+    return read_parameter_file(share_directory("params") / "params" / "world.yaml")["/world"]
 
 
 def parse_world(body: Mapping[str, Any], robots: Sequence[str], where: str) -> WorldParams:
     """Return the world's parameters.
+
+    Args:
+        body: Parameters in the section, nested or by dotted name.
 
     Raises:
         ConfigError: If a name is unknown or a value has the wrong type.
@@ -54,7 +56,7 @@ def parse_world(body: Mapping[str, Any], robots: Sequence[str], where: str) -> W
     known = default_world_parameters()
     values: dict[str, Any] = {}
     broken: dict[str, Pose] = {}
-    flat = flatten(body)
+    flat = flatten(body, where)
     of_sensors = {name: value for name, value in flat.items() if name.startswith(f"{SENSORS}.")}
     sensors = nest(of_sensors).get(SENSORS, {})
     sensor_errors(sensors, f"{where}: {SENSORS}")

@@ -14,7 +14,7 @@ from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose, SmoothPath
 
 from swarm_common.middleware.rejections import RejectedError
-from swarm_common.middleware.ros_io import path_msg
+from swarm_common.middleware.ros_io import path_msg, pose_msg
 from swarm_common.middleware.tick_action import GoalHandle, TickActionServer
 from swarm_common.model.records import FloatArray, Pose
 from swarm_nav.behaviour.navigator import Navigator
@@ -115,7 +115,9 @@ class Plans:
             started = time.perf_counter()
             result = SmoothPath.Result()
             try:
-                result.path = path_msg(self._smoothed(handle.request), self._tick)
+                goal, path = self._smoothed(handle.request)
+                result.path = path_msg(path, self._tick)
+                result.path.poses[-1].pose.orientation = pose_msg(goal).orientation
                 result.was_completed = True
             except PlanError as error:
                 result.error_code, result.error_msg = int(error.code), str(error)
@@ -123,9 +125,6 @@ class Plans:
                 self._body.rejections.reject("smooth_path", CLIENT, error)
                 result.error_code, result.error_msg = int(ErrorCode.SMOOTH_BAD_PATH), str(error)
             result.smoothing_duration = duration_msg(time.perf_counter() - started)
-            if result.was_completed and result.path.poses:
-                last = handle.request.path.poses[-1]
-                result.path.poses[-1].pose.orientation = last.pose.orientation
             server.finish(handle, result, succeeded=result.was_completed)
 
         def is_open(_: Any) -> bool:
@@ -133,7 +132,8 @@ class Plans:
 
         TickActionServer(self._body.node, SmoothPath, "smooth_path", is_open, begin, lambda _: None)
 
-    def _smoothed(self, request: Any) -> FloatArray:
+    def _smoothed(self, request: Any) -> tuple[Pose, FloatArray]:
+        """Return the last pose of a path, in map, and the path when it is smooth."""
         if request.smoother_id not in SMOOTHERS:
             raise PlanError(
                 ErrorCode.SMOOTH_BAD_ID,
@@ -145,7 +145,7 @@ class Plans:
         path = self._brain.smooth(goal.path_map)
         if request.check_for_collisions and not self._brain.is_clear(path):
             raise PlanError(ErrorCode.SMOOTH_COLLISION, "the smoothed path is too near to a wall")
-        return path
+        return goal.poses_map[-1], path
 
     def look(self, tick: int) -> None:
         """Plan some of the legs that wait, at most for a while."""
@@ -181,7 +181,7 @@ class Plans:
             return
         result.path = path_msg(np.vstack(job.pieces), tick)
         if result.path.poses:
-            result.path.poses[-1].pose.orientation = job.goals[-1].pose.orientation
+            result.path.poses[-1].pose.orientation = pose_msg(job.stops[-1]).orientation
         self._send(job, Outcome.SUCCEEDED, result)
 
     def _send(self, job: Job, outcome: Outcome, result: Any) -> None:

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+import numpy as np
 from geometry_msgs.msg import Pose as PoseMsg
-from geometry_msgs.msg import PoseStamped, TransformStamped
-from rclpy.node import Node
-from tf2_msgs.msg import TFMessage
+from geometry_msgs.msg import PoseStamped
 
-from swarm_common.middleware.ros_io import STATIC_TRANSFORMS, pose_from_msg
-from swarm_common.model.records import Pose
+from swarm_common.middleware.rejections import RejectedError
+from swarm_common.middleware.ros_io import pose_from_msg
+from swarm_common.model.records import FloatArray, Pose
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.localisation.localiser import START_DEVIATION
 from swarm_nav.ros.nav2.goals import UnknownFrameError
 
+BASE = "base_footprint"
 LEAST_DEVIATION, MOST_DEVIATION = 0.01, 2.0  # [m] and [rad] that a client's covariance may mean
 BASE = "base_footprint"
 PATIENCE, PERIOD = 2.0, 0.01  # [s] of wall time for `tf_static` to come, and between two polls
@@ -24,101 +24,55 @@ Place = tuple[float, float, float]  # x, y, z [m]
 Quaternion = tuple[float, float, float, float]  # x, y, z, w
 
 
-class RobotFrames:
-    """The fixed frames of a robot, from its `tf_static`; nobody subscribes before one is asked."""
-
-    def __init__(self, node: Node) -> None:
-        self._node = node
-        self._parents: dict[str, TransformStamped] = {}  # by child frame
-
-    def to_base(self, frame: str, pose: PoseMsg) -> PoseMsg:
-        """Return a pose of one of these frames in base_footprint.
-
-        Raises:
-            UnknownFrameError: If the robot has no such frame, or it moves; lists those that count.
-        """
-        if not self._parents:
-            self._receive()
-        place = pose.position.x, pose.position.y, pose.position.z
-        q = pose.orientation
-        turn = (q.x, q.y, q.z, q.w) if any((q.x, q.y, q.z, q.w)) else (0.0, 0.0, 0.0, 1.0)
-        at = frame
-        while at != BASE:
-            if at not in self._parents:
-                known = ", ".join(["map", "odom", BASE, *sorted(self._parents)])
-                raise UnknownFrameError(f"frame '{frame}' is unknown; known: {known}")
-            link = self._parents[at]
-            offset, q = link.transform.translation, link.transform.rotation
-            x, y, z = _rotated((q.x, q.y, q.z, q.w), place)
-            place = offset.x + x, offset.y + y, offset.z + z
-            turn = _product((q.x, q.y, q.z, q.w), turn)
-            at = link.header.frame_id.lstrip("/")
-        moved = PoseMsg()
-        moved.position.x, moved.position.y, moved.position.z = place
-        o = moved.orientation
-        o.x, o.y, o.z, o.w = turn
-        return moved
-
-    def _receive(self) -> None:
-        """Wait for the latched message; it is there at once where the world has published it."""
-        subscription = self._node.create_subscription(
-            TFMessage, "tf_static", lambda _: None, STATIC_TRANSFORMS
-        )
-        try:
-            end = time.monotonic() + PATIENCE
-            while not self._parents and time.monotonic() < end:
-                with subscription.handle:
-                    taken = subscription.handle.take_message(TFMessage, False)
-                if taken is None:
-                    time.sleep(PERIOD)
-                    continue
-                for item in taken[0].transforms:
-                    self._parents[item.child_frame_id.lstrip("/")] = item
-        finally:
-            self._node.destroy_subscription(subscription)
-
-
-def _product(a: Quaternion, b: Quaternion) -> Quaternion:
-    """Return the quaternion a ∘ b."""
-    ax, ay, az, aw = a
-    bx, by, bz, bw = b
-    return (
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-        aw * bw - ax * bx - ay * by - az * bz,
-    )
-
-
-def _rotated(q: Quaternion, place: Place) -> Place:
-    """Return a place turned by a unit quaternion."""
-    x, y, z, w = q
-    turned = _product(_product(q, (*place, 0.0)), (-x, -y, -z, w))
-    return turned[0], turned[1], turned[2]
-
-
-def pose_in_map(brain: Navigator, frames: RobotFrames, robot: str, stamped: PoseStamped) -> Pose:
+def pose_in_map(
+    brain: Navigator, name: str, links: Mapping[str, Sequence[float]], stamped: PoseStamped
+) -> Pose:
     """Return a pose of one of the robot's frames in map.
 
     Args:
         brain: Knows where odom and the robot are in map.
-        frames: The fixed frames of the robot.
-        robot: Name, which may stand before a frame, as in `Srobot3/base_link`.
-        stamped: In map, odom or a fixed frame of the robot; an empty frame means map.
+        name: Of the robot; its frames may have it in front, like `Srobot3/base_link`.
+        links: Place of each fixed link in base_footprint: x, y, z [m] and quaternion x, y, z, w.
+        stamped: In map, odom, or a fixed link; an empty frame means map.
 
     Raises:
-        UnknownFrameError: If it is in another frame.
+        UnknownFrameError: If it is in another frame; the message lists the known ones.
         ValueError: If a number is not finite or the quaternion is not of unit length.
     """
     pose = pose_from_msg(stamped.pose)
-    frame = stamped.header.frame_id.lstrip("/").removeprefix(f"{robot}/")
+    frame = stamped.header.frame_id.removeprefix("/")
     if frame in ("", "map"):
         return pose
+    frame = frame.removeprefix(f"{name}/")
     if frame == "odom":
         return brain.map_from_odom.compose(pose)
-    if frame != BASE:
-        pose = pose_from_msg(frames.to_base(frame, stamped.pose))
-    return brain.pose_map.compose(pose)
+    if frame == BASE:
+        return brain.pose_map.compose(pose)
+    if frame in links:
+        return brain.pose_map.compose(_in_base(links[frame], stamped.pose))
+    known = ", ".join(dict.fromkeys(("map", "odom", BASE, *links)))
+    raise UnknownFrameError(f"frame '{stamped.header.frame_id}' is unknown; known: {known}")
+
+
+def _in_base(link: Sequence[float], message: PoseMsg) -> Pose:
+    """Return the planar part in base_footprint of a pose in a link's frame, which may be tilted."""
+    place, turn = message.position, message.orientation
+    if not math.isfinite(place.z):
+        raise RejectedError("the pose has a number that is not finite")
+    base_from_link = _rotation(*link[3:])
+    x, y, _ = base_from_link @ (place.x, place.y, place.z) + link[:3]
+    heading = base_from_link @ _rotation(turn.x, turn.y, turn.z, turn.w)[:, 0]
+    return Pose(float(x), float(y), math.atan2(heading[1], heading[0]))
+
+
+def _rotation(x: float, y: float, z: float, w: float) -> FloatArray:
+    """Return the matrix (3, 3) of a quaternion of about unit length; zeros count as no turn."""
+    square = x * x + y * y + z * z + w * w
+    if square == 0.0:
+        return np.eye(3)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turned: FloatArray = np.eye(3) + 2.0 * (w * cross + cross @ cross) / square
+    return turned
 
 
 def is_placeholder(stamped: PoseStamped) -> bool:

@@ -37,7 +37,7 @@ class ServedNode(Protocol):
         """Return a pose of one of the robot's frames in map.
 
         Args:
-            stamped: In map, odom or a fixed frame of the robot; an empty frame means map.
+            stamped: In map, odom, or a link fixed to the robot; an empty frame means map.
 
         Raises:
             ValueError: If the frame is unknown, a number makes no sense, or the pose is far off the

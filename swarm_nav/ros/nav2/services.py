@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 
 from nav2_msgs.srv import (
     ClearCostmapAroundPose,
@@ -21,6 +19,7 @@ from nav2_msgs.srv import (
 from std_srvs.srv import Trigger
 
 from swarm_common.files.map_io import load_map
+from swarm_common.files.resources import file_of
 from swarm_common.middleware import ros_io
 from swarm_common.model.errors import MapError, MapImageError, SwarmError
 from swarm_nav.behaviour.costmap import Costmap
@@ -81,7 +80,7 @@ class Services:
 
     def _load_map(self, request: Any, response: Any) -> Any:
         try:
-            path = _path_in(request.map_url)
+            path = file_of(request.map_url)
             if not path.is_file():
                 response.result = LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST
                 return response
@@ -124,14 +123,3 @@ class Services:
             return response
 
         return answer
-
-
-def _path_in(url: str) -> Path:
-    """Return the file of a `file://` URL or, of anything else, of the path as it is written."""
-    scheme, sign, rest = url.partition("://")
-    if sign and scheme.lower() == "file":
-        host, slash, path = rest.partition("/")
-        if host not in ("", "localhost"):
-            raise MapError(f"{url}: the map is on host '{host}'; expected file:///PATH")
-        return Path(unquote(slash + path))
-    return Path(url).expanduser()

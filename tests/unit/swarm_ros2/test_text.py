@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints
 from sensor_msgs.msg import LaserScan
@@ -50,25 +51,6 @@ def test_values_that_do_not_fit_are_named(values: str, message: str) -> None:
         text.fill(PoseStamped(), text.parse_values(values))
 
 
-def test_only_headers_and_times_of_topic_pub_are_filled_in() -> None:
-    pose = PoseStamped()
-    stamps = text.fill(pose, {"header": {"stamp": "now", "frame_id": "auto"}}, expands=True)
-    assert stamps == [pose.header.stamp]
-    assert stamps[0] is pose.header.stamp
-    assert pose.header.frame_id == "auto"
-    assert text.fill(PoseStamped(), {"header": "auto"}, expands=True)
-    for word in ("now", "auto"):
-        message = String()
-        assert text.fill(message, {"data": word}, expands=True) == []
-        assert message.data == word
-    with pytest.raises(SwarmError, match="header: 'auto' is not a mapping"):
-        text.fill(PoseStamped(), {"header": "auto"})
-    nested = FollowWaypoints.Goal()
-    values = {"poses": [{"header": "auto"}, {"header": {"stamp": "now"}}]}
-    stamps = text.fill(nested, values, expands=True)
-    assert [stamp is pose.header.stamp for stamp, pose in zip(stamps, nested.poses, strict=True)]
-
-
 @pytest.mark.parametrize(
     "name", ["String", "std_msgs/srv/String", "std_msgs/msg/Sting", "no/msg/X"]
 )
@@ -90,3 +72,24 @@ def test_rate_meter_reports_once_per_news() -> None:
         "average rate: 5.000\n\tmin: 0.200s max: 0.200s std dev: 0.00000s window: 5"
     )
     assert meter.report() is None
+
+
+def test_words_stay_words_and_only_times_are_stamped_at_sending() -> None:
+    message, stamps = String(), []
+    text.fill(message, {"data": "now"}, stamps)
+    assert (message.data, stamps) == ("now", [])
+    text.fill(message, {"data": "auto"})
+    assert message.data == "auto"
+    goal = FollowWaypoints.Goal()
+    values = "{poses: [{header: auto}, {header: {stamp: now, frame_id: auto}}]}"
+    text.fill(goal, text.parse_values(values), stamps)
+    for stamp in stamps:
+        stamp(Time(sec=7))
+    assert [pose.header.stamp.sec for pose in goal.poses] == [7, 7]
+    assert goal.poses[1].header.frame_id == "auto"
+
+
+@pytest.mark.parametrize("values", ["{header: auto}", "{header: {stamp: now}}", "{header: now}"])
+def test_services_and_actions_do_not_stamp(values: str) -> None:
+    with pytest.raises(SwarmError, match="is not a mapping of"):
+        text.fill(PoseStamped(), text.parse_values(values))

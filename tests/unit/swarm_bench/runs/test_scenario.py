@@ -84,7 +84,7 @@ def test_a_fleet_is_dealt_in_turn() -> None:
         ("stall_limit: 0", "stall_limit is 0.0"),
         ("targets: {20: 5}", "targets.20 is 5"),
         ("targets: {20: {relase: 5}}", "unknown key 'relase'.*'release'"),
-        ("world: 3", "world is 3; expected a text"),
+        ("world: [3]", r"world is \[3\]; expected a text"),
         ("world: [", "malformed"),
     ],
 )

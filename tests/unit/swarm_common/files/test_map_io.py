@@ -137,7 +137,9 @@ def test_keys_that_nav2_ignores_are_ignored(tmp_path: Path) -> None:
         (HEAD.replace(", 0.0]", "]"), "list of 3 numbers"),
         (HEAD + "mode: fuzzy\n", "mode is 'fuzzy'"),
         (HEAD + "free_thresh: 0.9\n", "free_thresh 0.9"),
-        (HEAD + "negate: 7\n", "negate is 7"),
+        (HEAD + "negate: perhaps\n", "negate is 'perhaps'"),
+        (HEAD + "negat: 1\n", "unknown key 'negat'; did you mean 'negate'"),
+        (HEAD.replace("0.05", "0_05"), "resolution is '0_05'"),
         ("image: m.pgm\norigin: [0, 0, 0]\n", "lacks resolution"),
         ("image: m.pgm\nresolution: [0.05\norigin: 3\n", "line 3"),
         ("image: a\nimage: b\n", "line 2: malformed YAML: key 'image' occurs twice"),
@@ -161,3 +163,27 @@ def test_damaged_images_are_refused(tmp_path: Path, data: bytes) -> None:
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(MapError, match="cannot read"):
         load_map(tmp_path / "none.yaml")
+
+
+@pytest.mark.parametrize(
+    "extra",
+    ["mode: Trinary\n", "mode: 'SCALE'\n", "negate: Off\n", "negate: '0'\n", "negate: n\n"],
+)
+def test_values_are_read_as_yaml_cpp_reads_them(tmp_path: Path, extra: str) -> None:
+    quoted = "image: m.pgm\nresolution: '0.05'\norigin: ['1.0', -2, '0']\noccupied_thresh: '.65'\n"
+    grid = load_map(write(tmp_path, quoted + extra))
+    assert (grid.resolution, grid.origin_x, grid.origin_y) == (0.05, 1.0, -2.0)
+    assert grid.cells[0, 0] == 100
+
+
+@pytest.mark.parametrize("word", ["7", "'1'", "0x1", "Y", "yes", "ON", "True"])
+def test_truth_is_written_in_many_ways(tmp_path: Path, word: str) -> None:
+    assert load_map(write(tmp_path, f"{HEAD}negate: {word}\n")).cells[0, 0] == 0
+
+
+def test_home_is_known_in_the_path_of_the_map_and_of_its_image(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    write(tmp_path, HEAD.replace("m.pgm", "~/m.pgm"))
+    assert load_map("~/m.yaml").cells.shape == (1, 3)

@@ -85,7 +85,7 @@ def test_one_model_is_a_fleet_too() -> None:
         (f"groups: [{{model: {BURGER}, count: true}}]", "count is True"),
         ("groups: [{model: turtlebot3_burgr, count: 1}]", f"did you mean '{BURGER}'"),
         ("groups: [{model: ../none, count: 1}]", "unknown robot '../none'"),
-        ("groups: [{model: 7, count: 1}]", "model is 7"),
+        ("groups: [{model: [7], count: 1}]", "model is [7]"),
         (f"groups: [{{model: {BURGER}, count: 1, limit: 1}}]", "did you mean 'limits'"),
         (f"groups: [{{model: {BURGER}, count: 1, limits: 1}}]", "expected max_vel_x"),
         (
@@ -93,7 +93,7 @@ def test_one_model_is_a_fleet_too() -> None:
             "a turtlebot3_burger allows",
         ),
         (f"groups: [{{model: {BURGER}, count: 1, limits: {{max_vel_x: 0}}}}]", "is 0.0"),
-        (f"groups: [{{model: {BURGER}, count: 1, mission: 3}}]", "mission is 3"),
+        (f"groups: [{{model: {BURGER}, count: 1, mission: [3]}}]", "mission is [3]"),
         (f"order: shuffled\ngroups: [{{model: {BURGER}, count: 1}}]", "unknown order 'shuffled'"),
         ("robots: 3", "unknown key 'robots'"),
     ],

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 import yaml
 
-from swarm_commander.run.input.flat import flatten, nest
+from swarm_commander.run.input.flat import nest
 from swarm_commander.run.input.params import (
     default_parameters,
     load_overrides,
@@ -14,6 +14,7 @@ from swarm_commander.run.input.params import (
     write_parameter_file,
 )
 from swarm_commander.run.input.world_params import WorldParams, default_world_parameters
+from swarm_common.files.params_io import flatten
 from swarm_common.model.engines import BULLET
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose

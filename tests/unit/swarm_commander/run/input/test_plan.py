@@ -9,9 +9,9 @@ import pytest
 
 from swarm_commander.mission.routes import goals
 from swarm_commander.mission.runner import itineraries
-from swarm_commander.run.input.flat import flatten
 from swarm_commander.run.input.options import UpOptions, robot_of, swarm_size_of
 from swarm_commander.run.input.plan import RunPlan, check_plan
+from swarm_common.files.params_io import flatten
 from swarm_common.files.resources import find_resource
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError

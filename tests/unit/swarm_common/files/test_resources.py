@@ -1,0 +1,39 @@
+"""Paths are paths, and `file://` URLs are URLs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from swarm_common.files.resources import file_of
+from swarm_common.robots.packages import PackageFinder
+
+NAMES = ["a#b.stl", "a;b.stl", "a?b.stl", "a%20b.stl", "a b.stl", "~a.stl", "ä.stl"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_path_is_as_written_and_a_url_is_quoted(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    assert file_of(str(path)) == path
+    assert file_of(name) == Path(name)
+    assert file_of(path.as_uri()) == path
+    assert file_of(path.as_uri().replace("file://", "file://localhost")) == path
+    path.touch()
+    assert file_of(f"file://{path}") == path  # that nobody quoted
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_meshes_of_packages_may_have_any_name(tmp_path: Path, name: str) -> None:
+    share = tmp_path / "acme_description"
+    share.mkdir()
+    (share / name).touch()
+    finder = PackageFinder([tmp_path])
+    for uri in (f"package://acme_description/{name}", (share / name).as_uri(), name):
+        assert finder.resolve(uri, share) == share / name
+
+
+def test_home_is_in_front_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert file_of("~/map.yaml") == tmp_path / "map.yaml"
+    assert file_of("maps/~/map.yaml") == Path("maps/~/map.yaml")
