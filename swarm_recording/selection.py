@@ -44,7 +44,7 @@ def select(text: str, robots: Sequence[str]) -> list[Topic]:
             known = ", ".join(topic.name for topic in (*WORLD_TOPICS, *ROBOT_TOPICS))
             raise ConfigError(
                 f"--record-topics: '{pattern}' matches no topic; known are {known},"
-                " each also with a robot before it, like /Srobot1/scan"
+                f" each also with a robot before it, like /{next(iter(robots), 'NAME')}/scan"
             )
         chosen.update(found)
     return [topic for topic in topics if topic.name in chosen]

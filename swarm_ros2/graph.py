@@ -17,6 +17,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from swarm_common.model.errors import SwarmError
+from swarm_common.model.robot_names import natural
 
 NamesAndTypes = list[tuple[str, list[str]]]
 Facts = TypeVar("Facts")
@@ -209,7 +210,7 @@ def _advice(node: Node, full: str) -> str:
     robots = {name.split("/")[1] for name in names if name.count("/") == 2}
     if own:
         return f": {full}; there are {', '.join(own)}"
-    listed = ", ".join(sorted(robots, key=lambda name: (len(name), name)))
+    listed = ", ".join(sorted(robots, key=natural))
     return f": {full}; there are {listed}" if robots else f": {full}; no node is running"
 
 

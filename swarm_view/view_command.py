@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 import rclpy
@@ -15,6 +16,7 @@ from swarm_commander.run.input.options import LOOPBACK, VIEWER_PORT
 from swarm_common.middleware.addresses import check_address
 from swarm_view.live import open_node, serve_live
 from swarm_view.server.server import Server
+from swarm_view.state.topics import robots_in
 from swarm_view.viewer import Viewer, run_until_signal
 
 if TYPE_CHECKING:
@@ -38,9 +40,9 @@ def view(
     check_swarm(domain_id())
     node = open_node()
     try:
-        find_robots(node, [], patience_for(domain_id()))
+        robots = find_robots(node, [], patience_for(domain_id()))
         server = Server(host, port)
-        _announce(server)
+        _announce(server, robots)
         serve_live(server, node)
     finally:
         rclpy.try_shutdown()
@@ -55,12 +57,13 @@ def show_recording(feed: BagFeed, port: int) -> None:
     """
     check_address(LOOPBACK, port)
     server = Server(LOOPBACK, port)
-    _announce(server)
+    _announce(server, robots_in(feed.topics()))
     run_until_signal(Viewer(server, feed, None, feed))
 
 
-def _announce(server: Server) -> None:
-    typer.echo(f"viewer: {server.url()}\none robot: {server.url('Srobot1')}\npress Ctrl-C to end")
+def _announce(server: Server, robots: Sequence[str]) -> None:
+    one = f"one robot: {server.url(robots[0])}\n" if robots else ""
+    typer.echo(f"viewer: {server.url()}\n{one}press Ctrl-C to end")
 
 
 def _leave() -> None:

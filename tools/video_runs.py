@@ -16,6 +16,8 @@ from pathlib import Path
 
 import psutil
 
+from swarm_common.model.robot_names import RobotNames
+
 UP = (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()")
 COMMON = "--headless --speed max --record --record-rate 5 --no-report"
 HALL = "--swarm-size 20 --mission loading_route --record-topics status,beacon"
@@ -59,7 +61,7 @@ def _kill_one(swarm: subprocess.Popen[bytes], run: Path) -> dict[str, object]:
                 (a / 1000.0 - AISLE_MAP[0]) ** 2 + (b / 1000.0 - AISLE_MAP[1]) ** 2
                 for a, b in zip(x, y, strict=True)
             ]
-            robot = f"Srobot{apart.index(min(apart)) + 1}"
+            robot = RobotNames().name_of(apart.index(min(apart)) + 1)
             for process in psutil.Process(swarm.pid).children(recursive=True):
                 if _log_of(process.pid) == robot:
                     process.send_signal(signal.SIGKILL)

@@ -30,6 +30,8 @@ import viser
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
+from swarm_common.model.robot_names import RobotNames
+
 START_LIMIT = 600.0  # [s] for the swarm to be active
 SETTLE = 6.0  # [s] after pages were opened or closed
 CAMERA = {  # as close to robots as that of a page that follows one: their wheels turn
@@ -139,7 +141,7 @@ class Run:
 
 def measure(run: Run, robots: int, pages: int, seconds: float) -> dict[str, Any]:
     """Return one row."""
-    open_pages = [SilentPage(run.link, f"Srobot{i + 1}") for i in range(pages)]
+    open_pages = [SilentPage(run.link, name) for name in RobotNames().first(pages)]
     time.sleep(SETTLE)
     cpu, started = run.cpu(), time.monotonic()
     updates = [page.updates for page in open_pages]

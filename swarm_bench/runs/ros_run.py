@@ -19,6 +19,7 @@ from swarm_bench.runs.result_builder import COUNTERS, identity
 from swarm_common.files.resources import find_resource
 from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal
 from swarm_common.model.errors import SwarmError
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.process.lifetime import die_with
 
 SWARM_UP = (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()")
@@ -116,7 +117,7 @@ def _parameters(options: RunOptions) -> dict[str, Any]:
         world["actors"] = str(home / scenario.actors)
     first_dead = options.robots - len(scenario.dead) + 1
     for number, pose in enumerate(scenario.dead, first_dead):
-        world[f"broken.Srobot{number}"] = [pose.x, pose.y, pose.yaw]
+        world[f"broken.{RobotNames().name_of(number)}"] = [pose.x, pose.y, pose.yaw]
     robots = dict(options.parameters)
     if not scenario.with_lidar:
         robots["costmap.scan_timeout"] = 0.0

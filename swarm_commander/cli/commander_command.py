@@ -16,7 +16,13 @@ from swarm_interfaces.msg import RobotStatus
 from swarm_commander.cli.command_node import command_node
 from swarm_commander.cli.console import Moment, StatusConsole
 from swarm_commander.cli.main import FLEET_COMMANDS
-from swarm_commander.mission.discovery import find_robots, read_home, read_sites, robot_on_mission
+from swarm_commander.mission.discovery import (
+    find_robots,
+    read_home,
+    read_number,
+    read_sites,
+    robot_on_mission,
+)
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
 from swarm_commander.mission.itinerary import Itinerary, Order, StopOutcome
 from swarm_commander.mission.mission import (
@@ -111,7 +117,8 @@ class Commander:
         mission.check_stations(sites, where, highest=highest)
         homes = {n: read_home(self._node, n) or self._pose_of(n) for n in self._names}
         for name, home in homes.items():
-            stops = mission.stops(sites, home, seed=seed, robot_id=robot_id(name))
+            number = read_number(self._node, name)
+            stops = mission.stops(sites, home, seed=seed, robot_id=number)
             itinerary = Itinerary(stops, mission.retries)
             self._drivers[name] = RobotDriver(
                 self._node, name, itinerary, self, announces=not mission.is_single_goal
@@ -205,12 +212,6 @@ class Commander:
         end = time.monotonic() + CANCEL_LIMIT
         while time.monotonic() < end and not all(robot.isTaskComplete() for robot in robots):
             rclpy.spin_once(self._node, timeout_sec=0.1)
-
-
-def robot_id(name: str) -> int:
-    """Return 3 for ``Srobot3``; 0 for a name without a number."""
-    digits = name[len(name.rstrip("0123456789")) :]
-    return int(digits or 0)
 
 
 def _goal_label(driver: RobotDriver) -> str:

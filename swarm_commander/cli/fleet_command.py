@@ -7,7 +7,7 @@ import os
 import re
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Annotated, Any
@@ -45,8 +45,8 @@ from swarm_common.robots.source import find_robot
 from swarm_recording.recorder import record
 from swarm_recording.selection import select
 
-ROBOT_NAME = re.compile(r"Srobot\d+")
 DEFAULT_ROBOT = "turtlebot3_waffle"
+NO_HINTS: Mapping[int, str] = {}
 ANSWER_LIMIT = 60.0  # [s] of wall time for it to answer; it does between two ticks
 ACTIVE_LIMIT = 60.0  # [s] of wall time for a new navigator to be there
 
@@ -91,19 +91,16 @@ def spawn(
             new = _ask(node, SpawnEntity, "spawn_entity", request).entity_name
             typer.echo(f"{new} is there, at {_place(_states(node, f'^{re.escape(new)}$')[new])}")
         return
-    if name and not ROBOT_NAME.fullmatch(name):
-        raise ConfigError(
-            f"robots are called like Srobot7; for an object '{name}' give"
-            " --box X Y Z, --cylinder RADIUS HEIGHT or --object FILE"
-        )
     find_robot(robot)
     request = SpawnEntity.Request(name=name)
     resource_in(request).uri = robot
     request.initial_pose.header.frame_id = "spawn" if pose is None else "map"
     if pose is not None:
         request.initial_pose.pose = ros_io.pose_msg(Pose(*pose))
+    hint = f"; for an object '{name}' give --box X Y Z, --cylinder RADIUS HEIGHT or --object FILE"
     with _node() as node:
-        new = _ask(node, SpawnEntity, "spawn_entity", request).entity_name
+        hints = {SpawnEntity.Response.NAME_INVALID: hint}
+        new = _ask(node, SpawnEntity, "spawn_entity", request, hints).entity_name
         state = _states(node, f"^{new}$")[new]
         _wait_for_status(node, new)
     typer.echo(f"{new} is there: {robot} at {_place(state)}")
@@ -220,8 +217,10 @@ def _node() -> AbstractContextManager[Node]:
     return command_node("swarm_fleet")
 
 
-def _ask(node: Node, kind: Any, name: str, request: Any) -> Any:
-    """Return the world's answer.
+def _ask(
+    node: Node, kind: Any, name: str, request: Any, hints: Mapping[int, str] = NO_HINTS
+) -> Any:
+    """Return the world's answer; `hints` are put behind its complaint, by the result's code.
 
     Raises:
         ConfigError: If there is no world, or it refuses.
@@ -238,7 +237,8 @@ def _ask(node: Node, kind: Any, name: str, request: Any) -> Any:
         )
         response = future.result()
         if response.result.result != Result.RESULT_OK:
-            raise ConfigError(response.result.error_message or f"{name} was refused")
+            message = response.result.error_message or f"{name} was refused"
+            raise ConfigError(message + hints.get(response.result.result, ""))
         return response
     finally:
         node.destroy_client(client)

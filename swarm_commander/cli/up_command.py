@@ -20,8 +20,8 @@ from swarm_commander.run.input.options import (
     LOOPBACK,
     VIEWER_PORT,
     UpOptions,
+    names_of,
     parse_speed,
-    robot_names,
     robot_of,
     swarm_size_of,
 )
@@ -31,6 +31,7 @@ from swarm_common.files.bytecode import ensure_bytecode, own_packages
 from swarm_common.middleware.addresses import check_address, check_port, own_address
 from swarm_common.middleware.secret import given_secret
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.robots.fleet import fleet_names, load_fleet
 from swarm_common.robots.loading import robot_names as robot_models
 from swarm_common.robots.packages import add_package_paths
@@ -96,6 +97,13 @@ def up(
     fleet: Annotated[
         str | None,
         _swarm(autocompletion=fleet_names, help="Name or file of a fleet of several robot models."),
+    ] = None,
+    names: Annotated[
+        str | None,
+        _swarm(
+            show_default=DEFAULT,
+            help="Names of the robots: agv{} or agv_{:02} with their numbers, or a list: ann,bob.",
+        ),
     ] = None,
     package_path: Annotated[
         list[Path] | None,
@@ -240,11 +248,14 @@ def up(
         check_address(viewer_host, port)
     add_package_paths(package_path or [])
     crew = load_fleet(fleet) if fleet is not None else None
+    size = swarm_size_of(swarm_size, crew)
+    robot_names = names_of(names, crew, size)
     options = UpOptions(
-        swarm_size=swarm_size_of(swarm_size, crew),
+        swarm_size=size,
         world=world,
         robot=robot_of(robot, crew),
         fleet=crew,
+        names=robot_names,
         map=map_,
         params=params,
         mission=mission,
@@ -260,7 +271,7 @@ def up(
         duration=duration,
         autostart=autostart,
         page=page,
-        rviz=_rviz_windows(rviz, headless, swarm_size_of(swarm_size, crew)),
+        rviz=_rviz_windows(rviz, headless, robot_names, size),
         viewer=viewer,
         viewer_host=viewer_host,
         port=port,
@@ -301,10 +312,12 @@ def _address_to_bind(bind: str | None) -> str:
     return own_address(bind)
 
 
-def _rviz_windows(text: str | None, headless: bool, swarm_size: int) -> tuple[str, ...]:
+def _rviz_windows(
+    text: str | None, headless: bool, names: RobotNames, swarm_size: int
+) -> tuple[str, ...]:
     """Return which windows of RViz to open."""
     if text is None:
         return ()
     if headless:
         raise ConfigError("--rviz and --headless exclude each other")
-    return tuple(windows(text, robot_names(swarm_size)))
+    return tuple(windows(text, names.first(swarm_size)))

@@ -48,6 +48,7 @@ class ClientState:
     def __init__(
         self,
         report: HostReport,
+        numbers: Sequence[int],
         own_edition: str,
         stated: Mapping[str, Any],
         now: float,
@@ -57,7 +58,7 @@ class ClientState:
         """Begin to look for the world's host.
 
         Args:
-            report: With the robots to serve; none active yet.
+            numbers: Of the robots to serve, which the description names.
             stated: Facts that the user states about the run, see `RunDescription.facts`.
             now: Wall time [s].
             find_limit: [s] to find it in.
@@ -67,6 +68,7 @@ class ClientState:
         self.is_over = False
         self.silences: list[float] = []
         self._report = asdict(report) | {"active": [], "died": {}}
+        self._numbers = tuple(numbers)
         self._own_edition = own_edition
         self._stated = dict(stated)
         self._find_limit = find_limit
@@ -113,7 +115,8 @@ class ClientState:
         self._heard_at = now
         try:
             description = parse(text)
-            description.check(self._own_edition, self._stated, self._report["robots"])
+            description.check(self._own_edition, self._stated)
+            self._report["robots"] = description.names_of(self._numbers)
         except SwarmError as error:
             return self._end(Refused(str(error)))
         self.description = description
@@ -210,13 +213,3 @@ class ClientState:
     def _end(self, *last: Event) -> list[Event]:
         self.is_over = True
         return list(last)
-
-
-def names_of(robots: Sequence[str]) -> str:
-    """Return robot names in short: a range like Srobot1 to Srobot50, or each name."""
-    if len(robots) < 3:
-        return " and ".join(robots)
-    numbers = [int(robot.removeprefix("Srobot")) for robot in robots]
-    if numbers == list(range(numbers[0], numbers[-1] + 1)):
-        return f"{robots[0]} to {robots[-1]}"
-    return ", ".join(robots)

@@ -52,8 +52,10 @@ class HostClient(LinkEnd[ClientCommand]):
             Opener(secret, TABLE_TOPIC),
         )
         self._sealer = Sealer(secret, HOSTS, config["host"])
-        report = HostReport(config["host"], config["label"], tuple(config["robots"]))
-        self.state = ClientState(report, config["edition"], config["stated"], time.monotonic())
+        report = HostReport(config["host"], config["label"], ())
+        self.state = ClientState(
+            report, config["robots"], config["edition"], config["stated"], time.monotonic()
+        )
         self._description_path = Path(config["description_path"])
         self._due = 0.0
         self._world_address = config["world_address"]

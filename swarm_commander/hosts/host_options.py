@@ -44,8 +44,8 @@ def check_combination(
         raise ConfigError(f"--role robots needs {missing}")
 
 
-def parse_robots(text: str) -> tuple[str, ...]:
-    """Return the names that --robots means, like 1-50 or 1-3,7.
+def parse_robots(text: str) -> tuple[int, ...]:
+    """Return the numbers that --robots means, like 1-50 or 1-3,7.
 
     Raises:
         ConfigError: If it is not a list of numbers and ranges.
@@ -59,4 +59,4 @@ def parse_robots(text: str) -> tuple[str, ...]:
                 f"--robots is '{text}'; expected numbers from 1 to {MOST}, like 1-50 or 1-3,7"
             )
         numbers.update(range(int(low), int(high) + 1))
-    return tuple(f"Srobot{number}" for number in sorted(numbers))
+    return tuple(sorted(numbers))

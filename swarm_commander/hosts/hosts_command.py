@@ -10,7 +10,6 @@ from pathlib import Path
 
 from rich.text import Text
 
-from swarm_commander.hosts.client_state import names_of
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.robots_run import RobotsRun, robots_report
 from swarm_commander.run import terminal
@@ -54,10 +53,10 @@ def bring_up_robots(plan: RobotsPlan) -> int:
     write_env_sh(folder, os.environ)
     log_to(folder.logs / "ros", os.environ)
     console = terminal.console()
-    statistics = RunStatistics.of(plan.robots, has_mission=True)
+    statistics = RunStatistics.of((), has_mission=True)  # the world's host knows their names
     progress = Progress(console, statistics, time.monotonic)
     progress.note(
-        f"{names_of(plan.robots)} on {plan.own_address}, for the world at {plan.world_address}"
+        f"{len(plan.robots)} robots on {plan.own_address}, for the world at {plan.world_address}"
     )
     progress.phase("looking for the world's host")
     progress.start()

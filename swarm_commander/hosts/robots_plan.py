@@ -26,7 +26,7 @@ STATED = frozenset({"world", "seed", "robot", "swarm_size"})
 class RobotsPlan:
     """The checked input of a robots' host."""
 
-    robots: tuple[str, ...]  # names of those that it is to serve
+    robots: tuple[int, ...]  # numbers of those that it is to serve
     pack: int  # navigators per process
     own_address: str  # address to bind to
     world_address: str  # of the world's host

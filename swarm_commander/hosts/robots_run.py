@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, assert_never
 
-from swarm_commander.hosts.client_state import names_of
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.run_description import RunDescription, parse
 from swarm_commander.run.input.params import ParameterSource, write_parameter_file
@@ -18,11 +17,12 @@ from swarm_commander.run.process_run import ProcessRun
 from swarm_commander.run.processes.usage import process_tree
 from swarm_commander.run.results.progress import Progress
 from swarm_commander.run.results.report import rounded
-from swarm_commander.run.results.run_statistics import RunStatistics
+from swarm_commander.run.results.run_statistics import RobotStatistics, RunStatistics
 from swarm_commander.run.rundir import RunFolder
 from swarm_common.files.edition import edition
 from swarm_common.middleware.ros_env import PROFILES
 from swarm_common.middleware.secret import VARIABLE
+from swarm_common.model.robot_names import in_short
 from swarm_common.process.messages import (
     ClientEvent,
     EndNavigator,
@@ -60,6 +60,7 @@ class RobotsRun(ProcessRun):
     """The robots' side of a run on several hosts.
 
     Attributes:
+        robots: Names of the robots; empty before the world's host has told them.
         ending: Why the run ended, for the report.
         silences: [s] that each silence of the world's host lasted.
         network: What probes found, see `link_probe`.
@@ -80,6 +81,7 @@ class RobotsRun(ProcessRun):
         super().__init__(
             folder, progress, statistics, {**modules, **OWN_MODULES}, restarts=plan.restart
         )
+        self.robots: tuple[str, ...] = ()
         self.ending = ""
         self.silences: list[float] = []
         self.network: dict[str, float] = {}
@@ -125,9 +127,9 @@ class RobotsRun(ProcessRun):
         if self._welcomed is None or self.active_after_wall is not None or self._is_stopping:
             return
         waited = time.monotonic() - self._started - self._welcomed
-        missing = [name for name in self._plan.robots if not self.statistics.robots[name].active]
+        missing = [name for name in self.robots if not self.statistics.robots[name].active]
         if waited > START_LIMIT:
-            self._fail(f"after {waited:.0f} s not active: {names_of(missing)}")
+            self._fail(f"after {waited:.0f} s not active: {in_short(missing)}")
             self._stop("stopping")
         else:
             self._kill_stragglers(missing)
@@ -200,10 +202,12 @@ class RobotsRun(ProcessRun):
         description = parse(self._description_path.read_text(encoding="utf-8"))
         self._source = description.params
         sites = self._sites_file(description)
-        numbers = {int(name.removeprefix("Srobot")): name for name in self._plan.robots}
+        self.robots = description.names_of(self._plan.robots)
+        self.statistics.robots.update((name, RobotStatistics()) for name in self.robots)
+        numbers = dict(zip(self._plan.robots, self.robots, strict=True))
         self._start(DISTRIBUTOR, {"host": self._host, "run": description.run, "robots": numbers})
         robots = []
-        for name in self._plan.robots:
+        for name in self.robots:
             path = self._folder.params / f"{name}.yaml"
             self._navigators.params[name] = str(path)
             write_parameter_file(path, description.parameter_file(name, sites))
@@ -242,7 +246,7 @@ class RobotsRun(ProcessRun):
         if self._navigators.on_active(robot):
             self._progress.note(f"{robot} is active again")
         self._tell(CLIENT, ReportActive(robot))
-        if self.statistics.active == len(self._plan.robots) and self.active_after_wall is None:
+        if self.statistics.active == len(self.robots) and self.active_after_wall is None:
             self._record_all_active()
 
     def _on_died(self, event: NavigatorDied) -> None:
@@ -258,7 +262,7 @@ def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]
     return {
         "schema": 1,
         "role": "robots",
-        "robots": list(plan.robots),
+        "robots": list(run.robots),
         "bound_to": plan.own_address,
         "world_host": plan.world_address,
         "ending": run.ending or ("stopped by its user" if run.is_stopped_by_user else ""),

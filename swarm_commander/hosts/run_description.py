@@ -17,6 +17,7 @@ from swarm_commander.run.input.flat import nest
 from swarm_commander.run.input.params import NODE, ParameterSource
 from swarm_common.files.params_io import SECTION, Flat, flatten
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.robot_names import DEFAULT, RobotNames
 
 SITES = "sites"  # the one parameter that is a path on the world's host
 
@@ -38,6 +39,7 @@ class RunDescription:
     peers: Mapping[str, Sequence[int]] = field(default_factory=dict)
     # parameter file of the user
     params: ParameterSource = field(default_factory=ParameterSource)
+    names: str = DEFAULT  # of all robots by number, see `RobotNames`
 
     def to_text(self) -> str:
         """Return it as the text of a message."""
@@ -50,7 +52,7 @@ class RunDescription:
             flat[SITES] = sites_path
         return {f"/{robot}/{NODE}": {SECTION: nest(flat)}}
 
-    def check(self, own_edition: str, stated: Mapping[str, Any], robots: Sequence[str]) -> None:
+    def check(self, own_edition: str, stated: Mapping[str, Any]) -> None:
         """Compare what a robots' host is and was told with what the world's host says.
 
         Raises:
@@ -67,12 +69,22 @@ class RunDescription:
                     f"--{name.replace('_', '-')} is {value} here, but {self.facts[name]} on the"
                     " world's host; leave it out, or start both sides with the same"
                 )
-        for robot in robots:
-            if robot not in self.robots:
-                known = f"{self.facts['swarm_size']} robots, {len(self.robots)} with a navigator"
+
+    def names_of(self, numbers: Sequence[int]) -> tuple[str, ...]:
+        """Return the names of robots.
+
+        Raises:
+            ConfigError: If one has no navigator, or is not in the run.
+        """
+        known = RobotNames.parse(self.names)
+        names = tuple(map(known.name_of, numbers))
+        for name in names:
+            if name not in self.robots:
+                there = f"{self.facts['swarm_size']} robots, {len(self.robots)} with a navigator"
                 raise ConfigError(
-                    f"--robots asks for {robot}, but the world has {known}; choose among them"
+                    f"--robots asks for {name}, but the world has {there}; choose among them"
                 )
+        return names
 
 
 def compose(
@@ -83,12 +95,14 @@ def compose(
     sites_path: Path | None,
     peers: Mapping[str, Sequence[int]],
     params: ParameterSource,
+    names: str = DEFAULT,
 ) -> RunDescription:
     """Return the description of a run.
 
     Args:
         sites_path: Sites file, if there is one.
         peers: See `RunDescription`.
+        names: Of all robots by number, see `RobotNames`.
     """
     flats = {robot: flatten(tree[f"/{robot}/{NODE}"][SECTION]) for robot, tree in trees.items()}
     first = next(iter(flats.values()))
@@ -103,7 +117,9 @@ def compose(
     }
     sites = sites_path.read_text(encoding="utf-8") if sites_path is not None else ""
     there = replace(params, path=f"{params.path} on the world's host")
-    return RunDescription(run, edition, dict(facts), robots, common, sites, dict(peers), there)
+    return RunDescription(
+        run, edition, dict(facts), robots, common, sites, dict(peers), there, names
+    )
 
 
 def parse(text: str) -> RunDescription:

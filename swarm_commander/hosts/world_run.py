@@ -9,7 +9,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, assert_never
 
-from swarm_commander.hosts.client_state import names_of
 from swarm_commander.hosts.run_description import RunDescription, compose
 from swarm_commander.run.domain import domain_id
 from swarm_commander.run.input.params import write_parameter_file
@@ -22,6 +21,7 @@ from swarm_commander.run.rundir import RunFolder
 from swarm_common.files.edition import edition
 from swarm_common.middleware.secret import VARIABLE
 from swarm_common.model.records import Pose
+from swarm_common.model.robot_names import in_short
 from swarm_common.process.messages import (
     Figures,
     HostDeaf,
@@ -122,6 +122,7 @@ class WorldRun(LocalRun):
             Path(self._plan.copy_of(str(sites))) if sites is not None else None,
             peers,
             self._plan.overrides.source,
+            str(options.names),
         )
 
     def _release_navigators(self) -> None:
@@ -129,9 +130,10 @@ class WorldRun(LocalRun):
         where = {"address": self._plan.options.bind, "domain": domain_id()}
         self._start(SERVER, {"description": asdict(self._description()), **where})
         self._progress.phase("waiting for the robots' hosts")
-        first, last = (self._plan.alive[i].removeprefix("Srobot") for i in (0, -1))
+        names = self._plan.options.names
+        first, last = (names.number_of(self._plan.alive[i]) for i in (0, -1))
         self._progress.note(
-            f"the world is up; on the hosts of {names_of(self._plan.alive)}, for example:\n"
+            f"the world is up; on the hosts of {in_short(self._plan.alive)}, for example:\n"
             f"  {VARIABLE}={self._secret} swarm-up --role robots --robots {first}-{last}"
             f" --connect {self._plan.options.bind}"
         )
@@ -176,7 +178,7 @@ class WorldRun(LocalRun):
                 self._give_up(robots, f"nothing was heard of {host} for {seconds:.0f} s")
             case HostLeft(host=host, robots=robots):
                 if not self._is_stopping:
-                    self._progress.note(f"{host} left; {names_of(robots)} stand")
+                    self._progress.note(f"{host} left; {in_short(robots)} stand")
                     self._lose(robots)
             case HostsSummary(hosts=hosts):
                 self.hosts = hosts
@@ -186,7 +188,7 @@ class WorldRun(LocalRun):
     def _on_host_joined(self, event: HostJoined) -> None:
         self._unserved -= set(event.robots)
         self._tell(WORLD, ServeHost(event.robots, event.id, self._run, self._secret))
-        self._progress.note(f"{event.host} has {names_of(event.robots)}")
+        self._progress.note(f"{event.host} has {in_short(event.robots)}")
         if not self._unserved:
             self._progress.phase("starting navigators")
 
@@ -196,7 +198,7 @@ class WorldRun(LocalRun):
         for name in event.robots:
             self._tell(WORLD, RobotSilent(name, event.seconds))
             self._tell(RUNNER, RobotSilent(name))
-        self._warn(f"nothing is heard of {event.host}; {names_of(event.robots)} must stand")
+        self._warn(f"nothing is heard of {event.host}; {in_short(event.robots)} must stand")
 
     def _on_late(self, event: RobotLate) -> None:
         """Whether a navigator hangs or cannot be heard is for its own host to find out."""
@@ -212,7 +214,7 @@ class WorldRun(LocalRun):
     def _give_up(self, robots: Sequence[str], reason: str) -> None:
         if self._is_stopping:
             return
-        self._fail(f"{reason}: {names_of(robots)} are lost")
+        self._fail(f"{reason}: {in_short(robots)} are lost")
         self._lose(robots)
 
     def _lose(self, robots: Sequence[str]) -> None:

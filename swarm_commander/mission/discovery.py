@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import rclpy
@@ -17,6 +17,7 @@ from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware.ros_io import LATCHED
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
+from swarm_common.model.robot_names import RobotNames, natural
 from swarm_common.model.sites import Sites
 
 STATUS_TYPE = "swarm_interfaces/msg/RobotStatus"
@@ -28,7 +29,7 @@ ASK_PERIOD = 2.0  # [s] after which a question is repeated: discovery may have l
 
 
 def find_robots(node: Node, wanted: Sequence[str], patience: SwarmPatience) -> list[str]:
-    """Return the names of the robots that run, in order of their numbers.
+    """Return the names of the robots that run, sorted, agv2 before agv10.
 
     Args:
         wanted: Return as soon as these are seen; empty to look for all.
@@ -45,19 +46,10 @@ def find_robots(node: Node, wanted: Sequence[str], patience: SwarmPatience) -> l
             seen, changed = found, now
         complete = bool(wanted) and seen.issuperset(wanted)
         if complete or (seen and now - changed > CALM_TIME):
-            return in_order(seen)
+            return sorted(seen, key=natural)
         if not seen:
             patience.check(now - start)
         rclpy.spin_once(node, timeout_sec=0.1)
-
-
-def in_order(robots: Iterable[str]) -> list[str]:
-    """Return the names of robots in order of their numbers.
-
-    Args:
-        robots: Names like `Srobot3`.
-    """
-    return sorted(robots, key=lambda name: (len(name), name))
 
 
 def robots_in_graph(node: Node) -> set[str]:
@@ -81,7 +73,6 @@ def read_sites(node: Node, robot: str) -> tuple[Sites, str]:
 
     Args:
         node: Node that asks; it is spun here.
-        robot: Name of the robot, like `Srobot3`.
 
     Raises:
         ConfigError: If the navigator does not answer, or the file is unusable.
@@ -91,12 +82,24 @@ def read_sites(node: Node, robot: str) -> tuple[Sites, str]:
     return (load_sites(Path(path)), path) if path else (Sites(), f"the world of {robot}")
 
 
+def read_number(node: Node, robot: str) -> int:
+    """Return a robot's number; if its navigator is another's, that of the usual name.
+
+    Args:
+        node: Node that asks; it is spun here.
+
+    Raises:
+        ConfigError: If the navigator does not answer.
+    """
+    values = read_parameters(node, robot, ["robot_id"])
+    return (values[0].integer_value if values else 0) or RobotNames().number_of(robot)
+
+
 def read_home(node: Node, robot: str) -> Pose | None:
     """Return where a robot was started [map frame]; None if its navigator does not know.
 
     Args:
         node: Node that asks; it is spun here.
-        robot: Name of the robot, like `Srobot3`.
 
     Raises:
         ConfigError: If the navigator does not answer.
@@ -152,7 +155,6 @@ def read_parameters(node: Node, robot: str, names: list[str]) -> list[ParameterV
 
     Args:
         node: Node that asks; it is spun here.
-        robot: Name of the robot, like `Srobot3`.
         names: Of the parameters, like `initial_pose.x`.
 
     Returns:

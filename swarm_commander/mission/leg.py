@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from swarm_commander.mission import exchange
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, Pose, wrap_angle
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites, area_count
 
 HOME = "home"
@@ -74,10 +75,11 @@ class Draw:
     sites: Sites  # of the world
     home_map: Pose  # where the robot started
     homes_map: tuple[Pose, ...]  # where all robots started; may be empty if no leg needs them
-    robot_id: int  # 3 for Srobot3
+    robot_id: int  # from 1, as in its beacons
     spawn: str  # name of the spawn that they started from
     seed: int  # of the run
     key: str  # of lap and leg, so that each has draws of its own
+    names: RobotNames  # of all robots
 
     def stops(self, leg: Leg) -> list[Stop]:
         """Return the goals of the leg in order.
@@ -107,9 +109,8 @@ class Draw:
     def _own(self) -> tuple[str, Pose]:
         places = self.sites.places
         if self.robot_id > len(places):
-            raise ConfigError(
-                f"the world has {len(places)} places; Srobot{self.robot_id} has none of its own"
-            )
+            name = self.names.name_of(self.robot_id)
+            raise ConfigError(f"the world has {len(places)} places; {name} has none of its own")
         return f"place {self.robot_id}", places[self.robot_id - 1]
 
     def _swapped(self, swap: str) -> tuple[str, Pose]:
@@ -123,7 +124,7 @@ class Draw:
         home_map = self.homes_map[partner]
         # turned round, as a robot arrives: its partner looked to where it had to go
         pose_map = Pose(home_map.x, home_map.y, wrap_angle(home_map.yaw + math.pi))
-        return f"home of Srobot{partner + 1}", pose_map
+        return f"home of {self.names.name_of(partner + 1)}", pose_map
 
     def _roamed(self, leg: Leg) -> list[tuple[str, Pose]]:
         places = self.sites.places

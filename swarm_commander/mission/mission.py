@@ -13,6 +13,7 @@ from swarm_common.files.resources import names_to_propose, share_directory
 from swarm_common.files.yaml_io import check_keys, number, pose_numbers, read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, Pose
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites, area_count
 
 NAMES = ("description", "spawn", "route.*.stations.*", "route.*.order", "route.*.swap")
@@ -92,16 +93,18 @@ class Mission:
         laps: int = 1,
         limit: int | None = None,
         homes_map: Sequence[Pose] = (),
+        names: RobotNames | None = None,
     ) -> list[Stop]:
         """Return the goals of one robot in order; equal arguments give equal goals.
 
         Args:
             sites: Of the world; must have the route's stations.
             home_map: Where the robot goes for a `home` leg.
-            robot_id: 3 for Srobot3; robots draw different orders from one seed.
+            robot_id: From 1; robots draw different orders from one seed.
             laps: Times that the route is driven, each with an order of its own.
             limit: Cut after this many goals; None for all.
             homes_map: Where all robots start, for legs that need to know.
+            names: Of all robots, for people; None for the usual ones.
 
         Raises:
             ConfigError: If such a leg does not get them, or there are too few places.
@@ -117,7 +120,10 @@ class Mission:
                 break
             for index, leg in enumerate(self.route):
                 key = f"{lap}/{index}"
-                draw = Draw(sites, home_map, tuple(homes_map), robot_id, self.spawn, seed, key)
+                draw = Draw(
+                    sites, home_map, tuple(homes_map), robot_id, self.spawn, seed, key,
+                    names or RobotNames(),
+                )  # fmt: skip
                 stops += draw.stops(leg)
         if stops and self.start_spread:
             spread = random.Random(f"{seed}/{robot_id}/start").uniform(0.0, self.start_spread)

@@ -7,9 +7,10 @@ from functools import partial
 
 from rclpy.node import Node
 
-from swarm_commander.mission.discovery import in_order, robots_in_graph
+from swarm_commander.mission.discovery import robots_in_graph
 from swarm_commander.mission.swarm_watch import SwarmWatch, has_swarm
 from swarm_common.model.errors import NoSwarmError, SwarmEndedError
+from swarm_common.model.robot_names import natural
 
 PERIOD = 1.0  # [s] of wall time between two looks
 GONE_TIME = 5.0  # [s] of wall time without a robot after which it is not waited for
@@ -75,4 +76,4 @@ def others(node: Node, name: str) -> str:
     robots = robots_in_graph(node)
     if not robots or name in robots:
         return ""
-    return f"no robot '{name}' is running; there are {', '.join(in_order(robots))}"
+    return f"no robot '{name}' is running; there are {', '.join(sorted(robots, key=natural))}"

@@ -10,6 +10,7 @@ from swarm_commander.mission.mission import Mission, load_mission
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
+from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.model.sites import Sites
 
 LOOKED_AT = 1000  # first goals of each robot whose places are told: missions may have millions
@@ -31,6 +32,7 @@ def routes(config: Mapping[str, Any]) -> list[tuple[Mission, list[Stop]]]:
     missions = {name: load_mission(name) for name in sorted(names)}
     sites = load_sites(config["sites"]) if config["sites"] else Sites()
     homes = [Pose(*home) for home in config["homes"]]
+    robot_names = RobotNames.parse(config.get("names", DEFAULT))
     return [
         (
             missions[robot["mission"]],
@@ -42,6 +44,7 @@ def routes(config: Mapping[str, Any]) -> list[tuple[Mission, list[Stop]]]:
                 laps=config["laps"],
                 limit=config["goals_per_robot"],
                 homes_map=homes,
+                names=robot_names,
             ),
         )
         for robot in config["robots"]

@@ -302,7 +302,7 @@ class LocalRun(ProcessRun):
             name, event.number, event.model, home, self.map_sha256
         )
         write_parameter_file(path, tree)
-        present = sorted(self._navigated, key=lambda robot: (len(robot), robot))
+        present = [robot for robot in self.statistics.robots if robot in self._navigated]
         write_rviz(self._folder.rviz, present, {name})
         write_foxglove(self._folder.foxglove, present, {name})
         self._navigators.params[name] = str(path)

@@ -16,7 +16,7 @@ SHOWN_STATES = 8  # robots whose status the layout of the swarm plots
 def write_foxglove(
     folder: Path, robots: Sequence[str], newcomers: Collection[str] | None = None
 ) -> None:
-    """Write `SrobotK.json` for each robot, or for newcomers only, and `swarm.json`."""
+    """Write `NAME.json` for each robot, or for newcomers only, and `swarm.json`."""
     folder.mkdir(parents=True, exist_ok=True)
     for index, robot in enumerate(robots):
         if newcomers is None or robot in newcomers:

@@ -21,10 +21,11 @@ from tf2_msgs.msg import TFMessage
 
 from swarm_common.middleware import ros_env, ros_io
 from swarm_common.middleware.rclpy_compat import SafeExecutor, removable_subscription
+from swarm_common.model.robot_names import natural
 
 NODE = "swarm_frames"
 SHARED = "map"  # the frame that all trees have in common
-TOPIC = re.compile(r"/(Srobot\d+)/tf")
+TOPIC = re.compile(r"/(?!sim/)(\w+)/tf")  # `/sim/tf` has all robots' places
 LOOK_PERIOD = 1.0  # [s] of wall time between two looks for robots that came or went
 WAIT = 0.1  # [s] of wall time for a message
 
@@ -46,8 +47,8 @@ class FrameRelay:
 
     @property
     def robots(self) -> list[str]:
-        """Return the names of the robots, the smallest number first."""
-        return sorted(self._subscriptions, key=lambda name: (len(name), name))
+        """Return the names of the robots, sorted, agv2 before agv10."""
+        return sorted(self._subscriptions, key=natural)
 
     def look(self) -> None:
         """Find robots that came, and forget those that went."""

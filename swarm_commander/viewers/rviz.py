@@ -24,7 +24,7 @@ HOW_TO_GET = (
 def write_rviz(
     folder: Path, robots: Sequence[str], newcomers: Collection[str] | None = None
 ) -> None:
-    """Write `SrobotK.rviz` for each robot, or newcomers only, `swarm.rviz` and `merged.rviz`."""
+    """Write `NAME.rviz` for each robot, or newcomers only, `swarm.rviz` and `merged.rviz`."""
     folder.mkdir(parents=True, exist_ok=True)
     for index, robot in enumerate(robots):
         if newcomers is None or robot in newcomers:

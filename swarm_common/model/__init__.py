@@ -17,6 +17,7 @@ What a module imports of its folder stands above it:
              means
     records    Values that cross a topic, as plain dataclasses
              exchange
+    robot_names  Names of a run's robots: their namespaces, by the number that beacons carry
     run_words  What terminal and report.html say of a run alike, from the fields of report.json
     beacon   The radio message: `Beacon` as a numpy record whose bytes are its CDR body
     sites    Named places of a world: stations, holding circuits, spawns and places (`sites.yaml`)

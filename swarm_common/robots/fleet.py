@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -14,12 +14,15 @@ from swarm_common.files.sites_io import parse_spawn
 from swarm_common.files.yaml_io import check_keys, number, read_yaml
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import RobotSpec
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.robots.loading import load_robot, robot_names
 
 LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")  # of a robot model
 SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of an omnidirectional one
 ORDERS = ("grouped", "mixed")
-NAMES = ("order", "groups.*.model", "groups.*.mission", "groups.*.start")  # texts as written
+NAMES = (  # texts as written
+    "order", "names", "names.*", "groups.*.model", "groups.*.mission", "groups.*.start", "groups.*.names", "groups.*.names.*",
+)  # fmt: skip
 MOST = 1000  # robots in a group
 
 
@@ -44,6 +47,7 @@ class Member:
     mission: str | None = None  # name or path of its own mission; None for that of the run
     # name of a spawn of the world, or an area or circle as in sites.yaml; None for the run's
     start: str | Mapping[str, Any] | None = None
+    name: str = ""  # that its group gives it; empty: by the names of the fleet
 
     @property
     def limits_in_force(self) -> dict[str, float]:
@@ -56,6 +60,7 @@ class Fleet:
     """All robots of a run in order of their numbers."""
 
     members: tuple[Member, ...]
+    names: RobotNames = field(default_factory=RobotNames)
 
     @property
     def label(self) -> str:
@@ -92,7 +97,7 @@ def load_fleet(name_or_path: str | Path) -> Fleet:
     """
     path = _fleet_path(name_or_path)
     data = read_yaml(path, as_written=NAMES)
-    check_keys(data, ("order", "groups"), str(path))
+    check_keys(data, ("order", "groups", "names"), str(path))
     order = data.get("order", "grouped")
     if order not in ORDERS:
         raise UnknownNameError("order", str(order), ORDERS, str(path))
@@ -100,7 +105,8 @@ def load_fleet(name_or_path: str | Path) -> Fleet:
     if not isinstance(groups, list) or not groups:
         raise ConfigError(f"{path}: groups is {groups!r}; expected a list of model and count")
     crews = [_group(item, f"{path}: groups[{i}]", path) for i, item in enumerate(groups)]
-    return Fleet(_dealt(crews) if order == "mixed" else tuple(m for crew in crews for m in crew))
+    members = _dealt(crews) if order == "mixed" else tuple(m for crew in crews for m in crew)
+    return Fleet(members, _names_of_fleet(data.get("names"), members, f"{path}: names"))
 
 
 def fleet_names() -> list[str]:
@@ -127,11 +133,31 @@ def _dealt(crews: Sequence[Sequence[Member]]) -> tuple[Member, ...]:
     return tuple(member for row in zip_longest(*crews) for member in row if member is not None)
 
 
+def _names_of_fleet(value: object, members: Sequence[Member], where: str) -> RobotNames:
+    """Return the names of all robots: those of the fleet, or of its groups, or the usual ones."""
+    has_named_groups = any(member.name for member in members)
+    if value is not None and has_named_groups:
+        raise ConfigError(f"{where}: groups of the fleet have names, too; give them in one place")
+    if has_named_groups:
+        usual = RobotNames()
+        value = [m.name or usual.name_of(number) for number, m in enumerate(members, 1)]
+    return RobotNames() if value is None else _names(value, len(members), where)
+
+
+def _names(value: object, count: int, where: str) -> RobotNames:
+    words = [value] if isinstance(value, str) else value
+    if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
+        raise ConfigError(
+            f"{where} is {value!r}; expected a pattern like agv{{}}, or a list of names"
+        )
+    return RobotNames.of(words, count, where)
+
+
 def _group(item: object, where: str, path: Path) -> list[Member]:
     if not isinstance(item, dict):
         raise ConfigError(f"{where} is {item!r}; expected model and count")
     data: dict[str, Any] = item
-    check_keys(data, ("model", "count", "limits", "start", "mission"), where)
+    check_keys(data, ("model", "count", "limits", "start", "mission", "names"), where)
     for name in ("model", "count"):
         if name not in data:
             raise ConfigError(f"{where} lacks {name}")
@@ -147,7 +173,11 @@ def _group(item: object, where: str, path: Path) -> list[Member]:
     start = data.get("start")
     if start is not None and not isinstance(start, str):
         parse_spawn(start, f"{where}: start")
-    return [Member(model, spec, limits, mission, start)] * count
+    member = Member(model, spec, limits, mission, start)
+    if data.get("names") is None:
+        return [member] * count
+    names = _names(data["names"], count, f"{where}: names")
+    return [replace(member, name=name) for name in names.first(count)]
 
 
 def _model(value: object, where: str, path: Path) -> str:

@@ -24,6 +24,7 @@ from swarm_common.model.beacon import (
 from swarm_common.model.breaches import MISSED
 from swarm_common.model.palette import BY_HAND
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.behaviors import Behavior
 from swarm_nav.behaviour.goal_progress import GoalProgress
@@ -162,11 +163,11 @@ def compose_status(
         detail = f"{MISSED}{failure}"
     elif state is State.HOLDING:
         where = "on the circuit" if holding.is_on_circuit else "parked"
-        detail = f"{where}, {_queue(lease, gate, station or 'its goal')}"
+        detail = f"{where}, {_queue(s.names, lease, gate, station or 'its goal')}"
     elif state is State.YIELDING:
         detail = "steps back" if deciders.right.is_retreating else "leaves for others"
         if s.yields_for:
-            detail = f"makes way for Srobot{s.yields_for}"
+            detail = f"makes way for {s.names.name_of(s.yields_for)}"
         if s.blocked_ticks > WAITING_TICKS:
             detail += f", waits {_blocker(s)}"
         elif s.obstacle_ticks > WAITING_TICKS:
@@ -235,16 +236,17 @@ def compose_feedback(
 
 def _blocker(robot: RobotState) -> str:
     """Say for whom a robot stands on its way, and why."""
-    return f"for Srobot{robot.blocked_by}, which {robot.blocked_why}"
+    blocker = robot.names.name_of(robot.blocked_by)
+    return f"for {blocker}, which {robot.blocked_why}"
 
 
-def _queue(lease: Lease, gate: Gate, station: str) -> str:
+def _queue(names: RobotNames, lease: Lease, gate: Gate, station: str) -> str:
     """Say for whom a robot waits that is parked."""
     if gate.is_closed:
-        return f"waits for Srobot{gate.first}: the narrow region ahead is full"
+        return f"waits for {names.name_of(gate.first)}: the narrow region ahead is full"
     if lease.first:
         where = f"{station} or others in its aisle" if lease.is_shared else station
-        return f"waits for Srobot{lease.first}, {lease.place} before it at {where}"
+        return f"waits for {names.name_of(lease.first)}, {lease.place} before it at {where}"
     if lease.is_full:
         return f"waits for room on the single lanes at {station}"
     return f"waits until {station} is free"

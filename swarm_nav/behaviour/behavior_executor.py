@@ -139,7 +139,7 @@ class BehaviorExecutor:
         row = self._lease.covering(s)
         if row is None:
             return "something that does not move stands on the station"
-        robot = f"Srobot{s.neighbors.ids[row]}"
+        robot = s.names.name_of(int(s.neighbors.ids[row]))
         if not s.neighbors.gone[row]:
             return f"{robot} stands on the station and its navigator is inactive"
         silence = s.neighbors.ages[row] * CONTROL_PERIOD
@@ -199,7 +199,8 @@ class BehaviorExecutor:
         task.record_progress(s, is_listening or is_waiting, is_person_near)
         code = ErrorCode.FAILED_TO_MAKE_PROGRESS
         if s.tick - task.moved_tick > s.ticks(traffic.patience):
-            message = f"blocked by Srobot{s.blocked_by} for {traffic.patience:.0f} s"
+            by = f" by {s.names.name_of(s.blocked_by)}" if s.blocked_by else ""
+            message = f"blocked{by} for {traffic.patience:.0f} s"
             self._goal_manager.fail_target(task, code, message)
         elif task.lacks_progress(s):
             message = f"no progress after {task.recoveries} recoveries"

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from swarm_common.model.beacon import BeaconArray, Reception
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour import costmap as costmaps
 from swarm_nav.behaviour.announcement import (
@@ -58,6 +59,7 @@ class Navigator:
         sites: Sites,
         robot_id: int,
         initial_pose_map: Pose,
+        names: RobotNames | None = None,
     ) -> None:
         """Build all parts of an active robot without a goal.
 
@@ -65,6 +67,7 @@ class Navigator:
             sites: Stations and circuits of the world, in the same map frame.
             robot_id: From 1.
             initial_pose_map: Of base_footprint, at the first odometry.
+            names: Of all robots, for people; None for the usual ones.
 
         Raises:
             MapError: If the map has too many cells when it is divided into finer ones.
@@ -77,7 +80,7 @@ class Navigator:
         self._holding = HoldingPattern(sites.circuits, stations)
         self._lease = Lease()
         self._right = RightOfWay()
-        self._s = s = begin(config, spec, grid, robot_id, initial_pose_map, tuple(stations))
+        self._s = s = begin(config, spec, grid, robot_id, initial_pose_map, tuple(stations), names)
         self._localiser = make_localiser(
             initial_pose_map, config.localisation, spec, s.terrain, s.neighbors, robot_id
         )

@@ -96,9 +96,6 @@ class Grouping:
     def newcomer(self, name: str, params: str) -> Group:
         """Return the group of a robot that comes, or comes back, while the swarm runs.
 
-        Args:
-            name: Of the robot, like Srobot3.
-
         Raises:
             SwarmError: If its parameters are unusable.
         """

@@ -13,7 +13,7 @@ from swarm_nav.ros.settings import NODE, USE_SIM_TIME, NodeSettings
 
 
 def create_node(settings: NodeSettings, context: Context) -> Node:
-    """Return the node `/SrobotK/navigator`, with only what every robot needs.
+    """Return the node `NAME/navigator`, with only what every robot needs.
 
     Args:
         settings: Name of the robot, which is the namespace.

@@ -48,7 +48,7 @@ ODOM_ORIGIN = Pose(0.0, 0.0, 0.0)  # where odometry begins
 
 
 class NavigatorNode:
-    """The node `/SrobotK/navigator`. It becomes active when the map has arrived.
+    """The node `NAME/navigator`. It becomes active when the map has arrived.
 
     Attributes:
         node: For an executor.
@@ -124,6 +124,7 @@ class NavigatorNode:
             settings.sites,
             settings.robot_id,
             settings.initial_pose_map,
+            settings.names,
         )
         self._brain = brain
         self._measure(grid)

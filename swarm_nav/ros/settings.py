@@ -12,6 +12,7 @@ from swarm_common.files.params_io import is_for, read_parameter_file
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose, RobotSpec
+from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.model.sites import Sites
 from swarm_common.robots.params import frames_from_parameter, robot_from_parameters
 from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
@@ -23,6 +24,7 @@ LIMITED = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "max_vel_
 FIXED: dict[str, Any] = {
     USE_SIM_TIME: True,
     "robot_id": 0,
+    "robot_names": DEFAULT,
     "initial_pose.x": 0.0,
     "initial_pose.y": 0.0,
     "initial_pose.yaw": 0.0,
@@ -36,7 +38,8 @@ FIXED: dict[str, Any] = {
 }
 FIXED_EFFECTS = {
     USE_SIM_TIME: "time is that of /clock",
-    "robot_id": "3 for Srobot3",
+    "robot_id": "from 1, in beacons",
+    "robot_names": "names of all robots by id, for messages: a list, and a pattern for the rest",
     "initial_pose.x": "[m] in map, where odometry began",
     "initial_pose.y": "[m] in map, where odometry began",
     "initial_pose.yaw": "[rad] in map, where odometry began",
@@ -54,15 +57,20 @@ FIXED_EFFECTS = {
 class NodeSettings:
     """What one navigator node is started with."""
 
-    name: str  # namespace, for example Srobot3
+    name: str  # namespace
     config: NavConfig  # parameters of the brain, changeable while it runs
     spec: RobotSpec
     fixed: Mapping[str, Any]  # parameters that are read once, by ROS name
 
     @property
     def robot_id(self) -> int:
-        """3 for Srobot3."""
+        """From 1, in beacons."""
         return int(self.fixed["robot_id"])
+
+    @property
+    def names(self) -> RobotNames:
+        """Of all robots."""
+        return RobotNames.parse(str(self.fixed["robot_names"]))
 
     @property
     def sites(self) -> Sites:
@@ -110,7 +118,6 @@ def parse_node_settings(name: str, values: Mapping[str, Any], where: str) -> Nod
     """Return the settings in flat parameters.
 
     Args:
-        name: Of the robot, like Srobot3.
         values: By flat name: those of `FIXED`, of the brain, and of the robot model with its
             prefix.
         where: Where the values come from, for messages.
@@ -130,6 +137,10 @@ def parse_node_settings(name: str, values: Mapping[str, Any], where: str) -> Nod
         {key.removeprefix(ROBOT_PREFIX): value for key, value in robot.items()}
     )
     _frames_in(fixed["frames"])
+    try:
+        RobotNames.parse(fixed["robot_names"])
+    except ConfigError as error:
+        raise ConfigError(f"{where}: robot_names: {error}") from None
     if fixed["robot_id"] < 1:
         raise ConfigError(f"{where}: robot_id is {fixed['robot_id']}; it must be 1 or more")
     try:

@@ -19,11 +19,6 @@ class StatusWriter:
     """Encodes swarm_interfaces/RobotStatus of one robot."""
 
     def __init__(self, robot: str) -> None:
-        """Take what all messages have in common.
-
-        Args:
-            robot: Its name, like Srobot3.
-        """
         self._robot = encode_string(robot)
 
     def encode(self, tick: int, status: Status) -> bytes:

@@ -10,6 +10,7 @@ import numpy as np
 
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Twist
+from swarm_common.model.robot_names import RobotNames
 from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import NavConfig
 from swarm_nav.perception.neighbor_table import NeighborTable
@@ -53,6 +54,7 @@ class RobotState:
     """State of one robot that the parts of its navigator share; each field has one writer."""
 
     robot_id: int  # from 1
+    names: RobotNames  # of all robots, for people
     config: NavConfig  # parameters, by `configure`
     body_radius: float  # [m] circumscribed radius
     terrain: Terrain  # the map as this robot sees it, by `load_map`
@@ -342,12 +344,14 @@ def begin(
     robot_id: int,
     pose_map: Pose,
     stations: tuple[tuple[float, float], ...] = (),
+    names: RobotNames | None = None,
 ) -> RobotState:
     """Return the robot of a robot that stands at a pose and knows of no other robot yet.
 
     Args:
         robot_id: From 1.
         stations: (x, y) [m] in map that many robots go to.
+        names: Of all robots, for people; None for the usual ones.
 
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones.
@@ -360,6 +364,7 @@ def begin(
     tube.slots = terrain.lattice.slots
     return RobotState(
         robot_id=robot_id,
+        names=names or RobotNames(),
         config=config,
         body_radius=body,
         radius=body + traffic.safety_margin,

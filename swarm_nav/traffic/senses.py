@@ -73,7 +73,7 @@ class Senses:
             return "stands: its radio delivers nothing"
         unheard_by = s.neighbors.deaf_neighbor
         if unheard_by:
-            return f"stands: Srobot{unheard_by} does not hear it"
+            return f"stands: {s.names.name_of(unheard_by)} does not hear it"
         if timeout > 0.0 and s.tick - max(self._scan_tick, s.listening_since) > s.ticks(timeout):
             return f"stands: no scan for more than {timeout:.1f} s"
         return ""

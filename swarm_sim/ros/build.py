@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_common.files.map_io import load_map, map_of_world
-from swarm_common.model.errors import MapError, RobotModelError
+from swarm_common.model.errors import ConfigError, MapError, RobotModelError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.robots.description import RobotModel
@@ -83,6 +83,7 @@ def build(settings: Settings) -> WorldSetup:
     )
     grid = _map(settings, scene, specs, poses)
     _check_starts(grid, poses, settings)
+    _check_names(scene, settings)
     world = ChangingWorld(
         scene,
         specs,
@@ -96,7 +97,7 @@ def build(settings: Settings) -> WorldSetup:
             sensors=settings.sensors,
         ),
         settings.seed,
-        [entry.name for entry in settings.robots],
+        settings.names.listed,
         models,
     )
     if all(robot.broken_at is None for robot in settings.robots):
@@ -105,6 +106,19 @@ def build(settings: Settings) -> WorldSetup:
         )
     urdfs = tuple(robots[entry.model].urdf for entry in settings.robots)
     return WorldSetup(scene, world, grid, specs, urdfs, tuple(poses), unseen)
+
+
+def _check_names(scene: Scene, settings: Settings) -> None:
+    """Raise ConfigError for the first robot that is called like something of the world."""
+    things = {body.name.partition("::")[0] for body in (*scene.fixed, *scene.loose)}  # models
+    things |= {walker.name for walker in scene.walkers}
+    things |= {vehicle.name for vehicle in scene.vehicles}
+    for name in settings.names.listed:
+        if name in things:
+            raise ConfigError(
+                f"a robot and something of world '{settings.world}' are both called '{name}';"
+                " give the robots other names (--names, or names: in the fleet)"
+            )
 
 
 def silent_notes(world: ChangingWorld, margin: float) -> list[str]:

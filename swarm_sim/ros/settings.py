@@ -12,6 +12,7 @@ from swarm_common.files.sites_io import parse_spawn
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
+from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.model.sites import Spawn
 from swarm_sim.sensing.radio import RadioConfig
 
@@ -36,6 +37,7 @@ class Settings:
 
     world: str  # name or path
     robots: tuple[RobotEntry, ...]
+    pattern: str = DEFAULT  # of the names of robots that come later
     processes: int = 0  # that their navigators are in; 0: one for each
     map: str | None = None  # path of a map file; None: the one that ships with the world
     sites: str | None = None  # path of a sites file; None: the one beside the world
@@ -71,6 +73,11 @@ class Settings:
             raise ConfigError(f"wall_limit is {self.wall_limit} s; it must be positive")
         if self.duration is not None and self.duration <= 0.0:
             raise ConfigError(f"duration is {self.duration} s; it must be positive")
+
+    @property
+    def names(self) -> RobotNames:
+        """Of all robots."""
+        return RobotNames(tuple(robot.name for robot in self.robots), self.pattern)
 
 
 def parse_settings(data: Mapping[str, Any], where: str) -> Settings:

@@ -121,8 +121,10 @@ class WorldNode:
             self._node, stage, settings, self._barrier, foreigners, is_large=is_large
         )
         self._scenery = ScenePublisher(self._node, stage.scene, stage.world)
-        self._robots = RobotRegistry(stage.world, stage.grid, stage.poses_map, settings.spawn)
-        objects = ObjectRegistry(stage.world)
+        self._robots = RobotRegistry(
+            stage.world, stage.grid, stage.poses_map, settings.spawn, settings.names
+        )
+        objects = ObjectRegistry(stage.world, settings.names)
         reach = PlacementArea.of(stage.grid)
         self._entities = Entities(self._node, self._robots, objects, reach, self, self._rejections)
         Inquiries(self._node, stage.world, self._robots, objects, self._rejections)

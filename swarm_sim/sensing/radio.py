@@ -72,7 +72,6 @@ class Radio:
         fell silent would stay an obstacle to the others for ever.
 
         Args:
-            robot_id: That of its beacons: 3 for Srobot3.
             tick: Current tick, from which the others are told.
         """
         for wave in self._under_way:
@@ -80,11 +79,7 @@ class Radio:
         self._farewells[robot_id] = tick + FAREWELL_TICKS
 
     def welcome(self, robot_id: int) -> None:
-        """Say nothing more of a robot that is there again.
-
-        Args:
-            robot_id: That of its beacons: 3 for Srobot3.
-        """
+        """Say nothing more of a robot that is there again."""
         self._farewells.pop(robot_id, None)
 
     def send(self, tick: int, beacons: Sequence[np.void | None], positions: FloatArray) -> None:
@@ -152,11 +147,7 @@ class _Wave:
         self._starts = []
 
     def drop(self, robot_id: int) -> None:
-        """Let nobody hear a robot.
-
-        Args:
-            robot_id: That of its beacons: 3 for Srobot3.
-        """
+        """Let nobody hear a robot."""
         self._take(self._sent[:, ID] != robot_id)
 
     def add_for_all(self, beacons: NDArray[np.uint32]) -> None:

@@ -46,7 +46,7 @@ class ChangingWorld(World):
         Args:
             poses: Start pose of each robot in the map frame.
             config: How to simulate; None for the defaults.
-            names: Of the robots, for verdicts; default Srobot1, Srobot2 ...
+            names: Of the robots, for verdicts; None for the usual ones.
             models: Descriptions by `RobotSpec.model`; default those in `robots/`.
         """
         super().__init__(scene, specs, poses, config, seed, names, models)
@@ -124,11 +124,7 @@ class ChangingWorld(World):
         return len(self.specs) - 1
 
     def remove(self, robot: int, robot_id: int) -> None:
-        """Take a robot out; its row stays.
-
-        Args:
-            robot_id: That of its beacons: 3 for Srobot3.
-        """
+        """Take a robot out; its row stays."""
         self.absent.add(robot)
         self.place(robot, Pose(PARKED + PARKING_PITCH * robot, PARKED, 0.0))
         self._radio.forget(robot_id, self.tick)
@@ -139,7 +135,6 @@ class ChangingWorld(World):
         """Return a removed robot to the world; its odometry begins again at 0.
 
         Args:
-            robot_id: That of its beacons: 3 for Srobot3.
             pose: In the map frame; whether there is room is not checked here.
         """
         self.absent.discard(robot)
@@ -164,19 +159,11 @@ class ChangingWorld(World):
             self._lidars.forget(robot, place)
 
     def mute(self, robot_id: int) -> None:
-        """Tell all that a robot no longer holds the space at its former place.
-
-        Args:
-            robot_id: That of its beacons: 3 for Srobot3.
-        """
+        """Tell all that a robot no longer holds the space at its former place."""
         self._radio.forget(robot_id, self.tick)
 
     def unmute(self, robot_id: int) -> None:
-        """Let a robot that was muted be heard again.
-
-        Args:
-            robot_id: That of its beacons: 3 for Srobot3.
-        """
+        """Let a robot that was muted be heard again."""
         self._radio.welcome(robot_id)
 
     @property

@@ -49,7 +49,7 @@ class ModelRequest:
 
     uri: str  # name of a robot model, path or URI
     text: str  # the description itself, if there is no uri
-    name: str  # name of the new robot or object; may be empty
+    is_named_as_robot: bool  # whether the name that it is to have is one of a robot
     beside: Path  # folder of the world file, where models are searched, too
 
 
@@ -64,7 +64,7 @@ def read_model(request: ModelRequest) -> Model:
     """
     try:
         _check_file(request.uri)
-        if is_object(request.uri, request.text, request.name, request.beside):
+        if is_object(request.uri, request.text, request.is_named_as_robot, request.beside):
             body = read_object(request.uri, request.text, request.beside)
             _check_size(body.name, body.parts)
             if len(body.visuals) > MOST_LOOKS:

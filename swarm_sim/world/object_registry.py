@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from swarm_common.model.errors import WorldError
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.shapes import Transform
 from swarm_sim.scene.scene import Body
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.object_placement import check_apart, check_object_place, height_range
-from swarm_sim.world.object_source import LIKE_A_ROBOT
 from swarm_sim.world.refusal import Reason, RefusedError
 
 LIMIT = 500  # things at a time
@@ -23,8 +23,14 @@ LONGEST_NAME = 64  # letters
 class ObjectRegistry:
     """Lets things come and go; call what changes the world only between two ticks."""
 
-    def __init__(self, world: ChangingWorld) -> None:
+    def __init__(self, world: ChangingWorld, robots: RobotNames | None = None) -> None:
+        """Begin with the things that are there.
+
+        Args:
+            robots: Names that are kept for robots; None for the usual ones.
+        """
         self._world = world
+        self._robots = robots or RobotNames()
         self._spawned: set[str] = set()
 
     @property
@@ -41,6 +47,10 @@ class ObjectRegistry:
     def folder(self) -> Path:
         """Folder of the world file, where models are searched, too."""
         return self._world.scene.directory
+
+    def is_robots(self, name: str) -> bool:
+        """Whether a name, or a namespace, is kept for a robot."""
+        return self._robots.number_of(name.removeprefix("/")) > 0
 
     def place_of(self, name: str) -> Transform:
         """Return where a thing is.
@@ -140,11 +150,11 @@ class ObjectRegistry:
         return self.names.index(name)
 
     def _free_name(self, name: str, rename: bool) -> str:
-        if LIKE_A_ROBOT.fullmatch(name) or not is_name(name):
+        if self.is_robots(name) or not is_name(name):
             raise RefusedError(
                 Reason.NAME_INVALID,
                 f"'{name[:LONGEST_NAME]}' is no name for a thing; expected 1 to {LONGEST_NAME} "
-                "letters that can be printed, and not Srobot with a number",
+                f"letters that can be printed, and no robot's, like {self._robots.name_of(1)}",
             )
         taken = {body.name for body in (*self._world.scene.fixed, *self._world.objects())}
         taken |= set(self._world.walker_names)

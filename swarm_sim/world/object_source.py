@@ -29,21 +29,20 @@ SDF, URDF = "sdf", "robot"  # outermost elements
 ENDINGS = {".sdf": SDF, ".world": SDF, ".urdf": URDF, ".xacro": URDF}
 SDF_XACRO = (".sdf.xacro", ".world.xacro")
 MOVING = re.compile(r"<joint\b[^>]*\btype\s*=\s*[\"'](continuous|revolute|prismatic)")
-LIKE_A_ROBOT = re.compile(r"/?Srobot\d+")
 
 
-def is_object(uri: str, text: str, name: str, beside: Path) -> bool:
+def is_object(uri: str, text: str, is_named_as_robot: bool, beside: Path) -> bool:
     """Return whether the requested entity is an object, and not a robot with a navigator.
 
     Args:
         uri: Name of a robot model, path or URI.
         text: The description itself, if there is no uri.
-        name: Name of the new robot or object; may be empty.
+        is_named_as_robot: Whether the name that it is to have is one of a robot.
         beside: Folder of the world file, where models are searched, too.
     """
     if not uri:
         return bool(text)
-    if LIKE_A_ROBOT.fullmatch(name):
+    if is_named_as_robot:
         return False
     path = _path_of(uri, beside)
     if path is None:

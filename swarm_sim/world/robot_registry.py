@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import shapely
@@ -11,6 +10,7 @@ import shapely
 from swarm_common.model.errors import SwarmError, WorldError
 from swarm_common.model.grid import FREE, Grid
 from swarm_common.model.records import Pose, RobotSpec
+from swarm_common.model.robot_names import MOST, RobotNames
 from swarm_common.robots.loading import Robot
 from swarm_sim.maps.spawn import spawn_poses
 from swarm_sim.world.changing_world import ChangingWorld
@@ -19,8 +19,6 @@ from swarm_sim.world.refusal import Reason, RefusedError
 from swarm_sim.world.request_checks import PlacementArea
 from swarm_sim.world.robot_placement import check_height, check_robot_place
 
-NAME = re.compile(r"Srobot([1-9][0-9]{0,4})")
-MOST = 65535  # number of a robot, which beacons carry in 16 bits
 LIMIT = 200  # robots present at a time
 MOST_EVER = 1000  # robots of a run, those that are gone included: each keeps its row
 
@@ -40,11 +38,19 @@ class Arrival:
 class RobotRegistry:
     """Lets robots come and go; call what changes the world only between two ticks."""
 
-    def __init__(self, world: ChangingWorld, grid: Grid, homes: Sequence[Pose], spawn: str) -> None:
+    def __init__(
+        self,
+        world: ChangingWorld,
+        grid: Grid,
+        homes: Sequence[Pose],
+        spawn: str,
+        names: RobotNames | None = None,
+    ) -> None:
         """Begin with those that are there.
 
         Args:
             spawn: Name of the spawn in the world's sites, empty for the default one.
+            names: Of all robots, also of those that come; None for the usual ones.
         """
         self._world = world
         self._grid = grid
@@ -52,7 +58,8 @@ class RobotRegistry:
         self._homes = list(homes)
         self._spawn = spawn
         self._first = len(homes)  # robots that came with the world
-        self._highest = max([number_of(name) for name in world.names], default=0)
+        self._names = names or RobotNames()
+        self._highest = max(map(self._names.number_of, world.names), default=0)
 
     # Robots present
 
@@ -63,9 +70,6 @@ class RobotRegistry:
 
     def robot(self, name: str) -> int:
         """Return the index of a robot that is there.
-
-        Args:
-            name: Of the robot, like `Srobot3`.
 
         Raises:
             RefusedError: If there is none of that name.
@@ -88,7 +92,7 @@ class RobotRegistry:
         """Take a robot in.
 
         Args:
-            name: SrobotK, or empty for the next free number.
+            name: One of the run, or empty for that with the next free number.
             rename: Whether another name will do if that one is taken.
             model: Name or path of the robot's model, as it was asked for.
             pose: Place in the map frame, None for a free one of the world's start area.
@@ -115,7 +119,7 @@ class RobotRegistry:
             )
         place = self._free_place(robot.spec) if pose is None else pose
         self._check_place(robot.spec, place)
-        number = number_of(name)
+        number = self._names.number_of(name)
         if known is None:
             index = self._world.add(name, number, robot.spec, robot.model, place)
             self._homes.append(place)
@@ -129,21 +133,17 @@ class RobotRegistry:
     def remove(self, name: str) -> int:
         """Take a robot out; return its index.
 
-        Args:
-            name: Of the robot, like `Srobot3`.
-
         Raises:
             RefusedError: If there is no such robot.
         """
         robot = self.robot(name)
-        self._world.remove(robot, number_of(name))
+        self._world.remove(robot, self._names.number_of(name))
         return robot
 
     def move(self, name: str, pose: Pose) -> int:
         """Put a robot elsewhere; return its index.
 
         Args:
-            name: Of the robot, like `Srobot3`.
             pose: In the map frame.
 
         Raises:
@@ -170,36 +170,48 @@ class RobotRegistry:
 
     def settle(self, robot: int) -> None:
         """Let a robot be heard again that knows where it was put."""
-        self._world.unmute(number_of(self._world.names[robot]))
+        self._world.unmute(self._number_of(robot))
 
     @property
     def spawned(self) -> list[str]:
         """Names of the robots that are there and were not at the start."""
         return [self._world.names[i] for i in self._world.present if i >= self._first]
 
+    def _number_of(self, robot: int) -> int:
+        return self._names.number_of(self._world.names[robot])
+
     def _put(self, robot: int, pose: Pose) -> None:
-        self._world.mute(number_of(self._world.names[robot]))
+        self._world.mute(self._number_of(robot))
         self._world.place(robot, pose)
 
     # Checks
 
     def _free_name(self, name: str, rename: bool) -> str:
-        following = f"Srobot{self._highest + 1}"
-        if not name:
-            return following
-        match = NAME.fullmatch(name)
-        if match is None or int(match[1]) > MOST:
+        if name and not self._names.number_of(name):
             raise RefusedError(
                 Reason.NAME_INVALID,
-                f"'{name}' is no name for a robot; expected Srobot1 to Srobot{MOST}",
+                f"'{name}' is no name for a robot of this run; expected {self._names.expected}",
             )
-        if name not in self.robots:
+        world = self._world
+        taken = {*self.robots, *world.walker_names}
+        bodies = (*world.scene.fixed, *world.objects())
+        taken |= {body.name.partition("::")[0] for body in bodies}  # models
+        if name and name not in taken:
             return name
-        if not rename:
+        following = self._following(taken)
+        if name and not rename:
             raise RefusedError(
                 Reason.NAME_TAKEN, f"there is a {name} already; {following} would be free"
             )
         return following
+
+    def _following(self, taken: Collection[str]) -> str:
+        """Return the name of the next number that no robot has had."""
+        for number in range(self._highest + 1, MOST + 1):
+            name = self._names.name_of(number)
+            if name not in taken and self._names.number_of(name) == number:
+                return name
+        raise RefusedError(Reason.FAILED, f"no number up to {MOST} is left for another robot")
 
     def _check_model(self, robot: Robot) -> None:
         try:
@@ -266,13 +278,3 @@ class RobotRegistry:
                     f"taken{by}; nothing was moved",
                 )
             taken.append(place.buffer(radius))
-
-
-def number_of(name: str) -> int:
-    """Return 3 for Srobot3, 0 for a name without a number.
-
-    Args:
-        name: Of the robot, like `Srobot3`.
-    """
-    digits = name[len(name.rstrip("0123456789")) :]
-    return int(digits or 0)

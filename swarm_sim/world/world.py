@@ -22,6 +22,7 @@ from swarm_common.model.records import (
     Twist,
     value_type,
 )
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sensors import IDEAL, SensorErrors
 from swarm_common.robots.loading import load_robot_model, taken_for
 from swarm_common.robots.sensors_io import sensor_errors
@@ -112,7 +113,7 @@ class World:
         Args:
             poses: Start pose of each robot in the map frame.
             config: How to simulate; None for the defaults.
-            names: Of the robots, for verdicts; default Srobot1, Srobot2 ...
+            names: Of the robots, for verdicts; None for the usual ones.
             models: Descriptions by `RobotSpec.model`; default those in `robots/`.
 
         Raises:
@@ -124,7 +125,7 @@ class World:
         if len(specs) != len(poses):
             raise ValueError(f"{len(specs)} robot models but {len(poses)} poses")
         config = config or WorldConfig()
-        self.names = list(names or [f"Srobot{i + 1}" for i in range(len(specs))])
+        self.names = list(names or RobotNames().first(len(specs)))
         self.specs = list(specs)
         self._config = config
         self._tick = 0

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from enum import Enum
 
 from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic, robot_topic
+from swarm_common.model.robot_names import natural
 
 SCENE, TF, MOVERS, MAP = "/sim/scene", "/sim/tf", "/sim/movers", "/map"
 VERDICT = "/sim/verdict"
 STATUS, DESCRIPTION = "status", "robot_description"
 STATUS_TYPE = "swarm_interfaces/msg/RobotStatus"
 _WORLD = {topic.name: topic for topic in WORLD_TOPICS}
-_NAME = re.compile(r"(\d+)")
 
 
 class Layer(Enum):
@@ -62,18 +61,13 @@ def split(topic: str) -> tuple[str, str]:
 
 
 def robots_in(types: dict[str, str]) -> list[str]:
-    """Return the robots among the topics, in the order of their numbers."""
+    """Return the robots among the topics, sorted, agv2 before agv10."""
     names = {
         split(topic)[0]
         for topic, kind in types.items()
         if kind == STATUS_TYPE and topic.endswith(f"/{STATUS}") and topic.count("/") == 2
     }
     return sorted(names, key=natural)
-
-
-def natural(name: str) -> list[tuple[int, str]]:
-    """Return a sort key by which Srobot2 comes before Srobot10."""
-    return [(int(part), "") if part.isdigit() else (0, part) for part in _NAME.split(name)]
 
 
 def of_layer(robot: str, layer: Layer) -> str:

@@ -22,6 +22,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from swarm_common.files.resources import find_resource, share_directory
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.process.lifetime import die_with
 from swarm_common.robots.loading import fixed_frames, load_robot
 from swarm_common.robots.params import frames_parameter, robot_parameters
@@ -101,7 +102,8 @@ class Swarm:
     """A world and its navigators, and a node of our own to talk to them."""
 
     def __init__(self, folder: Path, domain: int, count: int, **options: Any) -> None:
-        self.names = [f"Srobot{number}" for number in range(1, count + 1)]
+        self.robot_names: RobotNames = options.pop("names", RobotNames())
+        self.names = self.robot_names.first(count)
         self.domain = domain
         self.folder = folder
         self.context = Context()
@@ -118,6 +120,7 @@ class Swarm:
         config = {
             "world": WORLD,
             "robots": [{"name": name, "model": ROBOT} for name in self.names],
+            "pattern": self.robot_names.pattern,
             "speed": 4.0,
             "verdict_path": str(self.folder / "verdict.json"),
         }
@@ -132,7 +135,8 @@ class Swarm:
         robots = []
         for number, (name, pose) in enumerate(zip(self.names, poses, strict=True), 1):
             path = self.folder / f"{name}.yaml"
-            values = parameters(number, pose) | {"map_sha256": digest} | changes
+            own = {"map_sha256": digest, "robot_names": str(self.robot_names)}
+            values = parameters(number, pose) | own | changes
             tree = {f"/{name}/navigator": {"ros__parameters": values}}
             path.write_text(yaml.safe_dump(tree), encoding="utf-8")
             robots.append({"name": name, "params": str(path)})

@@ -20,13 +20,14 @@ StartHosts = Callable[[int], HostSwarm]
 def test_a_run_on_two_hosts_and_a_host_that_asks_for_other_robots(start_hosts: StartHosts) -> None:
     """One start for several questions: each takes seconds of imports."""
     swarm = start_hosts(2)
-    swarm.start_world("--swarm-size", "2", "--seed", "3", "--duration", "6", "--speed", "max")
+    flags = ("--swarm-size", "2", "--seed", "3", "--duration", "6", "--speed", "max")
+    swarm.start_world(*flags, "--names", "ann,agv{}")
     swarm.wait_for(1, "the world is up", START)
     swarm.start_robots(2, "1-3")
     assert swarm.exit_code(2, START) == 2
-    assert "--robots asks for Srobot3, but the world has 2 robots" in swarm.said(2)
+    assert "--robots asks for agv3, but the world has 2 robots" in swarm.said(2)
     swarm.start_robots(2, "1-2", "--seed", "3", "--swarm-size", "2")
-    swarm.wait_for(1, "has Srobot1 and Srobot2", START)
+    swarm.wait_for(1, "has ann and agv2", START)
     for host in (1, 2):
         assert swarm.net.bound_addresses(host) == {swarm.net.address(host)}
     assert swarm.exit_code(1, START) == 0
@@ -36,7 +37,7 @@ def test_a_run_on_two_hosts_and_a_host_that_asks_for_other_robots(start_hosts: S
     assert report["sim_time"] == pytest.approx(6.0)
     assert report["late_ticks"] == 0
     (host,) = report["hosts"]
-    assert host["robots"] == ["Srobot1", "Srobot2"]
+    assert host["robots"] == ["ann", "agv2"]
     assert host["standing"] == "left"
     ours = swarm.report(2)
     assert ours["active"] == 2

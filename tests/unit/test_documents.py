@@ -108,7 +108,7 @@ def test_commands_and_their_options_exist(document: Path) -> None:
 @pytest.mark.parametrize("document", texts())
 def test_files_that_are_named_exist(document: Path) -> None:
     text = document.read_text("utf-8")
-    named = {name for name in MENTION.findall(text) if "SrobotK" not in name}  # of a run
+    named = {name for name in MENTION.findall(text) if "NAME" not in name}  # of a run
     linked = {str((document.parent / name).relative_to(ROOT)) for name in LINK.findall(text)}
     assert not [name for name in named | linked if not (ROOT / name).exists()]
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from swarm_common.middleware.ros_env import MOST_PARTICIPANTS, TERMINALS, participants_of
 from swarm_common.model.engines import check_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.robots.fleet import Fleet
 from swarm_recording.selection import select
 
@@ -28,6 +29,7 @@ class UpOptions:
     world: str = "slim_blockage"
     robot: str = DEFAULT_ROBOT  # with a fleet: its models
     fleet: Fleet | None = None
+    names: RobotNames = field(default_factory=RobotNames)
     map: Path | None = None
     params: Path | None = None
     mission: str | None = None
@@ -126,12 +128,7 @@ class UpOptions:
     @property
     def robot_names(self) -> list[str]:
         """Namespaces of the robots in order."""
-        return robot_names(self.swarm_size)
-
-
-def robot_names(swarm_size: int) -> list[str]:
-    """Return the namespaces of a swarm's robots in order."""
-    return [f"Srobot{number}" for number in range(1, swarm_size + 1)]
+        return self.names.first(self.swarm_size)
 
 
 def parse_speed(text: str | None, in_real_time: bool) -> float | None:
@@ -175,6 +172,24 @@ def swarm_size_of(given: int | None, fleet: Fleet | None) -> int:
             " leave one of them out"
         )
     return len(fleet.members)
+
+
+def names_of(given: str | None, fleet: Fleet | None, swarm_size: int) -> RobotNames:
+    """Return the names of the robots: as typed, those of the fleet, or the default.
+
+    Args:
+        given: As typed, a pattern or names with commas between them; None if it was not.
+        fleet: None without --fleet.
+
+    Raises:
+        ConfigError: If they do not fit, or both are given.
+    """
+    own = fleet.names if fleet is not None else RobotNames()
+    if given is None:
+        return own
+    if own != RobotNames():
+        raise ConfigError("--names is given, but the --fleet has names, too; leave out one of them")
+    return RobotNames.of([word.strip() for word in given.split(",")], swarm_size, "--names")
 
 
 def robot_of(given: str | None, fleet: Fleet | None) -> str:

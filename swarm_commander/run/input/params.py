@@ -121,7 +121,7 @@ def robot_parameter_file(
     """Return the parameter file of one navigator as a tree.
 
     Args:
-        robot_id: 3 for Srobot3.
+        robot_id: From 1, in its beacons.
         spec: Robot model; its limits are the defaults of the controller's.
         initial_pose_map: Where it stands at the start.
         values: All other parameters by dotted name; they win.

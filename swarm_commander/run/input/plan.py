@@ -23,6 +23,7 @@ from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose, RobotSpec
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
 from swarm_common.robots.fleet import Fleet, Member, uniform_fleet
 from swarm_common.robots.loading import fixed_frames, load_robot
@@ -117,6 +118,7 @@ class RunPlan:
                 }
                 for name, member in zip(options.robot_names, self.fleet.members, strict=True)
             ],
+            "pattern": options.names.pattern,
             "processes": options.processes,
             "spawn": self.mission.spawn if self.mission is not None else "",
             "stations": self.stations,
@@ -143,7 +145,7 @@ class RunPlan:
         """Return the parameter file of robot `number`, from 1.
 
         Args:
-            number: 3 for Srobot3.
+            number: From 1, the id in its beacons.
             initial_pose_map: Where it stands at the start.
             map_sha256: Digest of the only map that it is to take from /map; empty for any.
         """
@@ -157,8 +159,7 @@ class RunPlan:
         """Return the parameter file of a robot that was spawned while the run goes on.
 
         Args:
-            name: Of the robot, like `Srobot3`.
-            number: 3 for Srobot3.
+            number: From 1, the id in its beacons.
             initial_pose_map: Where it stands at the start.
             map_sha256: Digest of the only map that it is to take from /map; empty for any.
 
@@ -177,12 +178,14 @@ class RunPlan:
         waits: bool,
         map_sha256: str,
     ) -> dict[str, Any]:
+        names = self.options.names
         values = {
             "autostart": self.options.autostart,
             "wait_for_mission": waits,
             "on_demand": self.options.swarm_size > ros_env.FEW_ROBOTS,
             "sites": self.copy_of(str(self.sites_path)) if self.sites_path else "",
             "frames": _frames_of(member.model, member.spec),
+            **({"robot_names": str(names)} if names != RobotNames() else {}),
             **self.defaults,
             **(REALISTIC if self.options.realistic else {}),
             **self._without_lidar(),
@@ -220,6 +223,7 @@ class RunPlan:
                 if name in self.alive
             ],
             "processes": options.processes,
+            "names": str(options.names),
             "homes": [_triple(home) for home in homes_map],
             "mission": options.mission,
             "sites": self.copy_of(str(self.sites_path)) if self.sites_path else None,

@@ -10,6 +10,7 @@ from rich.text import Text
 
 from swarm_commander.run.results.run_statistics import RobotStatistics, RunStatistics
 from swarm_common.model.palette import LOOKS, css
+from swarm_common.model.robot_names import stem_and_number
 
 LINES = 10  # at most this many groups
 ALONE = 12  # lines for robots where the height of the screen is unknown
@@ -34,7 +35,7 @@ def status_table(statistics: RunStatistics, room: int = ALONE) -> list[Text]:
     """
     names = list(statistics.robots)
     if len(names) <= room:
-        width = max(len(name) for name in names)
+        width = max(map(len, names), default=0)
         return [_robot_line(name, width, statistics) for name in names]
     size = -(-len(names) // LINES)
     starts = [*range(0, len(names), size), len(names)]
@@ -108,11 +109,12 @@ def _group_line(label: str, robots: Sequence[RobotStatistics], width: int) -> Te
 
 
 def _label(group: Sequence[str]) -> str:
-    """Return `Srobot11-20` for robots 11 to 20."""
+    """Return `agv11-20` for robots 11 to 20, or the first and the last name."""
     if len(group) == 1:
         return group[0]
-    number = group[-1][len(group[-1].rstrip("0123456789")) :]
-    return f"{group[0]}-{number}"
+    (first_stem, _), (stem, number) = map(stem_and_number, (group[0], group[-1]))
+    is_series = number and stem == first_stem
+    return f"{group[0]}-{number}" if is_series else f"{group[0]}…{group[-1]}"
 
 
 def _mark(state: str) -> tuple[str, str]:

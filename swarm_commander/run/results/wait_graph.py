@@ -8,7 +8,7 @@ from typing import Any
 
 LASTING = 5.0  # [s] of simulated time from which a circle counts: shorter ones are mere encounters
 MOST_TOLD = 20  # circles that are listed one by one, the longest ones
-_NAMED = re.compile(r"\bfor (Srobot\d+)")
+_NAMED = re.compile(r"for (\w+)[,:]")  # as `announcement` of swarm_nav says it
 
 
 def waits_for(state: str, detail: str) -> str:
@@ -17,7 +17,7 @@ def waits_for(state: str, detail: str) -> str:
     Making way for a robot is not waiting for it.
     """
     text = detail if state == "waiting" else detail.partition("waits ")[2]
-    found = _NAMED.search(text)
+    found = _NAMED.match(text)
     return found[1] if found is not None else ""
 
 

@@ -26,7 +26,7 @@ DEVIATIONS = (0.05, 0.05)  # [m], [rad] of the pose that is told
 
 
 class Relocation:
-    """One robot's move: `/SrobotK/initialpose` out, `amcl_pose` back."""
+    """One robot's move: `initialpose` out, `amcl_pose` back."""
 
     def __init__(self, node: Node, name: str, pose_map: Pose, tick: int, deadline: float) -> None:
         """Begin to tell.

@@ -17,7 +17,6 @@ from swarm_sim.ros.robots.foreign import Foreigners
 from swarm_sim.ros.robots.hosts import Hosts
 from swarm_sim.ros.robots.links import RobotLink
 from swarm_sim.ros.settings import Settings
-from swarm_sim.world.robot_registry import number_of
 from swarm_sim.world.world import Observation, World
 
 TOGETHER = 0.005  # [s] within which repeats that are due go into one batch
@@ -46,6 +45,7 @@ class Links:
             is_large: Whether the topics are spread over hubs, see `participants`.
         """
         self._settings = settings
+        self._number_of = settings.names.number_of
         self._barrier = barrier
         self._foreigners = foreigners
         robots = len(stage.specs)
@@ -89,7 +89,7 @@ class Links:
             spec,
             urdf,
             self._settings,
-            number_of(name),
+            self._number_of(name),
             record_answer,
             self._foreigners,
             self._world.errors_of(spec),
@@ -112,7 +112,9 @@ class Links:
             host: Name of the start of its swarm-up.
             names: Of the robots; unknown ones are ignored.
         """
-        robots = {self.names.index(name): number_of(name) for name in names if name in self.names}
+        robots = {
+            self.names.index(name): self._number_of(name) for name in names if name in self.names
+        }
         self._hosts.assign(host, robots, run, secret)
         for robot in robots:
             self._links[robot].move_out()

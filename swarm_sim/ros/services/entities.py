@@ -177,7 +177,10 @@ class Entities:
             position = stamped.pose.position
             self._reach.check((position.x, position.y, position.z))
         wanted = ModelRequest(
-            resource.uri, resource.resource_string, request.name, self._objects.folder
+            resource.uri,
+            resource.resource_string,
+            self._objects.is_robots(request.name),
+            self._objects.folder,
         )
         self._loader.ask((request, response, answer), wanted)
 

@@ -87,7 +87,6 @@ def test_a_swarm_that_runs_is_named_before_its_port(refusal: Refusal) -> None:
         (("Srobot1", "--goal", "nan", "1", "0"), "--goal is nan 1.0 0.0; expected finite numbers"),
         (("Srobot1", "--all"), "Srobot1 and --all exclude each other"),
         (("--goal", "1", "1", "0"), "name a robot, like Srobot3, or give --all"),
-        (("spawn", "crate"), "for an object 'crate' give --box X Y Z"),
     ],
 )
 def test_the_commander_says_how_it_is_written(

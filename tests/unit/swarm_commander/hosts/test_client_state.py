@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from swarm_commander.hosts.client_state import ClientState, names_of
+from swarm_commander.hosts.client_state import ClientState
 from swarm_commander.hosts.host_table import HostReport
 from swarm_commander.hosts.run_description import RunDescription
 from swarm_common.process import messages as say
@@ -18,8 +18,8 @@ DESCRIPTION = RunDescription("run", "1 (abc)", FACTS, {"Srobot1": {}, "Srobot2":
 
 
 def client(**stated: object) -> ClientState:
-    report = HostReport("a", "first", ("Srobot1", "Srobot2"))
-    return ClientState(report, "1 (abc)", stated, 0.0, find_limit=60.0, lost_after=30.0)
+    report = HostReport("a", "first", ())
+    return ClientState(report, (1, 2), "1 (abc)", stated, 0.0, find_limit=60.0, lost_after=30.0)
 
 
 def table(**values: Any) -> dict[str, Any]:
@@ -74,17 +74,17 @@ def test_nobody_answers() -> None:
 @pytest.mark.parametrize(
     ("edition", "stated", "robots", "words"),
     [
-        ("1 (abd)", {}, ("Srobot1",), "install the same on both"),
-        ("1 (abc)", {"seed": 4}, ("Srobot1",), "--seed is 4 here, but 3 on the world's host"),
-        ("1 (abc)", {"swarm_size": 5}, ("Srobot1",), "--swarm-size is 5 here, but 2"),
-        ("1 (abc)", {"world": "u_shape"}, ("Srobot1",), "--world is u_shape here"),
-        ("1 (abc)", {}, ("Srobot1", "Srobot3"), "--robots asks for Srobot3"),
+        ("1 (abd)", {}, (1,), "install the same on both"),
+        ("1 (abc)", {"seed": 4}, (1,), "--seed is 4 here, but 3 on the world's host"),
+        ("1 (abc)", {"swarm_size": 5}, (1,), "--swarm-size is 5 here, but 2"),
+        ("1 (abc)", {"world": "u_shape"}, (1,), "--world is u_shape here"),
+        ("1 (abc)", {}, (1, 3), "--robots asks for Srobot3"),
     ],
 )
 def test_disagreement_is_one_error(
-    edition: str, stated: dict[str, object], robots: tuple[str, ...], words: str
+    edition: str, stated: dict[str, object], robots: tuple[int, ...], words: str
 ) -> None:
-    one = ClientState(HostReport("a", "first", robots), edition, stated, 0.0)
+    one = ClientState(HostReport("a", "first", ()), robots, edition, stated, 0.0)
     event = only(one.receive_description(DESCRIPTION.to_text(), 1.0))
     assert isinstance(event, say.Refused)
     assert words in event.message
@@ -135,11 +135,14 @@ def test_the_end_is_acknowledged() -> None:
     assert report["is_leaving"]
 
 
-def test_names_in_few_words() -> None:
-    assert names_of(["Srobot1"]) == "Srobot1"
-    assert names_of(["Srobot1", "Srobot2"]) == "Srobot1 and Srobot2"
-    assert names_of(["Srobot2", "Srobot3", "Srobot4"]) == "Srobot2 to Srobot4"
-    assert names_of(["Srobot2", "Srobot3", "Srobot5"]) == "Srobot2, Srobot3, Srobot5"
+def test_the_worlds_host_names_the_robots() -> None:
+    robots = {"ann": {}, "agv2": {}}
+    description = RunDescription("run", "1 (abc)", FACTS, robots, {}, names="ann,agv{}")
+    one = client()
+    assert one.receive_description(description.to_text(), 1.0) == []
+    report = one.report(2.0)
+    assert report is not None
+    assert report["robots"] == ("ann", "agv2")
 
 
 def test_a_host_that_still_waits_joins_the_run_that_has_begun_since() -> None:

@@ -44,7 +44,7 @@ def test_a_lost_report_holds_back_no_later_one(tmp_path: Path) -> None:
     place = {"address": "10.0.0.1", "own_address": "10.0.0.2", "world_address": "10.0.0.1"}
     description = {"run": "run", "robots": {"Srobot1": {}}}
     HostServer(node, {**place, "domain": 7, "description": description}, EventWriter(None), SECRET)
-    who = {"host": "a", "label": "first", "robots": ["Srobot1"], "edition": "1", "stated": {}}
+    who = {"host": "a", "label": "first", "robots": [1], "edition": "1", "stated": {}}
     paths = {"description_path": str(tmp_path / "description.json")}
     HostClient(node, {**place, **who, **paths, "domain": 7}, EventWriter(None), SECRET)
     for topic in (HOSTS, TABLE_TOPIC):

@@ -16,8 +16,8 @@ from swarm_common.model.records import Pose
 
 
 def test_robots_by_numbers_and_ranges() -> None:
-    assert parse_robots("3") == ("Srobot3",)
-    assert parse_robots(" 2-4, 1 ,3") == ("Srobot1", "Srobot2", "Srobot3", "Srobot4")
+    assert parse_robots("3") == (3,)
+    assert parse_robots(" 2-4, 1 ,3") == (1, 2, 3, 4)
 
 
 @pytest.mark.parametrize("text", ["", "0-3", "3-1", "1-", "-3", "a", "1,,2", "1-1001", "1--2", "²"])

@@ -29,7 +29,7 @@ class Run(RobotsRun):
 
     def __init__(self, folder: Path) -> None:
         plan = RobotsPlan(
-            robots=ROBOTS,
+            robots=(1, 2),
             pack=1,
             own_address="10.0.0.2",
             world_address="10.0.0.1",
@@ -37,7 +37,7 @@ class Run(RobotsRun):
             label="second",
             secret="",
         )
-        statistics = RunStatistics.of(ROBOTS, has_mission=True)
+        statistics = RunStatistics.of((), has_mission=True)
         progress = Progress(Console(file=io.StringIO()), statistics, time.monotonic)
         run_folder = create_run_folder(folder, datetime(2026, 1, 1))
         super().__init__(plan, run_folder, progress, statistics, Path())

@@ -69,6 +69,28 @@ def test_one_model_is_a_fleet_too() -> None:
 
 
 @pytest.mark.parametrize(
+    ("top", "groups", "names"),
+    [
+        ("", ("", ""), ["Srobot1", "Srobot2", "Srobot3"]),
+        ("names: agv{}", ("", ""), ["agv1", "agv2", "agv3"]),
+        ("names: [ann, bob, cem]", ("", ""), ["ann", "bob", "cem"]),
+        ("", ("names: 'leo{}'", "names: 'husky{:02}'"), ["leo1", "leo2", "husky01"]),
+        ("order: mixed", ("names: 'leo{}'", "names: [max]"), ["leo1", "max", "leo2"]),
+        ("", ("names: [ann, bob]", ""), ["ann", "bob", "Srobot3"]),
+    ],
+)
+def test_names_are_the_fleets_or_the_groups(
+    tmp_path: Path, top: str, groups: tuple[str, str], names: list[str]
+) -> None:
+    lines = [
+        f"  - {{model: {BURGER}, count: {count}, {own}}}"
+        for count, own in zip((2, 1), groups, strict=True)
+    ]
+    fleet = load_fleet(write(tmp_path, "\n".join([top, "groups:", *lines])))
+    assert fleet.names.first(len(fleet.members)) == names
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("groups: [", "line"),
@@ -96,6 +118,20 @@ def test_one_model_is_a_fleet_too() -> None:
         (f"groups: [{{model: {BURGER}, count: 1, mission: [3]}}]", "mission is [3]"),
         (f"order: shuffled\ngroups: [{{model: {BURGER}, count: 1}}]", "unknown order 'shuffled'"),
         ("robots: 3", "unknown key 'robots'"),
+        (f"names: 3\ngroups: [{{model: {BURGER}, count: 1}}]", "names is 3; expected a pattern"),
+        (f"names: [a, 2]\ngroups: [{{model: {BURGER}, count: 2}}]", "expected a pattern"),
+        (f"names: [a]\ngroups: [{{model: {BURGER}, count: 2}}]", "robots, 2, but found 1"),
+        (f"groups: [{{model: {BURGER}, count: 2, names: [a, a]}}]", "two robots are called 'a'"),
+        (f"groups: [{{model: {BURGER}, count: 2, names: 'a/b{{}}'}}]", "within another"),
+        (
+            f"groups: [{{model: {BURGER}, count: 1, names: [a]}}, "
+            f"{{model: {WAFFLE}, count: 1, names: [a]}}]",
+            "two robots are called 'a'",
+        ),
+        (
+            f"names: b{{}}\ngroups: [{{model: {BURGER}, count: 1, names: [a]}}]",
+            "groups of the fleet have names, too",
+        ),
     ],
 )
 def test_bad_fleets_are_refused(tmp_path: Path, text: str, message: str) -> None:

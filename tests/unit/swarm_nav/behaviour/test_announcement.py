@@ -28,6 +28,7 @@ from swarm_common.model.beacon import (
     words_of,
 )
 from swarm_common.model.records import Pose
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.announcement import (
     Deciders,
@@ -212,6 +213,18 @@ def test_the_status_says_what_the_robot_waits_for() -> None:
     waits = "parked, waits for room on the single lanes at loader_1"
     assert status(s, State.HOLDING, place=0, is_full=True).detail == waits
     assert status(s, State.DRIVING, is_active=False).state == "inactive"
+
+
+def test_a_robot_calls_others_by_the_names_of_the_run() -> None:
+    s = driving()
+    s.names = RobotNames(("ann", "bob"), "agv{}")
+    s.blocked_ticks, s.blocked_why = 99, "is in the way"
+    for number, name in ((2, "bob"), (7, "agv7")):
+        s.blocked_by = number
+        shown = compose_status(
+            s, deciders(s, State.DRIVING, Lease()), True, None, Sites(), 1.0, is_pausing=False
+        )
+        assert shown.detail == f"for {name}, which is in the way"
 
 
 def test_a_robot_that_is_driven_by_hand_says_so() -> None:

@@ -82,7 +82,7 @@ def put(
 
 
 def read(uri: str, text: str, objects: ObjectRegistry) -> Body:
-    body = read_model(ModelRequest(uri, text, "", objects.folder))
+    body = read_model(ModelRequest(uri, text, False, objects.folder))
     assert isinstance(body, Body)
     return body
 
@@ -165,7 +165,7 @@ def test_urdf_files_and_model_folders(objects: ObjectRegistry, tmp_path: Path) -
     (folder / "model.config").write_text("<model><sdf>bin.sdf</sdf></model>", encoding="utf-8")
     (folder / "bin.sdf").write_text(model(CRATE, "bin"), encoding="utf-8")
     for number, uri in enumerate((f"file://{tmp_path}/parcel.urdf", "model://bin", str(folder))):
-        assert is_object(uri, "", "", objects.folder)
+        assert is_object(uri, "", False, objects.folder)
         place = upright(2.0 + number, 1.0, 0.0, 0.0)
         objects.spawn("", False, read(uri, "", objects), place, is_floored=True)
     assert objects.spawned == ["parcel", "bin", "bin_1"]
@@ -176,8 +176,8 @@ def test_what_is_a_robot_is_no_thing(tmp_path: Path, objects: ObjectRegistry) ->
     wheels = urdf(extra='<joint name="j" type="continuous"/>')
     (tmp_path / "cart.urdf").write_text(wheels, encoding="utf-8")
     for uri in (WAFFLE, "turtlebot9", str(tmp_path / "cart.urdf"), ""):
-        assert not is_object(uri, "", "", objects.folder)
-    assert not is_object(str(tmp_path / "parcel.urdf"), "", "Srobot4", objects.folder)
+        assert not is_object(uri, "", False, objects.folder)
+    assert not is_object(str(tmp_path / "parcel.urdf"), "", True, objects.folder)
     assert refused(lambda: put(objects, 2.0, 0.0, wheels)).reason is Reason.BAD_FORMAT
 
 

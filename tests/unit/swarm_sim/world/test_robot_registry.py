@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from swarm_common.files.resources import find_resource
+from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_sim.ros.build import build
 from swarm_sim.ros.settings import RobotEntry, Settings
@@ -80,6 +82,32 @@ def test_a_robot_that_does_not_drive_does_not_come(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["Hans", "Srobot", "Srobot0", "Srobot99999", "robot1", "/Srobot5"])
 def test_names_that_no_robot_may_have(robots: RobotRegistry, name: str) -> None:
     assert refused(lambda: spawn(robots, name, True, WAFFLE, FREE)).reason is Reason.NAME_INVALID
+
+
+def test_own_names_go_on_by_the_pattern_of_the_run() -> None:
+    entries = tuple(RobotEntry(name, WAFFLE) for name in ("amr_beta", "amr_alpha"))
+    settings = Settings(world="slim_blockage", robots=entries, engine="planar", pattern="agv{:02}")
+    stage = build(settings)
+    robots = RobotRegistry(stage.world, stage.grid, stage.poses_map, "", settings.names)
+    error = refused(lambda: spawn(robots, "Srobot3", False, WAFFLE, FREE))
+    assert error.reason is Reason.NAME_INVALID
+    assert "expected amr_beta and amr_alpha, or agv03 to agv65535" in str(error)
+    named = spawn(robots, "agv05", False, WAFFLE, FREE)
+    assert (named.name, named.number) == ("agv05", 5)
+    assert spawn(robots, "", False, WAFFLE, None).number == 6
+    robots.remove("amr_beta")
+    again = spawn(robots, "amr_beta", False, WAFFLE, None)
+    assert (again.index, again.number) == (0, 1)
+    assert robots.robots == ["amr_beta", "amr_alpha", "agv05", "agv06"]
+
+
+@pytest.mark.parametrize("name", ["walker_1", "slim_blockage"])
+def test_no_robot_is_called_like_something_of_the_world(name: str) -> None:
+    people = find_resource("world", "slim_blockage", "people.yaml")
+    entries = (RobotEntry(name, WAFFLE),)
+    settings = Settings(world="slim_blockage", robots=entries, engine="planar", actors=str(people))
+    with pytest.raises(ConfigError, match=f"are both called '{name}'"):
+        build(settings)
 
 
 def test_bad_input_changes_nothing(robots: RobotRegistry, tmp_path: Path) -> None:

@@ -36,8 +36,8 @@ def urdf(joints: int) -> str:
     return f'<robot name="chain">{links}{chain}</robot>'
 
 
-def request(uri: str = "", text: str = "", name: str = "") -> ModelRequest:
-    return ModelRequest(uri, text, name, Path())
+def request(uri: str = "", text: str = "") -> ModelRequest:
+    return ModelRequest(uri, text, False, Path())
 
 
 def refusal(asked: ModelRequest) -> RefusedError:
