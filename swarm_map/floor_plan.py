@@ -14,8 +14,8 @@ from swarm_common.model.errors import ConfigError
 from swarm_sim.scene.scene import Box, Color, Cylinder
 
 KEYS = ("name", "wall_thickness", "wall_height", "wall_color", "walls", "boxes", "posts")
-SITE_KEYS = ("stations", "circuits", "spawn", "spawns", "places")
 NAMES = ("name", "walls.*.name", "boxes.*.name", "posts.*.name")  # texts as written
+SITE_KEYS = ("stations", "circuits", "spawn", "spawns", "places", "zones")
 WALL_COLOR: Color = (0.75, 0.75, 0.75, 1.0)
 BOX_COLOR: Color = (0.6, 0.42, 0.25, 1.0)
 LIMIT = 1000.0  # [m] of lengths and places

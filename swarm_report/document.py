@@ -233,6 +233,7 @@ def merits(report: Mapping[str, Any]) -> dict[str, str]:
             f"{number(crashes['robot_robot'])}, {number(crashes['robot_world'])}"
         ),
         "near misses": number(report.get("near_misses")),
+        **_zones(report.get("zones") or {}),
         "smallest clearance": number(report.get("min_clearance"), "m"),
         "makespan": OPEN if goals.get("pending") else number(makespan(report), "s"),
         "goals per minute": number(report.get("throughput_per_minute")),
@@ -242,6 +243,19 @@ def merits(report: Mapping[str, Any]) -> dict[str, str]:
         "time spent waiting": number(report.get("wait_time"), "s"),
         "real-time factor": number(report.get("real_time_factor")),
         "CPU per robot and second": number(cpu.get("total"), "ms"),
+    }
+
+
+def _zones(zones: Mapping[str, Any]) -> dict[str, str]:
+    """Return the counts of a world with keepout or speed zones."""
+    texts = {
+        "entries into keepout zones": ("keepout_entries", "keepout_time"),
+        "speeds above a limit": ("speed_violations", "speed_violation_time"),
+    }
+    return {
+        text: f"{number(zones.get(count))} ({number(zones.get(time), 's')})"
+        for text, (count, time) in texts.items()
+        if zones
     }
 
 

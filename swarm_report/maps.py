@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from swarm_common.model.records import FloatArray
+from swarm_common.model.zones import keepout_area, speed_area, triangles
 from swarm_report.measures import HOLDING
 from swarm_report.run import RunData, Series
 from swarm_report.style import (
@@ -20,6 +22,7 @@ from swarm_report.style import (
     LINE_STYLES,
     ORANGE,
     VERMILLION,
+    YELLOW,
     extent,
     map_axes,
 )
@@ -38,6 +41,7 @@ def trajectories(run: RunData) -> Figure | None:
     drawing, axes = map_axes(run.grid)
     _draw_lines(axes, run, series)
     _draw_stations(axes, run)
+    _draw_zones(axes, run)
     _draw_crashes(axes, run)
     if len(run.robots) > FEW:
         scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(1, len(run.robots)), "viridis")
@@ -89,6 +93,19 @@ def _draw_stations(axes: Axes, run: RunData) -> None:
         axes.annotate(
             name, (pose.x, pose.y), xytext=(5, 5), textcoords="offset points", fontsize=7, zorder=6
         )
+
+
+def _draw_zones(axes: Axes, run: RunData) -> None:
+    zones = run.sites.zones
+    if not zones:
+        return
+    areas = ((keepout_area, VERMILLION, "keepout zone"), (speed_area, YELLOW, "speed limit"))
+    for area_of, color, label in areas:
+        if corners := triangles(area_of(zones)):
+            pieces = np.array(corners).reshape(-1, 3, 2)
+            axes.add_collection(
+                PolyCollection(list(pieces), facecolors=color, alpha=0.35, label=label, zorder=2)
+            )
 
 
 def _draw_crashes(axes: Axes, run: RunData) -> None:

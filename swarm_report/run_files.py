@@ -77,6 +77,15 @@ class Breaches(TypedDict, total=False):
     unfinished_goals: list[UnfinishedEntry]
 
 
+class ZoneCounts(TypedDict):
+    """What happened in keepout and speed zones; times [s] are sums over robots."""
+
+    keepout_entries: Count
+    keepout_time: Number
+    speed_violations: Count
+    speed_violation_time: Number
+
+
 class Report(TypedDict):
     """What is read of report.json; it has more (docs/report.md)."""
 
@@ -92,6 +101,7 @@ class Report(TypedDict):
     real_time_factor: NotRequired[Number | None]
     near_misses: NotRequired[Count | None]
     min_clearance: NotRequired[Number | None]
+    zones: NotRequired[ZoneCounts]
     makespan: NotRequired[Number | None]
     throughput_per_minute: NotRequired[Number | None]
     hold_time: NotRequired[Number | None]

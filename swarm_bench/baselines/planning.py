@@ -34,23 +34,26 @@ def plain_planner(grid: Grid, config: NavConfig, radius: float) -> Planner:
         radius: [m] of the robot's circle, which keeps off walls.
     """
     origin = (grid.origin_x, grid.origin_y, grid.height, grid.width)
-    terrain = _terrain(
-        grid.cells.tobytes(), grid.resolution, origin, config.planner, config.costmap, radius
-    )
+    keepout = b"" if grid.keepout is None else grid.keepout.tobytes()
+    layers = grid.cells.tobytes(), keepout
+    terrain = _terrain(layers, grid.resolution, origin, config.planner, config.costmap, radius)
     return Planner(terrain, config.planner)
 
 
 @functools.lru_cache(maxsize=4)
 def _terrain(
-    cells: bytes,
+    layers: tuple[bytes, bytes],
     resolution: float,
     origin: tuple[float, float, int, int],
     planner: PlannerConfig,
     costmap: CostmapConfig,
     radius: float,
 ) -> Terrain:
-    array = np.frombuffer(cells, np.int8).reshape(origin[2], origin[3])
-    terrain = Terrain(Grid(array, resolution, origin[0], origin[1]), planner, costmap, radius)
+    cells, keepout = (np.frombuffer(layer, np.int8) for layer in layers)
+    shape = origin[2], origin[3]
+    zones = keepout.reshape(shape) if len(keepout) else None
+    grid = Grid(cells.reshape(shape), resolution, origin[0], origin[1], keepout=zones)
+    terrain = Terrain(grid, planner, costmap, radius)
     lattice = terrain.lattice
     gap = np.maximum(lattice.clearance - radius, 0.0)
     inflation = INFLATION_WEIGHT * np.exp(-costmap.cost_scaling_factor * gap)

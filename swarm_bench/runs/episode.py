@@ -353,8 +353,10 @@ def _grid(world: str, height: float, reach: Reach) -> Grid:
     scene = _scene(world)
     path = map_of_world(scene.file)
     if path is None:
-        return draw_world(scene, height, reach=reach)
-    return with_touchable(load_map(path).upright().refined(), scene, height, reach)
+        grid = draw_world(scene, height, reach=reach)
+    else:
+        grid = with_touchable(load_map(path).upright().refined(), scene, height, reach)
+    return scene.sites.zones.mark(grid)
 
 
 def _models(scenario: Scenario, options: RunOptions) -> dict[str, RobotModel] | None:

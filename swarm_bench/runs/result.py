@@ -75,6 +75,8 @@ class RunResult:
         per_robot: By name.
         wait_circles: Circles of robots that waited for each other for 5 s or more.
         longest_wait_circle: [s] that the longest of them lasted.
+        zones: Entries into keepout zones and speeds above the limit of speed zones, with times [s]
+            of all robots; None in a world without zones.
         no_guarantee: Which conditions of liveness did not hold before the run; empty if all did.
     """
 
@@ -120,6 +122,7 @@ class RunResult:
     no_guarantee: str = ""
     wait_circles: int | None = None
     longest_wait_circle: float | None = None
+    zones: Mapping[str, Any] | None = None
 
     @property
     def is_flawless(self) -> bool:
@@ -128,7 +131,10 @@ class RunResult:
 
     def as_json(self) -> dict[str, Any]:
         """Return a dictionary for json.dump, with figures rounded to what they are worth."""
-        return {"schema": 1, **rounded(dataclasses.asdict(self))}
+        data = rounded(dataclasses.asdict(self))
+        if self.zones is None:
+            del data["zones"]
+        return {"schema": 1, **data}
 
 
 def result_from_json(data: Mapping[str, Any]) -> RunResult:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import statistics
 from collections.abc import Collection, Sequence
 from typing import Any
@@ -93,6 +94,7 @@ def _truth(world: World, verdict: Verdict) -> dict[str, Any]:
         "min_clearance": finite(verdict.min_clearance),
         "sim_time": verdict.sim_time,
         "trajectory_sha256": verdict.trajectory_sha256,
+        "zones": None if verdict.zones is None else dataclasses.asdict(verdict.zones),
     }
 
 

@@ -160,6 +160,7 @@ def result_of_report(options: RunOptions, report: Mapping[str, Any]) -> RunResul
         first_collision=str(Collision.from_json(crashes[0])) if crashes else "",
         first_miss=_first_miss(misses, unfinished),
         near_misses=report["near_misses"],
+        zones=report.get("zones"),
         min_clearance=report["min_clearance"],
         min_held_gap=None,
         min_held_slack=None,

@@ -113,12 +113,11 @@ class Commander:
         sites, where = read_sites(self._node, self._names[0])
         if mission is None:
             mission = usual_mission(sites, where)
-        highest = max(map(robot_id, self._names))
-        mission.check_stations(sites, where, highest=highest)
+        numbers = {name: read_number(self._node, name) for name in self._names}
+        mission.check_stations(sites, where, highest=max(numbers.values()))
         homes = {n: read_home(self._node, n) or self._pose_of(n) for n in self._names}
         for name, home in homes.items():
-            number = read_number(self._node, name)
-            stops = mission.stops(sites, home, seed=seed, robot_id=number)
+            stops = mission.stops(sites, home, seed=seed, robot_id=numbers[name])
             itinerary = Itinerary(stops, mission.retries)
             self._drivers[name] = RobotDriver(
                 self._node, name, itinerary, self, announces=not mission.is_single_goal

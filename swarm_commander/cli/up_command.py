@@ -112,6 +112,14 @@ def up(
     map_: Annotated[
         Path | None, _swarm("--map", help="Nav2 map (.yaml) to use instead of the world's.")
     ] = None,
+    keepout_mask: Annotated[
+        Path | None,
+        _swarm("--keepout-mask", help="Filter mask (.yaml) of keepout zones, as Nav2 has them."),
+    ] = None,
+    speed_mask: Annotated[
+        Path | None,
+        _swarm("--speed-mask", help="Filter mask (.yaml) of speed limits, as Nav2 has them."),
+    ] = None,
     skip_missing: Annotated[
         bool,
         _swarm(
@@ -257,6 +265,8 @@ def up(
         fleet=crew,
         names=robot_names,
         map=map_,
+        keepout_mask=keepout_mask,
+        speed_mask=speed_mask,
         params=params,
         mission=mission,
         laps=laps,

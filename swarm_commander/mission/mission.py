@@ -61,7 +61,8 @@ class Mission:
 
         Raises:
             UnknownNameError: For the first that it lacks.
-            ConfigError: If it has too few places, or no areas for `swap: other_area`.
+            ConfigError: If it has too few places, or no areas for `swap: other_area`;
+                or a goal lies in a keepout zone.
         """
         count = len(sites.places)
         areas = area_count(sites.spawn_named(self.spawn))
@@ -82,6 +83,12 @@ class Mission:
             for name in leg.stations:
                 if name not in sites.stations:
                     raise UnknownNameError("station", name, sites.stations, where)
+            pose = leg.pose_map
+            if pose is not None and (zone := sites.zones.keepout_at(pose.x, pose.y)):
+                raise ConfigError(
+                    f"the goal ({pose.x:g}, {pose.y:g}) lies in {zone} of {where}; no robot may go"
+                    " there: move one of them"
+                )
 
     def stops(
         self,

@@ -17,6 +17,7 @@ What a module imports of its folder stands above it:
     map_io      Reading and writing of maps in Nav2's format
     meshes      Mesh files (STL, DAE, OBJ and what else trimesh reads) as convex hulls
     params_io   ROS 2 parameter files: sections by node name, and which node each is for
+    zones_io    Reading of zones: the section `zones:` of `sites.yaml`, and Nav2's filter masks
     sites_io    Reading of `sites.yaml`
 
 May import of swarm_common: `model`, `process`.

@@ -1,7 +1,8 @@
-"""Reading of `sites.yaml`: stations, holding circuits, spawns and places of a world."""
+"""Reading of `sites.yaml`: stations, holding circuits, spawns, places and zones of a world."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -15,25 +16,32 @@ from swarm_common.files.yaml_io import (
     read_yaml,
     yaw_number,
 )
+from swarm_common.files.zones_io import parse_zones
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
+from swarm_common.model.zones import keepout_area
 
-SECTIONS = ("description", "stations", "circuits", "spawn", "spawns", "places")
+SECTIONS = ("description", "stations", "circuits", "spawn", "spawns", "places", "zones")
 
 
-def load_sites(path: str | Path) -> Sites:
+def load_sites(path: str | Path, masks: Mapping[str, Path] | None = None) -> Sites:
     """Return the sites in a file, which may name none.
 
+    Args:
+        path: Of the YAML file; with masks it may be missing.
+        masks: Filter masks by their key in `zones:`, which replace those of the file.
+
     Raises:
-        ConfigError: If the file is malformed; the message names file and key.
+        SwarmError: If the file or a mask is malformed, or a place lies in a keepout zone; the
+            message names file and key.
     """
     path = Path(path)
-    data = read_yaml(path, may_be_empty=True)
+    data = read_yaml(path, may_be_empty=True) if not masks or path.is_file() else {}
     check_keys(data, SECTIONS, str(path))
     stations = _section(data, "stations", path)
     circuits = _section(data, "circuits", path)
-    return Sites(
+    sites = Sites(
         stations={
             name: Pose(*pose_numbers(value, f"{path}: stations.{name}"))
             for name, value in stations.items()
@@ -47,7 +55,49 @@ def load_sites(path: str | Path) -> Sites:
             for name, value in _section(data, "spawns", path).items()
         },
         places=_places(data.get("places"), f"{path}: places"),
+        zones=parse_zones(data.get("zones"), path, masks or {}),
     )
+    if sites.zones.has_keepout:
+        _check_free(sites, str(path))
+    return sites
+
+
+def _check_free(sites: Sites, where: str) -> None:
+    """Raise ConfigError for the first place that robots are sent to and may not be at."""
+    named = {f"station '{name}'": pose for name, pose in sites.stations.items()}
+    named |= {f"place {i}": pose for i, pose in enumerate(sites.places, 1)}
+    for name, pose in named.items():
+        if zone := sites.zones.keepout_at(pose.x, pose.y):
+            raise ConfigError(
+                f"{where}: {name} at ({pose.x:g}, {pose.y:g}) lies in {zone}; no robot may go"
+                " there: move one of them"
+            )
+    area = keepout_area(sites.zones)
+    for name, outline in _outlines(sites):
+        is_closed = area.contains if name.startswith("spawn") else area.intersects
+        if is_closed(outline):
+            x, y = area.intersection(outline).representative_point().coords[0]
+            zone = sites.zones.keepout_at(x, y) or "a keepout zone"
+            what = "lies wholly in" if name.startswith("spawn") else "leads through"
+            raise ConfigError(
+                f"{where}: {name} {what} {zone} at ({x:g}, {y:g}), where no robot may be:"
+                " move one of them"
+            )
+
+
+def _outlines(sites: Sites) -> list[tuple[str, Any]]:
+    """Return circuits, and the areas and circles where robots start, as shapes."""
+    import shapely
+
+    found = [(f"circuit '{name}'", shapely.LinearRing(c)) for name, c in sites.circuits.items()]
+    spawns = {f"spawns.{name}": spawn for name, spawn in sites.spawns.items()}
+    for name, spawn in ({"spawn": sites.spawn} | spawns).items():
+        if isinstance(spawn, SpawnCircle):
+            found.append((name, shapely.Point(spawn.x, spawn.y).buffer(spawn.radius).exterior))
+        elif spawn is not None:
+            areas = spawn.areas if isinstance(spawn, SpawnAreas) else (spawn,)
+            found += [(name, shapely.box(a.x_min, a.y_min, a.x_max, a.y_max)) for a in areas]
+    return found
 
 
 def _section(data: dict[str, Any], name: str, path: Path) -> dict[str, Any]:

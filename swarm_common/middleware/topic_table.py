@@ -77,6 +77,7 @@ COSTMAP_TOPICS = tuple(
 ORDERS = (
     Topic("initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped"),
     Topic("goal_pose", "geometry_msgs/msg/PoseStamped"),
+    Topic("speed_limit", "nav2_msgs/msg/SpeedLimit"),
 )
 
 

@@ -20,7 +20,8 @@ What a module imports of its folder stands above it:
     robot_names  Names of a run's robots: their namespaces, by the number that beacons carry
     run_words  What terminal and report.html say of a run alike, from the fields of report.json
     beacon   The radio message: `Beacon` as a numpy record whose bytes are its CDR body
-    sites    Named places of a world: stations, holding circuits, spawns and places (`sites.yaml`)
+    zones    Keepout zones and speed limits on a map, as Nav2's costmap filters have them
+    sites    Named places of a world: stations, circuits, spawns, places and zones (`sites.yaml`)
 
 May import nothing else of swarm_common.
 """

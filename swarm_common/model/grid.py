@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from swarm_common.model.errors import MapError
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+KEEPOUT = 100  # of a keepout zone: no robot may be there
 COARSEST = 0.05  # [m] per cell with which navigators find their way
 MOST_CELLS = 30_000_000  # of a map
 
@@ -27,6 +28,9 @@ class Grid:
     origin_x: float  # [m] x of the lower left corner of cell (0, 0)
     origin_y: float  # [m] y of the lower left corner of cell (0, 0)
     origin_yaw: float = 0.0  # [rad] by which the grid is turned about that corner
+    # int8 (height, width): KEEPOUT where robots may not be although nothing stands there, 1 to 99
+    # where driving costs more, 0 elsewhere; None without any. Only on upright grids.
+    keepout: NDArray[np.int8] | None = None
 
     @property
     def height(self) -> int:
@@ -112,6 +116,8 @@ class Grid:
                 f"a map of {self.width} x {self.height} cells of {self.resolution:g} m has more "
                 f"than {MOST_CELLS:.0e} cells of {COARSEST:g} m, which navigation needs; cut it"
             )
-        cells = self.cells.repeat(parts, axis=0).repeat(parts, axis=1)
+        cells, keepout = self.cells.repeat(parts, axis=0).repeat(parts, axis=1), self.keepout
+        if keepout is not None:
+            keepout = keepout.repeat(parts, axis=0).repeat(parts, axis=1)
         size = self.resolution / parts
-        return Grid(cells, size, self.origin_x, self.origin_y, self.origin_yaw)
+        return replace(self, cells=cells, resolution=size, keepout=keepout)

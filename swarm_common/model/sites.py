@@ -1,4 +1,4 @@
-"""Named places of a world: stations, holding circuits, spawns and places (`sites.yaml`)."""
+"""Named places of a world: stations, circuits, spawns, places and zones (`sites.yaml`)."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from swarm_common.model.errors import UnknownNameError
 from swarm_common.model.records import Pose
+from swarm_common.model.zones import NO_ZONES, Zones
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,7 @@ class Sites:
         spawn: Where robots start; None lets the world choose free places.
         spawns: Other starts, which a mission may ask for by name.
         places: Poses in the map frame to which missions send robots at random.
+        zones: Where robots may not be, or not be fast.
     """
 
     stations: dict[str, Pose] = field(default_factory=dict)
@@ -56,6 +58,7 @@ class Sites:
     spawn: Spawn | None = None
     spawns: dict[str, Spawn] = field(default_factory=dict)
     places: tuple[Pose, ...] = ()
+    zones: Zones = NO_ZONES
 
     def spawn_named(self, name: str) -> Spawn | None:
         """Return a start by name; the default one for an empty name.

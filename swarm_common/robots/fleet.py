@@ -21,7 +21,8 @@ LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")  # of a ro
 SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of an omnidirectional one
 ORDERS = ("grouped", "mixed")
 NAMES = (  # texts as written
-    "order", "names", "names.*", "groups.*.model", "groups.*.mission", "groups.*.start", "groups.*.names", "groups.*.names.*",
+    "order", "names", "names.*", "groups.*.model", "groups.*.mission", "groups.*.start",
+    "groups.*.names", "groups.*.names.*",
 )  # fmt: skip
 MOST = 1000  # robots in a group
 

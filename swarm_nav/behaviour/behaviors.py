@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist, wrap_angle
 from swarm_nav.control.controller import Controller
 from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
@@ -119,7 +121,7 @@ class Behavior:
             elif way:
                 path = straight_path(robot.pose, way * TELEOP_REACH)
                 floor = robot.body_radius + robot.config.costmap.footprint_padding
-                clear = [robot.terrain.clearance(x, y) >= floor for x, y in path.tolist()]
+                clear = (robot.terrain.clearances(path, floor) >= floor).tolist()
                 room = clear.index(False, 1) if False in clear[1:] else len(clear)
                 if room > 2:
                     tube.reset(robot.pose)
@@ -151,9 +153,14 @@ class Behavior:
             rest = self.goal.distance - self._driven
             path = straight_path(robot.pose, -rest if is_reverse else rest)
             floor = robot.body_radius + robot.config.costmap.footprint_padding
-            if any(robot.terrain.clearance(x, y) < floor for x, y in path[1:].tolist()):
+            bad = np.flatnonzero(robot.terrain.clearances(path, floor)[1:] < floor)
+            if len(bad):
+                x, y = path[1 + bad[0]].tolist()
+                zone = robot.terrain.is_in_keepout(x, y, floor)
                 code = DRIVE_COLLISIONS.get(self.goal.kind, ErrorCode.DRIVE_COLLISION_AHEAD)
-                self.end = BehaviorEnd(code, "a wall is in the way")
+                self.end = BehaviorEnd(
+                    code, f"a {'keepout zone' if zone else 'wall'} is in the way"
+                )
                 return controller.stop(robot.twist)
             tube.reset(robot.pose)
             tube.adopt(path)

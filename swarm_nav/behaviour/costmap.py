@@ -1,7 +1,7 @@
 """Costmaps with Nav2's cost scale, composed on request.
 
-Layers: static (the map), obstacles (LiDAR), neighbours (footprints and commitments), inflation:
-252 exp(-k (d - r_inscribed)).
+Layers: static (the map), keepout zones, obstacles (LiDAR), neighbours (footprints and commitments),
+inflation: 252 exp(-k (d - r_inscribed)).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.grid import OCCUPIED, UNKNOWN
+from swarm_common.model.grid import KEEPOUT, OCCUPIED, UNKNOWN
 from swarm_nav.planning import distance_kernels
 from swarm_nav.planning.cells import distance_cells
 from swarm_nav.traffic.robot_state import RobotState
@@ -104,6 +104,8 @@ def compose(robot: RobotState, inscribed_radius: float, window: float | None) ->
     origin_x = grid.origin_x + columns[0] * resolution
     origin_y = grid.origin_y + rows[0] * resolution
     lethal = cells == OCCUPIED
+    if grid.keepout is not None:
+        lethal |= _window(grid.keepout, rows, columns, outside=0) == KEEPOUT
     _mark(lethal, robot.obstacle_points(), resolution, origin_x, origin_y, resolution / 2)
     neighbors = robot.neighbors
     for index in range(len(neighbors.beacons)):
@@ -122,10 +124,13 @@ def compose(robot: RobotState, inscribed_radius: float, window: float | None) ->
 
 
 def _window(
-    cells: NDArray[np.int8], rows: tuple[int, int], columns: tuple[int, int]
+    cells: NDArray[np.int8],
+    rows: tuple[int, int],
+    columns: tuple[int, int],
+    outside: int = UNKNOWN,
 ) -> NDArray[np.int8]:
-    """Return a block that may hang over the grid's edge; outside is unknown."""
-    out = np.full((rows[1] - rows[0], columns[1] - columns[0]), UNKNOWN, np.int8)
+    """Return a block that may hang over the grid's edge."""
+    out = np.full((rows[1] - rows[0], columns[1] - columns[0]), outside, np.int8)
     r0, r1 = max(0, rows[0]), min(cells.shape[0], rows[1])
     c0, c1 = max(0, columns[0]), min(cells.shape[1], columns[1])
     if r0 < r1 and c0 < c1:

@@ -79,12 +79,15 @@ class GivenPath:
 
     @staticmethod
     def _check(path: FloatArray, robot: RobotState) -> None:
-        terrain = robot.terrain
-        floor = min(robot.body_radius, terrain.clearance(*robot.stop_point))
-        for x, y in path.tolist():
-            if not terrain.grid.contains(x, y) or terrain.clearance(x, y) < floor - 1e-6:
+        terrain, room = robot.terrain, robot.body_radius
+        start = np.array([robot.stop_point])
+        clear = terrain.clearances(np.vstack((start, path)), room)
+        floor = min(room, clear[0])
+        for (x, y), gap in zip(path.tolist(), clear[1:].tolist(), strict=True):
+            if not terrain.grid.contains(x, y) or gap < floor - 1e-6:
+                what = "leads into a keepout zone" if terrain.is_in_keepout(x, y, room) else ""
                 raise PlanError(
                     ErrorCode.NO_VALID_CONTROL,
-                    f"the given path touches a wall at ({x:.2f}, {y:.2f}); the robot needs"
-                    f" {robot.body_radius:.2f} m",
+                    f"the given path {what or 'touches a wall'} at ({x:.2f}, {y:.2f}); the robot"
+                    f" needs {room:.2f} m",
                 )

@@ -41,6 +41,7 @@ from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.robot_state import begin
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
+from swarm_nav.traffic.speed_limits import SpeedLimits
 from swarm_nav.traffic.speed_near_people import NOBODY_NEAR, limited, people_near
 
 
@@ -64,14 +65,17 @@ class Navigator:
         """Build all parts of an active robot without a goal.
 
         Args:
-            sites: Stations and circuits of the world, in the same map frame.
+            grid: The map, upright.
+            sites: Stations, circuits and zones of the world, in the same map frame.
             robot_id: From 1.
             initial_pose_map: Of base_footprint, at the first odometry.
             names: Of all robots, for people; None for the usual ones.
 
         Raises:
-            MapError: If the map has too many cells when it is divided into finer ones.
+            MapError: If the map has too many cells when it is divided into finer ones, or a zone
+                lies beside it.
         """
+        grid = sites.zones.mark(grid)
         self.spec = spec
         self.sites = sites
         self.is_active = True
@@ -100,6 +104,7 @@ class Navigator:
             self._state_machine, self._right, self._lease, self._gate, self._holding, self._senses,
             self._single_lanes,
         )  # fmt: skip
+        self._speed_limits = SpeedLimits(sites.zones)
         self._people = NOBODY_NEAR  # at the end of the last tick in which the robot could drive
 
     def _narrow_region(self) -> NDArray[np.int16] | None:
@@ -193,9 +198,10 @@ class Navigator:
             grid: Occupancy, in the same map frame.
 
         Raises:
-            MapError: If the map has too many cells when it is divided into finer ones.
+            MapError: If the map has too many cells when it is divided into finer ones, or a zone
+                lies beside it.
         """
-        self._s.load_map(grid)
+        self._s.load_map(self.sites.zones.mark(grid))
         self._localiser.load_map(self._s.terrain)
         self._gate.leave()
         self._gate.region = self._narrow_region()
@@ -205,6 +211,15 @@ class Navigator:
         self._controller.configure(config.controller)
         self._s.configure(config)
         self._localiser.configure(config.localisation)
+
+    def on_speed_limit(self, limit: float, *, is_percentage: bool) -> None:
+        """Take a speed limit from the operator, which counts beside those of zones.
+
+        Args:
+            limit: [m/s], or [%] of the largest speed of the controller; 0 for none.
+            is_percentage: Whether it is in percent.
+        """
+        self._speed_limits.set(limit, is_percentage=is_percentage)
 
     def activate(self) -> None:
         """Start to navigate; listens first."""
@@ -404,7 +419,8 @@ class Navigator:
         s = self._s
         twist = self._behavior_executor.follow_path() if override is None else override
         self._people = people_near(s)
-        return self._admitted(limited(twist, self._people, s.config.controller))
+        twist = limited(twist, self._people, s.config.controller)
+        return self._admitted(self._speed_limits.limited(twist, s))
 
     def _stand(self) -> Twist:
         """Release the space that is not needed for stopping, and stop."""

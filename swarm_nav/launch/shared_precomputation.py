@@ -37,8 +37,10 @@ def prepare(
         What the map has room for.
 
     Raises:
-        MapError: If the map has too many cells when it is divided into finer ones.
+        MapError: If the map has too many cells when it is divided into finer ones, or a zone
+            lies beside it.
     """
+    grid = robots[0].sites.zones.mark(grid.refined())
     seen = set()
     for navigator in robots:
         robot = begin(

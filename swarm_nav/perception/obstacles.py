@@ -117,7 +117,7 @@ class ObstacleLayer:
             beam,
             pose,
             obstacle_kernels.HitLimits(config.obstacle_max_range, config.static_tolerance),
-            terrain.field,
+            terrain.walls,
             robots,
             reach,
             self._hits,

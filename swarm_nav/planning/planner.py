@@ -95,6 +95,9 @@ class Planner:
         Raises:
             PlanError: With Nav2's code, if start or goal is unusable or no path exists.
         """
+        if (way_out := self._way_out(start, extra)) is not None:
+            rest = self.plan(_end(way_out), goal, extra, yaw)
+            return np.vstack((way_out, rest[1:]))
         start_node = self._start_node(start)
         given = goal
         goal_node, goal = self.goal_node(goal)
@@ -192,6 +195,9 @@ class Planner:
         Returns:
             (n, 2) [m] in map; None if there is no such node within reach.
         """
+        if (way_out := self._way_out(start, extra)) is not None:
+            rest = self.nearest(_end(way_out), extra, places, reach, smooth)
+            return None if rest is None else np.vstack((way_out, rest[1:]))
         node = self.lattice.node_of(*start, extra)
         if node is None:
             return None
@@ -267,6 +273,17 @@ class Planner:
         path_kernels.lift_off_walls(path, self._plain_walls, SMOOTHING.rounds)
         return path
 
+    def _way_out(self, start: tuple[float, float], extra: NDArray[np.float32]) -> FloatArray | None:
+        """Return the path (n, 2) out of the keepout zone in which a start lies; None in none."""
+        terrain = self.terrain
+        if terrain.grid.keepout is None or self.lattice.node_of(*start) is not None:
+            return None
+        if not terrain.is_in_keepout(*start, terrain.radius):
+            return None
+        is_open = (self.lattice.base < search_kernels.WALL).astype(np.uint8)
+        walls = Planner(terrain.without_keepout, self._config)
+        return walls.nearest(start, extra, is_open, math.inf, smooth=False)
+
     def _start_node(self, start: tuple[float, float]) -> int:
         if not self.terrain.grid.contains(*start):
             raise PlanError(
@@ -302,6 +319,11 @@ class Planner:
                 ErrorCode.GOAL_OUTSIDE_MAP,
                 f"the goal ({goal[0]:.2f}, {goal[1]:.2f}) lies outside the map",
             )
+        if self.terrain.is_keepout(*goal):
+            raise PlanError(
+                ErrorCode.GOAL_OCCUPIED,
+                f"the goal ({goal[0]:.2f}, {goal[1]:.2f}) lies in a keepout zone {ON_THIS_MAP}",
+            )
         clear = self.terrain.clearance(*goal)
         room = self.lattice.slots.room if self.lattice.slots is not None else None
         closed = None if room is None else np.where(room, self.lattice.base, search_kernels.WALL)
@@ -321,6 +343,10 @@ class Planner:
             )
         best = int(nodes[int(distances.argmin())])
         return best, lattice.point_of(best)
+
+
+def _end(path: FloatArray) -> tuple[float, float]:
+    return float(path[-1, 0]), float(path[-1, 1])
 
 
 def path_length(path: FloatArray) -> float:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.grid import OCCUPIED, UNKNOWN, Grid
+from swarm_common.model.grid import KEEPOUT, OCCUPIED, UNKNOWN, Grid
 from swarm_common.model.records import FloatArray
 from swarm_nav.core.config import CostmapConfig, PlannerConfig
 from swarm_nav.planning import distance_kernels, search_kernels
@@ -37,6 +37,9 @@ SECTOR_ANGLE = math.pi / 8  # [rad] to which that direction is rounded
 ANY_SECTOR = -1
 WALL_COST = 0.6  # extra cost per metre right beside a wall
 GOALS_MEMORY = 64_000_000  # [bytes] of costs to go that a process keeps per terrain
+KEEPOUT_COST = (
+    4.0  # extra cost per metre of the keepout mask's value 99: Nav2's NavFn, 0.8 * 252 / 50
+)
 STANDING_ROOM = 0.1  # [m] more than the wall clearance from where no wall cost applies
 
 
@@ -150,7 +153,8 @@ class Terrain:
     """Static knowledge of one map for one size of robot.
 
     Attributes:
-        field: Distances to mapped walls.
+        field: Distances to where the robot must not be: mapped walls and keepout zones.
+        walls: Distances to mapped walls, which the LiDAR sees.
         wall_clearance: [m] that smooth paths keep from walls where they can.
         most_goals: Number of goals to which the costs of driving are kept.
     """
@@ -170,14 +174,17 @@ class Terrain:
             oblong: Outline of a long robot, else None.
         """
         self.grid = grid
+        self._made_of = planner, costmap, radius, oblong
         self.radius = radius
         self.wall_clearance = wall_clearance(costmap, radius)
         occupied = grid.cells == OCCUPIED
         if not planner.allow_unknown:
             occupied |= grid.cells == UNKNOWN
-        self.distance: FloatArray = distance_kernels.face_distance(occupied) * grid.resolution
         self.frame = Frame(grid.origin_x, grid.origin_y, grid.resolution)
-        self.field = Field(self.distance, self.frame)
+        self.walls = self.field = _distances(occupied, self.frame)
+        if grid.keepout is not None:
+            self.field = _distances(occupied | (grid.keepout == KEEPOUT), self.frame)
+        self.distance: FloatArray = self.field.distance
         self.lattice = _lattice(self.field, grid, planner, costmap, radius)
         if oblong is not None:
             self.lattice = _with_slots(self.lattice, oblong, self.field)
@@ -194,13 +201,63 @@ class Terrain:
         self._approach_weight = 2.0 * planner.lane_weight
 
     def clearance(self, x: float, y: float) -> float:
-        """Return the distance [m] to the nearest mapped wall.
+        """Return the distance [m] to the nearest mapped wall or keepout zone.
 
         Args:
             x: [m] in map.
             y: [m] in map.
         """
         return float(distance_kernels.sample(self.distance, self.frame, x, y))
+
+    def clearances(self, path: FloatArray, room: float) -> FloatArray:
+        """Return the `clearance` (n,) along a path; walls alone count where it leaves a zone.
+
+        A robot that was put into a keepout zone, or is too near to one, may drive out of it.
+
+        Args:
+            path: (n, 2) [m] in map.
+            room: [m] that the robot needs.
+        """
+        clear = np.array([self.clearance(x, y) for x, y in path.tolist()])
+        x, y = path[0].tolist()
+        if not self.is_in_keepout(x, y, room):
+            return clear
+        walls = np.array([distance_kernels.sample(*self.walls, x, y) for x, y in path.tolist()])
+        out = np.flatnonzero(clear >= np.minimum(walls, room))
+        leaving = np.arange(len(path)) < (out[0] if len(out) else len(path))
+        leaving &= clear >= clear[0] - 1e-6  # not deeper into it
+        clear[leaving] = walls[leaving]
+        return clear
+
+    def is_keepout(self, x: float, y: float) -> bool:
+        """Whether a point on the map lies in a keepout zone.
+
+        Args:
+            x: [m] in map.
+            y: [m] in map.
+        """
+        zones = self.grid.keepout
+        return zones is not None and bool(zones[self.grid.cell_of(x, y)] == KEEPOUT)
+
+    def is_in_keepout(self, x: float, y: float, room: float) -> bool:
+        """Whether a keepout zone is nearer to a point than any wall, and than a robot needs.
+
+        Args:
+            x: [m] in map.
+            y: [m] in map.
+            room: [m] that the robot needs.
+        """
+        if self.grid.keepout is None:
+            return False
+        clear = self.clearance(x, y)
+        return clear < min(room, float(distance_kernels.sample(*self.walls, x, y)) - 1e-6)
+
+    @functools.cached_property
+    def without_keepout(self) -> Terrain:
+        """The terrain on which a robot leaves a keepout zone: walls alone count."""
+        if self.grid.keepout is None:
+            return self
+        return Terrain(dataclasses.replace(self.grid, keepout=None), *self._made_of)
 
     def cost_to_go(self, node: int, sector: int = ANY_SECTOR) -> NDArray[np.float32]:
         """Return the cost of driving from every node to one of them, without other robots.
@@ -262,6 +319,7 @@ class Terrain:
 @functools.lru_cache(maxsize=4)
 def _shared(
     key: bytes,
+    keepout: bytes,
     resolution: float,
     origin: tuple[float, float, int, int],
     planner: PlannerConfig,
@@ -269,8 +327,10 @@ def _shared(
     radius: float,
     oblong: Oblong | None,
 ) -> Terrain:
-    cells = np.frombuffer(key, np.int8).reshape(origin[2], origin[3])
-    grid = Grid(cells, resolution, origin[0], origin[1])
+    shape = origin[2], origin[3]
+    zones = np.frombuffer(keepout, np.int8).reshape(shape) if keepout else None
+    cells = np.frombuffer(key, np.int8).reshape(shape)
+    grid = Grid(cells, resolution, origin[0], origin[1], keepout=zones)
     return Terrain(grid, planner, costmap, radius, oblong)
 
 
@@ -293,7 +353,10 @@ def terrain_for(
     """
     grid = grid.refined()
     origin = (grid.origin_x, grid.origin_y, grid.height, grid.width)
-    return _shared(grid.cells.tobytes(), grid.resolution, origin, planner, costmap, radius, oblong)
+    keepout = b"" if grid.keepout is None else grid.keepout.tobytes()
+    return _shared(
+        grid.cells.tobytes(), keepout, grid.resolution, origin, planner, costmap, radius, oblong
+    )
 
 
 def _lattice(
@@ -321,6 +384,8 @@ def _lattice(
     is_passage = widest < HALL_DISTANCE
     strip = is_passage & (clear > widest - STRIP_WIDTH)
     base = 1.0 + strip + WALL_COST * _wall_share(clear, costmap, radius)
+    if grid.keepout is not None:
+        base += KEEPOUT_COST / (KEEPOUT - 1) * _on_lattice(grid.keepout, grid, step, base.shape)
     base[clear < radius + NODE_MARGIN] = search_kernels.WALL
     parking = (clear > HALL_DISTANCE) | (
         is_passage & (widest >= PARKING_HALF_WIDTH) & (clear > widest - 0.6 * STRIP_WIDTH)
@@ -335,6 +400,21 @@ def _lattice(
         heading,
         parking.astype(np.uint8),
     )
+
+
+def _on_lattice(
+    layer: NDArray[np.int8], grid: Grid, step: float, shape: tuple[int, ...]
+) -> NDArray[np.int8]:
+    """Return the values of a map's layer at the centres of the lattice's nodes."""
+    rows, columns = (
+        np.minimum(((np.arange(n) + 0.5) * step / grid.resolution).astype(np.int64), most - 1)
+        for n, most in zip(shape, layer.shape, strict=True)
+    )
+    return layer[np.ix_(rows, columns)]
+
+
+def _distances(occupied: NDArray[np.bool_], frame: Frame) -> Field:
+    return Field(distance_kernels.face_distance(occupied) * frame.step, frame)
 
 
 def _with_slots(lattice: Lattice, oblong: Oblong, field: Field) -> Lattice:

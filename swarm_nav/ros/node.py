@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.context import Context
@@ -29,6 +31,7 @@ from swarm_nav.ros.answer import Answers
 from swarm_nav.ros.bare_node import TickClock, create_node
 from swarm_nav.ros.inputs import TickInput, TickInputs
 from swarm_nav.ros.nav2.demand import OnDemand
+from swarm_nav.ros.nav2.goals import speed_limit_in
 from swarm_nav.ros.nav2.lifecycle_services import LifecycleServices
 from swarm_nav.ros.nav2.map_bounds import MapBounds
 from swarm_nav.ros.nav2.plans import Plans
@@ -158,6 +161,10 @@ class NavigatorNode:
         kind, quality = PoseWithCovarianceStamped, ros_io.RELIABLE
         make(kind, "initialpose", self._receive_initial_pose, quality, raw=True)
         make(Mission, "mission", self._receive_mission, ros_io.LATCHED, raw=True)
+        take = self._take_speed_limit
+        self._on_demand.offer_input(
+            "speed_limit", partial(make, SpeedLimit, "speed_limit", take, quality, raw=True)
+        )
 
     def _hear(self, kind: Any, name: str) -> SoleTopic:
         """Listen to the world, or without one to any publisher of the robot's sensors."""
@@ -289,6 +296,15 @@ class NavigatorNode:
             self._answers.receive_mission(ros_io.unpacked(data, Mission))
         except RejectedError as error:
             self.rejections.reject("mission", "an operator", error)
+
+    def _take_speed_limit(self, data: bytes) -> None:
+        try:
+            limit, is_percentage = speed_limit_in(ros_io.unpacked(data, SpeedLimit))
+        except RejectedError as error:
+            self.rejections.reject("speed_limit", "a client", error)
+            return
+        if self._brain is not None:
+            self._brain.on_speed_limit(limit, is_percentage=is_percentage)
 
     def _receive_initial_pose(self, data: bytes) -> None:
         brain = self._brain

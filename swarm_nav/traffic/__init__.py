@@ -7,6 +7,7 @@ What a module imports of its folder stands above it:
     single_lane_kernels  Bare numba kernels of single-lane passages
     patience             One scale for all times of liveness: the measured slowness of the radio
     robot_state          What all parts of one navigator share: the state at the present tick
+    speed_limits         Of speed zones and of the topic `speed_limit`: the lowest counts
     speed_near_people    A person may walk into a driving robot, but not into a standing one
     traffic_costs        How other robots enter the search lattice: as costs, or as walls
     gate                 Admission control of a narrow region with stations (perimeter control)

@@ -203,12 +203,13 @@ class RobotState:
         return math.hypot(self.twist.vx, self.twist.vy)
 
     @property
-    def _acceleration(self) -> float:
+    def acceleration(self) -> float:
+        """[m/s²] with which the robot brakes, in whatever direction."""
         limits = self.config.controller
         return min(limits.acc_lim_x, limits.acc_lim_y) if limits.acc_lim_y else limits.acc_lim_x
 
     def _way_to_stop(self, speed: float) -> float:
-        return speed * CONTROL_PERIOD + speed * speed / (2.0 * self._acceleration)
+        return speed * CONTROL_PERIOD + speed * speed / (2.0 * self.acceleration)
 
     @property
     def brake_points(self) -> int:
@@ -263,7 +264,7 @@ class RobotState:
         if self.is_standing:
             return
         wz, speed = self.twist.wz, max(self.speed, 0.02)
-        rest = self._way_to_stop(self.speed + self._acceleration * CONTROL_PERIOD)
+        rest = self._way_to_stop(self.speed + self.acceleration * CONTROL_PERIOD)
         yaw = self.pose.yaw + math.atan2(self.twist.vy, self.twist.vx)
         x, y = self.pose.x, self.pose.y
         line = [(x, y)]
@@ -308,7 +309,9 @@ class RobotState:
         """Whether a long robot stands where it cannot turn."""
         if self.oblong is None:
             return False
-        return self.terrain.clearance(self.pose.x, self.pose.y) < self.body_radius
+        x, y = self.pose.x, self.pose.y
+        is_near = self.terrain.clearance(x, y) < self.body_radius
+        return is_near and not self.terrain.is_in_keepout(x, y, self.body_radius)
 
     def obstacle_clearances(self, points: FloatArray) -> FloatArray:
         """Return the `obstacle_clearance` (n,) of path points; less where a long robot is straight.

@@ -14,7 +14,7 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, RobotSpec
 from swarm_sim.maps.draw_map import SCAN_HEIGHT, Reach, accessible_points, site_points
 from swarm_sim.maps.map_difference import compare
-from swarm_sim.maps.spawn import wall_distance
+from swarm_sim.maps.spawn import keepout_distance, wall_distance
 from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
 from swarm_sim.scene.scene import Scene
 from swarm_sim.scene.section import GROUND_GAP, Section, section_between
@@ -50,7 +50,7 @@ def _world(scene: Scene) -> str:
 
 
 def check_sites(scene: Scene, spec: RobotSpec, used: Collection[str] | None = None) -> list[str]:
-    """Check that a robot fits at every station and corner of a circuit.
+    """Check that a robot fits at every station and corner of a circuit, beside keepout zones too.
 
     Args:
         used: Names of the stations that robots are sent to; None for all.
@@ -59,17 +59,20 @@ def check_sites(scene: Scene, spec: RobotSpec, used: Collection[str] | None = No
         Notes on stations without room that nobody is sent to.
 
     Raises:
-        ConfigError: If an obstacle is nearer than the robot's circumscribed radius.
+        ConfigError: If something, or a keepout zone, is nearer than the circumscribed radius.
     """
     unused = set() if used is None else scene.sites.stations.keys() - used
     labels = {f"station '{name}'" for name in unused}
     notes = []
     section = section_between(scene.bodies, GROUND_GAP, spec.height)
     points = site_points(scene)
-    gaps = wall_distance(accessible_points(scene), section)
-    for (name, (x, y)), gap in zip(points.items(), gaps, strict=True):
+    places = accessible_points(scene)
+    gaps = wall_distance(places, section)
+    zones = keepout_distance(places, scene.sites)
+    for (name, (x, y)), wall, zone in zip(points.items(), gaps, zones, strict=True):
+        gap, what = min((wall, "an obstacle"), (zone, "a keepout zone"))
         if gap < spec.circumscribed_radius:
-            place = "inside an obstacle" if gap == 0.0 else f"{gap:.3f} m from an obstacle"
+            place = f"inside {what}" if gap == 0.0 else f"{gap:.3f} m from {what}"
             problem = (
                 f"{name} of world '{scene.name}' at ({x:g}, {y:g}) lies {place}; "
                 f"a {spec.model} needs {spec.circumscribed_radius:.3f} m"

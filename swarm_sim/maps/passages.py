@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.errors import WorldError
-from swarm_common.model.grid import OCCUPIED, Grid
+from swarm_common.model.grid import KEEPOUT, OCCUPIED, Grid
 from swarm_common.model.records import FloatArray, Mask, Pose, RobotSpec
 from swarm_sim.maps.raster import draw_grid
 from swarm_sim.maps.spawn import wall_distance
@@ -71,6 +71,8 @@ def _message(
         f"no {spec.model} can get from its start at ({start.x:.2f}, {start.y:.2f}) to {name} of "
         f"world '{scene.name}'"
     )
+    if scene.sites.zones.has_keepout:
+        head += ", keepout zones counted as walls"
     if passage is None:
         return f"{head}: there is no way at all between the two"
     return (
@@ -97,6 +99,9 @@ class Ways:
         seeds = np.array(sites, np.float64).reshape(-1, 2)
         self._grid: Grid = draw_grid(self._section, seeds, RESOLUTION)
         is_free = self._grid.cells != OCCUPIED
+        self._has_keepout = scene.sites.zones.has_keepout
+        if self._has_keepout:
+            is_free &= scene.sites.zones.mark(self._grid).keepout != KEEPOUT
         self._clear: FloatArray = np.where(
             is_free, distance_transform_edt(is_free) * RESOLUTION - 0.5 * RESOLUTION, 0.0
         )
@@ -142,6 +147,8 @@ class Ways:
     def _measured(self, cell: Cell) -> Passage:
         """Return the passage around a cell; its width is measured between the bodies themselves."""
         x, y = self._grid.center_of(*cell)
+        if self._has_keepout:  # whose borders are no bodies
+            return Passage(x, y, 2.0 * float(self._clear[cell]))
         offsets = np.linspace(-ACROSS, ACROSS, 9)
         directions = np.linspace(0.0, np.pi, 8, endpoint=False)
         way = np.column_stack([np.cos(directions), np.sin(directions)])

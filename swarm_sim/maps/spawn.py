@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import FloatArray, Pose, RobotSpec, wrap_angle
 from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
+from swarm_common.model.zones import keepout_area
 from swarm_sim.maps.draw_map import accessible_points, draw_section
 from swarm_sim.maps.raster import connected
 from swarm_sim.physics.planar import bounds_of, pack_polygons
@@ -129,6 +130,8 @@ def _in_the_way(area: SpawnArea, section: Section, sites: Sites, spec: RobotSpec
         )
         taken[f"'{name}'"] = int((wall_distance(points, own) <= need).sum())
     kept = f"starts keep {STATION_CLEARANCE:g} m, or circuits, {CIRCUIT_CLEARANCE:g} m"
+    zones = keepout_distance(points, sites) <= need
+    taken["keepout zones"] = int(zones.sum())
     taken[f"stations, from which {kept}"] = int((~_site_clearance(points, sites)).sum())
     worst = [f"{name} ({count} of {len(points)} places)"
              for name, count in taken.most_common(NAMED) if count]  # fmt: skip
@@ -159,12 +162,16 @@ def _on_circle(
     points = np.array([circle.x, circle.y]) + circle.radius * np.column_stack(
         [np.cos(angles), np.sin(angles)]
     )
-    blocked = wall_distance(points, section) <= spec.circumscribed_radius + WALL_GAP
-    if blocked.any():
-        x, y = points[int(np.argmax(blocked))]
-        raise WorldError(
-            f"the spawn circle of world '{scene.name}' meets an obstacle at ({x:.2f}, {y:.2f})"
-        )
+    need = spec.circumscribed_radius + WALL_GAP
+    for what, gaps in (
+        ("an obstacle", wall_distance(points, section)),
+        ("a keepout zone", keepout_distance(points, scene.sites)),
+    ):
+        if (gaps <= need).any():
+            x, y = points[int(np.argmax(gaps <= need))]
+            raise WorldError(
+                f"the spawn circle of world '{scene.name}' meets {what} at ({x:.2f}, {y:.2f})"
+            )
     return [
         Pose(float(x), float(y), wrap_angle(float(angle) + math.pi))
         for (x, y), angle in zip(points, angles, strict=True)
@@ -191,6 +198,7 @@ def _places(
     points = _points(area, pitch)
     keep = wall_distance(points, section) > spec.circumscribed_radius + WALL_GAP
     keep &= _site_clearance(points, scene.sites)
+    keep &= keepout_distance(points, scene.sites) > spec.circumscribed_radius + WALL_GAP
     keep &= _reachable(points, section, scene)
     return points[keep]
 
@@ -215,6 +223,24 @@ def wall_distance(points: FloatArray, section: Section) -> FloatArray:
     outlines = pack_polygons(section.outlines())
     nearest_outline(np.ascontiguousarray(points), outlines, bounds_of(outlines), nearest)
     return nearest
+
+
+def keepout_distance(points: FloatArray, sites: Sites) -> FloatArray:
+    """Return the distance of each point (n, 2) to the nearest keepout zone; 0 inside one.
+
+    Args:
+        points: [m] in the map frame.
+
+    Returns:
+        (n,) [m]; inf where there is no zone at all.
+    """
+    if not sites.zones.has_keepout:
+        return np.full(len(points), np.inf)
+    import shapely  # slow to import
+
+    area = keepout_area(sites.zones)
+    gaps: FloatArray = shapely.distance(area, shapely.points(points[:, 0], points[:, 1]))
+    return np.where(np.isnan(gaps), np.inf, gaps)  # of an empty mask
 
 
 def _site_clearance(points: FloatArray, sites: Sites) -> NDArray[np.bool_]:

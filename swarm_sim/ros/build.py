@@ -82,6 +82,7 @@ def build(settings: Settings) -> WorldSetup:
         skip_broken=settings.skip_broken,
     )
     grid = _map(settings, scene, specs, poses)
+    scene.sites.zones.mark(grid)  # raises for a zone that lies beside it
     _check_starts(grid, poses, settings)
     _check_names(scene, settings)
     world = ChangingWorld(

@@ -75,17 +75,18 @@ def load_world(
     walkers = (*file.actors.walkers, *own.walkers)
     vehicles = (*file.actors.vehicles, *own.vehicles)
     check_names([*walkers, *vehicles], str(path))
+    named = load_sites(sites_path) if sites or sites_path.is_file() else Sites()
     solid = tuple(body for body in file.bodies if body.parts)
     file_name = path.name.removesuffix(XACRO_ENDING)
     scene = Scene(
         name=path.absolute().parent.name if file_name == WORLD_FILE else Path(file_name).stem,
         file=path,
         bodies=solid,
-        sites=load_sites(sites_path) if sites or sites_path.is_file() else Sites(),
+        sites=named,
         walkers=walkers,
         vehicles=vehicles,
         decor=tuple(body for body in file.bodies if not body.parts),
-        notes=file.notes,
+        notes=(*file.notes, *named.zones.notes),
     )
     return on_floor(scene)
 

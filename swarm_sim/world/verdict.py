@@ -14,6 +14,7 @@ from swarm_common.model.breaches import Collision
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_sim.physics.engine import NearPair, Touch
 from swarm_sim.world.close_calls import EPISODE_GAP, CloseCalls, NearMiss
+from swarm_sim.world.zone_watch import ZoneVerdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,7 @@ class Verdict:
     near_misses: int = 0  # number of episodes closer than `engine.NEAR_MISS` without contact
     close_calls: tuple[NearMiss, ...] = ()  # these episodes in order of time
     robots: dict[str, RobotVerdict] = field(default_factory=dict)  # by name
+    zones: ZoneVerdict | None = None  # None in a world without zones
     trajectory_sha256: str = ""  # of the true poses (float64) of all ticks, in order of robots
 
     def as_json(self) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -43,6 +43,7 @@ from swarm_sim.sensing.motion_sensors import Imu, MotionSensors
 from swarm_sim.sensing.radio import Radio, RadioConfig
 from swarm_sim.world.standstill import Standstill
 from swarm_sim.world.verdict import Judge, Verdict
+from swarm_sim.world.zone_watch import ZoneWatch
 
 ENGINES = ("bullet", "planar")
 MAX_NOISE = 0.2  # of the speeds
@@ -152,6 +153,7 @@ class World:
         self._radio = Radio(config.radio, len(specs), seed)
         self._judge = Judge(self.names, self._engine.poses, self._engine.clearances)
         self._standstill = Standstill(len(specs))
+        self._zone_watch = ZoneWatch(scene.sites.zones) if scene.sites.zones else None
 
     def check_model(self, spec: RobotSpec, model: RobotModel) -> None:
         """Check that a robot model drives in this world's physics engine, whatever it looks like.
@@ -200,7 +202,9 @@ class World:
     @property
     def verdict(self) -> Verdict:
         """Ground truth about the run so far."""
-        return self._judge.verdict(self.sim_time)
+        verdict = self._judge.verdict(self.sim_time)
+        watch = self._zone_watch
+        return verdict if watch is None else replace(verdict, zones=watch.verdict)
 
     @property
     def collisions(self) -> Sequence[Collision]:
@@ -259,6 +263,9 @@ class World:
             self._engine.approaches,
         )
         self._tick += 1
+        if self._zone_watch is not None:
+            speeds = np.hypot(engine.twists[:, 0], engine.twists[:, 2])
+            self._zone_watch.observe(self.sim_time, self.names, self.specs, engine.poses, speeds)
         return list(self._judge.collisions[known:])
 
     def _disturbed(self, targets: FloatArray) -> FloatArray:

@@ -20,6 +20,7 @@ from nav2_msgs.action import (
     NavigateToPose,
     Spin,
 )
+from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rcl_interfaces.srv import SetParameters
 from rclpy.action import ActionClient
@@ -54,6 +55,7 @@ TOPICS = {
     "beacon": (Beacon, ros_io.RELIABLE),
     "initialpose": (PoseWithCovarianceStamped, ros_io.RELIABLE),
     "goal_pose": (PoseStamped, ros_io.RELIABLE),
+    "speed_limit": (SpeedLimit, ros_io.RELIABLE),
     "mission": (Mission, ros_io.LATCHED),
 }
 

@@ -15,7 +15,7 @@ from lifecycle_msgs import srv as lifecycle
 from lifecycle_msgs.msg import Transition
 from map_msgs.msg import OccupancyGridUpdate
 from nav2_msgs import action, srv
-from nav2_msgs.msg import Costmap, CostmapUpdate
+from nav2_msgs.msg import Costmap, CostmapUpdate, SpeedLimit
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from rcl_interfaces.msg import Parameter, ParameterEvent, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, SetParameters
@@ -558,3 +558,20 @@ def test_a_map_may_have_any_name(swarm, tmp_path):
         request = srv.LoadMap.Request(map_url=url)
         answer = swarm.call(srv.LoadMap, "/Srobot2/map_server/load_map", request)
         assert answer.result == srv.LoadMap.Response.RESULT_SUCCESS
+
+
+def test_a_speed_limit_on_nav2s_topic_is_kept(swarm):
+    odometry = []
+    heard = swarm.node.create_subscription(Odometry, "/Srobot1/odom", odometry.append, 10)
+    limits = swarm.node.create_publisher(SpeedLimit, "/Srobot1/speed_limit", 10)
+    swarm.spin_until(lambda: limits.get_subscription_count() > 0)
+    swarm.spin(1.0)  # the robot has to find the publisher as well
+    limits.publish(SpeedLimit(percentage=True, speed_limit=50.0))
+    goal = action.NavigateToPose.Goal(pose=pose_stamped(ahead(swarm, 0.8), 0))
+    answer = run(swarm, action.NavigateToPose, "navigate_to_pose", goal)
+    assert answer.status == SUCCEEDED
+    fastest = max(message.twist.twist.linear.x for message in odometry)
+    assert 0.12 < fastest < 0.13 * 1.05
+    limits.publish(SpeedLimit())
+    swarm.node.destroy_subscription(heard)
+    swarm.node.destroy_publisher(limits)

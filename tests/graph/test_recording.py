@@ -339,6 +339,7 @@ def test_the_table_of_topics_is_that_of_the_graph(swarm: Swarm) -> None:
     for robot in swarm.names:
         for order in ORDERS:
             name = robot_topic(robot, order.name).name
+            swarm.spin_until(lambda name=name: swarm.node.count_subscribers(name) > 0)
             readers = swarm.node.get_subscriptions_info_by_topic(name)
             assert [reader.topic_type for reader in readers] == [order.type], name
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from swarm_common.files.zones_io import KEEPOUT_MASK, SPEED_MASK
 from swarm_common.middleware.ros_env import MOST_PARTICIPANTS, TERMINALS, participants_of
 from swarm_common.model.engines import check_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
@@ -31,6 +32,8 @@ class UpOptions:
     fleet: Fleet | None = None
     names: RobotNames = field(default_factory=RobotNames)
     map: Path | None = None
+    keepout_mask: Path | None = None  # in place of that of sites.yaml
+    speed_mask: Path | None = None
     params: Path | None = None
     mission: str | None = None
     laps: int = 1
@@ -86,6 +89,12 @@ class UpOptions:
     def processes(self) -> int:
         """Navigator processes."""
         return -(-self.swarm_size // self.pack)
+
+    @property
+    def masks(self) -> dict[str, Path]:
+        """Filter masks that were given, by their key in `zones:` of sites.yaml."""
+        given = {KEEPOUT_MASK: self.keepout_mask, SPEED_MASK: self.speed_mask}
+        return {key: path for key, path in given.items() if path is not None}
 
     def _check_processes(self) -> None:
         """Refuse more processes than DDS has ids for on a host; they would wait for ever."""

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from swarm_commander.mission.mission import Mission, load_mission, mission_path
 from swarm_commander.run.input.options import DRIVES, UpOptions
 from swarm_commander.run.input.params import (
@@ -20,6 +22,7 @@ from swarm_commander.run.input.params import (
 from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.files.resources import find_resource
 from swarm_common.files.sites_io import load_sites
+from swarm_common.files.zones_io import copy_masks
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose, RobotSpec
@@ -69,13 +72,34 @@ class RunPlan:
         files = {name: mission_path(name) for name in sorted(filter(None, missions))}
         if self.sites_path is not None:
             files[str(self.sites_path)] = self.sites_path
-        copies = {}
+        copies = self._copied_masks(folder / "zones")
         for number, (name, path) in enumerate(files.items(), 1):
+            if name in copies:
+                continue
             copy = folder / str(number) / path.name  # a mission has the name of its file
             copy.parent.mkdir(parents=True)
             copy.write_bytes(path.read_bytes())
             copies[name] = str(copy)
         return replace(self, copies=copies)
+
+    def _copied_masks(self, folder: Path) -> dict[str, str]:
+        """Copy the sites with their filter masks; return the copy by name, if there are masks."""
+        path = self.sites_path or self.world.with_name(SITES_FILE)
+        content = copy_masks(path, self.options.masks, folder)
+        if content is None:
+            return {}
+        copy = folder / SITES_FILE
+        copy.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        return {self._sites_name: str(copy)}
+
+    @property
+    def _sites_name(self) -> str:
+        return str(self.sites_path or "")
+
+    @property
+    def sites_file(self) -> str:
+        """Path of what processes read of the sites: the copy if there is one; empty without any."""
+        return self.copy_of(self._sites_name)
 
     def copy_of(self, name: str) -> str:
         """Return the path of the copy of a file, or the name if there is none."""
@@ -108,7 +132,7 @@ class RunPlan:
             **({"engine": DRIVES[options.drive]} if options.drive else {}),
             "world": str(self.world),
             "map": str(self.map) if self.map else None,
-            "sites": str(self.sites_path) if self.sites_path else None,
+            "sites": self.sites_file or None,
             "robots": [
                 {
                     "name": name,
@@ -183,9 +207,9 @@ class RunPlan:
             "autostart": self.options.autostart,
             "wait_for_mission": waits,
             "on_demand": self.options.swarm_size > ros_env.FEW_ROBOTS,
-            "sites": self.copy_of(str(self.sites_path)) if self.sites_path else "",
             "frames": _frames_of(member.model, member.spec),
             **({"robot_names": str(names)} if names != RobotNames() else {}),
+            "sites": self.sites_file,
             **self.defaults,
             **(REALISTIC if self.options.realistic else {}),
             **self._without_lidar(),
@@ -226,7 +250,7 @@ class RunPlan:
             "names": str(options.names),
             "homes": [_triple(home) for home in homes_map],
             "mission": options.mission,
-            "sites": self.copy_of(str(self.sites_path)) if self.sites_path else None,
+            "sites": self.sites_file or None,
             "seed": options.seed,
             "laps": options.laps,
             "goals_per_robot": options.goals_per_robot,
@@ -252,7 +276,12 @@ def check_plan(options: UpOptions) -> RunPlan:
     world = find_resource("world", options.world, WORLD_FILE).absolute()
     sites_path = world.parent / SITES_FILE
     has_sites = sites_path.is_file()
-    sites = load_sites(sites_path) if has_sites else Sites()
+    sites = load_sites(sites_path, options.masks) if has_sites or options.masks else Sites()
+    if options.bind and (sites.zones.keepout_mask or sites.zones.speed_mask):
+        raise ConfigError(
+            "filter masks are files of this host, which the robots' hosts do not have; with --role"
+            f" world, write the zones into {sites_path} as polygons"
+        )
     fleet = options.fleet or uniform_fleet(options.robot, options.swarm_size)
     map_file = options.map.absolute() if options.map is not None else map_of_world(world)
     if map_file is not None:

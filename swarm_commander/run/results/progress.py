@@ -187,6 +187,7 @@ def summary_table(report: Mapping[str, Any], code: int) -> Table:
             ", ".join(_with_unit(collisions[kind], "") for kind in ("robot_robot", "robot_world"))
         ),
         "near misses": _with_unit(report["near_misses"], ""),
+        **_zone_rows(report.get("zones")),
         "minimum clearance": _with_unit(report["min_clearance"], "m"),
         "simulated time": _with_unit(report["sim_time"], "s"),
         "real-time factor": _with_unit(report["real_time_factor"], ""),
@@ -218,6 +219,17 @@ def summary_table(report: Mapping[str, Any], code: int) -> Table:
         table.add_row(name, value)
     table.add_row("exit code", str(code), style="bold green" if code == 0 else "bold red")
     return table
+
+
+def _zone_rows(zones: Mapping[str, Any] | None) -> dict[str, str]:
+    """Return what to say of keepout and speed zones; nothing in a world without any."""
+    if zones is None:
+        return {}
+    return {
+        "entries into keepout zones": f"{zones['keepout_entries']}, {zones['keepout_time']} s",
+        "speeds above a limit": f"{zones['speed_violations']}, {zones['speed_violation_time']} s",
+        **({"first of them": zones["first"]} if zones["first"] else {}),
+    }
 
 
 def _with_unit(value: float | None, unit: str) -> str:

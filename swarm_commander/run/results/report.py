@@ -105,6 +105,7 @@ def compose_report(
         },
         "rss_mb": {group: rounded(usage.rss_mb(group), 1) for group in ("world", "navigators")},
         "trajectory_sha256": verdict.get("trajectory_sha256"),
+        **({"zones": verdict["zones"]} if verdict.get("zones") else {}),
         "breaches": breaches_json(
             _collisions(statistics, verdict), statistics.misses, statistics.unfinished
         ),

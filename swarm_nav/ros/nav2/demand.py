@@ -29,7 +29,7 @@ class Offer:
 
     names: Sequence[str]
     create: Callable[[], object]
-    are_topics: bool = False
+    count: str = "clients"  # or subscribers, publishers: who asks for it
 
 
 class OnDemand:
@@ -65,7 +65,15 @@ class OnDemand:
         Args:
             topics: Names, relative to the node's namespace, of which a subscriber asks for them.
         """
-        self._add(Offer(self._full(topics), create, are_topics=True), False)
+        self._add(Offer(self._full(topics), create, "subscribers"), False)
+
+    def offer_input(self, topic: str, create: Callable[[], object]) -> None:
+        """Offer a subscription of a topic; see `offer`.
+
+        Args:
+            topic: Name, relative to the node's namespace, of which a publisher asks for it.
+        """
+        self._add(Offer(self._full([topic]), create, "publishers"), False)
 
     def _full(self, names: Sequence[str]) -> list[str]:
         name, space = self._node.get_name(), self._node.get_namespace()
@@ -114,6 +122,5 @@ class OnDemand:
 
     def _has_client(self, offer: Offer) -> bool:
         with self._node.handle:
-            handle = self._node.handle
-            count = handle.get_count_subscribers if offer.are_topics else handle.get_count_clients
+            count = getattr(self._node.handle, f"get_count_{offer.count}")
             return any(count(name) for name in offer.names)

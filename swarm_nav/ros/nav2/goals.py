@@ -132,6 +132,23 @@ def twist_from_msg(message: Any) -> Twist:
     return Twist(vx, vy, wz)
 
 
+def speed_limit_in(message: Any) -> tuple[float, bool]:
+    """Return the limit in a nav2_msgs/SpeedLimit, 0 for none, and whether it is in percent.
+
+    Args:
+        message: Its limit is in [m/s], or in [%] of the robot's largest speed.
+
+    Raises:
+        RejectedError: If the limit makes no sense.
+    """
+    limit, is_percentage = float(message.speed_limit), bool(message.percentage)
+    most = 100.0 if is_percentage else MOST_SPEED
+    if not 0.0 <= limit <= most:  # nor a NaN
+        unit = "%" if is_percentage else "m/s"
+        raise RejectedError(f"a speed limit of {limit:g} {unit}; expected 0 (none) to {most:g}")
+    return limit, is_percentage
+
+
 def check_count(poses: Sequence[Any], most: int) -> None:
     """Refuse more poses than make sense.
 

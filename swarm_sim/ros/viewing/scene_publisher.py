@@ -12,6 +12,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.cdr import TransformsWriter
 from swarm_common.model.records import Pose
+from swarm_common.model.zones import keepout_area, speed_area, triangles
 from swarm_sim.ros.viewing.markers import body_markers, marker_of, set_scale
 from swarm_sim.ros.viewing.movers import Movers
 from swarm_sim.scene.scene import Scene
@@ -19,6 +20,8 @@ from swarm_sim.world.world import World
 
 BASE = "base_footprint"
 STATION, CIRCUIT = (0.18, 0.55, 0.34, 0.9), (0.90, 0.60, 0.00, 0.9)  # colours
+KEEPOUT, SLOW = (0.84, 0.37, 0.30, 0.5), (0.94, 0.89, 0.26, 0.5)
+ZONE_HEIGHT = 0.01  # [m]
 STATION_SIZE = (0.5, 0.02)  # [m] diameter and height of the disc
 
 
@@ -68,7 +71,7 @@ class ScenePublisher:
 
 
 def scene_markers(scene: Scene) -> list[Marker]:
-    """Return the markers of all that never moves: bodies, stations, circuits."""
+    """Return the markers of all that never moves: bodies, stations, circuits, zones."""
     markers: list[Marker] = []
     for body in (*scene.fixed, *scene.decor):
         markers += body_markers(body, "body", len(markers))
@@ -78,6 +81,15 @@ def scene_markers(scene: Scene) -> list[Marker]:
         _line(name, points, number)
         for number, (name, points) in enumerate(scene.sites.circuits.items())
     ]
+    zones = scene.sites.zones
+    areas = (("keepout", KEEPOUT, keepout_area), ("speed_limit", SLOW, speed_area))
+    for space, color, area_of in areas:
+        if zones and (points := triangles(area_of(zones))):
+            marker = marker_of(space, 0, Marker.TRIANGLE_LIST, color, 0)
+            marker.pose = ros_io.pose_msg(Pose(0.0, 0.0, 0.0))
+            set_scale(marker, 1.0, 1.0, 1.0)
+            marker.points = [Point(x=x, y=y, z=ZONE_HEIGHT) for x, y in points]
+            markers.append(marker)
     return markers
 
 

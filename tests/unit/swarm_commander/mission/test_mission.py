@@ -16,6 +16,7 @@ from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites, SpawnArea, SpawnAreas
+from swarm_common.model.zones import KeepoutZone, Zones
 
 HOME_POSE = Pose(1.0, 2.0, 3.0)
 LOADERS = [f"loader_{number}" for number in range(1, 7)]
@@ -231,3 +232,13 @@ def test_a_robot_without_a_mission_goes_to_what_its_world_has(hall: Sites) -> No
         assert len(mission.stops(sites, HOME_POSE, seed=0, robot_id=1)) > 1
     with pytest.raises(ConfigError, match="give --goal"):
         usual_mission(Sites(), "the world")
+
+
+def test_a_goal_in_a_keepout_zone_is_refused_before_the_run(tmp_path: Path) -> None:
+    path = tmp_path / "tour.yaml"
+    path.write_text("route:\n  - pose: [1, 1, 0]\n", encoding="utf-8")
+    zone = KeepoutZone("press", ((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)))
+    mission = load_mission(str(path))
+    mission.check_stations(Sites(), "sites.yaml")
+    with pytest.raises(ConfigError, match=r"goal \(1, 1\) lies in keepout zone 'press' of sites"):
+        mission.check_stations(Sites(zones=Zones(keepout=(zone,))), "sites.yaml")

@@ -8,10 +8,13 @@ import pytest
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
+from swarm_common.model.zones import KeepoutZone, Zones
 from swarm_common.robots.loading import load_robot
+from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.config import NavConfig
 from swarm_nav.launch import shared_precomputation
 from swarm_nav.launch.shared_precomputation import MANY_PROCESSES, prepare
+from swarm_nav.planning import terrain as terrain_module
 from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.ros.settings import FIXED, NodeSettings
@@ -107,3 +110,19 @@ def test_conditions_are_those_of_the_goals_that_are_known(
     alone = prepare(robots, aisle, 1, inside | {"Srobot2": [], "Srobot3": []})
     outside = "no room for the robot at the goal (-5.00, 0.00)"  # a station: these may go there
     assert alone.findings == (outside,)
+
+
+def test_keepout_zones_are_on_the_shared_map(
+    grid: Grid, robots: list[NodeSettings], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The navigators' own terrain is the one that was made before the fork."""
+    zone = KeepoutZone("across", ((4.0, 0.0), (4.4, 0.0), (4.4, 4.0), (4.0, 4.0)))
+    sites = Sites(stations=STATIONS, zones=Zones(keepout=(zone,)))
+    monkeypatch.setattr(NodeSettings, "sites", sites)
+    monkeypatch.setattr(NodeSettings, "initial_pose_map", STATIONS["a"])
+    found = prepare(robots, grid, 1, {robot.name: [(7.0, 2.0)] for robot in robots})
+    assert "no way to the goal (7.00, 2.00)" in str(found)
+    made = terrain_module._shared.cache_info().misses
+    robot = robots[0]
+    Navigator(robot.config, robot.spec, grid, sites, 1, robot.initial_pose_map)
+    assert terrain_module._shared.cache_info().misses == made

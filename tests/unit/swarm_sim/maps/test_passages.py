@@ -10,11 +10,14 @@ import pytest
 
 from swarm_common.model.errors import ConfigError, WorldError
 from swarm_common.model.records import Pose, RobotSpec
-from swarm_common.model.sites import SpawnArea
+from swarm_common.model.sites import SpawnArea, SpawnCircle
+from swarm_common.model.zones import KeepoutZone, Zones
 from swarm_common.robots.fleet import load_fleet
 from swarm_common.robots.loading import load_robot, robot_names
+from swarm_sim.maps.check import check_sites
 from swarm_sim.maps.passages import Ways, check_ways, needed_width
 from swarm_sim.maps.spawn import deal_places
+from swarm_sim.scene.scene import Scene
 from swarm_sim.sdf.reader import load_world
 
 WAFFLE, BURGER = load_robot("turtlebot3_waffle"), load_robot("turtlebot3_burger")
@@ -92,3 +95,38 @@ def test_the_document_has_the_widths_that_the_models_need() -> None:
     assert set(told) == set(robot_names())
     for name, width in told.items():
         assert width == pytest.approx(needed_width(load_robot(name)), abs=0.006), name
+
+
+def with_keepout(world: str, *corners: tuple[float, float]) -> Scene:
+    scene = load_world(world)
+    zones = Zones(keepout=(KeepoutZone("k", corners),))
+    return dataclasses.replace(scene, sites=dataclasses.replace(scene.sites, zones=zones))
+
+
+def test_a_station_behind_a_keepout_zone_has_no_way() -> None:
+    scene = with_keepout("doorway", (-0.2, -4.0), (0.2, -4.0), (0.2, 4.0), (-0.2, 4.0))
+    with pytest.raises(WorldError, match="keepout zones counted as walls: there is no way at all"):
+        check_ways(scene, [WAFFLE], [Pose(-4.0, 0.0, 0.0)])
+    half = with_keepout("doorway", (-0.2, -4.0), (0.2, -4.0), (0.2, 0.0), (-0.2, 0.0))
+    with pytest.raises(WorldError, match=r"a passage of about 0\.3. m") as caught:
+        check_ways(half, [WAFFLE], [Pose(-4.0, 0.0, 0.0)])
+    assert "keepout zones counted as walls" in str(caught.value)
+
+
+def test_nobody_starts_in_a_keepout_zone() -> None:
+    box = (-1.0, -0.5), (3.0, -0.5), (3.0, 3.0), (-1.0, 3.0)
+    scene = with_keepout("slim_blockage", *box)
+    poses = deal_places(scene, [WAFFLE] * 20, [""] * 20, WAFFLE)
+    need = WAFFLE.circumscribed_radius
+    assert not any(-1 - need < p.x < 3 + need and -0.5 - need < p.y < 3 + need for p in poses)
+    full = (-9.0, -5.0), (9.0, -5.0), (9.0, 9.0), (-9.0, 9.0)
+    with pytest.raises(WorldError, match=r"in the way: .*keepout zones \("):
+        deal_places(with_keepout("slim_blockage", *full), [WAFFLE], [""], WAFFLE)
+    with pytest.raises(WorldError, match="spawn circle of world 'pillars' meets a keepout zone"):
+        deal_places(with_keepout("pillars", *full), [WAFFLE], [SpawnCircle(0.0, 0.0, 3.0)], WAFFLE)
+
+
+def test_a_station_too_near_to_a_keepout_zone_is_told_so() -> None:
+    near = (-7.6, 0.5), (-7.0, 0.5), (-7.0, 1.5), (-7.6, 1.5)
+    with pytest.raises(ConfigError, match=r"loader_3.* lies 0\.146 m from a keepout zone"):
+        check_sites(with_keepout("slim_blockage", *near), WAFFLE)

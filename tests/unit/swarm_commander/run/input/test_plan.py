@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 from pathlib import Path
 
@@ -142,3 +143,44 @@ def test_what_is_restarted_reads_copies(tmp_path: Path) -> None:
     assert parameters["sites"] == config["sites"]
     assert load_sites(Path(config["sites"])) == plan.sites
     assert Path(config["robots"][0]["mission"]).name == route.name
+
+
+def test_filter_masks_reach_every_process_as_copies(tmp_path: Path) -> None:
+    """A world of its own with a mask in its sites, and another mask of the command line."""
+    own = tmp_path / "own"
+    shutil.copytree(find_resource("world", "slim_blockage", "world.sdf").parent, own)
+    for name, grey in (("keep", 254), ("slow", 100)):
+        (tmp_path / f"{name}.pgm").write_bytes(b"P5 2 2 255\n" + bytes([grey] * 4))
+        (tmp_path / f"{name}.yaml").write_text(
+            f"{{image: {name}.pgm, resolution: 1, origin: [0, 0, 0], mode: raw, type: 2}}"
+        )
+    with (own / "sites.yaml").open("a", encoding="utf-8") as sites:
+        sites.write("zones: {speed_mask: ../slow.yaml}\n")
+    (tmp_path / "keep.yaml").write_text((tmp_path / "keep.yaml").read_text().replace("2}", "0}"))
+    options = UpOptions(
+        swarm_size=2, world=str(own / "world.sdf"), keepout_mask=tmp_path / "keep.yaml"
+    )
+    plan = check_plan(options).with_copies(tmp_path / "copies")
+    (tmp_path / "slow.yaml").unlink()
+    (tmp_path / "keep.pgm").unlink()
+    homes = [Pose(0.0, 0.0, 0.0)] * 2
+    parameters = plan.parameter_file(1, homes[0])["/Srobot1/navigator"]["ros__parameters"]
+    paths = {parameters["sites"], plan.world_config(tmp_path / "v.json")["sites"]}
+    assert paths == {plan.runner_config(homes)["sites"]}
+    found = load_sites(Path(paths.pop()))
+    assert found.stations == plan.sites.stations
+    assert found.zones.speed_mask is not None
+    assert found.zones.limit_at(0.5, 0.5, 0.26) == 100.0
+    assert found.zones.keepout_mask is not None
+
+
+def test_masks_alone_are_sites_too(tmp_path: Path) -> None:
+    world = tmp_path / "hall.sdf"
+    shutil.copy(find_resource("world", "slim_blockage", "world.sdf"), world)
+    (tmp_path / "keep.pgm").write_bytes(b"P5 2 2 255\n" + bytes(4))
+    (tmp_path / "keep.yaml").write_text("{image: keep.pgm, resolution: 1, origin: [0, 0, 0]}")
+    options = UpOptions(swarm_size=2, world=str(world), keepout_mask=tmp_path / "keep.yaml")
+    plan = check_plan(options).with_copies(tmp_path / "copies")
+    assert load_sites(plan.sites_file).zones.keepout_at(1.0, 1.0)
+    with pytest.raises(ConfigError, match="polygons"):
+        check_plan(dataclasses.replace(options, bind="192.0.2.1"))

@@ -15,7 +15,9 @@ from nav2_msgs.action import (
     SmoothPath,
     Spin,
 )
+from nav2_msgs.msg import SpeedLimit
 
+from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import pose_from_msg, pose_stamped
 from swarm_common.model.records import Pose
 from swarm_nav.core.goals import ErrorCode, Goal, GoalEnded, GoalKind, Outcome, PlanError
@@ -24,6 +26,7 @@ from swarm_nav.ros.nav2.goals import (
     goal_from_request,
     plan_error_code,
     result_msg,
+    speed_limit_in,
 )
 from swarm_nav.ros.nav2.map_bounds import MapBounds, OffMapError
 
@@ -112,3 +115,13 @@ def test_a_missed_waypoint_is_told_with_its_index_its_pose_and_its_reason() -> N
     result = result_msg(waypoints(1), ended, 10)
     assert [(one.index, one.error_code) for one in result.missed_waypoints] == [(1, 206), (2, 105)]
     assert [one.goal.pose.position.x for one in result.missed_waypoints] == [3.0, 5.0]
+
+
+def test_a_speed_limit_is_that_of_nav2_or_says_why_not() -> None:
+    assert speed_limit_in(SpeedLimit(percentage=True, speed_limit=40.0)) == (40.0, True)
+    assert speed_limit_in(SpeedLimit(speed_limit=0.0)) == (0.0, False)
+    for percentage, limit, said in ((True, 140.0, "140 %"), (False, -1.0, "-1 m/s")):
+        with pytest.raises(RejectedError, match=said):
+            speed_limit_in(SpeedLimit(percentage=percentage, speed_limit=limit))
+    with pytest.raises(RejectedError, match="nan"):
+        speed_limit_in(SpeedLimit(speed_limit=float("nan")))
