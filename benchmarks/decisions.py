@@ -22,6 +22,7 @@ from swarm_bench.runs.methods import Driver
 from swarm_bench.runs.scenario import check_size
 from swarm_bench.suite.command import new_console
 from swarm_bench.suite.selection import select
+from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import Reception
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Odometry, Scan
@@ -64,6 +65,10 @@ class Stopwatch:
     def on_scan(self, scan: Scan) -> None:
         """Take a scan."""
         self._driver.on_scan(scan)
+
+    def on_battery(self, reading: BatteryReading) -> None:
+        """Take a reading of the battery."""
+        self._driver.on_battery(reading)
 
     def on_reception(self, reception: Reception) -> None:
         """Take the beacons heard in this tick."""

@@ -20,7 +20,7 @@ import psutil
 
 WARM_TICKS = 10  # counted as start-up: kernels and buffers are loaded in them
 MEGABYTE = 1e6
-TIMED = {"on_odom", "on_scan", "on_neighbors", "on_reception", "tick"}
+TIMED = {"on_odom", "on_scan", "on_battery", "on_neighbors", "on_reception", "tick"}
 
 
 class CpuClock:

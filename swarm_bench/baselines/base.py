@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from swarm_bench.baselines.planning import PathTrack, plain_planner
+from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import (
     BEACON_DTYPE,
     FLAG_ACTIVE,
@@ -94,6 +95,7 @@ class Baseline(ABC):
         self._pending: Goal | None = None
         self._has_arrived = False
         self._reached = 0
+        self._charge = math.nan
         self._failed = 0
         self._events: list[Event] = []
         self._planner = plain_planner(grid, config, self.radius)
@@ -147,6 +149,10 @@ class Baseline(ABC):
         """Take the odometry of this tick."""
         self._localiser.on_odom(odom)
         self.twist = odom.twist
+
+    def on_battery(self, reading: BatteryReading) -> None:
+        """Take a reading of the battery, which only `status` shows: baselines never charge."""
+        self._charge = reading.share
 
     def on_scan(self, scan: Scan) -> None:
         """Take a scan: mark hits that are neither walls nor known robots.
@@ -214,6 +220,7 @@ class Baseline(ABC):
             retreats=0,
             deadlocks_resolved=0,
             replans=self.replans,
+            battery=self._charge,
         )
 
     def _begin_pending(self) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 from swarm_bench.runs.methods import Driver, load_method
 from swarm_bench.runs.scenario import Scenario
+from swarm_commander.mission.energy import check_energy
 from swarm_commander.mission.itinerary import Itinerary
 from swarm_commander.mission.leg import Stop
 from swarm_commander.mission.mission import Mission, load_mission
@@ -84,8 +85,13 @@ def check(options: RunOptions) -> None:
         SwarmError: If a file or a value is unusable.
     """
     scene, mission, homes, specs = _cast(options)
-    for number, home in enumerate(homes, start=1):
-        mission.stops(scene.sites, home, seed=options.seed, robot_id=number, homes_map=homes)
+    routes = {
+        f"Srobot{number}": mission.stops(
+            scene.sites, home, seed=options.seed, robot_id=number, homes_map=homes
+        )
+        for number, home in enumerate(homes, start=1)
+    }
+    check_energy(dict(zip(routes, specs, strict=True)), routes, scene.sites, scene.name)
     _map_for(options.scenario.world, specs)
     heights = [spec.lidar.z for spec in specs]
     checked(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")

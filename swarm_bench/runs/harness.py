@@ -201,6 +201,8 @@ class Harness:
         driver.on_odom(odom)
         if seen.scan is not None:
             driver.on_scan(seen.scan)
+        if seen.battery is not None:
+            driver.on_battery(seen.battery)
         if index not in self._faults.deaf:
             driver.on_reception(seen.reception)
 

@@ -6,6 +6,7 @@ import importlib
 from collections.abc import Iterator
 from typing import Protocol, runtime_checkable
 
+from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import Reception
 from swarm_common.model.errors import UnknownNameError
 from swarm_common.model.grid import Grid
@@ -29,6 +30,9 @@ class Driver(Protocol):
 
     def on_scan(self, scan: Scan) -> None:
         """Take a scan."""
+
+    def on_battery(self, reading: BatteryReading) -> None:
+        """Take a reading of the battery, once a second where the robot has one."""
 
     def on_reception(self, reception: Reception) -> None:
         """Take the beacons heard in this tick.

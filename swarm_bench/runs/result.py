@@ -26,6 +26,7 @@ class RobotResult:
     distance: float  # [m] driven
     collisions: int  # contact episodes
     min_clearance: float | None  # [m] from anything; None if nothing was near
+    battery: Mapping[str, Any] | None = None  # as in report.json; None without one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,10 +132,13 @@ class RunResult:
 
     def as_json(self) -> dict[str, Any]:
         """Return a dictionary for json.dump, with figures rounded to what they are worth."""
-        data = rounded(dataclasses.asdict(self))
+        data = dataclasses.asdict(self)
         if self.zones is None:
             del data["zones"]
-        return {"schema": 1, **data}
+        for robot in data["per_robot"].values():
+            if robot["battery"] is None:
+                del robot["battery"]
+        return {"schema": 1, **rounded(data)}
 
 
 def result_from_json(data: Mapping[str, Any]) -> RunResult:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import statistics
 from collections.abc import Collection, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -153,6 +154,7 @@ def _robot(itinerary: Itinerary, truth: RobotVerdict, status: Status) -> RobotRe
         distance=truth.distance,
         collisions=truth.collisions,
         min_clearance=finite(truth.min_clearance),
+        battery=None if truth.battery is None else asdict(truth.battery),
     )
 
 

@@ -12,6 +12,7 @@ What a module imports of its folder stands above it:
     goal_client  An action client that knows its goals' ids
     status_check  The door of the operator's side: which statuses are their robots', and of now
     leg          One part of a mission's route, and the goals that it means for a robot
+    energy       Whether batteries can be enough for a mission: what is certain before a run
     task         One action goal on its way, from the request to the result
     client       `RobotCommander`: one robot of a swarm driven from Python
     itinerary    One robot's way through its stops: what to send next, without ROS

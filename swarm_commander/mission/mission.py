@@ -163,8 +163,8 @@ def usual_mission(sites: Sites, where: str) -> Mission:
     usual = load_mission(USUAL)
     if all(name in sites.stations for leg in usual.route for name in leg.stations):
         return usual
-    if sites.stations:
-        out = Leg(stations=tuple(sites.stations), order="random")
+    if sites.work_stations:
+        out = Leg(stations=sites.work_stations, order="random")
     elif sites.places:
         out = Leg(own_place=True)
     else:

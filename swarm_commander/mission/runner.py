@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import signal
 import sys
@@ -296,6 +297,7 @@ def status_event(robot: str, status: RobotStatus) -> StatusReported:
         deadlocks_resolved=status.deadlocks_resolved,
         replans=status.replans,
         number_of_recoveries=status.number_of_recoveries,
+        battery=round(status.battery, 3) if math.isfinite(status.battery) else None,
     )
 
 

@@ -140,6 +140,8 @@ class LocalRun(ProcessRun):
         self._check_suspects()
 
     def _begin(self) -> None:
+        for remark in self._plan.remarks:
+            self._progress.note(remark, "yellow")
         trace = {"trace_dir": str(self._folder.trace)}
         self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace)
         self._start(HOST, {}, "--wait")  # imports and compiles meanwhile

@@ -17,12 +17,14 @@ from swarm_common.files.yaml_io import (
     yaw_number,
 )
 from swarm_common.files.zones_io import parse_zones
-from swarm_common.model.errors import ConfigError
+from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
 from swarm_common.model.zones import keepout_area
 
-SECTIONS = ("description", "stations", "circuits", "spawn", "spawns", "places", "zones")
+SECTIONS = (
+    "description", "stations", "circuits", "spawn", "spawns", "places", "charging", "zones",
+)  # fmt: skip
 
 
 def load_sites(path: str | Path, masks: Mapping[str, Path] | None = None) -> Sites:
@@ -37,7 +39,11 @@ def load_sites(path: str | Path, masks: Mapping[str, Path] | None = None) -> Sit
             message names file and key.
     """
     path = Path(path)
-    data = read_yaml(path, may_be_empty=True) if not masks or path.is_file() else {}
+    data = (
+        read_yaml(path, may_be_empty=True, as_written=("charging.*",))
+        if not masks or path.is_file()
+        else {}
+    )
     check_keys(data, SECTIONS, str(path))
     stations = _section(data, "stations", path)
     circuits = _section(data, "circuits", path)
@@ -56,6 +62,7 @@ def load_sites(path: str | Path, masks: Mapping[str, Path] | None = None) -> Sit
         },
         places=_places(data.get("places"), f"{path}: places"),
         zones=parse_zones(data.get("zones"), path, masks or {}),
+        charging=_charging(data.get("charging") or [], [*stations], f"{path}: charging"),
     )
     if sites.zones.has_keepout:
         _check_free(sites, str(path))
@@ -122,6 +129,16 @@ def _places(value: object, what: str) -> tuple[Pose, ...]:
     if not isinstance(value, list):
         raise ConfigError(f"{what} is {value!r}; expected a list of poses [x, y, yaw]")
     return tuple(Pose(*pose_numbers(item, f"{what}[{i}]")) for i, item in enumerate(value))
+
+
+def _charging(value: object, stations: list[str], what: str) -> tuple[str, ...]:
+    if not isinstance(value, list):
+        raise ConfigError(f"{what} is {value!r}; expected a list of stations, like [charger_1]")
+    names = tuple(dict.fromkeys(map(str, value)))
+    for name in names:
+        if name not in stations:
+            raise UnknownNameError("station", name, stations, what)
+    return names
 
 
 def parse_spawn(value: object, what: str) -> Spawn:

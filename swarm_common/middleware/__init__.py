@@ -23,6 +23,7 @@ What a module imports of its folder stands above it:
     cdr             CDR bytes of the messages sent every tick: odometry, scan, command
     radio_check      The door of the radio: bytes of beacons, checked before a kernel reads them
     ros_io          ROS messages that are not sent each tick, to and from our records
+    battery_state   The reading of a battery as sensor_msgs/BatteryState
 
 May import of swarm_common: `robots`, `files`, `model`, `process`.
 """

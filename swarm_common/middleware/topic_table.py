@@ -26,6 +26,7 @@ class Topic:
     depth: int = 10  # of the publisher's history
     # whether every message counts, so that a lower rate would lose something
     is_event: bool = False
+    is_optional: bool = False  # whether only some robots have it
 
 
 WORLD_TOPICS = (
@@ -50,6 +51,7 @@ ROBOT_TOPICS = (
     Topic("odom", "nav_msgs/msg/Odometry"),
     Topic("scan", "sensor_msgs/msg/LaserScan", is_reliable=False, depth=5),
     Topic("imu", "sensor_msgs/msg/Imu"),
+    Topic("battery_state", "sensor_msgs/msg/BatteryState", is_optional=True),
     Topic("ground_truth", "nav_msgs/msg/Odometry"),
     Topic("neighbors", "swarm_interfaces/msg/NeighborArray"),
     Topic("beacon", "swarm_interfaces/msg/Beacon"),

@@ -6,6 +6,7 @@ What a module imports of its folder stands above it:
     breaches   What must not happen in a run: collisions, and goals that are not reached
               reached
     errors    Errors that carry a message for the user: what was found, where, what to do
+    battery   A robot's battery: what it holds, and what driving takes from it
     sensors    What is wrong with a robot's sensors: the section `sensors:` of robot.yaml
              ideal
     shapes     Collision shapes and where they sit

@@ -19,6 +19,7 @@ PINK: RGB = (204, 121, 167)
 YELLOW: RGB = (240, 228, 66)
 BLACK: RGB = (0, 0, 0)
 HUES = (BLUE, ORANGE, GREEN, VERMILLION, SKY, PINK, YELLOW, BLACK)
+VIOLET: RGB = (120, 94, 200)
 GREY: RGB = (170, 170, 170)
 DARK_GREY: RGB = (90, 90, 90)
 WHITE: RGB = (255, 255, 255)
@@ -33,7 +34,7 @@ class Look:
     meaning: str  # what it says of the robot, for a legend
 
 
-PAUSING, BY_HAND = "pausing", "driven by hand"
+PAUSING, BY_HAND, CHARGING = "pausing", "driven by hand", "charging"
 # States of a robot that is busy, but not under way: its goal is where it is.
 BUSY_STATES = (PAUSING, BY_HAND)
 
@@ -45,6 +46,7 @@ LOOKS: dict[str, Look] = {
     "yielding": Look(PINK, "y", "makes way for a robot with priority"),
     "recovering": Look(YELLOW, "r", "lost or stuck: it turns, backs up or plans anew"),
     PAUSING: Look(GREEN, "p", "at a station, being served"),
+    CHARGING: Look(VIOLET, "c", "at a charging station until its battery holds enough"),
     BY_HAND: Look(SKY, "t", "somebody drives it with the keys"),
     "idle": Look(GREY, ".", "has no goal"),
     "inactive": Look(DARK_GREY, "-", "its navigator is not active yet, or shut down"),

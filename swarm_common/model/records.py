@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar, dataclass_transform
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.model.battery import BatterySpec
 from swarm_common.model.sensors import IDEAL, SensorErrors
 
 CONTROL_PERIOD = 0.1  # [s] of simulated time between two commands (REP-free choice: 10 Hz)
@@ -201,6 +202,11 @@ class RobotSpec:
     wheels_left: tuple[str, ...] = ("wheel_left_joint",)  # joints, front to rear
     wheels_right: tuple[str, ...] = ("wheel_right_joint",)
     sensors: SensorErrors = IDEAL  # of the real robot; the world decides whether they count
+    battery: BatterySpec | None = None  # None: energy does not count
+
+    def is_same_model(self, other: RobotSpec) -> bool:
+        """Whether another robot differs by its battery at most, which a fleet may change."""
+        return replace(self, battery=None) == replace(other, battery=None)
 
     @property
     def is_omni(self) -> bool:

@@ -51,6 +51,7 @@ class Sites:
         spawns: Other starts, which a mission may ask for by name.
         places: Poses in the map frame to which missions send robots at random.
         zones: Where robots may not be, or not be fast.
+        charging: Names of the stations that charge robots which stand there.
     """
 
     stations: dict[str, Pose] = field(default_factory=dict)
@@ -59,6 +60,17 @@ class Sites:
     spawns: dict[str, Spawn] = field(default_factory=dict)
     places: tuple[Pose, ...] = ()
     zones: Zones = NO_ZONES
+    charging: tuple[str, ...] = ()
+
+    @property
+    def chargers(self) -> dict[str, Pose]:
+        """The charging stations by name."""
+        return {name: self.stations[name] for name in self.charging}
+
+    @property
+    def work_stations(self) -> tuple[str, ...]:
+        """Names of the stations that do not charge."""
+        return tuple(name for name in self.stations if name not in self.charging)
 
     def spawn_named(self, name: str) -> Spawn | None:
         """Return a start by name; the default one for an empty name.

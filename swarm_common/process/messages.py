@@ -268,6 +268,7 @@ class StatusReported(EventBase, frozen=True, tag="status"):
     deadlocks_resolved: int
     replans: int
     number_of_recoveries: int
+    battery: float | None = None  # charge by capacity; None without a battery
 
 
 class RecordingBegun(EventBase, frozen=True, tag="recording"):

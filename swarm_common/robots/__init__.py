@@ -7,6 +7,7 @@ What a module imports of its folder stands above it:
     gazebo_tags   What the `<gazebo>` elements of a URDF say about drive and LiDAR
     packages      ROS packages on disk: where `package://` URIs and `$(find package)` lead
     params        A robot model as the ROS parameters `robot.*` of its navigator, and back
+    battery_io    Reading of a robot's battery from robot.yaml or a fleet
     sensors_io    Reading of a robot's sensor errors from robot.yaml
     urdf_tree     A URDF text as a checked XML tree: one root, no loops, every number finite
     grammar       The elements and attributes of URDF and SDF: read, of no concern, or unknown

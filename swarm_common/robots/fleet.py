@@ -15,6 +15,7 @@ from swarm_common.files.yaml_io import check_keys, number, read_yaml
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import RobotSpec
 from swarm_common.model.robot_names import RobotNames
+from swarm_common.robots.battery_io import parse_battery
 from swarm_common.robots.loading import load_robot, robot_names
 
 LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")  # of a robot model
@@ -42,7 +43,7 @@ class Member:
     """One robot of a fleet."""
 
     model: str  # name or path of its model
-    spec: RobotSpec
+    spec: RobotSpec  # with the battery of its group
     # speeds and accelerations below those of the model, by name
     limits: Mapping[str, float] = field(default_factory=dict)
     mission: str | None = None  # name or path of its own mission; None for that of the run
@@ -158,7 +159,7 @@ def _group(item: object, where: str, path: Path) -> list[Member]:
     if not isinstance(item, dict):
         raise ConfigError(f"{where} is {item!r}; expected model and count")
     data: dict[str, Any] = item
-    check_keys(data, ("model", "count", "limits", "start", "mission", "names"), where)
+    check_keys(data, ("model", "count", "limits", "battery", "start", "mission", "names"), where)
     for name in ("model", "count"):
         if name not in data:
             raise ConfigError(f"{where} lacks {name}")
@@ -171,6 +172,9 @@ def _group(item: object, where: str, path: Path) -> list[Member]:
     model = _model(data["model"], where, path)
     spec = load_robot(model)
     limits = _limits(data.get("limits") or {}, spec, f"{where}: limits")
+    if "battery" in data:
+        battery = parse_battery(data["battery"], f"{where}: battery", spec.battery)
+        spec = replace(spec, battery=battery)
     start = data.get("start")
     if start is not None and not isinstance(start, str):
         parse_spawn(start, f"{where}: start")

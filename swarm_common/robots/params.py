@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from swarm_common.model.battery import BatterySpec
 from swarm_common.model.errors import ConfigError, RobotModelError
 from swarm_common.model.records import LidarSpec, RobotSpec
 from swarm_common.model.shapes import Transform, quaternion_of
@@ -22,11 +23,13 @@ def robot_parameters(spec: RobotSpec) -> dict[str, Any]:
         spec: Of the robot; what only the world needs of it is left out.
     """
     values = dataclasses.asdict(spec)
-    lidar = values.pop("lidar")
+    parts = {name: values.pop(name) or {} for name in ("lidar", "battery")}
+    parts["battery"].pop("initial", None)
     for name in WORLDS_OWN:
         del values[name]
     values["footprint"] = json.dumps([list(point) for point in spec.footprint])
-    values.update({f"lidar.{name}": value for name, value in lidar.items()})
+    for part, items in parts.items():
+        values.update({f"{part}.{name}": value for name, value in items.items()})
     return values
 
 
@@ -75,14 +78,17 @@ def robot_from_parameters(values: Mapping[str, Any]) -> RobotSpec:
     Raises:
         RobotModelError: If a parameter is missing or unknown, or the footprint is not a polygon.
     """
-    own = {name: value for name, value in values.items() if not name.startswith("lidar.")}
-    lidar = {
-        name.removeprefix("lidar."): value
-        for name, value in values.items()
-        if name.startswith("lidar.")
-    }
+    parts: dict[str, dict[str, Any]] = {"": {}, "lidar": {}, "battery": {}}
+    for name, value in values.items():
+        part, _, key = name.rpartition(".")
+        parts.setdefault(part, {})[key] = value
+    own, lidar, battery = parts.pop(""), parts.pop("lidar"), parts.pop("battery")
+    if parts:
+        raise RobotModelError(f"the parameters robot.* describe no robot: {min(parts)} is unknown")
     try:
         own["footprint"] = tuple((float(x), float(y)) for x, y in json.loads(own["footprint"]))
+        if battery:
+            own["battery"] = BatterySpec(**battery)
         return RobotSpec(**own, lidar=LidarSpec(**lidar))
-    except (KeyError, TypeError, ValueError) as error:
+    except (ConfigError, KeyError, TypeError, ValueError) as error:
         raise RobotModelError(f"the parameters robot.* describe no robot: {error}") from None

@@ -13,6 +13,7 @@ from swarm_common.model.errors import RobotModelError
 from swarm_common.model.faults import Faults
 from swarm_common.model.records import LidarSpec, RobotSpec
 from swarm_common.model.sensors import IDEAL, SensorErrors
+from swarm_common.robots.battery_io import parse_battery
 from swarm_common.robots.description import INERTIA
 from swarm_common.robots.sensors_io import sensor_errors
 from swarm_common.robots.source import RobotSource
@@ -25,12 +26,12 @@ REQUIRED = (
 POSITIVE = tuple(name for name in REQUIRED if name not in ("drive", "footprint", "lidar"))
 SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of omnidirectional drives
 FILES = ("description", "packages", "xacro_args", "controllers", "wheels", "inertia")
-KNOWN = ("model", *REQUIRED, *SIDEWAYS, "wheel_base", "sensors", *FILES)
 VALUES = (  # of a robot, in the order in which they are shown
     "model", "drive", "wheels", "wheel_radius", "wheel_separation", "wheel_base",
     "max_vel_x", "max_vel_y", "max_vel_theta", "acc_lim_x", "acc_lim_y", "acc_lim_theta",
     "footprint", "height", "lidar", "inertia",
 )  # fmt: skip
+KNOWN = ("model", *REQUIRED, *SIDEWAYS, "wheel_base", "sensors", "battery", *FILES)
 LIDAR_REQUIRED = ("x", "y", "z")
 MOST_POINTS = FOOTPRINT_POINTS
 LOWEST_SCAN = 0.01  # [m] of a LiDAR above the ground, which it would see otherwise
@@ -236,4 +237,5 @@ _READERS: dict[str, Callable[[Any, str], Any]] = {
     "lidar": _lidar,
     "wheel_base": _wheel_base,
     "sensors": _sensors,
+    "battery": lambda value, what: parse_battery(value, what, error=RobotModelError),
 }

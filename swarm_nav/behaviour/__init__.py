@@ -8,6 +8,7 @@ What a module imports of its folder stands above it:
     given_path         A path that the operator gave (FollowPath), and the way along it
     goal_progress      The current goal: its sequence of targets, and when each counts as reached
     announcement       What a robot tells the other robots and the operator
+    charging           When the robot goes to charge, to which station, and until when
     goal_manager       Begins goals, goes from target to target, recovers, and ends them
     route              The route to the current target: when and from where it is replanned
     behavior_executor  Which path each state follows, and which twist overrides that

@@ -22,7 +22,7 @@ from swarm_common.model.beacon import (
     word_of,
 )
 from swarm_common.model.breaches import MISSED
-from swarm_common.model.palette import BY_HAND
+from swarm_common.model.palette import BY_HAND, CHARGING
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
@@ -138,6 +138,8 @@ def compose_status(
     is_pausing: bool,
     is_by_hand: bool = False,
     failure: str = "",
+    is_on_trip: bool = False,
+    battery: float = math.nan,
 ) -> Status:
     """Return the status for the operator.
 
@@ -148,6 +150,8 @@ def compose_status(
         is_pausing: Whether it is being served where it was sent.
         is_by_hand: Whether an operator drives it.
         failure: Why the goal before was given up; empty if it was not.
+        is_on_trip: Whether it goes to charge, or is charged.
+        battery: Charge by capacity; NaN without a battery.
     """
     s, state = robot, deciders.state_machine.state
     lease, gate, holding = deciders.lease, deciders.gate, deciders.holding
@@ -158,7 +162,7 @@ def compose_status(
     elif deciders.senses.missing:
         name, detail = "waiting", deciders.senses.missing
     elif state is State.IDLE and is_pausing:
-        name = State.BEHAVING.value
+        name = CHARGING if is_on_trip else State.BEHAVING.value
     elif state is State.IDLE and failure:
         detail = f"{MISSED}{failure}"
     elif state is State.HOLDING:
@@ -180,6 +184,8 @@ def compose_status(
         name, detail = "waiting", _blocker(s)
     elif state is State.DRIVING and s.obstacle_ticks > WAITING_TICKS:
         name, detail = "waiting", "before an obstacle"
+    elif state is State.DRIVING and is_on_trip:
+        detail = "goes to charge"
     counters = s.counters
     return Status(
         state=name,
@@ -200,6 +206,7 @@ def compose_status(
         retreats=counters.retreats,
         deadlocks_resolved=counters.deadlocks_resolved,
         replans=counters.replans,
+        battery=battery,
     )
 
 

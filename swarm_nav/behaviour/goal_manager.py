@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from swarm_common.model.records import Pose
 from swarm_nav.behaviour.behaviors import Behavior, recovery_goal
+from swarm_nav.behaviour.charging import FAILED_TIME, ChargingTrip
 from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.core.goals import NO_POSES_CODES, ErrorCode, Goal, GoalEnded, GoalKind, Outcome
@@ -22,7 +23,7 @@ class GoalManager:
     """The current or pending goal, at most one.
 
     Attributes:
-        task: The current navigation goal.
+        task: What the robot drives to: the current navigation goal, or a charging station.
         behavior: The current behaviour, asked for or (`is_recovery`) in aid of the task.
         last_goal_tick: Tick at which the last target was reached.
         failure: Why the goal before was given up; empty if it was not.
@@ -35,6 +36,7 @@ class GoalManager:
         lease: Lease,
         right: RightOfWay,
         departure: Departure,
+        trip: ChargingTrip | None = None,
     ) -> None:
         """Start without a goal.
 
@@ -43,8 +45,11 @@ class GoalManager:
             lease: Its turn at stations; it is aimed at the present target.
             right: Tells whether it makes way; then its path outlives the goal.
             departure: Takes it out of a narrow region after its last goal.
+            trip: When and where it charges; None for a robot without a battery.
         """
         self._departure = departure
+        self._trip = trip
+        self._put_off: GoalProgress | None = None  # goal that waits until the robot is charged
         self._s = robot
         self._state_machine = state_machine
         self._lease = lease
@@ -63,12 +68,27 @@ class GoalManager:
         return self.task is not None or (self.behavior is not None and not self.is_recovery)
 
     @property
+    def is_on_trip(self) -> bool:
+        """Whether the robot goes to charge, or is charged."""
+        return self._trip is not None and self._trip.charger is not None
+
+    @property
+    def is_charging(self) -> bool:
+        """Whether the robot stands at a charging station until it has enough."""
+        return self._trip is not None and self._trip.is_plugged
+
+    @property
+    def asked(self) -> GoalProgress | None:
+        """The current navigation goal, also while the robot puts it off to charge."""
+        return self._put_off if self.is_on_trip else self.task
+
+    @property
     def goal_id(self) -> int | None:
         """Id of the current or pending goal, None without one."""
         if self._pending is not None:
             return self._pending.goal_id
-        if self.task is not None:
-            return self.task.goal.goal_id
+        if self.asked is not None:
+            return self.asked.goal.goal_id
         if self.behavior is not None and not self.is_recovery:
             return self.behavior.goal.goal_id
         return None
@@ -77,8 +97,11 @@ class GoalManager:
     def is_pausing(self) -> bool:
         """Whether the robot is served where it was sent, until the next goal takes effect.
 
-        It stays there: it does not make way meanwhile, and keeps its turn at the station.
+        It stays there: it does not make way meanwhile, and keeps its turn at the station. So does
+        a robot that is charged.
         """
+        if self.is_charging:
+            return True
         goal, place, s = self._pending, self._reached_at, self._s
         if goal is None or place is None or goal.start_tick <= s.tick + 1:
             return False
@@ -102,17 +125,23 @@ class GoalManager:
             return
         self._pending = None
         if goal.kind in BEHAVIOR_KINDS:
+            if self.is_on_trip:  # an operator takes over; a battery that is low sets off anew
+                self._end_trip()
             self.behavior = Behavior(goal, self._s)
             self.is_recovery = False
             self._state_machine.switch(Event.BEHAVIOR)
             return
-        self.task = GoalProgress(goal, self._s)
+        task = GoalProgress(goal, self._s)
+        if self.is_on_trip:
+            self._put_off = task
+        else:
+            self.task = task
         if not goal.poses_map and len(goal.path_map) == 0:
             code = NO_POSES_CODES.get(goal.kind, ErrorCode.PLAN_UNKNOWN)
             self.end(Outcome.ABORTED, code, "no poses given")
-            return
-        self._aim(self.task)
-        self._state_machine.switch(Event.GOAL)
+        elif not self.is_on_trip:
+            self._aim(task)
+            self._state_machine.switch(Event.GOAL)
 
     def end(self, outcome: Outcome, code: ErrorCode = ErrorCode.NONE, message: str = "") -> None:
         """End the current or pending goal, if any.
@@ -120,26 +149,97 @@ class GoalManager:
         Args:
             code: Nav2's error code.
         """
-        s, task, goal_id = self._s, self.task, self.goal_id
+        s, task, goal_id = self._s, self.asked, self.goal_id
         if goal_id is None:
             return
-        self._pending = self.task = self.behavior = None
-        self.is_recovery = False
+        self._pending = None
         if task is not None:
             self._count(outcome)
-        has_reached = task is not None and outcome is Outcome.SUCCEEDED
-        self._reached_at = s.pose if has_reached else None
         has_failed = task is not None and outcome is Outcome.ABORTED
         self.failure = f"error {code.value}: {message}" if has_failed else ""
-        self._lease.aim(None)
-        if not self._right.is_yielding:
-            s.release_ahead(s.brake_points)
-            s.tube.cut()
+        if self.is_on_trip:
+            self._put_off = None
+        else:
+            self.task = self.behavior = None
+            self.is_recovery = False
+            has_reached = task is not None and outcome is Outcome.SUCCEEDED
+            self._reached_at = s.pose if has_reached else None
+            self._lease.aim(None)
+            self._stop_short()
         missed = tuple(task.missed) if task is not None else ()
         self._state_machine.events.append(
             GoalEnded(goal_id, outcome, s.tick, code, message, missed)
         )
+        if not self.is_on_trip:
+            self._state_machine.switch(Event.FINISHED)
+
+    def _stop_short(self) -> None:
+        """Give up the way ahead, unless the robot makes way on it."""
+        if not self._right.is_yielding:
+            self._s.release_ahead(self._s.brake_points)
+            self._s.tube.cut()
+
+    def see_to_battery(self) -> None:
+        """Put the goal off for a trip to charge when it is due, and go on with it afterwards."""
+        trip, s = self._trip, self._s
+        if trip is None:
+            return
+        if trip.charger is None:
+            is_busy = self.is_pausing or (self.behavior is not None and not self.is_recovery)
+            charger = None if is_busy else trip.choice(s)
+        elif trip.is_plugged:
+            charger = None
+            if trip.is_charged(s):
+                self._end_trip()
+            elif trip.lacks_current(s):
+                trip.fail(s.tick, s.ticks(FAILED_TIME))
+                self._end_trip()
+        else:
+            charger = trip.better(s, self._lease)
+        if charger is not None:
+            self._go_to_charge(trip, charger)
+
+    def _go_to_charge(self, trip: ChargingTrip, charger: Pose) -> None:
+        """Set off for a charging station, or turn to another one."""
+        if not self.is_on_trip:
+            self._put_off = self.task
+        self.drop_recovery()
+        self._stop_short()
+        trip.begin(charger)
+        self.task = GoalProgress(Goal(kind=GoalKind.NAVIGATE, poses_map=(charger,)), self._s)
+        self._aim(self.task)
+        self._state_machine.switch(Event.GOAL)
+
+    def _plug_in(self, trip: ChargingTrip) -> None:
+        """Stay at the charging station, which the lease keeps for the robot."""
+        self.task = None
+        self._lease.aim(None)
+        self._lease.keep(self._s)
+        self._stop_short()
+        trip.plugged_tick = self._s.tick
         self._state_machine.switch(Event.FINISHED)
+
+    def _end_trip(self) -> None:
+        """Give the charging station back and go on with the goal that was put off, if any."""
+        assert self._trip is not None
+        self._trip.end()
+        self._reached_at = None
+        self.drop_recovery()
+        self.task, self._put_off = self._put_off, None
+        self._stop_short()
+        if self.task is None:
+            self._lease.aim(None)
+            self._state_machine.switch(Event.FINISHED)
+        else:
+            self.task.resume(self._s)
+            self._aim(self.task)
+            self._state_machine.switch(Event.GOAL)
+
+    def end_all(self, message: str) -> None:
+        """End the current or pending goal, and a trip to charge."""
+        if self.is_on_trip:
+            self._end_trip()
+        self.end(Outcome.CANCELED, message=message)
 
     def _count(self, outcome: Outcome) -> None:
         if outcome is Outcome.SUCCEEDED:
@@ -158,7 +258,9 @@ class GoalManager:
 
     def reach_target(self, task: GoalProgress) -> None:
         """Go on to the next target, or end the goal as succeeded."""
-        if task.next_target(self._s.tick):
+        if self._trip is not None and self.is_on_trip:
+            self._plug_in(self._trip)
+        elif task.next_target(self._s.tick):
             self.last_goal_tick = self._s.tick
             self._aim(task)
         else:
@@ -170,6 +272,13 @@ class GoalManager:
         Args:
             code: Nav2's error code.
         """
+        if self._trip is not None and self.is_on_trip:
+            if code is ErrorCode.FAILED_TO_MAKE_PROGRESS and self._lease.place:
+                task.resume(self._s)  # others are charged first, however long that takes
+            else:
+                self._trip.fail(self._s.tick, self._s.ticks(FAILED_TIME))
+                self._end_trip()
+            return
         if task.goal.kind is not GoalKind.WAYPOINTS:
             self.end(Outcome.ABORTED, code, message)
             return
@@ -214,7 +323,7 @@ class GoalManager:
         Args:
             is_yielding: Whether right of way asks the robot to make way or to step back.
         """
-        is_idle = not is_yielding and self.goal_id is None
+        is_idle = not is_yielding and self.goal_id is None and not self.is_on_trip
         is_yielding |= self._departure.update(self._s, is_idle)
         state = self._state_machine.state
         if is_yielding and self.task is not None:

@@ -153,6 +153,11 @@ class GoalProgress:
         self.progress_pose = robot.pose
         self.progress_tick = self.moved_tick = robot.tick
 
+    def resume(self, robot: RobotState) -> None:
+        """Go on after another errand: plan anew, from where the robot is now."""
+        self.is_planned = self.has_arrived = False
+        self.record_holding(robot)
+
     def lacks_progress(self, robot: RobotState) -> bool:
         """Whether the progress checker's time is over."""
         allowance = robot.config.progress_checker.movement_time_allowance

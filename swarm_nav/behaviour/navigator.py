@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import BeaconArray, Reception
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
@@ -22,6 +24,7 @@ from swarm_nav.behaviour.announcement import (
 )
 from swarm_nav.behaviour.behavior_executor import BehaviorExecutor
 from swarm_nav.behaviour.behaviors import BehaviorEnd
+from swarm_nav.behaviour.charging import ChargingTrip
 from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
@@ -90,9 +93,13 @@ class Navigator:
         )
         self._gate = Gate(self._narrow_region())
         self._state_machine = StateMachine(s, self._holding)
+        self._trip: ChargingTrip | None = None
+        if spec.battery is not None:
+            self._trip = ChargingTrip(spec.battery, list(sites.chargers.values()))
         self._goal_manager = GoalManager(
-            s, self._state_machine, self._lease, self._right, Departure(self._gate, self._lease)
-        )
+            s, self._state_machine, self._lease, self._right, Departure(self._gate, self._lease),
+            self._trip,
+        )  # fmt: skip
         self._behavior_executor = BehaviorExecutor(
             s, self._state_machine, self._goal_manager, self._lease, self._gate, self._holding,
             self._controller,
@@ -172,6 +179,11 @@ class Navigator:
         """
         self._senses.on_reception(reception)
 
+    def on_battery(self, reading: BatteryReading) -> None:
+        """Take a reading of the battery, one a second; without any it does not count."""
+        if self._trip is not None:
+            self._trip.reading = reading
+
     def on_initial_pose(
         self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION
     ) -> None:
@@ -230,7 +242,7 @@ class Navigator:
 
     def deactivate(self) -> None:
         """Stop, end the current goal, and hold the place."""
-        self.cancel_goal()
+        self._goal_manager.end_all("canceled")
         self.is_active = False
 
     def clear_costmap(self) -> None:
@@ -376,12 +388,14 @@ class Navigator:
         if s.neighbors.refresh(s.tick):
             s.record_bodies()
         s.radio.note(s.neighbors.mean_trip)
-        return self._senses.update(is_lost)
+        return self._senses.update(is_lost, self._battery_share == 0.0)
 
     def _choose_goal(self) -> None:
         """Begin a goal that is due; queue for its station and at the gate before it."""
         s, goal_manager = self._s, self._goal_manager
         goal_manager.begin_pending()
+        if self.is_active:
+            goal_manager.see_to_battery()
         self._lease.update(s)
         self._gate.update(
             s,
@@ -389,6 +403,12 @@ class Navigator:
             is_driving=self._state is State.DRIVING,
             priority=self._driving_priority,
         )
+
+    @property
+    def _battery_share(self) -> float:
+        """Charge by capacity; NaN without a battery, and before its first reading."""
+        reading = self._trip.reading if self._trip is not None else None
+        return math.nan if reading is None else reading.share
 
     def _driving_priority(self) -> int:
         """Return the robot's priority while it drives, with what it inherits for its lease."""
@@ -512,15 +532,16 @@ class Navigator:
         if goal_manager.goal_id is None:
             return None
         return compose_feedback(
-            self._s, goal_manager.goal_id, goal_manager.task, goal_manager.behavior
+            self._s, goal_manager.goal_id, goal_manager.asked, goal_manager.behavior
         )
 
     def status(self) -> Status:
         """Return the state for the operator."""
-        target = self._task.target if self._task is not None else None
-        if target is None and self._goal_manager.has_goal:
+        goal_manager = self._goal_manager
+        target = goal_manager.asked.target if goal_manager.asked is not None else None
+        if target is None and goal_manager.has_goal and not goal_manager.is_on_trip:
             target = self._s.pose  # a behaviour that somebody asked for: the robot is not free
-        behavior = self._goal_manager.behavior
+        behavior = goal_manager.behavior
         return compose_status(
             self._s,
             self._deciders,
@@ -529,6 +550,8 @@ class Navigator:
             self.sites,
             self.distance_remaining(),
             is_pausing=self.is_pausing,
-            failure=self._goal_manager.failure,
+            failure=goal_manager.failure,
+            is_on_trip=goal_manager.is_on_trip,
+            battery=self._battery_share,
             is_by_hand=behavior is not None and behavior.goal.kind is GoalKind.TELEOP,
         )

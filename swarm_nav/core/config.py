@@ -204,6 +204,21 @@ class HoldingConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class BatteryConfig:
+    """When to charge; `battery.` parameters. Without a battery they do not count."""
+
+    low: float = 0.25  # share of charge, beyond what the way takes, at which a robot goes to charge
+    enough: float = 0.9  # share of charge at which it leaves the charging station
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.low < self.enough <= 1.0:
+            raise ConfigError(
+                f"battery.low is {self.low:g} and battery.enough is {self.enough:g}; they must be"
+                " from 0 to 1, and low less than enough"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class NavConfig:
     """All parameters of one navigator."""
 
@@ -215,6 +230,7 @@ class NavConfig:
     behavior: BehaviorConfig = field(default_factory=BehaviorConfig)
     traffic: TrafficConfig = field(default_factory=TrafficConfig)
     holding: HoldingConfig = field(default_factory=HoldingConfig)
+    battery: BatteryConfig = field(default_factory=BatteryConfig)
     localisation: LocalisationConfig = field(default_factory=LocalisationConfig)
 
     def __post_init__(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -176,6 +177,7 @@ class Status:
     retreats: int
     deadlocks_resolved: int
     replans: int
+    battery: float = math.nan  # charge by capacity, 0 to 1; NaN without a battery
 
 
 @value_type

@@ -57,6 +57,8 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "holding.approach_slots": (1, MOST),
     "holding.request_distance": (0.01, 1000.0),
     "holding.search_distance": (0.01, 200.0),
+    "battery.low": (0.0, 1.0),
+    "battery.enough": (0.0, 1.0),
     "localisation.random_seed": (0, 2**31 - 1),
     "localisation.min_particles": (10, 20_000),
     "localisation.max_particles": (10, 20_000),

@@ -1,9 +1,10 @@
-"""Collects what belongs to one control tick: odometry, neighbours, and the scan when it is due."""
+"""Collects what belongs to one control tick: odometry, neighbours, scan and battery when due."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from swarm_common.model.battery import READING_TICKS, BatteryReading
 from swarm_common.model.beacon import BeaconArray
 from swarm_common.model.records import CONTROL_PERIOD, Odometry, Scan
 
@@ -18,17 +19,20 @@ class TickInput:
     odom: Odometry | None = None
     scan: Scan | None = None
     neighbors: BeaconArray | None = None
+    battery: BatteryReading | None = None
 
 
 class TickInputs:
-    """The three topics of a tick arrive in any order; a tick is complete when all are there."""
+    """The topics of a tick arrive in any order; a tick is complete when all are there."""
 
-    def __init__(self, scan_rate: float) -> None:
+    def __init__(self, scan_rate: float, *, has_battery: bool = False) -> None:
         """Start before the first tick.
 
         Args:
             scan_rate: Of the LiDAR [Hz]; 0 for a world without LiDAR.
+            has_battery: Whether there is a reading of the battery once a second.
         """
+        self._battery_every = READING_TICKS if has_battery else 0
         self._scan_every = max(1, round(1.0 / (CONTROL_PERIOD * scan_rate))) if scan_rate else 0
         self._open: dict[int, TickInput] = {}
         self.last_tick = -1  # newest tick that was complete
@@ -48,6 +52,8 @@ class TickInputs:
         newest = self._open[max(self._open)] if self._open else None
         if newest is None or newest.neighbors is None:
             return "neighbors"
+        if self._lacks_battery(newest):
+            return "battery_state"
         return "scan" if self._lacks_scan(newest) else "odom"
 
     def add_odom(self, odom: Odometry) -> TickInput | None:
@@ -66,6 +72,14 @@ class TickInputs:
         """
         return self._set(scan.tick, "scan", scan)
 
+    def add_battery(self, reading: BatteryReading) -> TickInput | None:
+        """Take a reading of the battery; ticks that are over are ignored.
+
+        Returns:
+            The inputs of its tick, if that is complete now; else None.
+        """
+        return self._set(reading.tick, "battery", reading)
+
     def add_neighbors(self, tick: int, beacons: BeaconArray) -> TickInput | None:
         """Take the radio's batch; ticks that are over are ignored.
 
@@ -82,7 +96,8 @@ class TickInputs:
             return None
         entry = self._open.setdefault(tick, TickInput(tick))
         setattr(entry, name, value)
-        if entry.odom is None or entry.neighbors is None or self._lacks_scan(entry):
+        is_sensed = not (self._lacks_scan(entry) or self._lacks_battery(entry))
+        if entry.odom is None or entry.neighbors is None or not is_sensed:
             self._limit()
             return None
         self.last_tick = tick
@@ -94,6 +109,10 @@ class TickInputs:
     def _lacks_scan(self, entry: TickInput) -> bool:
         is_due = self._scan_every > 0 and entry.tick % self._scan_every == 0
         return is_due and entry.scan is None
+
+    def _lacks_battery(self, entry: TickInput) -> bool:
+        is_due = self._battery_every > 0 and entry.tick % self._battery_every == 0
+        return is_due and entry.battery is None
 
     def _limit(self) -> None:
         while len(self._open) > MAX_OPEN:

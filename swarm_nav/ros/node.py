@@ -12,10 +12,10 @@ from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.context import Context
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import BatteryState, LaserScan
 from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
 
-from swarm_common.middleware import cdr, ros_io
+from swarm_common.middleware import battery_state, cdr, ros_io
 from swarm_common.middleware.radio_check import read_neighbors
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
@@ -80,7 +80,7 @@ class NavigatorNode:
         self.lifecycle = Lifecycle()
         self.tick = 0
         scan_rate = settings.spec.lidar.rate if settings.fixed["with_lidar"] else 0.0
-        self._inputs = TickInputs(scan_rate)
+        self._inputs = TickInputs(scan_rate, has_battery=settings.spec.battery is not None)
         self._last_status = 0.0  # wall time
         self._was_pausing = False
         self._status_writer = StatusWriter(settings.name)
@@ -152,11 +152,15 @@ class NavigatorNode:
             "scan": self._hear(LaserScan, "scan"),
             "neighbors": self._hear(NeighborArray, "neighbors"),
         }
-        self._incoming = (
-            ("odom", self._topics["odom"], self._receive_odom),
-            ("scan", self._topics["scan"], self._receive_scan),
-            ("neighbors", self._topics["neighbors"], self._receive_neighbors),  # which comes last
-        )
+        takers: dict[str, Callable[[bytes], TickInput | None]] = {
+            "odom": self._receive_odom,
+            "scan": self._receive_scan,
+        }
+        if self._settings.spec.battery is not None:
+            self._topics[battery_state.NAME] = self._hear(BatteryState, battery_state.NAME)
+            takers[battery_state.NAME] = self._take_battery
+        takers["neighbors"] = self._receive_neighbors  # which comes last
+        self._incoming = [(name, self._topics[name], take) for name, take in takers.items()]
         make = self.node.create_subscription
         kind, quality = PoseWithCovarianceStamped, ros_io.RELIABLE
         make(kind, "initialpose", self._receive_initial_pose, quality, raw=True)
@@ -228,6 +232,9 @@ class NavigatorNode:
     def _receive_scan(self, data: bytes) -> TickInput | None:
         return self._inputs.add_scan(cdr.read_scan(data))
 
+    def _take_battery(self, data: bytes) -> TickInput | None:
+        return self._inputs.add_battery(battery_state.read_battery(data))
+
     def _receive_neighbors(self, data: bytes) -> TickInput | None:
         tick, beacons, reason = read_neighbors(data, self._settings.robot_id)
         if reason:
@@ -247,6 +254,8 @@ class NavigatorNode:
             self._rejoin(brain, observed.odom.pose_odom)
         if observed.scan is not None:
             brain.on_scan(observed.scan)
+        if observed.battery is not None:
+            brain.on_battery(observed.battery)
         brain.on_neighbors(observed.neighbors)
         output = brain.tick(tick)
         ended = [event for event in output.events if isinstance(event, GoalEnded)]

@@ -11,7 +11,7 @@ from swarm_common.model.records import Pose, stamp_from_tick
 from swarm_nav.core.goals import Status
 
 _POSES = struct.Struct("<6d")
-_NUMBERS = struct.Struct("<I2fiI2f7I")
+_NUMBERS = struct.Struct("<I2fiI2f7If")
 _NOWHERE = Pose(math.nan, math.nan, math.nan)
 
 
@@ -49,5 +49,6 @@ class StatusWriter:
             status.retreats,
             status.deadlocks_resolved,
             status.replans,
+            status.battery,
         )
         return bytes(data)

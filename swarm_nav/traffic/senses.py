@@ -6,6 +6,8 @@ from swarm_common.model.beacon import BeaconArray, Reception, reception_of
 from swarm_common.model.records import Scan
 from swarm_nav.traffic.robot_state import RobotState
 
+EMPTY = "stands: its battery is empty"
+
 
 class Senses:
     """Takes scans and the radio's batches; without data it stops, after a silence it listens.
@@ -52,15 +54,16 @@ class Senses:
         """Hold only what is held until the radio has been heard for a while without a gap."""
         self._s.listening_since = self._s.tick
 
-    def update(self, is_lost: bool = False) -> bool:
+    def update(self, is_lost: bool = False, is_empty: bool = False) -> bool:
         """Close the observations of this tick; return whether there are enough to drive on.
 
         Args:
             is_lost: Whether the robot does not know well enough where it is.
+            is_empty: Whether its battery is empty.
         """
         self._record_deafness()
         is_hearing, self._is_hearing = self._is_hearing, False
-        self.missing = self._missing(is_lost, is_hearing)
+        self.missing = EMPTY if is_empty else self._missing(is_lost, is_hearing)
         return not self.missing
 
     def _missing(self, is_lost: bool, is_hearing: bool) -> str:

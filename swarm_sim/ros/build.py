@@ -19,7 +19,7 @@ from swarm_sim.maps.map_difference import compare
 from swarm_sim.maps.passages import check_ways
 from swarm_sim.maps.spawn import deal_places
 from swarm_sim.maps.world_check import checked
-from swarm_sim.ros.settings import Settings
+from swarm_sim.ros.settings import RobotEntry, Settings
 from swarm_sim.scene.actors import load_actors
 from swarm_sim.scene.scene import Scene
 from swarm_sim.sdf.reader import load_world
@@ -62,7 +62,7 @@ def build(settings: Settings) -> WorldSetup:
         actors = load_actors(settings.actors)
         scene = dataclasses.replace(scene, walkers=actors.walkers, vehicles=actors.vehicles)
     robots = _robots(settings)
-    specs = tuple(robots[entry.model].spec for entry in settings.robots)
+    specs = tuple(_spec_of(entry, robots) for entry in settings.robots)
     notes = [f"{r.spec.model}: {note}" for r in robots.values() for note in r.model.notes]
     models = {robot.spec.model: robot.model for robot in robots.values()}
     unseen = tuple(_unseen(settings, specs, models))
@@ -120,6 +120,11 @@ def _check_names(scene: Scene, settings: Settings) -> None:
                 f"a robot and something of world '{settings.world}' are both called '{name}';"
                 " give the robots other names (--names, or names: in the fleet)"
             )
+
+
+def _spec_of(entry: RobotEntry, robots: Mapping[str, Robot]) -> RobotSpec:
+    spec = robots[entry.model].spec
+    return spec if entry.battery is None else dataclasses.replace(spec, battery=entry.battery)
 
 
 def silent_notes(world: ChangingWorld, margin: float) -> list[str]:

@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from swarm_common.files.sites_io import parse_spawn
+from swarm_common.model.battery import BatterySpec
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.model.sites import Spawn
+from swarm_common.robots.battery_io import parse_battery
 from swarm_sim.sensing.radio import RadioConfig
 
 MAX_SPEED = "max"
@@ -29,6 +31,7 @@ class RobotEntry:
     broken_at: Pose | None = None
     # where its group starts: name of a spawn, or one of its own; empty for the default
     start: str | Spawn = ""
+    battery: BatterySpec | None = None  # None: that of its model, if any
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,11 +111,16 @@ def parse_settings(data: Mapping[str, Any], where: str) -> Settings:
 
 
 def _parse_robot(
-    name: str, model: str, broken_at: Sequence[float] | None = None, start: object = ""
+    name: str,
+    model: str,
+    broken_at: Sequence[float] | None = None,
+    start: object = "",
+    battery: object = None,
 ) -> RobotEntry:
     spot = None if broken_at is None else Pose(*broken_at)
     own = start if isinstance(start, str) else parse_spawn(start, f"start of {name}")
-    return RobotEntry(name, model, spot, own)
+    supply = None if battery is None else parse_battery(battery, f"battery of {name}")
+    return RobotEntry(name, model, spot, own, supply)
 
 
 def read_settings(path: str | Path) -> Settings:

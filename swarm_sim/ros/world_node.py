@@ -171,7 +171,8 @@ class WorldNode:
 
     def on_arrival(self, arrival: Arrival) -> None:
         """Let a robot that has come take part."""
-        robot, spec = arrival.index, arrival.robot.spec
+        robot = arrival.index
+        spec = self._world.specs[robot]  # with the battery that it had, if it was here before
         if self._links.add(robot, arrival.name, spec, arrival.robot.urdf):
             self._barrier.add()
         else:

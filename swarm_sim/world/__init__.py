@@ -3,6 +3,7 @@
 What a module imports of its folder stands above it:
 
     close_calls       Near misses: episodes that came very close, without contact
+    batteries         The batteries of all robots that have one, over simulated time
     refusal           Why a change of the world is refused
     object_source     Descriptions of things that come at run time: SDF or URDF
     request_checks    Limits on the content of every `/sim` request, whatever it asks for

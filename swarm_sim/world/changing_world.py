@@ -119,6 +119,7 @@ class ChangingWorld(World):
         self._radio.welcome(robot_id)
         self._judge.add(name, place)
         self._standstill.add()
+        self._batteries.add(len(self.specs) - 1, spec.battery)
         self.last_beacons.append(None)
         self._renew_lidars()
         return len(self.specs) - 1
@@ -126,6 +127,7 @@ class ChangingWorld(World):
     def remove(self, robot: int, robot_id: int) -> None:
         """Take a robot out; its row stays."""
         self.absent.add(robot)
+        self._batteries.set_present(robot, False)
         self.place(robot, Pose(PARKED + PARKING_PITCH * robot, PARKED, 0.0))
         self._radio.forget(robot_id, self.tick)
         self.last_beacons[robot] = None
@@ -138,6 +140,7 @@ class ChangingWorld(World):
             pose: In the map frame; whether there is room is not checked here.
         """
         self.absent.discard(robot)
+        self._batteries.set_present(robot, True)
         self._engine.restart(robot)
         self._motion_sensors.restart(robot)
         self._odometer.restart(robot)

@@ -112,7 +112,7 @@ class RobotRegistry:
         name = self._free_name(name, rename)
         self._check_model(robot)
         known = self._world.names.index(name) if name in self._world.names else None
-        if known is not None and self._world.specs[known] != robot.spec:
+        if known is not None and not robot.spec.is_same_model(self._world.specs[known]):
             before = self._world.specs[known].model
             raise RefusedError(
                 Reason.NAME_TAKEN, f"{name} was a {before} in this run; take another name"
@@ -220,7 +220,7 @@ class RobotRegistry:
         except SwarmError as error:
             raise RefusedError(Reason.BAD_MODEL, str(error)) from error
         for known in self._world.specs:
-            if known.model == robot.spec.model and known != robot.spec:
+            if known.model == robot.spec.model and not known.is_same_model(robot.spec):
                 raise RefusedError(
                     Reason.BAD_MODEL,
                     f"another model of this run is called '{known.model}', too; "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 from swarm_common.model.breaches import Collision
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_sim.physics.engine import NearPair, Touch
+from swarm_sim.world.batteries import BatteryVerdict
 from swarm_sim.world.close_calls import EPISODE_GAP, CloseCalls, NearMiss
 from swarm_sim.world.zone_watch import ZoneVerdict
 
@@ -25,6 +26,7 @@ class RobotVerdict:
     collisions: int
     min_clearance: float
     near_misses: int = 0
+    battery: BatteryVerdict | None = None  # None without a battery
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +45,17 @@ class Verdict:
     trajectory_sha256: str = ""  # of the true poses (float64) of all ticks, in order of robots
 
     def as_json(self) -> dict[str, Any]:
-        """Return a dictionary for json.dump; a clearance of inf becomes None."""
+        """Return a dictionary for json.dump; a clearance of inf becomes None.
+
+        Robots without a battery have no key `battery`.
+        """
         data = asdict(self)
         for part in (data, *data["robots"].values()):
             if np.isinf(part["min_clearance"]):
                 part["min_clearance"] = None
+        for robot in data["robots"].values():
+            if robot["battery"] is None:
+                del robot["battery"]
         return data
 
 
@@ -146,11 +154,14 @@ class Judge:
         np.minimum(self._min_clearances, clearances.min(axis=1), out=self._min_clearances)
         self._hash.update(np.ascontiguousarray(poses, np.float64).tobytes())
 
-    def verdict(self, sim_time: float) -> Verdict:
+    def verdict(
+        self, sim_time: float, battery: Callable[[int], BatteryVerdict | None] = lambda _: None
+    ) -> Verdict:
         """Return the verdict so far.
 
         Args:
             sim_time: [s] for the verdict to carry.
+            battery: Tells what became of the battery of a robot by its index.
         """
         close_calls = self._close_calls.near_misses()
         shares = Counter(name for call in close_calls for name in call.robots)
@@ -164,10 +175,14 @@ class Judge:
             near_misses=len(close_calls),
             close_calls=close_calls,
             robots={
-                name: RobotVerdict(float(distance), int(count), float(clearance), shares[name])
-                for name, distance, count, clearance in zip(
-                    self._names, self._distances, self._counts, self._min_clearances, strict=True
+                name: RobotVerdict(
+                    float(self._distances[robot]),
+                    int(self._counts[robot]),
+                    float(self._min_clearances[robot]),
+                    shares[name],
+                    battery(robot),
                 )
+                for robot, name in enumerate(self._names)
             },
             trajectory_sha256=self._hash.hexdigest(),
         )

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from swarm_common.model.battery import READING_TICKS, BatteryReading
 from swarm_common.model.beacon import BeaconArray, Reception
 from swarm_common.model.breaches import Collision
 from swarm_common.model.engines import check_engine, usual_engine
@@ -41,6 +42,7 @@ from swarm_sim.sensing import radio_kernels
 from swarm_sim.sensing.lidar import Lidars
 from swarm_sim.sensing.motion_sensors import Imu, MotionSensors
 from swarm_sim.sensing.radio import Radio, RadioConfig
+from swarm_sim.world.batteries import Batteries
 from swarm_sim.world.standstill import Standstill
 from swarm_sim.world.verdict import Judge, Verdict
 from swarm_sim.world.zone_watch import ZoneWatch
@@ -89,6 +91,7 @@ class Observation:
     odom: Odometry  # every tick
     scan: Scan | None  # when a revolution of its LiDAR ends at this tick, else None
     reception: Reception  # beacons heard, ordered by id
+    battery: BatteryReading | None = None  # once a second of a robot that has one
 
     @property
     def neighbors(self) -> BeaconArray:
@@ -154,6 +157,8 @@ class World:
         self._judge = Judge(self.names, self._engine.poses, self._engine.clearances)
         self._standstill = Standstill(len(specs))
         self._zone_watch = ZoneWatch(scene.sites.zones) if scene.sites.zones else None
+        chargers = list(scene.sites.chargers.values())
+        self._batteries = Batteries([spec.battery for spec in specs], chargers, seed)
 
     def check_model(self, spec: RobotSpec, model: RobotModel) -> None:
         """Check that a robot model drives in this world's physics engine, whatever it looks like.
@@ -202,7 +207,7 @@ class World:
     @property
     def verdict(self) -> Verdict:
         """Ground truth about the run so far."""
-        verdict = self._judge.verdict(self.sim_time)
+        verdict = self._judge.verdict(self.sim_time, self._batteries.verdict)
         watch = self._zone_watch
         return verdict if watch is None else replace(verdict, zones=watch.verdict)
 
@@ -228,8 +233,11 @@ class World:
             scans = self._lidars.due(self._tick, self._engine.poses, self._walkers.discs)
         twists = self._motion_sensors.twists(self._engine.twists)
         readings = self._odometer.readings(self._tick, twists)
+        supplies: dict[int, BatteryReading] = {}
+        if self._batteries and self._tick % READING_TICKS == 0:
+            supplies = self._batteries.readings(self._tick)
         return [
-            Observation(odom, scans.get(i), self._radio.reception(i))
+            Observation(odom, scans.get(i), self._radio.reception(i), supplies.get(i))
             for i, odom in enumerate(readings)
         ]
 
@@ -244,6 +252,8 @@ class World:
             beacons: One per robot; None if it sent none.
         """
         known = len(self._judge.collisions)
+        if self._batteries:
+            commands, beacons = self._batteries.silenced(commands, beacons)
         self._radio.send(self._tick, beacons, self._engine.poses[:, :2])
         targets = self._commands.update(commands)
         self._standstill.observe(targets)
@@ -266,6 +276,8 @@ class World:
         if self._zone_watch is not None:
             speeds = np.hypot(engine.twists[:, 0], engine.twists[:, 2])
             self._zone_watch.observe(self.sim_time, self.names, self.specs, engine.poses, speeds)
+        if self._batteries:
+            self._batteries.update(self._tick, engine.poses, engine.twists)
         return list(self._judge.collisions[known:])
 
     def _disturbed(self, targets: FloatArray) -> FloatArray:

@@ -122,6 +122,8 @@ def robot_html(
     if state.station:
         place = "holds it" if state.queue_place == 0 else f"number {state.queue_place} in the queue"
         rows.append(("station", f"{html.escape(state.station)}, {place}"))
+    if math.isfinite(state.battery):
+        rows.append(("battery", f"{state.battery:.0%}"))
     rows.append(("goals", f"{state.goals_reached} reached, {state.goals_failed} tries failed"))
     if not is_past:
         rows.append(("waited, held", f"{state.wait_time:.0f} s, {state.hold_time:.0f} s"))
@@ -199,4 +201,4 @@ def stations_html(states: Mapping[str, ReportedState]) -> str:
 
 def is_driving(state: ReportedState | None) -> bool:
     """Return whether a robot is in no need of attention."""
-    return state is None or state.state in ("driving", "pausing", "idle")
+    return state is None or state.state in ("driving", "pausing", "charging", "idle")

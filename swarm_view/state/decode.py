@@ -67,6 +67,7 @@ class ReportedState:
     wait_time: float
     goals_reached: int
     goals_failed: int
+    battery: float = math.nan  # charge by capacity; NaN without a battery
 
 
 @lru_cache(maxsize=64)
@@ -141,6 +142,7 @@ def scan_points(scan: Scan) -> FloatArray:
 
 _POSES = struct.Struct("<6d")
 _NUMBERS = struct.Struct("<I2fiI2f3I")
+_BATTERY = struct.Struct("<16xf")  # behind them: counts of no use here come first
 
 
 def robot_state(data: bytes) -> ReportedState:
@@ -152,7 +154,11 @@ def robot_state(data: bytes) -> ReportedState:
     offset = cdr_layout.aligned(offset, 8)
     x, y, yaw, goal_x, goal_y, goal_yaw = _POSES.unpack_from(data, offset)
     station, offset = _string(data, offset + _POSES.size)
-    numbers = _NUMBERS.unpack_from(data, cdr_layout.aligned(offset, 4))
+    offset = cdr_layout.aligned(offset, 4)
+    numbers = _NUMBERS.unpack_from(data, offset)
+    offset += _NUMBERS.size
+    has_battery = len(data) >= offset + _BATTERY.size  # recordings of earlier releases end here
+    (battery,) = _BATTERY.unpack_from(data, offset) if has_battery else (math.nan,)
     queue_place, remaining, _, _, _, hold_time, wait_time, _, reached, failed = numbers
     is_under_way = math.isfinite(goal_x) and texts[1] not in BUSY_STATES
     return ReportedState(
@@ -168,6 +174,7 @@ def robot_state(data: bytes) -> ReportedState:
         wait_time=wait_time,
         goals_reached=reached,
         goals_failed=failed,
+        battery=battery,
     )
 
 

@@ -131,12 +131,14 @@ class Swarm:
     def _start_host(self, changes: dict[str, Any]) -> Process:
         self.world.wait_for("spawn")
         spawn = self.world.named("spawn")[0]
+        by_robot = changes.pop("by_robot", {})
         poses, digest = spawn["poses"], spawn["map_sha256"]
         robots = []
         for number, (name, pose) in enumerate(zip(self.names, poses, strict=True), 1):
             path = self.folder / f"{name}.yaml"
             own = {"map_sha256": digest, "robot_names": str(self.robot_names)}
             values = parameters(number, pose) | own | changes
+            values |= by_robot.get(name, {})
             tree = {f"/{name}/navigator": {"ros__parameters": values}}
             path.write_text(yaml.safe_dump(tree), encoding="utf-8")
             robots.append({"name": name, "params": str(path)})

@@ -16,7 +16,7 @@ STATUS = Status(
     goal_map=Pose(3.0, 4.0, -1.0), station="loader_3", queue_place=2, distance_remaining=1.25,
     estimated_time_remaining=7.5, holding_since_tick=123, hold_time=2.5, wait_time=0.75,
     number_of_recoveries=1, goals_reached=2, goals_failed=3, pushes=4, retreats=5,
-    deadlocks_resolved=6, replans=7,
+    deadlocks_resolved=6, replans=7, battery=0.625,
 )  # fmt: skip
 SAME = {field.name for field in dataclasses.fields(Status)} - {
     "pose_map", "goal_map", "holding_since_tick",

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from swarm_commander.mission.energy import check_energy
+from swarm_commander.mission.leg import Stop
 from swarm_commander.mission.mission import Mission, load_mission, mission_path
 from swarm_commander.run.input.options import DRIVES, UpOptions
 from swarm_commander.run.input.params import (
@@ -52,6 +55,7 @@ class RunPlan:
         overrides: Of the user.
         copies: Of files that processes read again when they are restarted, by the file's name as
             the user gave it; see `with_copies`.
+        remarks: What may end badly, a sentence each.
     """
 
     options: UpOptions
@@ -65,6 +69,7 @@ class RunPlan:
     defaults: dict[str, Any]
     overrides: Overrides
     copies: Mapping[str, str] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
     def with_copies(self, folder: Path) -> RunPlan:
         """Return this plan with copies of sites and missions, which nobody edits during the run."""
@@ -139,6 +144,7 @@ class RunPlan:
                     "model": member.model,
                     "broken_at": _triple(broken.get(name)),
                     "start": member.start or "",
+                    **_battery_of(member),
                 }
                 for name, member in zip(options.robot_names, self.fleet.members, strict=True)
             ],
@@ -190,7 +196,11 @@ class RunPlan:
         Raises:
             SwarmError: If there is no such model.
         """
-        member = Member(model, load_robot(model))
+        known = dict(zip(self.options.robot_names, self.fleet.members, strict=True)).get(name)
+        spec = load_robot(model)
+        if known is not None and known.spec.is_same_model(spec):
+            spec = known.spec  # it is back, with its battery
+        member = Member(model, spec)
         return self._parameters(name, number, member, initial_pose_map, False, map_sha256)
 
     def _parameters(
@@ -267,6 +277,11 @@ def _triple(pose: Pose | None) -> list[float] | None:
     return None if pose is None else [pose.x, pose.y, pose.yaw]
 
 
+def _battery_of(member: Member) -> dict[str, Any]:
+    battery = member.spec.battery
+    return {} if battery is None else {"battery": asdict(battery)}
+
+
 def check_plan(options: UpOptions) -> RunPlan:
     """Return the plan of a run.
 
@@ -309,7 +324,7 @@ def check_plan(options: UpOptions) -> RunPlan:
     is_told = mission is not None or all(member.mission for member in fleet.members)
     for start in dict.fromkeys(m.start for m in fleet.members if isinstance(m.start, str)):
         sites.spawn_named(start)
-    return RunPlan(
+    plan = RunPlan(
         options=options,
         world=world,
         map=map_file,
@@ -317,7 +332,28 @@ def check_plan(options: UpOptions) -> RunPlan:
         sites=sites,
         fleet=fleet,
         mission=mission,
-        stations=tuple(sorted(stations)) if is_told else None,
+        stations=tuple(sorted(stations | set(sites.charging))) if is_told else None,
         defaults=defaults,
         overrides=overrides,
     )
+    return replace(plan, remarks=tuple(_check_energy(plan)))
+
+
+def _check_energy(plan: RunPlan) -> list[str]:
+    """Return what may end badly for want of energy; refuse what is certain to."""
+    options = plan.options
+    members = dict(zip(options.robot_names, plan.fleet.members, strict=True))
+    if all(member.spec.battery is None for member in members.values()):
+        return []
+    stops: dict[str, list[Stop]] = {}
+    for number, (name, member) in enumerate(members.items(), 1):
+        chosen = member.mission or options.mission
+        mission = load_mission(chosen) if chosen else None
+        if mission is not None and not mission.needs_all_homes:
+            home = Pose(math.nan, math.nan, math.nan)  # the world chooses it later
+            stops[name] = mission.stops(
+                plan.sites, home, seed=options.seed, robot_id=number, laps=options.laps,
+                limit=options.goals_per_robot,
+            )  # fmt: skip
+    where = str(plan.sites_path or plan.world.parent / SITES_FILE)
+    return check_energy({n: m.spec for n, m in members.items()}, stops, plan.sites, where)

@@ -202,6 +202,7 @@ def summary_table(report: Mapping[str, Any], code: int) -> Table:
             f"{report['pushes']}, {report['retreats']}, {report['deadlocks_resolved']}"
         ),
         "replans, recoveries": f"{report['replans']}, {report['recoveries']}",
+        **_battery_rows(report["robots"]),
         "late ticks": _with_unit(report["late_ticks"], ""),
         "CPU per robot and second": (
             f"{_with_unit(cpu['total'], 'ms')} (world {_with_unit(cpu['world'], 'ms')},"
@@ -229,6 +230,20 @@ def _zone_rows(zones: Mapping[str, Any] | None) -> dict[str, str]:
         "entries into keepout zones": f"{zones['keepout_entries']}, {zones['keepout_time']} s",
         "speeds above a limit": f"{zones['speed_violations']}, {zones['speed_violation_time']} s",
         **({"first of them": zones["first"]} if zones["first"] else {}),
+    }
+
+
+def _battery_rows(robots: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """Return what became of the batteries; nothing where no robot has one."""
+    own = {name: robot for name, robot in robots.items() if "battery_least" in robot}
+    if not own:
+        return {}
+    empty = [name for name, robot in own.items() if robot["battery_empty_at"] is not None]
+    least = min(robot["battery_least"] for robot in own.values())
+    charges = sum(robot["battery_charges"] for robot in own.values())
+    return {
+        "lowest battery, charges": f"{least:.0%}, {charges}",
+        **({"empty batteries": ", ".join(empty)} if empty else {}),
     }
 
 

@@ -161,8 +161,18 @@ def _robots(statistics: RunStatistics, measured: Mapping[str, Mapping[str, Any]]
             "collisions": measured.get(name, {}).get("collisions"),
             "near_misses": measured.get(name, {}).get("near_misses"),
             "min_clearance": rounded(measured.get(name, {}).get("min_clearance"), 4),
+            **_battery(measured.get(name, {})),
         }
         for name, robot in statistics.robots.items()
+    }
+
+
+def _battery(measured: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what became of a robot's battery; nothing without one."""
+    battery = measured.get("battery") or {}
+    return {
+        f"battery_{name}": value if isinstance(value, int) else rounded(value)
+        for name, value in battery.items()
     }
 
 

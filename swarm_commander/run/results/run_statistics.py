@@ -159,6 +159,7 @@ class RobotStatistics:
         counts: By the report's names, see `COUNTS`.
         meters: What its navigators counted.
         given: Goals from outside, of a run without a mission.
+        battery: Charge by capacity; None without a battery.
     """
 
     active: bool = False
@@ -178,6 +179,7 @@ class RobotStatistics:
     counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTS.values(), 0))
     meters: Meters = field(default_factory=Meters)
     given: GivenGoals = field(default_factory=GivenGoals)
+    battery: float | None = None
 
     def drop_goal(self) -> None:
         """Forget the current goal."""
@@ -384,6 +386,7 @@ class RunStatistics:
         if robot.state != event.state and (robot.state or event.state != IDLE):
             robot.since = event.sim_time
         robot.state, robot.detail = event.state, event.detail
+        robot.battery = event.battery
         self.waits.note(event.robot, waits_for(event.state, event.detail), event.sim_time)
         count = robot.meters.count
         robot.hold_time = count("hold_time", event.hold_time)

@@ -90,6 +90,8 @@ def _robot_line(name: str, width: int, statistics: RunStatistics) -> Text:
     line.append(f"{max(0.0, statistics.sim_time - robot.since):>5.0f} s  ")
     line.append(f"{robot.goal:<12}  ")
     line.append(f"{_goals(robot.reached, robot.failed):<10}  ")
+    if robot.battery is not None:
+        line.append(f"{robot.battery:>4.0%}  ")
     awaited = statistics.waits.edges.get(name, "")
     if awaited and awaited not in detail:
         line.append(f"for {awaited}  ")

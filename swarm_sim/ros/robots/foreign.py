@@ -15,7 +15,7 @@ MOST_KNOWN = 1000  # that are named; a forger has as many names as he likes
 WORLD_SPACE = "/sim/"  # namespace of its nodes, on every host
 NAVIGATOR = "navigator"  # node in a robot's namespace that commands it
 AT_A_TIME = 5  # robots that are looked at in a turn, as each look costs
-OURS = ("odom", "scan", "neighbors")  # what only the world publishes of a robot
+OURS = ("odom", "scan", "battery_state", "neighbors")  # what only the world publishes of a robot
 ROBOTS = ("cmd_vel", "beacon")  # what only a robot's navigator does
 
 

@@ -13,13 +13,13 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from sensor_msgs.msg import BatteryState, JointState, LaserScan
 from sensor_msgs.msg import Imu as ImuMsg
-from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import String
 from swarm_interfaces.msg import Beacon, NeighborArray
 from tf2_msgs.msg import TFMessage
 
-from swarm_common.middleware import cdr, ros_io
+from swarm_common.middleware import battery_state, cdr, ros_io
 from swarm_common.middleware.radio_check import read_beacon
 from swarm_common.middleware.rclpy_compat import removable_publisher
 from swarm_common.middleware.rejections import RejectedError
@@ -97,6 +97,7 @@ class RobotLink:
         self._odom_writer.set_variances(self._drift.of_pose, self._drift.of_twist)
         self._truth_writer = cdr.OdometryWriter("map", BASE)
         self._scan_writer = cdr.ScanWriter("base_scan", 1.0 / spec.lidar.rate)
+        self._supply = spec.battery
         self._create_publishers(node, gallery, f"/{name}")
         self._publish_description(urdf)
         kind: Any = TwistStamped if settings.cmd_vel_stamped else TwistMsg
@@ -122,11 +123,16 @@ class RobotLink:
         self._tf = show(TFMessage, f"{space}/tf", ros_io.TRANSFORMS)
         self._tf_static = show(TFMessage, f"{space}/tf_static", ros_io.STATIC_TRANSFORMS)
         self._description = show(String, f"{space}/robot_description", ros_io.LATCHED)
+        self._battery = None
+        sensed = [self._odom, self._scan, self._neighbors]
+        if self._supply is not None:
+            self._battery = make(BatteryState, f"{space}/{battery_state.NAME}", ros_io.RELIABLE)
+            sensed.append(self._battery)
         shown = (
             self._truth, self._joint_states, self._imu, self._tf, self._tf_static,
             self._description,
         )  # fmt: skip
-        self._publishers = [(node, [self._odom, self._scan, self._neighbors]), (gallery, [*shown])]
+        self._publishers = [(node, sensed), (gallery, [*shown])]
 
     def move_out(self) -> None:
         """Take note that the navigator is on another host: its beacons go there in a batch."""
@@ -201,6 +207,10 @@ class RobotLink:
         self._odom.publish(self._odom_writer.encode(odom.tick, odom.pose_odom, odom.twist))
         if scan is not None:
             self._scan.publish(self._scan_writer.encode(scan))
+        if observation.battery is not None and self._battery is not None:
+            assert self._supply is not None
+            message = battery_state.battery_message(observation.battery, self._supply)
+            self._battery.publish(message)
         if self._neighbors is not None:
             stamp = stamp_from_tick(odom.tick)
             self._neighbors.publish(serialize_neighbors(*stamp, observation.neighbors))

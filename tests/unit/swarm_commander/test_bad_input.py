@@ -12,6 +12,7 @@ from swarm_commander.cli import main as cli
 from swarm_commander.run import local_run
 from swarm_commander.run.domain import DomainLock
 from swarm_commander.run.processes.supervisor import ProcessSpec
+from tests.fakes.charging import hall_with_chargers, waffle_with_battery
 
 DOMAIN = 230
 Refusal = Callable[..., str]
@@ -199,6 +200,25 @@ def test_a_parameter_file(refusal: Refusal, tmp_path: Path, text: str, part: str
 def test_a_fleet_file(refusal: Refusal, tmp_path: Path, text: str, part: str) -> None:
     (tmp_path / "fleet.yaml").write_text(text, encoding="utf-8")
     assert part in refusal("--fleet", "fleet.yaml")
+
+
+@pytest.mark.parametrize(
+    ("battery", "charging", "parts"),
+    [
+        ({"capacity": 0.0}, None, ["robot.yaml: battery.capacity is 0; it must be more than 0"]),
+        ({"charge_power": -1}, None, ["battery.charge_power is -1"]),
+        ({}, ["charger_4"], ["sites.yaml: charging", "charger_4", "charger_1"]),
+        ({"capacity": 0.05}, [], ["Srobot1 needs", "Wh", "no station charges it", "charging: ["]),
+    ],
+)
+def test_a_battery(
+    refusal: Refusal, tmp_path: Path, battery: dict[str, float], charging: list[str] | None,
+    parts: list[str],
+) -> None:  # fmt: skip
+    more = {} if charging is None else {"charging": charging}
+    world, robot = hall_with_chargers(tmp_path, **more), waffle_with_battery(tmp_path, **battery)
+    error = refusal("--world", str(world), "--robot", str(robot), "--mission", "loading_route")
+    assert [part for part in parts if part not in error] == []
 
 
 def test_a_mission_file(refusal: Refusal, tmp_path: Path) -> None:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 from swarm_commander.run.input.options import UpOptions
 from swarm_commander.run.input.plan import check_plan
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.results.status_table import shown_state
 from swarm_common.model.records import Pose
 from swarm_common.process import messages as say
+from swarm_common.robots.fleet import load_fleet
+from tests.fakes.charging import BATTERY
 
 
 def test_a_newcomer_counts_once_it_is_active() -> None:
@@ -40,6 +45,19 @@ def test_goals_of_a_robot_that_was_taken_out_do_not_count() -> None:
     statistics.apply(say.RobotSpawned("Srobot2", 2, "waffle", (0.0, 0.0, 0.0), 1.0))
     statistics.apply(say.NavigatorActive("Srobot2"))
     assert statistics.active == 2
+
+
+def test_one_that_comes_back_has_the_battery_of_its_group(tmp_path: Path) -> None:
+    fleet = tmp_path / "fleet.yaml"
+    group = {"model": "turtlebot3_waffle", "count": 2, "battery": BATTERY}
+    fleet.write_text(json.dumps({"groups": [group]}), encoding="utf-8")
+    plan = check_plan(UpOptions(swarm_size=2, fleet=load_fleet(fleet)))
+    assert plan.world_config(tmp_path)["robots"][0]["battery"]["capacity"] == BATTERY["capacity"]
+    assert "no station in" in plan.remarks[0]
+    for name, has_battery in (("Srobot2", True), ("Srobot9", False)):
+        tree = plan.parameter_file_of_newcomer(name, 2, "turtlebot3_waffle", Pose(0.0, 0.0, 0.0))
+        robot = tree[f"/{name}/navigator"]["ros__parameters"]["robot"]
+        assert ("battery" in robot) is has_battery
 
 
 def test_a_newcomer_gets_the_parameters_of_its_model() -> None:

@@ -72,6 +72,27 @@ def test_bad_files_are_refused(tmp_path: Path, text: str, message: str) -> None:
     assert message in str(caught.value)
 
 
+def test_stations_that_charge_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "sites.yaml"
+    path.write_text(GOOD + "charging: [home]\n")
+    sites = load_sites(path)
+    assert sites.chargers == {"home": Pose(0.0, 0.0, 0.0)}
+    assert sites.work_stations == ("loader_1",)
+    path.write_text(GOOD)
+    assert load_sites(path).chargers == {}
+
+
+@pytest.mark.parametrize(
+    ("charging", "words"),
+    [("[hom]", "charging"), ("home", "expected a list of stations"), ("{home: true}", "a list")],
+)
+def test_a_charging_station_that_is_none_is_refused(
+    tmp_path: Path, charging: str, words: str
+) -> None:
+    with pytest.raises(ConfigError, match=words):
+        load(tmp_path, GOOD + f"charging: {charging}\n")
+
+
 def test_several_areas_circles_and_places_are_read(tmp_path: Path) -> None:
     path = tmp_path / "sites.yaml"
     path.write_text(

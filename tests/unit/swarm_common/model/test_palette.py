@@ -6,7 +6,7 @@ from swarm_commander.run.results.status_table import MARKS
 from swarm_common.model.palette import LOOKS, STATES, css
 from swarm_report import style
 
-ENUMERATED = "inactive, idle, driving, holding, yielding, waiting, pausing, recovering"
+ENUMERATED = "inactive, idle, driving, holding, yielding, waiting, pausing, charging, recovering"
 
 
 def test_every_state_has_a_colour_a_letter_and_a_meaning_of_its_own() -> None:

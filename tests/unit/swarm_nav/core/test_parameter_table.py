@@ -16,12 +16,15 @@ NUMBERS = [pytest.param(row, id=row.name) for row in ROWS.values() if row.is_num
 # Bounds of one that depend on another one: set together.
 PAIRS = {"localisation.min_particles": "localisation.max_particles"}
 PAIRS |= {high: low for low, high in PAIRS.items()}
+# One must be less than the other, which is set to its own end.
+BESIDE = {"battery.low": {"battery.enough": 1.0}, "battery.enough": {"battery.low": 0.0}}
 
 
 def accepts(row: ParameterRow, value: float) -> bool:
     names = [row.name, *([PAIRS[row.name]] if row.name in PAIRS else [])]
     try:
-        config_from_parameters({name: type(row.default)(value) for name in names})
+        values = {name: type(row.default)(value) for name in names}
+        config_from_parameters(values | BESIDE.get(row.name, {}))
     except ConfigError:
         return False
     return True

@@ -3,6 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
+from swarm_common.model.battery import BatteryReading, SupplyStatus
 from swarm_common.model.beacon import empty_beacons
 from swarm_common.model.records import Odometry, Pose, Scan, Twist
 from swarm_nav.ros.inputs import MAX_OPEN, TickInputs
@@ -45,6 +46,15 @@ def test_a_lidar_of_10_hz_is_waited_for_at_every_tick():
 def test_without_lidar_no_scan_is_waited_for():
     for tick in range(3):
         assert feed(TickInputs(0.0), tick, ["odom", "neighbors"])[1].tick == tick
+
+
+def test_a_battery_is_waited_for_once_a_second():
+    inputs = TickInputs(0.0, has_battery=True)
+    assert feed(inputs, 9, ["odom", "neighbors"])[1].battery is None
+    assert feed(inputs, 10, ["odom", "neighbors"]) == [None, None]
+    assert inputs.missing == "battery_state"
+    reading = BatteryReading(10, 0.5, -6.0, SupplyStatus.DISCHARGING)
+    assert inputs.add_battery(reading).battery is reading
 
 
 def test_repeats_are_recognised_and_not_decided_twice():

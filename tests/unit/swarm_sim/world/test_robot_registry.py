@@ -10,12 +10,14 @@ import pytest
 
 from swarm_common.files.resources import find_resource
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.records import Pose
+from swarm_common.model.records import Pose, Twist
+from swarm_common.robots.battery_io import parse_battery
 from swarm_sim.ros.build import build
 from swarm_sim.ros.settings import RobotEntry, Settings
 from swarm_sim.world.model_reader import read_robot
 from swarm_sim.world.refusal import Reason, RefusedError
 from swarm_sim.world.robot_registry import Arrival, RobotRegistry
+from tests.fakes.charging import BATTERY
 from tests.fakes.own_robots import Own, box, caster, inertial, lidar, link, pair, robot
 
 WAFFLE, BURGER = "turtlebot3_waffle", "turtlebot3_burger"
@@ -53,6 +55,27 @@ def test_a_robot_gets_the_next_number_and_a_place_of_its_own(robots: RobotRegist
     robots.remove("Srobot3")
     assert robots.robots == ["Srobot1", "Srobot2", "Srobot4"]
     assert spawn(robots, "", False, WAFFLE, None).name == "Srobot5"  # numbers are not used twice
+
+
+def test_a_robot_comes_back_with_the_battery_that_its_fleet_gave_it() -> None:
+    battery = parse_battery({name: BATTERY[name] for name in BATTERY if name != "initial"}, "")
+    entries = (RobotEntry("Srobot1", WAFFLE, battery=battery), RobotEntry("Srobot2", WAFFLE))
+    stage = build(Settings(world="slim_blockage", robots=entries, engine="planar"))
+    robots = RobotRegistry(stage.world, stage.grid, stage.poses_map, "")
+    for _ in range(100):
+        stage.world.step([Twist()] * 2, [None] * 2)
+    before = stage.world.verdict.robots["Srobot1"].battery
+    assert before is not None
+    assert before.energy_used == pytest.approx(50.0 / 3600.0)
+    robots.remove("Srobot1")
+    for _ in range(100):
+        stage.world.step([Twist()] * 2, [None] * 2)
+    assert spawn(robots, "Srobot1", False, WAFFLE, None).index == 0
+    assert stage.world.specs[0].battery == battery
+    assert stage.world.verdict.robots["Srobot1"].battery == before
+    assert spawn(robots, "", False, WAFFLE, None).name == "Srobot3"
+    stage.world.step([Twist()] * 3, [None] * 3)
+    assert stage.world.verdict.robots["Srobot3"].battery is None
 
 
 def test_a_name_can_come_back_with_the_same_model_only(robots: RobotRegistry) -> None:

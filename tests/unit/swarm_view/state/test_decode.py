@@ -23,6 +23,10 @@ def test_a_status_is_read_as_the_ros_serialiser_writes_it(robot: str, station: s
     assert state.goal_map == Pose(3.0, 4.0, -0.5)
     assert (state.queue_place, state.goals_reached, state.goals_failed) == (2, 5, 1)
     assert (state.distance_remaining, state.hold_time, state.wait_time) == (1.5, 2.5, 3.5)
+    status.battery = 0.625
+    data = serialize_message(status)
+    assert decode.robot_state(data).battery == 0.625
+    assert math.isnan(decode.robot_state(data[:-4]).battery)  # as earlier releases recorded it
     status.goal.x = math.nan
     assert decode.robot_state(serialize_message(status)).goal_map is None
     status.goal.x, status.state = 1.0, "driven by hand"  # its goal is its own place

@@ -2,6 +2,7 @@
 
 import io
 
+import msgspec
 import pytest
 from rich.console import Console
 
@@ -50,6 +51,16 @@ def reported(robot: str, time: float, state: str) -> StatusReported:
     return StatusReported(
         robot=robot, sim_time=time, state=state, detail="", goal_map=(1.0, 2.0), **usual
     )
+
+
+def test_a_line_shows_the_battery_of_a_robot_that_has_one() -> None:
+    statistics = swarm(2)
+    for name, battery in (("Srobot1", 0.634), ("Srobot2", None)):
+        event = msgspec.structs.replace(reported(name, 1.0, "charging"), battery=battery)
+        statistics.apply(event)
+    with_battery, without = (line.plain for line in status_table(statistics, 15))
+    assert " 63%" in with_battery
+    assert "%" not in without
 
 
 def test_the_time_in_a_state_begins_when_it_is_entered() -> None:

@@ -331,6 +331,22 @@ def test_a_dead_robot_neither_holds_nor_is_active() -> None:
     assert summary_line("running", statistics).startswith("running | active 1/2 | goals 0 | ")
 
 
+def test_batteries_are_told_of_the_robots_that_have_one() -> None:
+    battery = {"least": 0.0, "final": 0.5, "charges": 2, "charging_time": 41.25,
+               "energy_used": 0.75, "empty_at": 12.5}  # fmt: skip
+    robots = {"Srobot1": {**VERDICT["robots"]["Srobot1"], "battery": battery}}
+    report = report_of(statistics_of(), VERDICT | {"robots": VERDICT["robots"] | robots})
+    one, two = report["robots"]["Srobot1"], report["robots"]["Srobot2"]
+    assert {f"battery_{name}": value for name, value in battery.items()}.items() <= one.items()
+    assert not [name for name in two if name.startswith("battery")]
+    text = (Path(__file__).resolve().parents[5] / "docs" / "report.md").read_text("utf-8")
+    assert [name for name in one if f"`{name}`" not in text] == []
+    rows = [*summary_table(report, 0).columns[0].cells]
+    assert "lowest battery, charges" in rows
+    assert "empty batteries" in rows
+    assert "empty batteries" not in [*summary_table(report_of(statistics_of()), 0).columns[0].cells]
+
+
 def test_the_table_shows_the_report() -> None:
     console = Console(width=100, record=True, file=None, quiet=False)
     with console.capture() as captured:
