@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from swarm_common.model.beacon import FOOTPRINT_POINTS
 from swarm_common.model.records import LidarSpec, Pose, Scan
 from swarm_nav.control.tube import padded
 from swarm_nav.core.config import CostmapConfig
@@ -111,7 +112,7 @@ def seeing() -> ObstacleLayer:
 
 
 def waffles_beacon(**fields: object) -> dict[str, object]:
-    points, size = padded(np.array(waffle().footprint), 8)
+    points, size = padded(np.array(waffle().footprint), FOOTPRINT_POINTS)
     return {"footprint": points, "footprint_size": size, **fields}
 
 
