@@ -42,12 +42,7 @@ class DecisionRow:
 
 
 class Stopwatch:
-    """A driver that notes how long another one takes and how many robots it hears.
-
-    Attributes:
-        heard: Neighbours of each tick.
-        durations: [ns] of CPU time of each tick.
-    """
+    """Wraps a driver; records neighbours heard and CPU time [ns] of each tick."""
 
     def __init__(self, driver: Driver) -> None:
         """Watch a driver."""

@@ -151,11 +151,9 @@ SCALE = "scale"
 
 
 def measure(name: str, jobs: int, console: Console) -> None:
-    """Run what a part's file lacks, and add it; a list of runs is kept once it is complete.
+    """Run what a part of the page lacks, and add it; a list of runs is kept once it is complete.
 
-    Args:
-        name: Of `PARTS`, or `SCALE`.
-        jobs: Processes; runs on the ROS graph use one.
+    `jobs` processes run at once; runs on the ROS graph use one.
     """
     if name == SCALE:
         measure_scale(console)

@@ -69,14 +69,10 @@ OURS_INCLUDES = (
 
 
 def run_peer(job: ScaleJob, python: Path, machine: str) -> ScaleResult:
-    """Run a peer once.
-
-    Args:
-        job: What to run; its system is one of `PEERS`.
-        python: Interpreter of an environment that has the peer.
+    """Run a peer once, with the interpreter of an environment that has it.
 
     Raises:
-        ScaleRunError: If it left no result; the message ends with what it said last.
+        ScaleRunError: If it left no result; the message ends with its last output.
     """
     system = PEERS[job.system]
     with _import_path() as folder:
@@ -134,11 +130,7 @@ def _goals(itinerary: Itinerary) -> list[list[float]]:
 
 
 def check_python(python: Path) -> None:
-    """Refuse an interpreter that does not run.
-
-    Raises:
-        ConfigError: With what to do.
-    """
+    """Raise ConfigError if an interpreter does not run."""
     try:
         subprocess.run((str(python), "-c", "pass"), check=True, capture_output=True)
     except (OSError, subprocess.CalledProcessError) as cause:

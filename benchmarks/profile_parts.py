@@ -24,13 +24,10 @@ BUILT_IN = "built-in functions, numpy"
 
 
 def profile_harness(robots: int, engine: str) -> list[tuple[str, float, int]]:
-    """Return modules with their share of the CPU time, 0 to 1, and calls, the dearest first.
+    """Return modules with their share of the CPU time, 0 to 1, and calls, the most expensive first.
 
-    Compiled kernels count for the module that calls them. Profiling makes Python code look dearer
-    than it is, since each call is observed.
-
-    Args:
-        robots: Swarm size, in the factory hall with LiDARs.
+    Compiled kernels count for the module that calls them. Profiling makes Python code look more
+    expensive than it is, since each call is observed.
     """
     scenario = Scenario(name="hall", with_lidar=True, noise=0.0)
     harness = Harness(RunOptions(scenario=scenario, robots=robots, engine=engine))

@@ -37,7 +37,7 @@ class Agent:
 def load_grid_map(
     path: Path, cell: float = 1.0, scenario: Path | None = None, wall_height: float = 2.5
 ) -> FloorPlan:
-    """Return the plan that a `.map` file is, its middle at (0, 0), with a wall around it.
+    """Return the plan in a `.map` file, its middle at (0, 0), with a wall around it.
 
     Args:
         cell: [m] of a cell's side.

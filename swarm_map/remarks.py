@@ -56,12 +56,7 @@ def close_stations(scene: Scene) -> Iterator[str]:
 
 
 def with_known_stations(plan: FloorPlan, sites_file: Path) -> FloorPlan:
-    """Return a plan whose stations are called, and face, as those in a file at the same places.
-
-    Args:
-        plan: Of a picture, which knows no names.
-        sites_file: `sites.yaml` that is to be replaced.
-    """
+    """Return a picture's plan with names and headings of the same places in `sites.yaml`."""
     new: dict[str, Any] = dict(plan.sites.get("stations", {}))
     old = load_sites(sites_file).stations
     gaps = sorted(

@@ -61,14 +61,11 @@ SURFACE = """
 def write_world(plan: FloorPlan, folder: Path, resolution: float = 0.05) -> Scene:
     """Write `world.sdf`, `sites.yaml` and `map.yaml` with its image; return the world as read.
 
-    They are written beside the folder first: it changes only if all of them are usable.
-
-    Args:
-        folder: Created if necessary; files of these names are overwritten.
-        resolution: [m] per cell of the map, which is made finer if navigation needs it.
+    They are written beside the folder first: it changes only if all of them are usable. Cells of
+    the map have `resolution` [m], or less if navigation needs it.
 
     Raises:
-        SwarmError: If a file cannot be written, or what is written is not a usable world.
+        SwarmError: If a file cannot be written, or the result is not a usable world.
     """
     home = next(parent for parent in folder.absolute().parents if parent.is_dir())
     try:

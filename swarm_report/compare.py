@@ -156,11 +156,7 @@ def what_differs(runs: Sequence[RunData]) -> str:
 
 
 def write_comparison(runs: Sequence[RunData], page: Path) -> None:
-    """Write a page that compares runs, and its plots beside it.
-
-    Raises:
-        ConfigError: If it cannot be written.
-    """
+    """Write a page that compares runs, and its plots beside it."""
     folder = page.with_name(f"{page.stem}_plots")
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -38,10 +38,9 @@ def escape(value: object) -> str:
 
 
 def plots_html(plots: Sequence[Plot], map_image: Mapping[str, Any] | None = None) -> str:
-    """Return the figures with their tables, and what plotly.js needs to draw them.
+    """Return the figures with their tables, and the data for plotly.js.
 
-    Args:
-        map_image: Of plotly.js, below charts that are `on_map`.
+    `map_image` lies below charts that are `on_map`.
     """
     figures = "\n".join(map(_figure, plots))
     charts = {plot.name: plot.chart for plot in plots if plot.chart is not None}

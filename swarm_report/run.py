@@ -97,17 +97,13 @@ class RunData:
     """A run's folder, each part read when it is first asked for.
 
     Attributes:
-        folder: Of the run.
         robots: Names in order.
-        report: What report.json says; empty if the run did not get that far.
-        left_out: Lines of the trace that are damaged, by file.
+        report: Content of report.json; empty if the run did not get that far.
+        left_out: Number of damaged lines of the trace, by file.
     """
 
     def __init__(self, folder: Path, report: Mapping[str, Any] | None = None) -> None:
-        """Find the run.
-
-        Args:
-            report: Its report, if that is not written yet.
+        """Find the run; `report` is its report, if that is not written yet.
 
         Raises:
             ConfigError: If the folder is not that of a run, or a file in it is damaged.

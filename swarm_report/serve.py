@@ -30,11 +30,7 @@ HTML, PLAIN = "text/html; charset=utf-8", "text/plain; charset=utf-8"
 
 
 class ReportServer(ThreadingHTTPServer):
-    """Serves the runs of a folder.
-
-    Attributes:
-        link: What the user opens.
-    """
+    """Serves the runs of a folder; `link` is its address with the token."""
 
     daemon_threads = True
 
@@ -59,11 +55,7 @@ class ReportServer(ThreadingHTTPServer):
         self.link = f"http://{LOOPBACK}:{self.server_port}/{self.token}/"
 
     def page(self, path: str, query: str) -> str | None:
-        """Return the page at a path below the token; None if there is none.
-
-        Raises:
-            SwarmError: If what is asked for cannot be read.
-        """
+        """Return the page at a path below the token; None if there is none."""
         if path == "":
             return self.list.page()
         known = run_folders(self.runs)  # no name that is asked for becomes a path

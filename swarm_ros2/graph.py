@@ -36,8 +36,7 @@ UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # of an endpoint that is known before its 
 def open_node(name: str | None = None, *, sim_time: bool = False) -> Iterator[Node]:
     """Create a node, hidden unless named, without parameter services and without a log topic.
 
-    Args:
-        sim_time: Whether its clock is `/clock`.
+    With `sim_time` its clock is `/clock`.
     """
     context = rclpy.Context()
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
@@ -63,13 +62,10 @@ def settle(node: Node) -> None:
 def settled(
     node: Node, read: Callable[[], Facts], is_whole: Callable[[Facts], bool] = lambda _: True
 ) -> Facts:
-    """Return what is known of the graph once it stays the same.
+    """Return the state of the graph once it stays the same and `is_whole`.
 
     Topics, endpoints and nodes of one participant become known one after the other, on a busy
     machine with gaps.
-
-    Args:
-        is_whole: Tells whether something is missing for certain, so that it is worth a wait.
     """
     start = changed = time.monotonic()
     facts = read()
@@ -153,11 +149,7 @@ def absolute(name: str) -> str:
 
 
 def topic_type(node: Node, topic: str, timeout: float = MOST) -> str | None:
-    """Return the type of a topic, None if nobody is known to use it in time.
-
-    Raises:
-        SwarmError: The topic is used with several types.
-    """
+    """Return the type of a topic, None if nobody is known to use it in time."""
     return _type_of(topic, lambda: node.get_topic_names_and_types(), timeout)
 
 
@@ -190,11 +182,7 @@ def node_names(node: Node, *, hidden: bool = False) -> list[str]:
 
 
 def require_node(node: Node, name: str) -> str:
-    """Return a node's full name once it has been discovered.
-
-    Raises:
-        SwarmError: It does not appear in time.
-    """
+    """Return a node's full name once it has been discovered."""
     full = absolute(name)
     if not wait_for(lambda: full in node_names(node, hidden=True), MOST):
         raise SwarmError(f"Node not found{_advice(node, full)}")

@@ -102,9 +102,7 @@ def _show(options: argparse.Namespace) -> None:
 def _lines(name: str, *, comments: bool, nested: bool, indent: str = "") -> list[str]:
     """Return a definition's lines with those of its fields' types below each field.
 
-    Args:
-        comments: Whether its comments are shown.
-        nested: Whether those of the fields' types are.
+    `comments` shows its own comments, `nested` those of its fields' types.
     """
     lines = []
     package = name.split("/")[0]

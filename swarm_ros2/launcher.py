@@ -54,11 +54,7 @@ def start(program: str, arguments: Sequence[str]) -> NoReturn:
 
 
 def swarm_up_arguments(words: Sequence[str]) -> list[str]:
-    """Return the options of swarm-up for launch arguments like ``swarm_size:=20``.
-
-    Raises:
-        SwarmError: If a word is no such argument.
-    """
+    """Return the options of swarm-up for launch arguments like `swarm_size:=20`."""
     options: list[str] = []
     for word in words:
         name, sign, value = word.partition(":=")

@@ -77,11 +77,7 @@ def add_verbs(verbs: Any) -> None:
 
 
 def call(node: Node, owner: str, kind: Any, service: str, request: Any) -> Any:
-    """Return the answer of a node's service; its server may be created only when a client appears.
-
-    Raises:
-        SwarmError: If there is no such service, or no answer.
-    """
+    """Return the answer of a node's service, whose server may wait for a client to appear."""
     client = node.create_client(kind, f"{owner}/{service}")
     if not graph.wait_for(client.service_is_ready):
         raise SwarmError(f"{owner} offers no service {service}")

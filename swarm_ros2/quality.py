@@ -22,11 +22,7 @@ KEPT, VOLATILE = QoSDurabilityPolicy.TRANSIENT_LOCAL, QoSDurabilityPolicy.VOLATI
 
 
 def add_arguments(parser: argparse.ArgumentParser, preset: str) -> None:
-    """Add ros2cli's options for quality of service.
-
-    Args:
-        preset: Name of the profile that the options start from.
-    """
+    """Add ros2cli's options for quality of service, which change the profile `preset`."""
     parser.set_defaults(qos_preset=preset)
     parser.add_argument(
         "--qos-profile",

@@ -13,11 +13,7 @@ from swarm_ros2.verbs import add_flag, add_list_options, add_verb
 
 
 def add_verbs(verbs: Any) -> None:
-    """Add the verbs of `ros2 topic`.
-
-    Args:
-        verbs: The sub-parsers that argparse made for the command.
-    """
+    """Add the verbs of `ros2 topic`."""
     topic_echo.add_verbs(verbs)
     verb = add_verb(verbs, "find", "Output a list of available topics of a given type", _find)
     verb.add_argument("topic_type", help="Name of the ROS topic type to filter for")

@@ -36,10 +36,7 @@ VERSION = re.compile(r"<version>\s*(\d+)\.(\d+)[\d.]*\s*</version>")
 
 
 def ensure_interfaces(*, quiet: bool = False) -> list[str]:
-    """Build and install the interface packages that are missing or out of date.
-
-    Returns:
-        The names of the packages that were installed by this call.
+    """Build and install interface packages that are missing or out of date; return their names.
 
     Raises:
         SwarmError: A tool is missing or the build failed.
@@ -85,7 +82,7 @@ def foreign_interfaces() -> dict[str, Path]:
     """Return the interface packages that somebody else installed, and where.
 
     Raises:
-        SwarmError: If one is of a release that does not have what we use.
+        SwarmError: If a release lacks something that is used here.
     """
     environment = install.Environment.current()
     names = [package.name for package in _packages()]

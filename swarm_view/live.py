@@ -22,11 +22,7 @@ def open_node() -> Node:
 
 
 def serve_live(server: Server, node: Node, hear: Hear | None = None) -> None:
-    """Show the live graph until a signal asks for the end; the node is destroyed then.
-
-    Args:
-        hear: Returns what the run that starts meanwhile has said since the last call.
-    """
+    """Show the live graph until a signal asks for the end; the node is destroyed then."""
     link = OperatorLink(node)
     run_until_signal(Viewer(server, LiveFeed(node), link, hear=hear))
     link.close()

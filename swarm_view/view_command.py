@@ -48,11 +48,7 @@ def view(
 
 
 def show_recording(feed: BagFeed, port: int) -> None:
-    """Show a recording in the browser, until a signal asks for the end.
-
-    Raises:
-        SwarmError: If the address cannot be listened on.
-    """
+    """Show a recording in the browser, until a signal asks for the end."""
     check_address(LOOPBACK, port)
     server = Server(LOOPBACK, port)
     _announce(server)

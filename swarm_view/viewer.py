@@ -51,12 +51,10 @@ class Viewer:
         recording: BagFeed | None = None,
         hear: Hear | None = None,
     ) -> None:
-        """Attach to a server.
+        """Attach to a server; `link` is None for a recording.
 
-        Args:
-            link: To the swarm; None for a recording.
-            recording: The feed, if it can be played.
-            hear: Returns what the run that this viewer is part of has said since the last call.
+        `recording` is the feed, if it can be played. `hear` returns new messages of the run that
+        this viewer is part of, if any.
         """
         self._recording = recording
         self._server = server

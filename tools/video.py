@@ -51,12 +51,7 @@ Box = tuple[float, float, float, float]  # left, bottom, right, top [m] in map
 
 
 class RecordedRun:
-    """A run: poses, states and held space at any time.
-
-    Attributes:
-        data: Its folder.
-        names: Of the robots.
-    """
+    """Poses, states and held space of a run at any time."""
 
     def __init__(self, folder: Path, span: tuple[float, float]) -> None:
         """Read what was recorded between two simulated times [s]."""

@@ -47,12 +47,7 @@ CAMERA = {  # as close to robots as that of a page that follows one: their wheel
 
 
 class SilentPage:
-    """A page that receives everything and draws nothing.
-
-    Attributes:
-        updates: Messages received.
-        size: [bytes] received.
-    """
+    """A page that receives everything and draws nothing; counts updates and bytes."""
 
     def __init__(self, link: str, robot: str) -> None:
         self.updates = self.size = 0

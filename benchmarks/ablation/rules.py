@@ -136,11 +136,7 @@ class AblationJob:
 def variants(only: Sequence[str] = ()) -> list[Variant]:
     """Return the navigators as they are, then each rule off, then each number halved and doubled.
 
-    Args:
-        only: Names of rules and numbers; empty for all.
-
-    Raises:
-        UnknownNameError: If a name is none of these.
+    `only` names rules and numbers; empty for all. Raises UnknownNameError for any other name.
     """
     known = (*RULES, *NUMBERS)
     for name in only:
@@ -172,14 +168,7 @@ def _like(usual: float, value: float) -> float:
 
 
 def run_job(job: AblationJob) -> tuple[str, RunResult]:
-    """Run a job; constants of modules that it changes are as before afterwards.
-
-    Args:
-        job: What is changed, and in which run.
-
-    Returns:
-        The variant's name and the result.
-    """
+    """Run a job, restore the constants it changed; return the variant's name and the result."""
     known = parameter_values(NavConfig())
     parameters = {name: value for name, value in job.variant.values.items() if name in known}
     constants = {name: value for name, value in job.variant.values.items() if name not in known}
@@ -248,11 +237,7 @@ def missing(
 
 
 def ablation_markdown(results: Sequence[tuple[str, RunResult]]) -> str:
-    """Return the table: a row per variant and kind of run, compared seed by seed.
-
-    Args:
-        results: Variants with their results; those that are as they are among them.
-    """
+    """Return the table: a row per variant and kind of run, compared with `BASE` seed by seed."""
     usual = _as_it_is(results)
     lines = [
         "| changed | row | runs | goals | contacts | makespan | worst wait |",
@@ -321,11 +306,7 @@ def _percent(log: float) -> str:
 def jobs_of(
     chosen: Sequence[Variant], rows: Sequence[RunOptions], halls: Sequence[RunOptions]
 ) -> list[AblationJob]:
-    """Return the runs, variant by variant.
-
-    Args:
-        chosen: What is changed, one after the other.
-    """
+    """Return the runs, variant by variant."""
     kinds = [(options, False) for options in rows] + [(options, True) for options in halls]
     return [
         AblationJob(variant, options, is_hall)

@@ -45,13 +45,10 @@ class Side:
 def compare(
     names: tuple[str, str], jobs: Sequence[ScaleJob], console: Console
 ) -> tuple[Side, Side]:
-    """Return two sides: result files as they are, commits run now, in turn.
-
-    Args:
-        names: Two files of `python -m benchmarks scale --json`, or two commits of this repository.
+    """Return two sides: result files as they are, or commits that are run now, in turn.
 
     Raises:
-        ConfigError: If a name is neither.
+        ConfigError: If a name is neither a file nor a commit.
     """
     first, second = names
     if all(Path(name).is_file() for name in names):
@@ -70,11 +67,7 @@ def compare(
 
 
 def comparison_table(first: Side, second: Side) -> Table:
-    """Return figure by figure what both cost and the ratio of the second to the first.
-
-    Args:
-        second: After; runs that only one side has are left out.
-    """
+    """Return each figure of both sides and their ratio, second to first, of runs both have."""
     table = Table(box=None, header_style="bold")
     for name in ("system", "workload", "robots", "figure", first.name, second.name, "ratio"):
         table.add_column(

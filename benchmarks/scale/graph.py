@@ -29,7 +29,7 @@ def run_graph(job: ScaleJob, code: str, machine: str) -> ScaleResult:
     """Run `swarm-up` once.
 
     Raises:
-        SwarmUpError: If it left no report; the message ends with what it said last.
+        SwarmUpError: If it left no report; the message ends with its last output.
     """
     with tempfile.TemporaryDirectory(prefix="swarm-scale-") as name:
         folder = Path(name)
@@ -62,11 +62,7 @@ def _last_lines(log: Path) -> str:
 
 
 def environment(code: Path | None) -> dict[str, str]:
-    """Return the environment in which the code of another folder runs instead of this one.
-
-    Args:
-        code: Folder that has the packages; None for the code that runs now.
-    """
+    """Return an environment in which the code in a folder runs; None for this code."""
     values = dict(os.environ)
     if code is not None:
         values["PYTHONPATH"] = os.pathsep.join([str(code), values.get("PYTHONPATH", "")]).strip(":")

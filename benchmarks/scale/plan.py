@@ -91,15 +91,13 @@ def plan_jobs(
     """Return the runs, repeat by repeat, so that a killed sweep has results of every size.
 
     Args:
-        system: `graph`, `harness`, or a peer's name.
-        workload: Of `WORKLOADS`; `auto` for the hall, and for the warehouse beyond its room.
-        seconds: [s] of simulated time.
+        workload: A name in `WORKLOADS`, or `auto`: the hall while robots fit, then the warehouse.
         goals: Per robot; 0 for all of the mission.
         pack: Navigators per process; None for one, and for ten in swarms of more than 100.
-        engine: Physics; None for bullet on the graph and planar in the harness.
+        engine: None for bullet on the graph and planar in the harness.
 
     Raises:
-        ConfigError: For the first thing that is wrong.
+        ConfigError: If an argument is out of its range.
     """
     if workload != AUTO and workload not in WORKLOADS:
         raise UnknownNameError("workload", workload, (AUTO, *WORKLOADS))

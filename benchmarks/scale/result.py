@@ -67,21 +67,13 @@ class ScaleResult:
 
 
 def read_scale_results(path: Path) -> list[ScaleResult]:
-    """Return the results in a file; see `read_json_lines`.
-
-    Raises:
-        ConfigError: If the file cannot be read, or a complete line is not a result.
-    """
+    """Return the results in a file; see `read_json_lines`."""
     return read_json_lines(
         path, lambda data: msgspec.convert(data, ScaleResult), "python -m benchmarks scale"
     )
 
 
 def median_of(values: Sequence[float | None]) -> float | None:
-    """Return the median of the known values, None without any.
-
-    Args:
-        values: None where something is not known.
-    """
+    """Return the median of the known values, None without any."""
     known = [value for value in values if value is not None]
     return statistics.median(known) if known else None

@@ -40,25 +40,11 @@ class ScaleRow:
         return (median_of([run.others for run in self.runs]) or 0.0) > NOISY
 
     def median(self, figure: Callable[[ScaleResult], float | None]) -> float | None:
-        """Return the median of a figure over the runs.
-
-        Args:
-            figure: Of one run; None where it has none.
-
-        Returns:
-            None if no run has the figure.
-        """
+        """Return the median of a figure over the runs that have it; None if none has."""
         return median_of([figure(run) for run in self.runs])
 
     def cpu(self, part: str) -> float | None:
-        """Return CPU time [ms] per robot and simulated second of a part.
-
-        Args:
-            part: `world`, `navigators`, `other` or `dds`.
-
-        Returns:
-            None if it was not measured.
-        """
+        """Return CPU time [ms] per robot and simulated second of a part; None if unknown."""
         return self.median(lambda run: run.cpu_ms.get(part))
 
     @property
@@ -72,25 +58,11 @@ class ScaleRow:
         return self.median(lambda run: run.real_time_factor) or 0.0
 
     def memory(self, kind: str) -> float | None:
-        """Return a figure of memory [MB].
-
-        Args:
-            kind: `total`, `robot` or `rss`.
-
-        Returns:
-            None if it was not measured.
-        """
+        """Return memory [MB], `total`, `robot` or `rss`; None if it was not measured."""
         return self.median(lambda run: run.memory_mb.get(kind))
 
     def total(self, name: str) -> int | None:
-        """Return the largest value of a counter in any run.
-
-        Args:
-            name: A field of `ScaleResult`.
-
-        Returns:
-            None if no run has it.
-        """
+        """Return the largest value of a field of `ScaleResult`; None if no run has it."""
         values = [getattr(run, name) for run in self.runs]
         known = [value for value in values if value is not None]
         return max(known) if known else None
@@ -142,20 +114,12 @@ def rows_of(results: Iterable[ScaleResult]) -> list[ScaleRow]:
 
 
 def columns_of(rows: Sequence[ScaleRow]) -> dict[str, Column]:
-    """Return the columns that rows of one system have.
-
-    Returns:
-        By name in the table's head, what the cell of a row says.
-    """
+    """Return the columns for rows of one system."""
     return GRAPH_COLUMNS if rows and rows[0].first.system == "graph" else HARNESS_COLUMNS
 
 
 def scale_table(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> Table:
-    """Return the table for the terminal; rows measured on a busy machine are dim.
-
-    Args:
-        columns: As of `columns_of`.
-    """
+    """Return the table for the terminal; rows measured on a busy machine are dim."""
     table = Table(box=None, header_style="bold")
     for name in columns:
         table.add_column(
@@ -168,11 +132,7 @@ def scale_table(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> Table:
 
 
 def growth(rows: Sequence[ScaleRow], few: int = 20, many: int = 100) -> float | None:
-    """Return by which factor the CPU time of a robot-second grows from few robots to many.
-
-    Returns:
-        None if a size is missing, or cost nothing.
-    """
+    """Return the growth of a robot-second's CPU time from few to many robots, if known."""
     costs = {row.first.robots: row.cpu_total for row in rows}
     if few not in costs or many not in costs or not costs[few]:
         return None

@@ -115,19 +115,10 @@ class StormOptions:
 
 
 class Storm(Harness):
-    """A storm in progress.
-
-    Attributes:
-        plan: What happens.
-        contacts: Episodes in which a robot that lives moved.
-    """
+    """A storm in progress; `contacts` are those in which a living robot moved."""
 
     def __init__(self, options: StormOptions, plan: StormPlan | None = None) -> None:
-        """Build world and robots.
-
-        Args:
-            plan: What happens; None to draw it from the seed.
-        """
+        """Build world and robots; without a plan, draw one from the seed."""
         run_options = options.run_options
         grid, homes_map = ground_of(run_options)
         self.floor = Floor(grid)

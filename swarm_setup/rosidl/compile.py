@@ -138,14 +138,9 @@ def _extension(package: InterfacePackage, build: Path) -> Library:
 def build_all(
     libraries: list[Library], build: Path, tools: Toolchain, jobs: int, done: Callable[[], None]
 ) -> None:
-    """Compile and link everything, `jobs` compiler processes at a time.
+    """Compile and link libraries, dependencies first, with `jobs` compiler processes at a time.
 
-    Args:
-        libraries: What to build, dependencies first.
-        jobs: How many processes may run at once.
-
-    Raises:
-        BuildError: A call failed; the others have been stopped.
+    A call that fails stops the others.
     """
     with ThreadPoolExecutor(jobs) as pool:
         objects = {

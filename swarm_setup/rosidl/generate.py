@@ -34,10 +34,8 @@ GENERATORS = (
 def prepare(package: InterfacePackage, build: Path, prefixes: tuple[Path, ...]) -> None:
     """Convert the definitions to IDL and describe their types (with hashes).
 
-    Args:
-        package: What to convert; its dependencies must have been prepared.
-        build: Folder of the whole build; `build/share/<package>` is written.
-        prefixes: Where installed packages keep `share/<package>`; `build` comes first.
+    The package's dependencies must have been prepared. `build/share/<package>` is written;
+    `prefixes` have `share/<package>` of installed ones.
     """
     from rosidl_adapter import convert_to_idl
 

@@ -56,8 +56,7 @@ class Environment:
 def collect(package: InterfacePackage, build: Path, tree: Path) -> None:
     """Gather one package's results from a build folder into an installable tree.
 
-    Args:
-        tree: Written at once, by renaming, so that an interrupted run leaves nothing half done.
+    The tree appears at once, by renaming, so that an interrupted run leaves nothing half done.
     """
     name = package.name
     draft = tree.with_name(f"{tree.name}.{os.getpid()}")

@@ -22,10 +22,7 @@ class MissingToolError(SwarmError):
 
 
 def find_toolchain(environ: Mapping[str, str]) -> Toolchain:
-    """Find everything that a build needs.
-
-    Args:
-        environ: Usually os.environ; CC, CXX, PATH and AMENT_PREFIX_PATH are read.
+    """Find everything that a build needs, by CC, CXX, PATH and AMENT_PREFIX_PATH.
 
     Raises:
         MissingToolError: A compiler, Python's headers or a generator is missing.

@@ -67,11 +67,10 @@ TIME_ORDERS = ("seek", "step", "mark", "play", "live")
 
 
 class Page:
-    """A browser's view; runs on the main thread, but for what viser calls.
+    """A browser's view; runs on the main thread, except for viser's callbacks.
 
     Attributes:
-        robot: Which one it looks at; empty for none.
-        history: What has happened.
+        robot: The selected robot; empty for none.
     """
 
     def __init__(
@@ -82,10 +81,10 @@ class Page:
         """Build the page.
 
         Args:
-            link: To the swarm; None for a recording.
-            url: Returns the address of a robot's page, or of a place.
+            link: Sends orders to the swarm; None for a recording.
+            url: Returns the address of a robot's page, or of a viewpoint.
             post: Brings a call to the main thread.
-            playback: Of a recording; None for a live swarm.
+            playback: Controls a recording; None for a live swarm.
         """
         self.robot = place.robot
         self.history = history
@@ -287,13 +286,7 @@ class Page:
     # Drawing
 
     def update(self, poses: FloatArray, now: float, cpu: str) -> None:
-        """Bring the page up to date.
-
-        Args:
-            poses: Where the robots are drawn (n, 3), in map.
-            now: Wall time [s].
-            cpu: Text of the panel about the CPU.
-        """
+        """Update the page for robots at poses (n, 3) in map; `now` is wall time, `cpu` a text."""
         if self._driving is not None:
             self._driving.update(now)
         self._past.play(now)

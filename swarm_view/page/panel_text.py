@@ -86,11 +86,11 @@ def robot_html(
     """Return the state of one robot, why it waits and for whom, and a link to its own page.
 
     Args:
-        true_pose: Where it really is (3,), in map, if that is known.
-        since: [s] when it came into its state, if that is known.
+        true_pose: (3,) in map; None if unknown.
+        since: [s] when it entered its state; None if unknown.
         now: [s] of simulated time.
-        saw_begin: Whether it came into it then; else it has been in it for longer.
-        is_past: Whether its pose is where it really was, and its times are of later.
+        saw_begin: Whether it entered its state at `since`; else earlier.
+        is_past: Whether the pose is the true one, and the times are later ones.
     """
     name, state = html.escape(robot), states.get(robot)
     link = f"<a href='{html.escape(url)}' target='_blank' style='color:{LINK}'>page of its own</a>"

@@ -24,11 +24,7 @@ class Playback:
         on_jump: Callable[[], None],
         post: Callable[[Callable[[], None]], None],
     ) -> None:
-        """Build the widgets.
-
-        Args:
-            post: Brings a call to the thread that draws.
-        """
+        """Build the widgets; `post` brings a call to the thread that draws."""
         self._recording = recording
         self._on_jump = on_jump
         start, end = recording.span

@@ -40,18 +40,12 @@ Use = Callable[[Tool, FloatArray, FloatArray | None], None]
 
 
 class Hand:
-    """The tool of one page, and the floor that it points at. Runs on the main thread.
-
-    Attributes:
-        tool: The selected one.
-    """
+    """The selected tool of one page, and the floor that it points at. Runs on the main thread."""
 
     def __init__(self, client: Any, use: Use, post: Post) -> None:
-        """Begin without a tool.
+        """Begin without a tool; `post` brings a call to the main thread.
 
-        Args:
-            use: Called when the tool was used; it is dropped then.
-            post: Brings a call to the main thread.
+        `use` is called with a tool that was used and has been dropped.
         """
         self.tool = Tool.SELECT
         self._client = client

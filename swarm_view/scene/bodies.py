@@ -20,20 +20,12 @@ Colors = NDArray[np.uint8]
 
 
 class Bodies:
-    """Batches of the same meshes.
-
-    Attributes:
-        members: Rows of the robots among all.
-    """
+    """Batches of the same meshes; `members` are the rows of their robots among all."""
 
     def __init__(
         self, scene: viser.SceneApi, name: str, mesh: RobotMesh, members: Rows, near: int
     ) -> None:
-        """Draw the robots far away.
-
-        Args:
-            near: How many of them may be nearby at a time.
-        """
+        """Draw the robots far away; at most `near` of them are nearby at a time."""
         self.members = members
         self._scene = scene
         self._name = name

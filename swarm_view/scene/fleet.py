@@ -35,7 +35,7 @@ class DrawnFleet:
     """The robots' bodies.
 
     Attributes:
-        names: Of the robots that are drawn, in the order of all arrays.
+        names: Robots that are drawn, in the order of all arrays.
         meshes: Model of each robot, as far as it is known.
         revision: Grows when other robots are drawn.
     """

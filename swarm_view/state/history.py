@@ -72,7 +72,6 @@ class History:
 
     Attributes:
         start: [s] of the first message; None before it.
-        end: [s] of the last one.
         marks: In the order of their times.
         gaps: (from, to) [s] of which nothing is known: nobody listened.
         revision: Grows with every mark and gap.

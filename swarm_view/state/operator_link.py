@@ -41,7 +41,7 @@ class OperatorLink:
     """Publishers and clients of a node, made when they are first needed.
 
     Attributes:
-        is_paused: What the world said last; None before.
+        is_paused: None before the world has said it.
         speed: Times real time, 0 for no limit; None before the world has said it.
     """
 

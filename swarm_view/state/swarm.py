@@ -35,17 +35,12 @@ class Swarm:
     """The swarm's state according to the messages so far.
 
     Attributes:
-        names: Of the robots, in the order of all arrays.
-        states: Latest status by robot.
+        names: Robots in the order of all arrays.
         descriptions: URDF by robot.
-        track: Where they are.
-        trails: Where they have been.
-        markers: Of the scene; None before it is known.
+        markers: Bodies of the scene; None before it is known.
         stations: Places (3,) of their labels in map, by name.
         movers: Markers of the other moving bodies.
-        map: None before it is known.
         verdict: swarm_interfaces/Verdict; None before the first.
-        tick: Newest control tick seen.
         revision: Grows whenever scene, map, names or descriptions change.
         state_revision: Grows with every status.
     """
