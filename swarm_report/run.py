@@ -59,6 +59,11 @@ class Span:
     station: str
     place: int
 
+    @property
+    def length(self) -> float:
+        """Duration [s]."""
+        return self.end - self.start
+
 
 @dataclass(frozen=True, slots=True)
 class Wait:
@@ -87,10 +92,8 @@ class UsageSeries:
     wall: FloatArray  # (k,) [s] since the start of the command
     sim: FloatArray  # (k,) [s] of simulated time
     factor: FloatArray  # (k,) real-time factor
-    # by group of processes, (k,) CPU seconds per second since the sample before
-    cores: dict[str, FloatArray]
-    # by group, (k,), each shared page counted once; empty for a run before that was noted
-    memory_mb: dict[str, FloatArray]
+    cores: dict[str, FloatArray]  # CPU seconds per second (k,) by group of processes
+    memory_mb: dict[str, FloatArray]  # (k,) by group, shared pages counted once; may be empty
 
 
 class RunData:
@@ -193,14 +196,11 @@ class RunData:
         """Goals of the mission in order of time."""
         events = [
             GoalEvent(
-                self._index[line["robot"]],
-                line["t"],
-                line["goal"],
-                line["outcome"],
+                self._index[line["robot"]], line["t"], line["goal"], line["outcome"],
                 line["duration"],
             )
             for line in self._diary[2]
-        ]
+        ]  # fmt: skip
         return sorted(events, key=lambda event: event.time)
 
     @functools.cached_property
@@ -219,19 +219,14 @@ class RunData:
                 lines.append(line)
         if len(lines) < 2:
             return None
-        wall = np.array([line["wall"] for line in lines], float)
-        groups = list(lines[-1]["cpu"])
+        wall, sim = (np.array([line[key] for line in lines], float) for key in ("wall", "t"))
         gaps = np.maximum(np.diff(wall), 1e-3)
-        return UsageSeries(
-            wall[1:],
-            np.array([line["t"] for line in lines[1:]], float),
-            _factor(wall, np.array([line["t"] for line in lines], float)),
-            {group: _rates(lines, group, gaps) for group in groups},
-            {
-                group: _column(lines, "memory_mb", group)[1:]
-                for group in lines[-1].get("memory_mb", {})
-            },
-        )
+        cores = {group: _rates(lines, group, gaps) for group in lines[-1]["cpu"]}
+        memory = {
+            group: _column(lines, "memory_mb", group)[1:]
+            for group in lines[-1].get("memory_mb", {})
+        }
+        return UsageSeries(wall[1:], sim[1:], _factor(wall, sim), cores, memory)
 
     @functools.cached_property
     def grid(self) -> Grid | None:

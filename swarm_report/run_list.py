@@ -17,18 +17,9 @@ from swarm_report.run_files import Report, WorldEntry, read_json
 from swarm_report.tables import percent
 
 HEAD = (
-    "run",
-    "verdict",
-    "robots",
-    "world",
-    "mission",
-    "seed",
-    "goals reached",
-    "collisions",
-    "makespan [s]",
-    "goals per minute",
-    "real-time factor",
-)
+    "run", "verdict", "robots", "world", "mission", "seed", "goals reached", "collisions",
+    "makespan [s]", "goals per minute", "real-time factor",
+)  # fmt: skip
 SCRIPT = """
 document.addEventListener("DOMContentLoaded", () => {
   const search = document.getElementById("search"), count = document.getElementById("count");
