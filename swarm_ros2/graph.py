@@ -143,6 +143,11 @@ def is_hidden(name: str) -> bool:
     return any(part.startswith("_") for part in name.split("/"))
 
 
+def visible(rows: NamesAndTypes, *, hidden: bool) -> NamesAndTypes:
+    """Return the rows that are shown: all of them, or those whose names are not hidden."""
+    return [(name, types) for name, types in rows if hidden or not is_hidden(name)]
+
+
 def absolute(name: str) -> str:
     """Return a topic, service, action or node name with a leading slash."""
     return name if name.startswith("/") else f"/{name}"
@@ -212,5 +217,5 @@ def print_names(rows: NamesAndTypes, *, types: bool, count: bool) -> None:
 
 def print_found(rows: NamesAndTypes, kind: str, *, count: bool, hidden: bool) -> None:
     """Print the names that have a type, or how many there are, as all find verbs do."""
-    found = [(n, types) for n, types in rows if kind in types and (hidden or not is_hidden(n))]
+    found = [(name, types) for name, types in visible(rows, hidden=hidden) if kind in types]
     print_names(found, types=False, count=count)

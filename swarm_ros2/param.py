@@ -16,7 +16,7 @@ from rclpy.parameter import get_parameter_value, parameter_value_to_python
 
 from swarm_common.model.errors import SwarmError, UnknownNameError
 from swarm_ros2 import graph
-from swarm_ros2.verbs import add_flag, add_verb
+from swarm_ros2.verbs import NODE, add_flag, add_verb
 
 LABELS = {
     ParameterType.PARAMETER_BOOL: "Boolean value is:",
@@ -39,40 +39,25 @@ ASK_PERIOD = 2.0  # [s] after which it is asked again
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 param`."""
-    verb = add_verb(verbs, "delete", "Delete parameter", _delete)
-    verb.add_argument("node_name", help="Name of the ROS node")
-    verb.add_argument("parameter_name", help="Name of the parameter")
-    verb = add_verb(
-        verbs, "describe", "Show descriptive information about declared parameters", _describe
-    )
-    verb.add_argument("node_name", help="Name of the ROS node")
+    name = "Name of the parameter"
+    add_verb(verbs, "delete", "Delete parameter", _delete, node_name=NODE, parameter_name=name)
+    what = "Show descriptive information about declared parameters"
+    verb = add_verb(verbs, "describe", what, _describe, node_name=NODE)
     verb.add_argument("parameter_names", nargs="+", help="Names of the parameters")
-    verb = add_verb(verbs, "load", "Load parameter file for a node", _load)
-    verb.add_argument("node_name", help="Name of the ROS node")
+    verb = add_verb(verbs, "load", "Load parameter file for a node", _load, node_name=NODE)
     verb.add_argument("parameter_file", type=Path, help="Parameter file")
-    add_flag(
-        verb,
-        "--no-use-wildcard",
-        help="Do not load parameters in the '/**' namespace into the node",
-    )
-    verb = add_verb(verbs, "dump", "Show all parameters of a node in a YAML file format", _dump)
-    verb.add_argument("node_name", help="Name of the ROS node")
-    verb = add_verb(verbs, "get", "Get parameter", _get)
-    verb.add_argument("node_name", help="Name of the ROS node")
-    verb.add_argument("parameter_name", help="Name of the parameter")
+    wildcard = "Do not load parameters in the '/**' namespace into the node"
+    add_flag(verb, "--no-use-wildcard", help=wildcard)
+    what = "Show all parameters of a node in a YAML file format"
+    add_verb(verbs, "dump", what, _dump, node_name=NODE)
+    verb = add_verb(verbs, "get", "Get parameter", _get, node_name=NODE, parameter_name=name)
     add_flag(verb, "--hide-type", help="Hide the type information")
     verb = add_verb(verbs, "list", "Output a list of available parameters", _list)
-    verb.add_argument("node_name", nargs="?", help="Name of the ROS node")
-    verb.add_argument(
-        "--param-prefixes",
-        nargs="+",
-        default=[],
-        help="Only list parameters with the provided prefixes",
-    )
+    verb.add_argument("node_name", nargs="?", help=NODE)
+    prefixes = "Only list parameters with the provided prefixes"
+    verb.add_argument("--param-prefixes", nargs="+", default=[], help=prefixes)
     add_flag(verb, "--param-type", help="Print parameter types with parameter names")
-    verb = add_verb(verbs, "set", "Set parameter", _set)
-    verb.add_argument("node_name", help="Name of the ROS node")
-    verb.add_argument("parameter_name", help="Name of the parameter")
+    verb = add_verb(verbs, "set", "Set parameter", _set, node_name=NODE, parameter_name=name)
     verb.add_argument("value", help="Value of the parameter")
 
 
@@ -92,7 +77,7 @@ def call(node: Node, owner: str, kind: Any, service: str, request: Any) -> Any:
 
 
 def _spin_for(node: Node, future: Any) -> None:
-    """Wait for an answer, but not too long: discovery may have lost it, and all may be repeated."""
+    """Wait for an answer for `ASK_PERIOD`: discovery may have lost it, and all may be repeated."""
     is_overdue = graph.deadline(ASK_PERIOD)
     graph.spin(node, lambda: future.done() or is_overdue())
 
