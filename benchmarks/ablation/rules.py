@@ -11,7 +11,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import importlib
-import itertools
 import math
 import statistics
 import sys
@@ -243,33 +242,21 @@ def ablation_markdown(results: Sequence[tuple[str, RunResult]]) -> str:
         "| changed | row | runs | goals | contacts | makespan | worst wait |",
         "| --- | --- | ---: | ---: | ---: | ---: | ---: |",
     ]
-    for (name, row), runs in _grouped(results):
+    groups: dict[tuple[str, str], list[RunResult]] = {}
+    for name, result in results:
+        groups.setdefault((name, f"{result.scenario} {result.robots}"), []).append(result)
+    for (name, row), runs in groups.items():
         pairs = [(usual[_run_of(run)], run) for run in runs if _run_of(run) in usual]
         contacts = sum(run.robot_robot + run.robot_world for run in runs)
         reached, sent = sum(r.goals_reached for r in runs), sum(r.goals_sent for r in runs)
-        spans = [
-            after.makespan / before.makespan
-            for before, after in pairs
-            if before.makespan and after.makespan
-        ]
-        waits = [
-            after.wait_worst / before.wait_worst for before, after in pairs if before.wait_worst
-        ]
+        spans = [b.makespan / a.makespan for a, b in pairs if a.makespan and b.makespan]
+        waits = [b.wait_worst / a.wait_worst for a, b in pairs if a.wait_worst]
         changes = [_change(spans), _change(waits)]
         if name != BASE and pairs and all(_is_same(*pair) for pair in pairs):
             changes = ["the same run"] * 2
         cells = (name, row, len(runs), f"{reached}/{sent}", contacts, *changes)
         lines.append("| " + " | ".join(map(str, cells)) + " |")
     return "\n".join(lines)
-
-
-def _grouped(
-    results: Sequence[tuple[str, RunResult]],
-) -> Iterator[tuple[tuple[str, str], list[RunResult]]]:
-    keyed: dict[tuple[str, str], list[RunResult]] = {}
-    for name, result in results:
-        keyed.setdefault((name, f"{result.scenario} {result.robots}"), []).append(result)
-    yield from keyed.items()
 
 
 def _as_it_is(
@@ -307,8 +294,8 @@ def jobs_of(
     chosen: Sequence[Variant], rows: Sequence[RunOptions], halls: Sequence[RunOptions]
 ) -> list[AblationJob]:
     """Return the runs, variant by variant."""
-    kinds = [(options, False) for options in rows] + [(options, True) for options in halls]
-    return [
-        AblationJob(variant, options, is_hall)
-        for variant, (options, is_hall) in itertools.product(chosen, kinds)
-    ]
+    jobs = []
+    for variant in chosen:
+        jobs += [AblationJob(variant, options, False) for options in rows]
+        jobs += [AblationJob(variant, options, True) for options in halls]
+    return jobs

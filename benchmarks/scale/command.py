@@ -70,15 +70,9 @@ def scale(
     if harness and goals_per_robot:
         raise ConfigError("--harness runs for --seconds; leave out --goals-per-robot")
     jobs = plan_jobs(
-        system,
-        parse_sizes(robots),
-        repeats,
-        workload=workload,
-        seconds=seconds,
-        goals=goals_per_robot,
-        pack=pack,
-        engine=engine,
-    )
+        system, parse_sizes(robots), repeats, workload=workload, seconds=seconds,
+        goals=goals_per_robot, pack=pack, engine=engine,
+    )  # fmt: skip
     console = new_console()
     if compared is not None:
         if json_ is not None:

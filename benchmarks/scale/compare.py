@@ -52,10 +52,8 @@ def compare(
     """
     first, second = names
     if all(Path(name).is_file() for name in names):
-        return (
-            Side(first, read_scale_results(Path(first))),
-            Side(second, read_scale_results(Path(second))),
-        )
+        one, other = (Side(name, read_scale_results(Path(name))) for name in names)
+        return one, other
     with contextlib.ExitStack() as stack:
         folders = [stack.enter_context(_worktree(name)) for name in names]
         sides: list[list[ScaleResult]] = [[], []]
@@ -73,9 +71,9 @@ def comparison_table(first: Side, second: Side) -> Table:
         table.add_column(
             escape(name), justify="left" if name in ("system", "workload") else "right"
         )
-    others = {_kind(row): row for row in rows_of(second.results)}
+    others = {row.first.kind: row for row in rows_of(second.results)}
     for row in rows_of(first.results):
-        other = others.get(_kind(row))
+        other = others.get(row.first.kind)
         if other is None:
             continue
         for name, figure in FIGURES.items():
@@ -88,10 +86,6 @@ def comparison_table(first: Side, second: Side) -> Table:
                 number(before, 2), number(after, 2), number(ratio, 2),
             )  # fmt: skip
     return table
-
-
-def _kind(row: ScaleRow) -> tuple[object, ...]:
-    return (row.first.system, row.first.workload, row.first.robots, *row.first.setting.values())
 
 
 @contextlib.contextmanager

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.scale.result import ScaleResult
 from swarm_bench.runs.scenario import MOST_ROBOTS, Scenario, check_size
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
@@ -75,6 +76,13 @@ class ScaleJob:
             time_limit={self.robots: self.seconds},
             stall_limit=self.seconds + 1.0,
         )
+
+    def result(self, **figures: Any) -> ScaleResult:
+        """Return the result of the run with these fields."""
+        return ScaleResult(
+            system=self.system, workload=self.workload, robots=self.robots, repeat=self.repeat,
+            setting=self.setting, **figures,
+        )  # fmt: skip
 
 
 def plan_jobs(

@@ -71,12 +71,7 @@ def result_of(
 ) -> ScaleResult:
     """Return the result in the output of `harness.measure` or of a peer."""
     seconds = job.robots * said["sim_time"]
-    return ScaleResult(
-        system=job.system,
-        workload=job.workload,
-        robots=job.robots,
-        repeat=job.repeat,
-        setting=job.setting,
+    return job.result(
         start_up=said["start_up"],
         sim_time=said["sim_time"],
         wall_time=said["wall_time"],

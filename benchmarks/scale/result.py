@@ -57,6 +57,11 @@ class ScaleResult:
         return sum(self.cpu_ms.get(part) or 0.0 for part in ("world", "navigators", "other"))
 
     @property
+    def kind(self) -> tuple[Any, ...]:
+        """Tuple that repeats of one run share."""
+        return (self.system, self.workload, self.robots, *self.setting.values())
+
+    @property
     def key(self) -> tuple[Any, ...]:
         """As `ScaleJob.key`."""
         return (self.system, self.workload, self.robots, self.repeat, *self.setting.values())

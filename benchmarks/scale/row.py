@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from rich.markup import escape
 from rich.table import Table
@@ -37,7 +38,7 @@ class ScaleRow:
     @property
     def is_noisy(self) -> bool:
         """Whether something else used the machine meanwhile."""
-        return (median_of([run.others for run in self.runs]) or 0.0) > NOISY
+        return (self.median(lambda run: run.others) or 0.0) > NOISY
 
     def median(self, figure: Callable[[ScaleResult], float | None]) -> float | None:
         """Return the median of a figure over the runs that have it; None if none has."""
@@ -82,10 +83,8 @@ COMMON: dict[str, Column] = {
 }
 ENDS: dict[str, Column] = {
     "collisions": lambda row: _count(row.total("collisions")),
-    "others [%]": lambda row: number(
-        _percent(row.median(lambda run: run.others)), 0
-    ),
-}  # fmt: skip
+    "others [%]": lambda row: number(row.median(_percent_of_others), 0),
+}
 GRAPH_COLUMNS: dict[str, Column] = {
     **COMMON,
     "of it DDS threads": lambda row: number(row.cpu("dds"), 2),
@@ -105,10 +104,9 @@ HARNESS_COLUMNS: dict[str, Column] = {
 
 def rows_of(results: Iterable[ScaleResult]) -> list[ScaleRow]:
     """Return a row per system, workload, size and setting, by size."""
-    groups: dict[tuple[object, ...], list[ScaleResult]] = {}
+    groups: dict[tuple[Any, ...], list[ScaleResult]] = {}
     for result in results:
-        key = (result.system, result.workload, result.robots, *result.setting.values())
-        groups.setdefault(key, []).append(result)
+        groups.setdefault(result.kind, []).append(result)
     rows = [ScaleRow(tuple(runs)) for runs in groups.values()]
     return sorted(rows, key=lambda row: (row.first.system, row.first.robots, row.label))
 
@@ -143,5 +141,5 @@ def _count(value: int | None) -> str:
     return "-" if value is None else str(value)
 
 
-def _percent(share: float | None) -> float | None:
-    return None if share is None else 100.0 * share
+def _percent_of_others(run: ScaleResult) -> float | None:
+    return None if run.others is None else 100.0 * run.others

@@ -259,7 +259,7 @@ class Storm(Harness):
         return missed
 
     def storm(self) -> StormResult:
-        """Run until all goals are settled, or the time is up."""
+        """Run until all goals are settled or the time is up; return the result."""
         result = self.run()
         labels = self._regions([*self._crates, *self._stuck()])
         missed = self._missed()
@@ -297,5 +297,5 @@ class Storm(Harness):
 
 
 def run_storm(options: StormOptions) -> StormResult:
-    """Run one storm, and return what came of it."""
+    """Run one storm; a function, so that other processes can."""
     return Storm(options).storm()
