@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import psutil
 
 from swarm_common.model.records import FloatArray
 from swarm_view.page.notice import ENDED, VIEWER_ENDED, Hear, Notice
@@ -18,12 +19,11 @@ from swarm_view.page.past import LIVE
 from swarm_view.page.playback import Playback
 from swarm_view.scene.fleet import DrawnFleet
 from swarm_view.scene.scenery import Scenery
-from swarm_view.server.machine import CpuMeter
 from swarm_view.server.server import Server
 from swarm_view.state import topics
-from swarm_view.state.feed import Feed
 from swarm_view.state.history import History
 from swarm_view.state.link import Viewpoint
+from swarm_view.state.live_feed import Feed
 from swarm_view.state.operator_link import OperatorLink
 from swarm_view.state.swarm import Swarm, history_of
 
@@ -37,6 +37,7 @@ SLOW_PERIOD = 0.25  # [s] of wall time between two looks at what changes slowly
 NEAR_PERIOD = 0.25  # [s] of wall time between two searches for robots near a camera
 COLOR_PERIOD = 0.2  # [s] of wall time between two looks at the states' colours
 HISTORY_PERIOD = 1.0  # [s] between two poses of a robot's way in a recording
+CPU_PERIOD = 2.0  # [s] of wall time between two readings of the machine's load
 ALWAYS = {topics.TF, topics.VERDICT, topics.MOVERS}
 
 
@@ -65,7 +66,7 @@ class Viewer:
         self._swarm = Swarm()
         self._scenery = Scenery(server.viser)
         self._fleet = DrawnFleet(server.viser.scene, LIVE)
-        self._cpu = CpuMeter()
+        self._cpu, self._cpu_due = "", 0.0
         self._playback: Playback | None = None
         self._notice = Notice(hear)
         self._farewell = VIEWER_ENDED if hear is None else ENDED
@@ -163,9 +164,12 @@ class Viewer:
             self._slow_due = now + SLOW_PERIOD
             self._turn_slowly()
         # A recording shows the run, not the load of the machine that plays it.
-        cpu = self._cpu.text(now) if self._playback is None else ""
+        if self._playback is None and now >= self._cpu_due:
+            self._cpu_due = now + CPU_PERIOD
+            cores = psutil.cpu_count()
+            self._cpu = f"{psutil.cpu_percent():.0f} % of this machine's {cores} cores"
         for page in self._pages.values():
-            page.update(poses, now, cpu)
+            page.update(poses, now, self._cpu)
 
     def _turn_slowly(self) -> None:
         if self._playback is not None:

@@ -37,12 +37,11 @@ from swarm_view.page.panel_text import (
 from swarm_view.page.past import Past
 from swarm_view.page.playback import Playback
 from swarm_view.page.time_line import TimeLine, next_mark
-from swarm_view.page.tool import ORDERS, Hand, Post, Tool, heading
+from swarm_view.page.tool import ORDERS, Hand, Post, Ruler, Tool, heading
 from swarm_view.scene.fleet import DrawnFleet
 from swarm_view.scene.overlay import Overlay
 from swarm_view.scene.page_view import PageView
 from swarm_view.scene.robot_layers import RobotLayers
-from swarm_view.scene.ruler import Ruler
 from swarm_view.scene.shapes import lifted, nearest_to_ray, on_floor
 from swarm_view.scene.views import View
 from swarm_view.scene.viser_compat import run_script

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any
 
 from swarm_common.robots.source import robot_names
@@ -31,14 +30,8 @@ PAD = (
 NOBODY = "(none)"
 FIRST_MODEL = "turtlebot3_waffle"
 SPEEDS = {
-    "0.25 x": 0.25,
-    "0.5 x": 0.5,
-    "1 x": 1.0,
-    "2 x": 2.0,
-    "5 x": 5.0,
-    "10 x": 10.0,
-    "max": 0.0,
-}
+    "0.25 x": 0.25, "0.5 x": 0.5, "1 x": 1.0, "2 x": 2.0, "5 x": 5.0, "10 x": 10.0, "max": 0.0,
+}  # fmt: skip
 
 
 class Panel:
@@ -143,13 +136,12 @@ class Panel:
             yes = self._gui.add_button(answer, color="red")
             no = self._gui.add_button("Cancel")
 
-        def close(_: Any, *, is_wanted: bool) -> None:
+        def accept(_: Any) -> None:
             modal.close()
-            if is_wanted:
-                do()
+            do()
 
-        yes.on_click(partial(close, is_wanted=True))
-        no.on_click(partial(close, is_wanted=False))
+        yes.on_click(accept)
+        no.on_click(lambda _: modal.close())
 
     def show_driving(self, robot: str) -> None:
         """Show the pad while a robot is driven."""

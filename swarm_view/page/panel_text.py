@@ -32,23 +32,16 @@ def verdict_html(swarm: Swarm, paused: bool | None, cpu: str) -> str:
     if swarm.time > 0.0:
         rows.append(("goals per minute", f"{60.0 * reached / swarm.time:.1f}"))
     if verdict is not None:
-        rows.append(("collisions", _collisions(verdict)))
-        rows.append(("smallest clearance", _metres(verdict.min_clearance)))
+        robots, world = verdict.collisions_robot_robot, verdict.collisions_robot_world
+        text, gap = f"{robots} robot-robot, {world} robot-world", verdict.min_clearance
+        bold = f"<b style='color:{css(VERMILLION)}'>{text}</b>"
+        rows.append(("collisions", bold if robots + world else text))
+        clearance = f"{gap:.3f} m" if math.isfinite(gap) else "none near"
+        rows.append(("smallest clearance", clearance))
         rows.append(("late answers", str(verdict.late_ticks)))
     if cpu:
         rows.append(("CPU", cpu))
     return _table(rows) + _legend(states)
-
-
-def _collisions(verdict: object) -> str:
-    robots = getattr(verdict, "collisions_robot_robot", 0)
-    world = getattr(verdict, "collisions_robot_world", 0)
-    text = f"{robots} robot-robot, {world} robot-world"
-    return f"<b style='color:{css(VERMILLION)}'>{text}</b>" if robots + world else text
-
-
-def _metres(value: float) -> str:
-    return f"{value:.3f} m" if math.isfinite(value) else "none near"
 
 
 def _table(rows: Sequence[tuple[str, str]]) -> str:
@@ -131,14 +124,11 @@ def robot_html(
 def wait_chain(robot: str, states: Mapping[str, ReportedState]) -> list[str]:
     """Return the chain of robots that wait for each other from this one on; a circle once round."""
     chain: list[str] = []
-    while robot in states:
-        state = states[robot]
-        robot = waits_for(state.state, state.detail)
+    while robot in states and len(chain) == len(set(chain)):
+        robot = waits_for(states[robot].state, states[robot].detail)
         if not robot:
             break
         chain.append(robot)
-        if chain.count(robot) > 1:
-            break
     return chain
 
 

@@ -74,13 +74,9 @@ class Overlay:
         if raster is None:
             return []
         (left, low), (width, depth) = raster.origin, raster.size
-        return [
-            LabelWish(f"x {x}", (f"x {x}",), np.array([x, low, 0.0]))
-            for x in grid_lines(left, left + width)
-        ] + [
-            LabelWish(f"y {y}", (f"y {y}",), np.array([left, y, 0.0]))
-            for y in grid_lines(low, low + depth)
-        ]
+        places = {f"x {x}": (float(x), low, 0.0) for x in grid_lines(left, left + width)}
+        places |= {f"y {y}": (left, float(y), 0.0) for y in grid_lines(low, low + depth)}
+        return [LabelWish(name, (name,), np.array(place)) for name, place in places.items()]
 
     def _label(self, name: str, placed: PlacedLabel) -> None:
         label = self._labels.get(name)
