@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Mask
-from swarm_map.floor_plan import WALL_COLOR, FloorPlan, Thing
+from swarm_map.floor_plan import WALL_COLOR, FloorPlan, Thing, rounded
 from swarm_sim.scene.scene import Box
 
 MAX_PIXELS = 4_000_000
@@ -58,12 +58,9 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
     """
     pixels = _pixels(path)[::-1].astype(np.int16)  # row 0 is the lowest y
     height, width = pixels.shape[:2]
-    left, low = scale.origin or (
-        -width * scale.resolution / 2.0,
-        -height * scale.resolution / 2.0,
-    )
-    red, green, blue = np.moveaxis(pixels, 2, 0)
     size = scale.resolution
+    left, low = scale.origin or (-width * size / 2.0, -height * size / 2.0)
+    red, green, blue = np.moveaxis(pixels, 2, 0)
     walls = pixels.max(axis=2) < DARK
     if not walls.any():
         raise ConfigError(
@@ -74,18 +71,9 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
         raise ConfigError(f"{path}: --drop {scale.drop:g} leaves no wall")
 
     def place(spot: Point) -> Point:
-        return _round(left + spot[1] * size), _round(low + spot[0] * size)
+        return rounded(left + spot[1] * size), rounded(low + spot[0] * size)
 
-    boxes = rectangles(walls, path)
-    things = tuple(
-        Thing(
-            f"wall_{index}",
-            Box((_round(columns * size), _round(rows * size), scale.wall_height)),
-            *place((row + rows / 2.0, column + columns / 2.0)),
-            color=WALL_COLOR,
-        )
-        for index, (row, column, rows, columns) in enumerate(boxes, 1)
-    )
+    things = wall_things(walls, path, (left, low), size, scale.wall_height)
     sites: dict[str, Any] = {}
     greens = _spots((green - np.maximum(red, blue)) > VIVID)
     for spot in greens:
@@ -99,7 +87,7 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
     if stations:
         yaws = _lane_yaws(walls, stations)
         sites["stations"] = {
-            f"station_{index}": [*place(station), _round(yaw)]
+            f"station_{index}": [*place(station), rounded(yaw)]
             for index, (station, yaw) in enumerate(zip(stations, yaws, strict=True), 1)
         }
     spawn = (blue - np.maximum(red, green)) > VIVID
@@ -128,6 +116,26 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
             "look at map.pgm; --drop leaves out what is small"
         )
     return FloorPlan(path.stem, things, sites, tuple(notes))
+
+
+def wall_things(
+    mask: Mask, path: Path, corner: Point, size: float, height: float
+) -> tuple[Thing, ...]:
+    """Return walls of a height [m] that cover a mask.
+
+    The mask's cells have a `size` [m]; the first one has its lower left `corner` (x, y) [m] in map.
+    """
+    left, low = corner
+    return tuple(
+        Thing(
+            f"wall_{index}",
+            Box((rounded(columns * size), rounded(rows * size), height)),
+            rounded(left + (column + columns / 2.0) * size),
+            rounded(low + (row + rows / 2.0) * size),
+            color=WALL_COLOR,
+        )
+        for index, (row, column, rows, columns) in enumerate(rectangles(mask, path), 1)
+    )
 
 
 def rectangles(mask: Mask, path: Path) -> list[tuple[int, int, int, int]]:
@@ -255,7 +263,3 @@ def _pixels(path: Path) -> NDArray[np.uint8]:
             return np.asarray(flat.convert("RGB"))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as cause:
         raise ConfigError(f"{path}: cannot read the picture: {cause}") from cause
-
-
-def _round(value: float) -> float:
-    return round(float(value), 6) + 0.0

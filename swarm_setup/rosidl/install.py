@@ -43,7 +43,7 @@ class Environment:
         }
 
     def remember(self, name: str, key: str) -> None:
-        """Note in the manifest that a package has been installed."""
+        """Record in the manifest that a package has been installed."""
         manifest = {other: {"key": known} for other, known in self.installed().items()}
         manifest[name] = {"key": key}
         file = self.prefix / MANIFEST
