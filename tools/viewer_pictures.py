@@ -1,6 +1,6 @@
 """Take the viewer's pictures in docs/ from a real run, in a headless browser.
 
-Usage: python tools/viewer_pictures.py [--robots 20] [--frames 40] [--out docs] [--recording RUN]
+Usage: python -m tools.viewer_pictures [--robots 20] [--frames 40] [--out docs] [--recording RUN]
 With --recording the run is one that was made with `swarm-up --record`; else it is started here.
 Needs Debian's packages chromium and chromium-driver, and the extra `dev`.
 """
@@ -23,8 +23,6 @@ from PIL import Image, ImageChops
 from rclpy.node import Node
 from selenium import webdriver
 from selenium.common.exceptions import WebDriverException
-from selenium.webdriver.chrome.options import Options
-from selenium.webdriver.chrome.service import Service
 from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState, StepSimulation
 
@@ -35,6 +33,7 @@ from swarm_recording.bag_feed import BagFeed
 from swarm_view.scene.views import PANEL_WIDTH, STRIP_HEIGHT
 from swarm_view.server.server import Server
 from swarm_view.viewer import Viewer
+from tools.report_picture import open_chromium
 
 UP = "swarm-up --mission loading_route --viewer --port 0 --no-report --speed max"
 FLAGS = (
@@ -119,11 +118,7 @@ class Replay:
 
 def open_browser() -> webdriver.Chrome:
     """Return a browser without a window."""
-    options = Options()
-    options.binary_location = "/usr/bin/chromium"
-    for flag in FLAGS:
-        options.add_argument(flag)
-    browser = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
+    browser = open_chromium(FLAGS)
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", SCREEN)  # a window has edges
     browser.set_script_timeout(120)
     browser.set_page_load_timeout(120)

@@ -147,10 +147,8 @@ class Page:
         click(panel.tool, lambda: self._receive_tool(Tool(panel.tool.value)))
         click(panel.cancel, lambda: give(lambda: link.cancel(self.robot, say), needs_robot=True))
         click(panel.remove, lambda: give(lambda: self._ask_to_remove(link), needs_robot=True))
-        click(
-            panel.drive,
-            lambda: give(lambda: self._drive(driving), needs_robot=not driving.robot),
-        )
+        drive = self._drive
+        click(panel.drive, lambda: give(lambda: drive(driving), needs_robot=not driving.robot))
         change(panel.share, driving.set_share)
 
     def _when_clicked(self, button: Any, do: Callable[[], None]) -> None:
@@ -319,15 +317,12 @@ class Page:
         self._slow_due = self._panel_due = 0.0
 
     def _draw_time(self, now: float) -> None:
-        playback, past = self._playback, self._past
-        if playback is not None:
-            is_playing = playback.is_playing
-        elif past.time is not None:
-            is_playing = past.is_playing
-        else:
-            is_playing = not (self._link and self._link.is_paused)
+        shown = self._playback or (None if self._past.time is None else self._past)
+        is_paused = bool(self._link and self._link.is_paused)
+        is_playing = not is_paused if shown is None else shown.is_playing
+        is_past = self._past.time is not None
         self._time_line.update(
-            self.history, now, self.shown_time, is_playing=is_playing, is_past=past.time is not None
+            self.history, now, self.shown_time, is_playing=is_playing, is_past=is_past
         )
 
     def _choose_plans(self, poses: FloatArray, now: float) -> None:
@@ -369,12 +364,17 @@ class Page:
         self._layers.draw_goal(self._swarm, self.robot)
 
     def _tell(self, cpu: str) -> None:
-        swarm, panel, link = self._swarm, self._panel, self._link
-        panel.offer(swarm.names, self.robot)
+        swarm, panel, link, robot = self._swarm, self._panel, self._link, self.robot
+        time = self.shown_time
+        panel.offer(swarm.names, robot)
         paused = None if link is None else link.is_paused
         assign(panel.verdict, verdict_html(swarm, paused, cpu))
-        assign(panel.status, self._robot_text() if self.robot else "")
-        self._tell_past()
+        assign(panel.status, self._robot_text() if robot else "")
+        changes = self.history.changes(robot, time, SHOWN_CHANGES) if robot else []
+        assign(panel.history, history_html(changes, time) if robot else "")
+        assign(panel.topics, topics_html(robot) if robot else "")
+        is_wanted = robot and panel.way.value
+        self._overlay.draw_way(self.history.way(robot, time) if is_wanted else None)
         assign(panel.stations, stations_html(swarm.states))
         if link is not None:
             panel.show_running(link.is_paused, link.speed)
@@ -389,15 +389,6 @@ class Page:
             robot, self._swarm.states, self._url(robot, None), true_pose, since, time, saw_begin,
             is_past=self._past.time is not None,
         )  # fmt: skip
-
-    def _tell_past(self) -> None:
-        """Say what the robot did, and draw where it has been."""
-        robot, time, panel = self.robot, self.shown_time, self._panel
-        changes = self.history.changes(robot, time, SHOWN_CHANGES) if robot else []
-        assign(panel.history, history_html(changes, time) if robot else "")
-        assign(panel.topics, topics_html(robot) if robot else "")
-        is_wanted = robot and panel.way.value
-        self._overlay.draw_way(self.history.way(robot, time) if is_wanted else None)
 
     # Clicks and tools
 
@@ -482,13 +473,12 @@ class Page:
             return
         if self._past.time is not None and tool is not Tool.MEASURE:
             self._say(LEAVE_PAST)
-            return
-        if tool in ORDERS and not self.robot:
+        elif tool in ORDERS and not self.robot:
             self._say(SELECT_FIRST)
-            return
-        self._hand.take(tool, self._swarm.map)
-        whose = f" for {self.robot}" if tool in ORDERS else ""
-        self._say(f"**{tool.value}**{whose}: click the floor, or drag.")
+        else:
+            self._hand.take(tool, self._swarm.map)
+            whose = f" for {self.robot}" if tool in ORDERS else ""
+            self._say(f"**{tool.value}**{whose}: click the floor, or drag.")
 
     def _on_click(self, event: Any) -> None:
         """A click anywhere in the scene; on viser's threads."""
@@ -515,7 +505,7 @@ class Page:
             self._say("**Measure**: click the other place.")
 
     def _use(self, tool: Tool, point: FloatArray, tip: FloatArray | None) -> None:
-        """Do what a tool is for at a place (2,) in map, with an arrow to `tip` (2,)."""
+        """Apply a tool to a place (2,) in map, with an arrow to `tip` (2,)."""
         if tool is Tool.MEASURE:
             self._measure(point, tip)
             return
@@ -523,10 +513,8 @@ class Page:
         if link is None or (tool in ORDERS and not self.robot):
             return
         yaw = None if tip is None else heading(point, tip)
-        pose = Pose(
-            float(point[0]), float(point[1]),
-            self._usual_heading(tool, point) if yaw is None else yaw,
-        )  # fmt: skip
+        yaw = self._usual_heading(tool, point) if yaw is None else yaw
+        pose = Pose(float(point[0]), float(point[1]), yaw)
         self._say(f"{tool.value} sent: ({pose.x:.2f}, {pose.y:.2f}, {pose.yaw:.2f}).")
         if tool is Tool.SPAWN:
             link.spawn(self._panel.model.value, pose, self._say)

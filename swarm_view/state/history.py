@@ -243,7 +243,7 @@ class History:
 
     def saw_begin(self, robot: str, since: float) -> bool:
         """Whether a robot came into a state at a time [s], or was in it when we began to listen."""
-        changes = self._robots[robot].changes if robot in self._robots else []
+        changes, _ = self._until(robot, since)
         start = self.start or 0.0
         is_first = bool(changes) and changes[0].time >= since
         return not is_first or start < FIRST or since > start + FIRST
@@ -281,10 +281,10 @@ class History:
 
     def throughput(self, window: float = 60.0, step: float = 5.0) -> tuple[FloatArray, FloatArray]:
         """Return times [s] and the goals per minute in the window before each."""
-        times = self._steps(step)
-        reached = np.array(self._reached)
-        start = self.span[0]
-        since = np.maximum(times - window, start)
+        start, end = self.span
+        spacing = max(step, (end - start) / 1000.0)
+        times = np.arange(start, end + spacing, spacing)
+        reached, since = np.array(self._reached), np.maximum(times - window, start)
         counts = np.searchsorted(reached, times, "right") - np.searchsorted(reached, since, "right")
         return times, 60.0 * counts / np.maximum(times - since, step)
 
@@ -298,11 +298,6 @@ class History:
         """Return times [s] and the smallest clearance [m] of the run up to each."""
         array = np.array(self._clearance, np.float64).reshape(-1, 2)
         return array[:, 0], array[:, 1]
-
-    def _steps(self, step: float) -> FloatArray:
-        start, end = self.span
-        step = max(step, (end - start) / 1000.0)
-        return np.arange(start, end + step, step)
 
 
 def _said(state: ReportedState) -> tuple[Any, ...]:

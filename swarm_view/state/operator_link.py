@@ -85,7 +85,7 @@ class OperatorLink:
 
         def done(response: Any) -> None:
             if not response.accepted:
-                tell(f"{robot} refuses the goal.")
+                tell(f"{robot} rejects the goal.")
 
         name = f"/{robot}/navigate_to_pose/_action/send_goal"
         self._call(name, kind, request, f"goals for {robot}", tell, done)
@@ -108,17 +108,15 @@ class OperatorLink:
 
         # A request with neither goal id nor stamp cancels all goals of the action.
         name = f"/{robot}/navigate_to_pose/_action/cancel_goal"
-        self._call(
-            name, CancelGoal, CancelGoal.Request(), f"the cancellation for {robot}", tell, done
-        )
+        what = f"the cancellation for {robot}"
+        self._call(name, CancelGoal, CancelGoal.Request(), what, tell, done)
 
     def set_paused(self, paused: bool, tell: Tell) -> None:
         """Pause the world or let it go on."""
         state = SimulationState.STATE_PAUSED if paused else SimulationState.STATE_PLAYING
         request = SetSimulationState.Request(state=SimulationState(state=state))
-        self._call(
-            "/sim/set_simulation_state", SetSimulationState, request, "pause and resume", tell
-        )
+        name = "/sim/set_simulation_state"
+        self._call(name, SetSimulationState, request, "pause and resume", tell)
         self._asked = float("-inf")
 
     def step(self, ticks: int, tell: Tell) -> None:
@@ -140,22 +138,17 @@ class OperatorLink:
         request.initial_pose.header.frame_id = "spawn" if pose_map is None else "map"
         if pose_map is not None:
             request.initial_pose.pose = ros_io.pose_msg(pose_map)
-
-        def done(response: Any) -> None:
-            tell(f"{response.entity_name} has come.")
-
-        self._call("/sim/spawn_entity", SpawnEntity, request, "new robots", tell, done)
+        self._call(
+            "/sim/spawn_entity", SpawnEntity, request, "new robots", tell,
+            lambda response: tell(f"{response.entity_name} has come."),
+        )  # fmt: skip
 
     def remove(self, robot: str, tell: Tell) -> None:
-        """Take a robot out of the world; its navigator ends."""
-
-        def done(_: Any) -> None:
-            tell(f"{robot} was taken out.")
-
-        request = DeleteEntity.Request(entity=robot)
+        """Remove a robot from the world; its navigator ends."""
         self._call(
-            "/sim/delete_entity", DeleteEntity, request, f"the removal of {robot}", tell, done
-        )
+            "/sim/delete_entity", DeleteEntity, DeleteEntity.Request(entity=robot),
+            f"the removal of {robot}", tell, lambda _: tell(f"{robot} was taken out."),
+        )  # fmt: skip
 
     def begin_drive(self, robot: str, tell: Tell, on_end: Callable[[], None]) -> None:
         """Ask a robot to be driven by hand; `on_end` is called when it is not any more."""
