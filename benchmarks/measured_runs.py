@@ -47,7 +47,7 @@ UNKEPT = ("per_robot", "schema")  # fields of a result that the page does not ne
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
+class RunOrigin:
     """Where and when a run was made."""
 
     commit: str  # of the code, shortened
@@ -56,7 +56,7 @@ class Origin:
     inputs: str  # first digits of the SHA-256 of the input files; empty where there are none
 
     @classmethod
-    def now(cls, inputs: str = "") -> Origin:
+    def now(cls, inputs: str = "") -> RunOrigin:
         """Return the origin of a run that ends now."""
         today = datetime.datetime.now(datetime.UTC).date().isoformat()
         return cls(commit_of(None), machine_line(), today, inputs)
@@ -67,7 +67,7 @@ class Kept:
     """One line of a file: a result and its origin."""
 
     data: Mapping[str, Any]  # the result's fields
-    origin: Origin
+    origin: RunOrigin
 
     @property
     def result(self) -> RunResult:
@@ -82,7 +82,7 @@ def read_part(name: str) -> list[Kept]:
         return []
     with gzip.open(path, "rt", encoding="utf-8") as file:
         lines = [json.loads(line) for line in file]
-    return [Kept(line["result"], Origin(**line["origin"])) for line in lines]
+    return [Kept(line["result"], RunOrigin(**line["origin"])) for line in lines]
 
 
 def write_part(name: str, lines: Iterable[Kept]) -> None:
@@ -166,7 +166,7 @@ def measure(name: str, jobs: int, console: Console) -> None:
         for result in _limited(todo, 1 if is_graph else jobs, runner, limit):
             console.print(run_line(result), highlight=False, soft_wrap=True, markup=False)
             data = {key: value for key, value in result.as_json().items() if key not in UNKEPT}
-            kept.append(Kept(data, Origin.now(inputs_of(options[0]))))
+            kept.append(Kept(data, RunOrigin.now(inputs_of(options[0]))))
         if todo:
             write_part(name, kept)
 
@@ -193,7 +193,7 @@ def measure_scale(console: Console) -> None:
     for job, result in zip(todo, run_jobs(todo), strict=True):
         console.print(f"{result.system} {result.robots} robots: {result.real_time_factor:.2f}x")
         data = {"key": list(job.key), **result.as_json()}
-        kept.append(Kept(data, Origin.now()))
+        kept.append(Kept(data, RunOrigin.now()))
         write_part(SCALE, kept)
 
 

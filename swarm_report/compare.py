@@ -61,10 +61,6 @@ class Merit:
             value = value.get(key) if isinstance(value, Mapping) else None
         return value if isinstance(value, int | float) else None
 
-    def shown(self, value: float | None) -> str:
-        """Return a value as text."""
-        return number(value, self.unit)
-
     def delta(self, base: float | None, value: float | None) -> str:
         """Return the difference from the first run as text, with its percentage."""
         if base is None or value is None:
@@ -127,9 +123,9 @@ def comparison(runs: Sequence[RunData]) -> Comparison:
         values = [merit.read(run) for run in runs]
         if all(value is None for value in values):
             continue
-        row = [merit.name, merit.shown(values[0])]
+        row = [merit.name, number(values[0], merit.unit)]
         for column, value in enumerate(values[1:], 2):
-            row.append(merit.shown(value) + merit.delta(values[0], value))
+            row.append(number(value, merit.unit) + merit.delta(values[0], value))
             mark = merit.judged(values[0], value)
             if mark:
                 marks[len(rows), column] = mark

@@ -206,9 +206,8 @@ class RunData:
     @functools.cached_property
     def waits(self) -> list[Wait]:
         """Waits of robots for others on their way, in order of time."""
-        return [
-            Wait(self._index[line["robot"]], line["t"], line["waited"]) for line in self._diary[1]
-        ]
+        index = self._index
+        return [Wait(index[line["robot"]], line["t"], line["waited"]) for line in self._diary[1]]
 
     @functools.cached_property
     def usage(self) -> UsageSeries | None:

@@ -115,11 +115,9 @@ def _read(folder: Path) -> Entry:
         verdict = judge(RunData(folder, report))
     except SwarmError:
         return Entry(folder, "open", (folder.name, "unreadable", *"–––––––––"))
-    return Entry(
-        folder,
-        verdict.kind,
-        (folder.name, verdict.headline.split(":")[0], *_facts(report), *_figures(report)),
-    )
+    head = verdict.headline.split(":")[0]
+    cells = (folder.name, head, *_facts(report), *_figures(report))
+    return Entry(folder, verdict.kind, cells)
 
 
 def _config(folder: Path) -> dict[str, Any]:

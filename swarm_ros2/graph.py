@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import ClassVar, TypeVar
+from typing import TypeVar
 
 import rclpy
 import rclpy.executors
@@ -103,26 +103,17 @@ def deadline(seconds: float) -> Callable[[], bool]:
     return lambda: time.monotonic() > end
 
 
-class Interrupts:
-    """Ctrl-C as a flag beside the exception, which a finaliser of rclpy's may swallow."""
+INTERRUPTS: list[int] = []  # signals so far, beside the exception, which rclpy may swallow
 
-    is_due: ClassVar[bool] = False
 
-    @classmethod
-    def watch(cls) -> None:
-        """Note Ctrl-C from now on."""
-        signal.signal(signal.SIGINT, cls._note)
+def watch_interrupts() -> None:
+    """Record Ctrl-C from now on."""
 
-    @classmethod
-    def _note(cls, number: int, frame: FrameType | None) -> None:
-        cls.is_due = True
+    def record(number: int, _: FrameType | None) -> None:
+        INTERRUPTS.append(number)
         raise KeyboardInterrupt
 
-    @classmethod
-    def check(cls) -> None:
-        """Raise KeyboardInterrupt if a signal has arrived."""
-        if cls.is_due:
-            raise KeyboardInterrupt
+    signal.signal(signal.SIGINT, record)
 
 
 def spin(node: Node, until: Callable[[], bool]) -> None:
@@ -131,7 +122,8 @@ def spin(node: Node, until: Callable[[], bool]) -> None:
     executor.add_node(node)
     try:
         while not until():
-            Interrupts.check()
+            if INTERRUPTS:
+                raise KeyboardInterrupt
             executor.spin_once(timeout_sec=0.1)
     finally:
         executor.remove_node(node)
@@ -189,21 +181,16 @@ def node_names(node: Node, *, hidden: bool = False) -> list[str]:
 def require_node(node: Node, name: str) -> str:
     """Return a node's full name once it has been discovered."""
     full = absolute(name)
-    if not wait_for(lambda: full in node_names(node, hidden=True), MOST):
-        raise SwarmError(f"Node not found{_advice(node, full)}")
-    return full
-
-
-def _advice(node: Node, full: str) -> str:
-    """Return which robots there are, or which nodes the robot that was named has."""
+    if wait_for(lambda: full in node_names(node, hidden=True), MOST):
+        return full
     names = node_names(node)
     namespace = full.rpartition("/")[0]
-    own = [name for name in names if name.rpartition("/")[0] == namespace]
-    robots = {name.split("/")[1] for name in names if name.count("/") == 2}
-    if own:
-        return f": {full}; there are {', '.join(own)}"
-    listed = ", ".join(sorted(robots, key=lambda name: (len(name), name)))
-    return f": {full}; there are {listed}" if robots else f": {full}; no node is running"
+    known = [name for name in names if name.rpartition("/")[0] == namespace]
+    if not known:  # not a robot either
+        robots = {name.split("/")[1] for name in names if name.count("/") == 2}
+        known = sorted(robots, key=lambda name: (len(name), name))
+    listed = f"there are {', '.join(known)}" if known else "no node is running"
+    raise SwarmError(f"Node not found: {full}; {listed}")
 
 
 def print_names(rows: NamesAndTypes, *, types: bool, count: bool) -> None:

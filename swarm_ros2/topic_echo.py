@@ -35,7 +35,7 @@ def add_verbs(verbs: Any) -> None:
 
 
 def _echo(options: argparse.Namespace) -> None:
-    graph.Interrupts.watch()
+    graph.watch_interrupts()
     topic = graph.absolute(options.topic_name)
     is_done = False
 

@@ -44,7 +44,7 @@ def add_verbs(verbs: Any) -> None:
 
 
 def _measure(options: argparse.Namespace) -> None:
-    graph.Interrupts.watch()
+    graph.watch_interrupts()
     topic = graph.absolute(options.topic_name)
     with graph.open_node(sim_time=options.use_sim_time) as node:
         name = graph.topic_type(node, topic, timeout=1.0)

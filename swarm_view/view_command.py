@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from typing import TYPE_CHECKING, Annotated
 
 import rclpy
@@ -13,7 +11,7 @@ from swarm_commander.mission.discovery import find_robots
 from swarm_commander.run.domain import check_swarm, domain_id, patience_for
 from swarm_commander.run.input.options import LOOPBACK, VIEWER_PORT
 from swarm_common.middleware.addresses import check_address
-from swarm_view.live import open_node, serve_live
+from swarm_view.live import leave, open_node, serve_live
 from swarm_view.server.server import Server
 from swarm_view.viewer import Viewer, run_until_signal
 
@@ -44,7 +42,7 @@ def view(
         serve_live(server, node)
     finally:
         rclpy.try_shutdown()
-    _leave()
+    leave(0)
 
 
 def show_recording(feed: BagFeed, port: int) -> None:
@@ -57,10 +55,3 @@ def show_recording(feed: BagFeed, port: int) -> None:
 
 def _announce(server: Server) -> None:
     typer.echo(f"viewer: {server.url()}\none robot: {server.url('Srobot1')}\npress Ctrl-C to end")
-
-
-def _leave() -> None:
-    """End at once: the interpreter's own end would wait for threads of viser and DDS."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(0)

@@ -250,10 +250,10 @@ class Storm(Harness):
         """Return the goals that robots that live at the end did not reach."""
         missed = []
         for index, goals in enumerate(self.stage.stops):
-            reached = [o.stop for o in self.stage.itineraries[index].outcomes if o.reached]
             rest = list(goals)
-            for stop in reached:
-                rest.remove(stop)
+            for outcome in self.stage.itineraries[index].outcomes:
+                if outcome.reached:
+                    rest.remove(outcome.stop)
             if index not in self._lost:
                 missed += [(index, goal) for goal in rest]
         return missed

@@ -22,12 +22,12 @@ from swarm_view.state.track import Track, Trails
 UNREADABLE = (ValueError, IndexError, OverflowError, RuntimeError, struct.error)
 HISTORY = 40  # ticks for which poses are kept, to place scans
 DECODERS: dict[Layer, Callable[[Any], Any]] = {
-    Layer.PLAN: decode.path,
-    Layer.LOCAL_PLAN: decode.path,
+    Layer.PLAN: lambda message: decode.places(message.poses),
+    Layer.LOCAL_PLAN: lambda message: decode.places(message.poses),
     Layer.LOCAL_COSTMAP: decode.raster,
     Layer.GLOBAL_COSTMAP: decode.raster,
     Layer.FOOTPRINT: decode.polygon,
-    Layer.PARTICLES: decode.particles,
+    Layer.PARTICLES: lambda message: decode.places(message.particles),
 }
 
 
@@ -224,7 +224,7 @@ def history_of(messages: Iterable[tuple[str, bytes]], period: float) -> History:
 
 def _decode(topic: str, layer: Layer, data: bytes) -> Any:
     if layer is Layer.SCAN:
-        return decode.scan(data)
+        return cdr.read_scan(data)
     if layer is Layer.MOTION:
         return decode.motion(data)
     return DECODERS[layer](decode.message(topic, data))
