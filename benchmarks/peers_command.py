@@ -216,15 +216,12 @@ def _columns() -> dict[str, Column]:
 
 def _goal_column(sizes: Sequence[int]) -> dict[str, Column]:
     """Return the column of goals reached, out of those of the mission."""
-    asked = {size: _goal_count(size) for size in sizes}
+    asked = {}
+    for job in plan_jobs(HARNESS, sizes, 1, workload=WORKLOAD):
+        stage = build(RunOptions(scenario=job.scenario, robots=job.robots))
+        stage.world.close()
+        asked[job.robots] = sum(itinerary.total for itinerary in stage.itineraries)
     return {"goals": lambda row: f"{row.total('goals_reached')}/{asked[row.first.robots]}"}
-
-
-def _goal_count(robots: int) -> int:
-    job = plan_jobs(HARNESS, [robots], 1, workload=WORKLOAD)[0]
-    stage = build(RunOptions(scenario=job.scenario, robots=robots))
-    stage.world.close()
-    return sum(itinerary.total for itinerary in stage.itineraries)
 
 
 def _legend(rows: Sequence[ScaleRow]) -> str:

@@ -22,17 +22,7 @@ from swarm_report import maps
 from swarm_report.curves import BIN, NEAR_MISS
 from swarm_report.measures import AT_STATION, shares_over_time, station_use, throughput
 from swarm_report.run import GoalEvent, RunData, Span, mission_goals
-from swarm_report.style import (
-    BLUE,
-    CYCLE,
-    GROUPS,
-    LABELS,
-    ORANGE,
-    SKY,
-    STATES,
-    VERMILLION,
-    extent,
-)
+from swarm_report.style import BLUE, CYCLE, GROUPS, LABELS, ORANGE, SKY, STATES, VERMILLION, extent
 
 INK = "ink"
 MOST_POINTS = 60_000  # of all trajectories; browsers draw them as SVG

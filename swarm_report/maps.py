@@ -15,15 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from swarm_common.model.records import FloatArray
 from swarm_report.measures import HOLDING
 from swarm_report.run import RunData, Series
-from swarm_report.style import (
-    BLACK,
-    CYCLE,
-    LINE_STYLES,
-    ORANGE,
-    VERMILLION,
-    extent,
-    map_axes,
-)
+from swarm_report.style import BLACK, CYCLE, LINE_STYLES, ORANGE, VERMILLION, extent, map_axes
 
 FEW = 8  # robots that a colour each can tell apart
 WIDE = 20.0  # from this ratio of largest to smallest on, the scale is logarithmic

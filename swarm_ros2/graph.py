@@ -202,7 +202,10 @@ def print_names(rows: NamesAndTypes, *, types: bool, count: bool) -> None:
         print(f"{name} [{', '.join(kinds)}]" if types else name)
 
 
-def print_found(rows: NamesAndTypes, kind: str, *, count: bool, hidden: bool) -> None:
+def print_found(
+    listing: Callable[[Node], NamesAndTypes], kind: str, *, count: bool, hidden: bool
+) -> None:
     """Print the names that have a type, or how many there are, as all find verbs do."""
-    found = [(name, types) for name, types in visible(rows, hidden=hidden) if kind in types]
-    print_names(found, types=False, count=count)
+    with open_node() as node:
+        rows = visible(settled(node, lambda: listing(node)), hidden=hidden)
+    print_names([(name, types) for name, types in rows if kind in types], types=False, count=count)

@@ -90,8 +90,8 @@ def _wanted(options: argparse.Namespace) -> list[str]:
 
 
 def _show(options: argparse.Namespace) -> None:
-    lines = _lines(options.type, comments=not options.no_comments, nested=options.all_comments)
-    print("\n".join(lines))
+    comments, nested = not options.no_comments, options.all_comments
+    print("\n".join(_lines(options.type, comments=comments, nested=nested)))
 
 
 def _lines(name: str, *, comments: bool, nested: bool, indent: str = "") -> list[str]:

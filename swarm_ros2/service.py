@@ -6,6 +6,8 @@ import argparse
 import time
 from typing import Any
 
+from rclpy.node import Node
+
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, text
 from swarm_ros2.verbs import add_flag, add_list_options, add_verb
@@ -55,10 +57,8 @@ def _info(options: argparse.Namespace) -> None:
 
 
 def _find(options: argparse.Namespace) -> None:
-    with graph.open_node() as node:
-        rows = graph.settled(node, node.get_service_names_and_types)
-    hidden = options.include_hidden_services
-    graph.print_found(rows, options.service_type, count=options.count_services, hidden=hidden)
+    listing, hidden = Node.get_service_names_and_types, options.include_hidden_services
+    graph.print_found(listing, options.service_type, count=options.count_services, hidden=hidden)
 
 
 def _type(options: argparse.Namespace) -> None:

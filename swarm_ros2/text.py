@@ -169,25 +169,22 @@ def _type_name_of(slot: Any) -> str:
 
 def _from_plain(current: Any, value: Any, slot: Any, expands: bool, now: list[Any]) -> Any:
     """Return a plain value in the type of a field."""
+
+    def filled(message: Any, values: Any, kind: NamespacedType) -> Any:
+        if not isinstance(values, dict):
+            raise TypeError(f"{values!r} is not a mapping of {_type_name(kind)}'s fields")
+        now.extend(fill(message, values, expands=expands))
+        return message
+
     if isinstance(slot, NamespacedType):
-        if not isinstance(value, dict):
-            raise TypeError(f"{value!r} is not a mapping of {_type_name(slot)}'s fields")
-        now += fill(current, value, expands=expands)
-        return current
-    if isinstance(slot, AbstractNestedType):
-        kind = slot.value_type
-        if not isinstance(kind, NamespacedType):
-            return [_basic(item, kind) for item in value]
-        return [_message(kind, item, expands, now) for item in value]
-    return _basic(value, slot)
-
-
-def _message(kind: NamespacedType, values: Any, expands: bool, now: list[Any]) -> Any:
-    if not isinstance(values, dict):
-        raise TypeError(f"{values!r} is not a mapping of {_type_name(kind)}'s fields")
-    message = interfaces.load(kind.namespaces[-1], "/".join(kind.namespaced_name()))()
-    now += fill(message, values, expands=expands)
-    return message
+        return filled(current, value, slot)
+    if not isinstance(slot, AbstractNestedType):
+        return _basic(value, slot)
+    kind = slot.value_type
+    if not isinstance(kind, NamespacedType):
+        return [_basic(item, kind) for item in value]
+    name = "/".join(kind.namespaced_name())
+    return [filled(interfaces.load(kind.namespaces[-1], name)(), item, kind) for item in value]
 
 
 def _basic(value: Any, kind: Any) -> Any:

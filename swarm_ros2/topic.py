@@ -66,8 +66,9 @@ def _info(options: argparse.Namespace) -> None:
     topic = graph.absolute(options.topic_name)
     with graph.open_node() as node:
         text = graph.settled(
-            node, lambda: _describe(node, topic, verbose=options.verbose), _is_whole
-        )
+            node, lambda: _describe(node, topic, verbose=options.verbose),
+            lambda text: bool(text) and graph.UNKNOWN_NODE not in text,
+        )  # fmt: skip
     if not text:
         raise SwarmError(f"Unknown topic '{topic}'")
     print(text)
@@ -91,10 +92,6 @@ def _describe(node: Node, topic: str, *, verbose: bool) -> str:
     return "\n\n".join(blocks) + "\n"
 
 
-def _is_whole(text: str) -> bool:
-    return bool(text) and graph.UNKNOWN_NODE not in text
-
-
 def _type(options: argparse.Namespace) -> None:
     topic = graph.absolute(options.topic_name)
     with graph.open_node() as node:
@@ -105,7 +102,5 @@ def _type(options: argparse.Namespace) -> None:
 
 
 def _find(options: argparse.Namespace) -> None:
-    with graph.open_node() as node:
-        rows = graph.settled(node, node.get_topic_names_and_types)
-    hidden = options.include_hidden_topics
-    graph.print_found(rows, options.topic_type, count=options.count_topics, hidden=hidden)
+    listing, hidden = Node.get_topic_names_and_types, options.include_hidden_topics
+    graph.print_found(listing, options.topic_type, count=options.count_topics, hidden=hidden)

@@ -10,14 +10,7 @@ import typer
 from benchmarks.app import benchmarks_app
 from benchmarks.scale.compare import compare, comparison_table
 from benchmarks.scale.plan import AUTO, GRAPH, HARNESS, WORKLOADS, plan_jobs
-from benchmarks.scale.row import (
-    NOISY,
-    ScaleRow,
-    columns_of,
-    growth,
-    rows_of,
-    scale_table,
-)
+from benchmarks.scale.row import NOISY, ScaleRow, columns_of, growth, rows_of, scale_table
 from benchmarks.scale.sweep import run_scale
 from swarm_bench.suite.command import MISSED, JsonLines, new_console
 from swarm_bench.suite.selection import parse_sizes

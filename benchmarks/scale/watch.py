@@ -26,7 +26,8 @@ class ThreadTimes:
         """Read the present values; threads that have ended keep their last ones."""
         for process in processes:
             with contextlib.suppress(OSError, psutil.Error, ValueError):
-                group = _group(process.cmdline())
+                words = process.cmdline()
+                group = next((own for name, own in MODULES.items() if name in words), "other")
                 for task in Path(f"/proc/{process.pid}/task").iterdir():
                     nanoseconds = float((task / "schedstat").read_text().split()[0])
                     is_dds = (task / "comm").read_text().startswith(DDS)
@@ -52,10 +53,6 @@ def dds_share(
         spent = all_ - all_before
         shares[group] = (dds - dds_before) / spent if spent > 0.0 else 0.0
     return shares
-
-
-def _group(command: list[str]) -> str:
-    return next((group for name, group in MODULES.items() if name in command), "other")
 
 
 def proportional_mb(processes: Iterable[psutil.Process]) -> float:

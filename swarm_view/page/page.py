@@ -17,15 +17,7 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_view.page.charts import Charts
 from swarm_view.page.driving import Driving
 from swarm_view.page.inbox import Inbox, numbers
-from swarm_view.page.panel import (
-    FILM,
-    MOST_PLANS,
-    NOBODY,
-    SPEEDS,
-    STOP_FILM,
-    Panel,
-    assign,
-)
+from swarm_view.page.panel import FILM, MOST_PLANS, NOBODY, SPEEDS, STOP_FILM, Panel, assign
 from swarm_view.page.panel_text import (
     history_html,
     is_driving,

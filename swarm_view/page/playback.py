@@ -39,7 +39,10 @@ class Playback:
         def on_change(widget: Any, do: Callable[[], None]) -> None:
             widget.on_update(lambda event: post(do) if event.client else None)
 
-        on_change(self._speed, self._set_speed)
+        def set_speed() -> None:
+            recording.speed = SPEEDS[self._speed.value]
+
+        on_change(self._speed, set_speed)
         on_change(self._time, lambda: self.jump(self._time.value))
 
     def update(self) -> None:
@@ -76,9 +79,6 @@ class Playback:
                 self._on_jump()
             recording.play()
         self.update()
-
-    def _set_speed(self) -> None:
-        self._recording.speed = SPEEDS[self._speed.value]
 
     def jump(self, time: float) -> None:
         """Go to a time [s]."""

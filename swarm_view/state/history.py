@@ -257,8 +257,10 @@ class History:
         """Return the last changes of a robot's state up to a time [s], the newest first."""
         found: list[StateChange] = []
         known, place = self._until(robot, until)
+        shown: tuple[str, str] | None = None
         for change in reversed(known[:place]):
-            if found and _shown(found[-1].state) == _shown(change.state):
+            before, shown = shown, (change.state.state, change.state.station)
+            if before == shown:
                 found[-1] = change  # it began earlier
             elif len(found) == count:
                 break
@@ -306,7 +308,3 @@ def _said(state: ReportedState) -> tuple[Any, ...]:
         state.state, state.detail, state.station, state.queue_place, goal,
         state.goals_reached, state.goals_failed,
     )  # fmt: skip
-
-
-def _shown(state: ReportedState) -> tuple[str, str]:
-    return state.state, state.station

@@ -72,9 +72,19 @@ class OperatorLink:
                 tell(f"Nobody takes {what}.")
         if now - self._asked > ASK_PERIOD:
             self._asked = now
-            self._ask("/sim/get_simulation_state", GetSimulationState, None, self._receive_state)
-            request = GetParameters.Request(names=["speed"])
-            self._ask("/sim/world/get_parameters", GetParameters, request, self._receive_speed)
+            self._ask_world()
+
+    def _ask_world(self) -> None:
+        def receive_state(response: Any) -> None:
+            self.is_paused = response.state.state == SimulationState.STATE_PAUSED
+
+        def receive_speed(response: Any) -> None:
+            if response.values and response.values[0].type == ParameterType.PARAMETER_DOUBLE:
+                self.speed = response.values[0].double_value
+
+        self._ask("/sim/get_simulation_state", GetSimulationState, None, receive_state)
+        request = GetParameters.Request(names=["speed"])
+        self._ask("/sim/world/get_parameters", GetParameters, request, receive_speed)
 
     def send_goal(self, robot: str, goal_map: Pose, tell: Tell) -> None:
         """Send a robot somewhere, by the action that missions use; so it can be cancelled."""
@@ -256,13 +266,6 @@ class OperatorLink:
         if name not in self._clients:
             self._clients[name] = self._node.create_client(kind, name)
         return self._clients[name]
-
-    def _receive_state(self, response: Any) -> None:
-        self.is_paused = response.state.state == SimulationState.STATE_PAUSED
-
-    def _receive_speed(self, response: Any) -> None:
-        if response.values and response.values[0].type == ParameterType.PARAMETER_DOUBLE:
-            self.speed = response.values[0].double_value
 
 
 def _problem_in(response: Any) -> str:
