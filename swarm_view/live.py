@@ -11,11 +11,10 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from swarm_common.middleware import ros_env
-from swarm_view.page.notice import Hear
 from swarm_view.server.server import Server
 from swarm_view.state.live_feed import LiveFeed
 from swarm_view.state.operator_link import OperatorLink
-from swarm_view.viewer import Viewer, run_until_signal
+from swarm_view.viewer import Hear, Viewer, run_until_signal
 
 
 def open_node() -> Node:

@@ -6,14 +6,14 @@ import asyncio
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import psutil
 
 from swarm_common.model.records import FloatArray
-from swarm_view.page.notice import ENDED, VIEWER_ENDED, Hear, Notice
+from swarm_common.process.messages import KernelsCompiled
 from swarm_view.page.page import Page
 from swarm_view.page.past import LIVE
 from swarm_view.page.playback import Playback
@@ -30,6 +30,9 @@ from swarm_view.state.swarm import Swarm, history_of
 if TYPE_CHECKING:
     from swarm_recording.bag_feed import BagFeed  # mcap is slow to import
 
+ENDED = "The run has ended. This page shows its last moment."
+VIEWER_ENDED = "The viewer has ended. This page shows what it showed last."
+Hear = Callable[[], Sequence[KernelsCompiled]]
 FAREWELL_PAUSE = 0.3  # [s] of wall time for the last words to reach the pages
 FRAME_PERIOD = 0.04  # [s] of wall time: 25 frames per second
 LOOK_PERIOD = 3.0  # [s] of wall time between two updates of the list of robots
@@ -39,6 +42,26 @@ COLOR_PERIOD = 0.2  # [s] of wall time between two looks at the states' colours
 HISTORY_PERIOD = 1.0  # [s] between two poses of a robot's way in a recording
 CPU_PERIOD = 2.0  # [s] of wall time between two readings of the machine's load
 ALWAYS = {topics.TF, topics.VERDICT, topics.MOVERS}
+
+
+class Notice:
+    """The text on pages of a swarm that starts."""
+
+    def __init__(self, hear: Hear | None) -> None:
+        """Begin; `hear` returns new messages of the run since the last call."""
+        self._hear = hear
+        self._compiled: KernelsCompiled | None = None
+
+    def text(self, swarm: Swarm, *, is_paused: bool) -> str:
+        """Return the text; empty once the swarm lives, or is paused before its first tick."""
+        if self._hear is not None and (messages := self._hear()):
+            self._compiled = messages[-1]
+        if swarm.tick > 0 or (is_paused and swarm.markers is not None):
+            return ""
+        if self._compiled is None:
+            return "The swarm is starting."
+        count = f"{self._compiled.ready} of {self._compiled.known} kernels are compiled"
+        return f"The swarm is starting for the first time: {count}."
 
 
 class Viewer:
