@@ -32,9 +32,9 @@ def size_of(scene: Scene) -> tuple[float, float]:
 def stations_in_words(scene: Scene) -> str:
     """Return the stations of a world with their places."""
     stations = scene.sites.stations
-    told = [f"{name} at ({pose.x:.1f}, {pose.y:.1f})" for name, pose in stations.items()]
-    more = [f"{len(told) - MOST_STATIONS} more"] if len(told) > MOST_STATIONS else []
-    return ", ".join([*told[:MOST_STATIONS], *more])
+    words = [f"{name} at ({pose.x:.1f}, {pose.y:.1f})" for name, pose in stations.items()]
+    more = [f"{len(words) - MOST_STATIONS} more"] if len(words) > MOST_STATIONS else []
+    return ", ".join([*words[:MOST_STATIONS], *more])
 
 
 def close_stations(scene: Scene) -> Iterator[str]:

@@ -113,14 +113,15 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _answer(self, status: int, kind: str, text: str, location: str = "") -> None:
         body = text.encode()
+        headers = {
+            "Location": location, "Content-Type": kind, "Content-Length": str(len(body)),
+            "Cache-Control": "no-cache", "Referrer-Policy": "no-referrer",
+            "X-Content-Type-Options": "nosniff",
+        }  # fmt: skip
         self.send_response(status, http.HTTPStatus(status).phrase)
-        if location:
-            self.send_header("Location", location)
-        self.send_header("Content-Type", kind)
-        self.send_header("Content-Length", str(len(body)))
-        self.send_header("Cache-Control", "no-cache")
-        self.send_header("Referrer-Policy", "no-referrer")
-        self.send_header("X-Content-Type-Options", "nosniff")
+        for name, value in headers.items():
+            if value:
+                self.send_header(name, value)
         self.end_headers()
         self.wfile.write(body)
 

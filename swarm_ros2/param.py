@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from rcl_interfaces.msg import Parameter, ParameterType
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.node import Node
 from rclpy.parameter import get_parameter_value, parameter_value_to_python
@@ -129,16 +129,20 @@ def _get(options: argparse.Namespace) -> None:
 
 def _set(options: argparse.Namespace) -> None:
     value = get_parameter_value(options.value)
-    request = SetParameters.Request(
-        parameters=[Parameter(name=options.parameter_name, value=value)]
-    )
     with graph.open_node() as node:
         owner = graph.require_node(node, options.node_name)
-        result = call(node, owner, SetParameters, "set_parameters", request).results[0]
+        result = _send(node, owner, {options.parameter_name: value})[0]
         if not result.successful:
             reason = _why_not_set(node, owner, options, value, result.reason)
             raise SwarmError(f"Setting parameter failed{reason and f': {reason}'}")
     print(f"Set parameter successful{result.reason and f': {result.reason}'}")
+
+
+def _send(node: Node, owner: str, values: dict[str, Any]) -> list[Any]:
+    """Set parameters; return a result for each."""
+    parameters = [Parameter(name=name, value=value) for name, value in values.items()]
+    request = SetParameters.Request(parameters=parameters)
+    return list(call(node, owner, SetParameters, "set_parameters", request).results)
 
 
 def _why_not_set(
@@ -154,10 +158,9 @@ def _why_not_set(
 
 
 def _delete(options: argparse.Namespace) -> None:
-    request = SetParameters.Request(parameters=[Parameter(name=options.parameter_name)])
     with graph.open_node() as node:
         owner = graph.require_node(node, options.node_name)
-        result = call(node, owner, SetParameters, "set_parameters", request).results[0]
+        result = _send(node, owner, {options.parameter_name: ParameterValue()})[0]
     reason = f": {result.reason}" if result.reason else ""
     if result.successful:
         print(f"Deleted parameter successfully{reason}")
@@ -205,12 +208,8 @@ def _load(options: argparse.Namespace) -> None:
                 values |= _flat(section.get("ros__parameters") or {})
         if not values:
             raise SwarmError(f"Param file does not contain any valid parameters for {owner}")
-        parameters = [
-            Parameter(name=name, value=get_parameter_value(_text(value)))
-            for name, value in values.items()
-        ]
-        request = SetParameters.Request(parameters=parameters)
-        results = call(node, owner, SetParameters, "set_parameters", request).results
+        sent = {name: get_parameter_value(_text(value)) for name, value in values.items()}
+        results = _send(node, owner, sent)
     for name, result in zip(values, results, strict=True):
         reason = f": {result.reason}" if result.reason else ""
         if result.successful:

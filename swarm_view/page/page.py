@@ -388,8 +388,9 @@ class Page:
         """The page's script tells something; on viser's threads."""
         if kind == "size" and (size := numbers(value, 2)) is not None:
             self._post(lambda: self._resize(*size))
-        elif kind == "drive" and (way := numbers(value, 2)) is not None:
-            self._post(lambda: self._steer(*way))
+        elif kind == "drive" and self._driving and (way := numbers(value, 2)) is not None:
+            steer = self._driving.steer
+            self._post(lambda: steer(way[0], way[1], time.monotonic()))
         elif kind == "filmed" and isinstance(value, int | float):
             self._post(lambda: self._say(f"Saved a film of {value / 1e6:.1f} MB."))
         elif kind == "select" and value in self._swarm.names:
@@ -398,10 +399,6 @@ class Page:
             self._post(lambda: self._say(f"Copied: `{value}`"))
         elif kind in TIME_ORDERS and isinstance(value, int | float) and abs(value) < 1e7:
             self._post(lambda: self._turn_time(kind, float(value)))
-
-    def _steer(self, ahead: float, turn: float) -> None:
-        if self._driving is not None:
-            self._driving.steer(ahead, turn, time.monotonic())
 
     def _resize(self, width: float, height: float) -> None:
         self._view.resize(width, height)

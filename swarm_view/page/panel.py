@@ -71,9 +71,14 @@ class Panel:
             self.claims = gui.add_checkbox("Committed motion", False)
         with gui.add_folder("Stations", expand_by_default=False):
             self.stations = gui.add_html("")
-        self._add_takeaway()
+        with gui.add_folder("Measure and take away"):
+            self.measure = self._button("Measure", "Click two places on the floor, or drag")
+            self.picture = self._button("Save picture", "Of the scene, as PNG")
+            self.film = self._button(FILM, "Of the scene, as WebM")
+            self.link = self._button("Copy link", "To this camera, robot and time")
         if is_live:
-            self._add_danger()
+            with gui.add_folder("What cannot be undone", expand_by_default=False):
+                self.remove = self._button("Remove robot", "Takes it out of the world", color="red")
         self._places = swarm.order - 0.5, self._of_robot.order
 
     def _button(self, label: str, hint: str, color: Any = None) -> Any:
@@ -117,17 +122,6 @@ class Panel:
         self.share = gui.add_slider(
             "Speed of driving", min=0.1, max=1.0, step=0.05, initial_value=0.5, visible=False
         )
-
-    def _add_takeaway(self) -> None:
-        with self._gui.add_folder("Measure and take away"):
-            self.measure = self._button("Measure", "Click two places on the floor, or drag")
-            self.picture = self._button("Save picture", "Of the scene, as PNG")
-            self.film = self._button(FILM, "Of the scene, as WebM")
-            self.link = self._button("Copy link", "To this camera, robot and time")
-
-    def _add_danger(self) -> None:
-        with self._gui.add_folder("What cannot be undone", expand_by_default=False):
-            self.remove = self._button("Remove robot", "Takes it out of the world", color="red")
 
     def confirm(self, question: str, answer: str, do: Callable[[], None]) -> None:
         """Ask before something is done that cannot be undone."""
