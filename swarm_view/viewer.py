@@ -109,11 +109,6 @@ class Viewer:
             self._playback = Playback(server.viser.gui, recording, jump, self._post)
         server.on_pages(self._on_open, self._on_close)
 
-    @property
-    def pages(self) -> int:
-        """Number of open pages."""
-        return len(self._pages)
-
     def stop(self) -> None:
         """Make `run` return soon; from any thread."""
         self._post(self._stop)
