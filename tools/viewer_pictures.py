@@ -9,9 +9,6 @@ from __future__ import annotations
 
 import argparse
 import io
-import re
-import signal
-import subprocess
 import sys
 import tempfile
 import threading
@@ -34,8 +31,8 @@ from swarm_view.scene.views import PANEL_WIDTH, STRIP_HEIGHT
 from swarm_view.server.server import Server
 from swarm_view.viewer import Viewer
 from tools.report_picture import open_chromium
+from tools.viewer_load import Run
 
-UP = "swarm-up --mission loading_route --viewer --port 0 --no-report --speed max"
 FLAGS = (
     "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--disable-dev-shm-usage",
     "--enable-unsafe-swiftshader",
@@ -56,18 +53,8 @@ class FilmedSwarm:
     """A paused swarm that is stepped from picture to picture."""
 
     def __init__(self, robots: int, folder: Path) -> None:
-        self._log = folder / "up.log"
-        command = [*UP.split(), "--swarm-size", str(robots), "--run-dir", str(folder / "run")]
-        self._process = subprocess.Popen(
-            command, stdout=self._log.open("w"), stderr=subprocess.STDOUT
-        )
-        self.address = ""
-        while not self.address or f"active {robots}/{robots}" not in self._log.read_text():
-            found = re.search(r"viewer: (http://\S+)", self._log.read_text())
-            self.address = found[1] if found else ""
-            if self._process.poll() is not None:
-                raise SystemExit(self._log.read_text())
-            time.sleep(0.5)
+        self._run = Run(robots, folder, "--speed", "max")
+        self.address = self._run.link
         ros_env.set_defaults()
         rclpy.init()
         self._node = Node("photographer")
@@ -88,8 +75,7 @@ class FilmedSwarm:
     def stop(self) -> None:
         """End it."""
         rclpy.shutdown()
-        self._process.send_signal(signal.SIGINT)
-        self._process.wait(60.0)
+        self._run.stop()
 
 
 class Replay:
