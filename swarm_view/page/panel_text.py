@@ -178,12 +178,9 @@ def stations_html(states: Mapping[str, ReportedState]) -> str:
             queues.setdefault(state.station, []).append((state.queue_place, robot))
     rows = []
     for station, queue in sorted(queues.items()):
-        holders = [robot for place, robot in sorted(queue) if place == 0]
-        waiting = [robot for place, robot in sorted(queue) if place > 0]
-        text = ", ".join(holders) or "free"
-        rows.append(
-            (html.escape(station), text + (f" &larr; {', '.join(waiting)}" * bool(waiting)))
-        )
+        holders = ", ".join(robot for place, robot in sorted(queue) if place == 0) or "free"
+        waiting = ", ".join(robot for place, robot in sorted(queue) if place > 0)
+        rows.append((html.escape(station), f"{holders} &larr; {waiting}" if waiting else holders))
     return _table(rows or [("no station is held or wanted", "")])
 
 

@@ -92,12 +92,10 @@ class DrawnFleet:
         self._colors = [UNKNOWN] * count
         if not count:
             return
-        inner, outer = pointer(self.radius), pointer(RIM * self.radius)
-        colors = np.array(self._colors, np.uint8)
-        rims = np.full((count, 3), BLACK, np.uint8)
+        fill, rim = self.marks
         self._marks = [
-            self._add_mark(self.marks[0], inner, colors),
-            self._add_mark(self.marks[1], outer, rims),
+            self._add_mark(fill, pointer(self.radius), np.array(self._colors, np.uint8)),
+            self._add_mark(rim, pointer(RIM * self.radius), np.full((count, 3), BLACK, np.uint8)),
         ]
 
     def _add_mark(self, name: str, mesh: Mesh, colors: NDArray[np.uint8]) -> Any:
