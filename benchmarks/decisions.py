@@ -22,11 +22,10 @@ from swarm_bench.runs.methods import Driver
 from swarm_bench.runs.scenario import check_size
 from swarm_bench.suite.command import new_console
 from swarm_bench.suite.selection import select
-from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import Reception
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.records import Odometry, Scan
-from swarm_nav.core.goals import Goal, Output, Status
+from swarm_common.model.records import Odometry
+from swarm_nav.core.goals import Output
 
 WARM_TICKS = 30  # at the start, in which kernels are loaded and all robots plan
 CLASS_WIDTH = 10  # neighbours
@@ -43,35 +42,25 @@ class DecisionRow:
 
 
 class Stopwatch:
-    """A driver that notes how long another one takes and how many robots it hears.
-
-    Attributes:
-        heard: Neighbours of each tick.
-        durations: [ns] of CPU time of each tick.
-    """
+    """Wraps a driver; records neighbours heard and CPU time [ns] of each tick."""
 
     def __init__(self, driver: Driver) -> None:
-        """Watch a driver."""
-        self._driver = driver
         self.heard: list[int] = []
         self.durations: list[int] = []
+        self._driver = driver
         self._started = 0
+        self.on_scan = driver.on_scan
+        self.on_battery = driver.on_battery
+        self.set_goal = driver.set_goal
+        self.status = driver.status
 
     def on_odom(self, odom: Odometry) -> None:
         """Begin a tick: pass the odometry on."""
         self._started = time.thread_time_ns()
         self._driver.on_odom(odom)
 
-    def on_scan(self, scan: Scan) -> None:
-        """Take a scan."""
-        self._driver.on_scan(scan)
-
-    def on_battery(self, reading: BatteryReading) -> None:
-        """Take a reading of the battery."""
-        self._driver.on_battery(reading)
-
     def on_reception(self, reception: Reception) -> None:
-        """Take the beacons heard in this tick."""
+        """Receive the beacons of this tick."""
         self.heard.append(len(reception.rows))
         self._driver.on_reception(reception)
 
@@ -80,14 +69,6 @@ class Stopwatch:
         output = self._driver.tick(tick)
         self.durations.append(time.thread_time_ns() - self._started)
         return output
-
-    def set_goal(self, goal: Goal) -> None:
-        """Take a goal."""
-        self._driver.set_goal(goal)
-
-    def status(self) -> Status:
-        """Return the driver's counters."""
-        return self._driver.status()
 
 
 def measure_decisions(options: RunOptions, ticks: int) -> list[DecisionRow]:

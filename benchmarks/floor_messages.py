@@ -38,11 +38,7 @@ RAYS = 360
 
 
 def measure_messages(robots: int) -> float:
-    """Return the CPU time [ms] of a robot's messages of one tick, on both sides together.
-
-    Args:
-        robots: Processes that exchange messages with the one that plays the world.
-    """
+    """Return the CPU time [ms] of one robot's messages in one tick, on both sides together."""
     ros_env.set_defaults()
     command, parent = [sys.executable, "-m", __name__], os.getpid()
     children = [

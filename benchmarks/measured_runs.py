@@ -6,10 +6,12 @@ with commit, machine, date and a hash of the run's input files.
 
 from __future__ import annotations
 
+import dataclasses
 import datetime
 import gzip
 import hashlib
 import json
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,7 +20,7 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks.scale.plan import GRAPH, HARNESS, ScaleJob, plan_jobs
+from benchmarks.scale.plan import GRAPH, HARNESS, plan_jobs
 from benchmarks.scale.sweep import commit_of, run_jobs
 from swarm_bench.halls.halls import hall_runs, run_hall
 from swarm_bench.runs.episode import RunOptions
@@ -45,7 +47,7 @@ UNKEPT = ("per_robot", "schema")  # fields of a result that the page does not ne
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
+class RunOrigin:
     """Where and when a run was made."""
 
     commit: str  # of the code, shortened
@@ -54,7 +56,7 @@ class Origin:
     inputs: str  # first digits of the SHA-256 of the input files; empty where there are none
 
     @classmethod
-    def now(cls, inputs: str = "") -> Origin:
+    def now(cls, inputs: str = "") -> RunOrigin:
         """Return the origin of a run that ends now."""
         today = datetime.datetime.now(datetime.UTC).date().isoformat()
         return cls(commit_of(None), machine_line(), today, inputs)
@@ -65,7 +67,7 @@ class Kept:
     """One line of a file: a result and its origin."""
 
     data: Mapping[str, Any]  # the result's fields
-    origin: Origin
+    origin: RunOrigin
 
     @property
     def result(self) -> RunResult:
@@ -80,7 +82,7 @@ def read_part(name: str) -> list[Kept]:
         return []
     with gzip.open(path, "rt", encoding="utf-8") as file:
         lines = [json.loads(line) for line in file]
-    return [Kept(line["result"], Origin(**line["origin"])) for line in lines]
+    return [Kept(line["result"], RunOrigin(**line["origin"])) for line in lines]
 
 
 def write_part(name: str, lines: Iterable[Kept]) -> None:
@@ -89,8 +91,8 @@ def write_part(name: str, lines: Iterable[Kept]) -> None:
     FOLDER.mkdir(exist_ok=True)
     with part.open("wb") as raw, gzip.GzipFile("", "wb", 9, raw, mtime=0) as file:
         for line in lines:
-            origin = {field: getattr(line.origin, field) for field in Origin.__slots__}
-            text = json.dumps({"origin": origin, "result": line.data}, separators=(",", ":"))
+            entry = {"origin": dataclasses.asdict(line.origin), "result": line.data}
+            text = json.dumps(entry, separators=(",", ":"))
             file.write(f"{text}\n".encode())
     part.replace(path)
 
@@ -107,28 +109,24 @@ def baselines() -> list[list[RunOptions]]:
 
 def graph() -> list[list[RunOptions]]:
     """Return the runs on the ROS graph, likewise."""
-    chosen = select(",".join(GRAPH_ROWS), (), range(3), engine=usual_engine(), lidar=True)
-    kept = [item for item in chosen if item.robots <= GRAPH_MOST]
-    cells = dict.fromkeys((item.scenario.name, item.robots) for item in kept)
-    return [[item for item in kept if (item.scenario.name, item.robots) == name] for name in cells]
+    cells: dict[tuple[str, int], list[RunOptions]] = {}
+    for item in select(",".join(GRAPH_ROWS), (), range(3), engine=usual_engine(), lidar=True):
+        if item.robots <= GRAPH_MOST:
+            cells.setdefault((item.scenario.name, item.robots), []).append(item)
+    return list(cells.values())
 
 
 def halls() -> list[list[RunOptions]]:
     """Return the runs in random halls, in lists of 20 seeds."""
-    found = []
+    cells = []
     for sizes, seeds in HALL_SEEDS.items():
         for first in range(seeds.start, seeds.stop, 20):
-            chosen = seeds[first : first + 20]
-            found.append(
-                [
-                    item
-                    for seed in chosen
-                    for item in hall_runs(
-                        [seed], [sizes[seed % len(sizes)]], "drawn", "drawn", parameters={}
-                    )
-                ]
-            )
-    return found
+            runs: list[RunOptions] = []
+            for seed in seeds[first : first + 20]:
+                size = sizes[seed % len(sizes)]
+                runs += hall_runs([seed], [size], "drawn", "drawn", parameters={})
+            cells.append(runs)
+    return cells
 
 
 def first_runs() -> list[RunOptions]:
@@ -151,57 +149,51 @@ SCALE = "scale"
 
 
 def measure(name: str, jobs: int, console: Console) -> None:
-    """Run what a part's file lacks, and add it; a list of runs is kept once it is complete.
+    """Run what a part of the page lacks, and add it; a list of runs is kept once it is complete.
 
-    Args:
-        name: Of `PARTS`, or `SCALE`.
-        jobs: Processes; runs on the ROS graph use one.
+    `jobs` processes run at once; runs on the ROS graph use one.
     """
     if name == SCALE:
         measure_scale(console)
         return
     make_cells, runner = PARTS[name]
     is_graph = runner is run_on_graph
+    limit = BASELINE_LIMIT if name == "baselines" else math.inf
     for options in make_cells():
         kept = read_part(name)
         known = {key_of(line.result) for line in kept}
         todo = [item for item in options if key_of_options(item, ros=is_graph) not in known]
-        for result in limited(todo, 1 if is_graph else jobs, runner, name):
+        for result in _limited(todo, 1 if is_graph else jobs, runner, limit):
             console.print(run_line(result), highlight=False, soft_wrap=True, markup=False)
             data = {key: value for key, value in result.as_json().items() if key not in UNKEPT}
-            kept.append(Kept(data, Origin.now(inputs_of(options[0]))))
+            kept.append(Kept(data, RunOrigin.now(inputs_of(options[0]))))
         if todo:
             write_part(name, kept)
 
 
-def limited(
-    options: Sequence[RunOptions],
-    jobs: int,
-    runner: Callable[[RunOptions], RunResult],
-    name: str,
+def _limited(
+    todo: Sequence[RunOptions], jobs: int, runner: Callable[[RunOptions], RunResult], limit: float
 ) -> Iterator[RunResult]:
-    """Yield results; baselines begin no further seed after `BASELINE_LIMIT`."""
-    if name != "baselines":
-        yield from in_processes(options, jobs, runner)
+    """Yield results; no further seed begins after `limit` [s] of wall time."""
+    if limit == math.inf:
+        yield from in_processes(todo, jobs, runner)
         return
-    end = time.monotonic() + BASELINE_LIMIT
-    for first in range(0, len(options), jobs):
+    end = time.monotonic() + limit
+    for first in range(0, len(todo), jobs):
         if time.monotonic() < end:
-            yield from in_processes(options[first : first + jobs], jobs, runner)
+            yield from in_processes(todo[first : first + jobs], jobs, runner)
 
 
 def measure_scale(console: Console) -> None:
     """Run what the file of scale lacks: the hall with and without the ROS graph, one at a time."""
     kept = read_part(SCALE)
     known = {tuple(line.data["key"]) for line in kept}
-    planned: list[ScaleJob] = [
-        job for system in (GRAPH, HARNESS) for job in plan_jobs(system, SCALE_SIZES, 3)
-    ]
+    planned = (*plan_jobs(GRAPH, SCALE_SIZES, 3), *plan_jobs(HARNESS, SCALE_SIZES, 3))
     todo = [job for job in planned if job.key not in known]
     for job, result in zip(todo, run_jobs(todo), strict=True):
         console.print(f"{result.system} {result.robots} robots: {result.real_time_factor:.2f}x")
         data = {"key": list(job.key), **result.as_json()}
-        kept.append(Kept(data, Origin.now()))
+        kept.append(Kept(data, RunOrigin.now()))
         write_part(SCALE, kept)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cProfile
 import pstats
+from collections import Counter
 from pathlib import PurePath
 from typing import Annotated, Any
 
@@ -24,13 +25,10 @@ BUILT_IN = "built-in functions, numpy"
 
 
 def profile_harness(robots: int, engine: str) -> list[tuple[str, float, int]]:
-    """Return modules with their share of the CPU time, 0 to 1, and calls, the dearest first.
+    """Return modules with their share of the CPU time, 0 to 1, and calls, the most expensive first.
 
-    Compiled kernels count for the module that calls them. Profiling makes Python code look dearer
-    than it is, since each call is observed.
-
-    Args:
-        robots: Swarm size, in the factory hall with LiDARs.
+    Compiled kernels count for the module that calls them. Profiling makes Python code look more
+    expensive than it is, since each call is observed.
     """
     scenario = Scenario(name="hall", with_lidar=True, noise=0.0)
     harness = Harness(RunOptions(scenario=scenario, robots=robots, engine=engine))
@@ -44,19 +42,15 @@ def profile_harness(robots: int, engine: str) -> list[tuple[str, float, int]]:
     finally:
         profile.disable()
         harness.stage.world.close()
-    return _by_module(pstats.Stats(profile))
-
-
-def _by_module(stats: Any) -> list[tuple[str, float, int]]:
-    seconds: dict[str, float] = {}
-    calls: dict[str, int] = {}
+    seconds: Counter[str] = Counter()
+    calls: Counter[str] = Counter()
+    stats: Any = pstats.Stats(profile)
     for (file, _, name), (_, count, own, _, _) in stats.stats.items():
         module = _module(file, name)
-        seconds[module] = seconds.get(module, 0.0) + own
-        calls[module] = calls.get(module, 0) + count
+        seconds[module] += own
+        calls[module] += count
     total = sum(seconds.values())
-    ranked = sorted(seconds, key=lambda module: -seconds[module])
-    return [(module, seconds[module] / total, calls[module]) for module in ranked]
+    return [(module, own / total, calls[module]) for module, own in seconds.most_common()]
 
 
 def _module(file: str, name: str) -> str:

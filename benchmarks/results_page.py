@@ -55,18 +55,15 @@ def comparison_part(ours: Sequence[Kept], others: Sequence[Kept]) -> str:
     """Return our method beside DWA and ORCA, a row per scenario and size."""
     if not others:
         return ""
-    found = summarise(line.result for line in (*ours, *others))
-    by_method = {method: [row for row in found if row.first.method == method]
-                 for method in ("ours", "dwa", "orca")}  # fmt: skip
-    labels = dict.fromkeys((row.label, row.first.robots) for row in by_method["ours"])
+    cells: dict[tuple[str, int], dict[str, str]] = {}
+    for row in summarise(line.result for line in (*ours, *others)):
+        place = row.label, row.first.robots
+        cells.setdefault(place, {}).setdefault(row.first.method, comparison_cell(row))
     text = table(("scenario", "robots", "this project", "DWA alone", "ORCA"), 1)
-    for label, robots in sorted(labels):
-        cells = [
-            next((comparison_cell(row) for row in by_method[method]
-                  if (row.label, row.first.robots) == (label, robots)), "-")
-            for method in by_method
-        ]  # fmt: skip
-        text += table_line([label, str(robots), *cells])
+    for (label, robots), found in sorted(cells.items()):
+        if "ours" in found:
+            texts = (found.get(method, "-") for method in ("ours", "dwa", "orca"))
+            text += table_line([label, str(robots), *texts])
     minutes = BASELINE_LIMIT / 60.0
     return f"""\
 ## Compared with local avoidance
@@ -111,16 +108,13 @@ def rows_part(kept: Sequence[Kept]) -> str:
     """Return our method in every scenario, in the bench."""
     if not kept:
         return ""
-    found = sorted(
-        summarise(line.result for line in kept), key=lambda row: (row.label, row.first.robots)
-    )
     return f"""\
 ## Scenarios
 
 In the bench, without the ROS graph: kinematic drives with 2 % noise, and LiDARs where people walk
 or robots are dead. {sentence(kept)}
 
-{rows_table(found, ROW_COLUMNS, 1)}
+{rows_table(kept)}
 {origin_line(kept, "rows")}"""
 
 
@@ -141,23 +135,22 @@ def halls_part(kept: Sequence[Kept]) -> str:
     if not kept:
         return ""
     runs = [line.result for line in kept]
-    groups = {f"{size} robots": [run for run in runs if run.robots == size]
-              for size in sorted({run.robots for run in runs})}  # fmt: skip
+    groups: dict[str, list[RunResult]] = {}
+    for run in sorted(runs, key=lambda run: run.robots):
+        groups.setdefault(f"{run.robots} robots", []).append(run)
     for trouble in TROUBLES:
         label = "no trouble" if trouble == NONE else trouble
-        groups[label] = [
-            run for run in runs if (run.scenario.partition(", ")[2] or NONE) == trouble
-        ]
+        groups[label] = [r for r in runs if (r.scenario.partition(", ")[2] or NONE) == trouble]
     text = table(("halls with", *HALL_COLUMNS), 1)
     for label, chosen in groups.items():
         if chosen:
             row = Row(tuple(chosen), None)
             text += table_line([label, *(column(row) for column in HALL_COLUMNS.values())])
     slow = [run for run in runs if run.goals_reached < run.goals_sent]
-    told = sum(bool(run.no_guarantee) for run in slow)
+    predicted = sum(bool(run.no_guarantee) for run in slow)
     limit = f"{len(slow)} of {len(runs)} halls took longer than an hour"
     if slow:
-        limit += f"; {'all' if told == len(slow) else told} of them had been predicted"
+        limit += f"; {'all' if predicted == len(slow) else predicted} of them had been predicted"
     return f"""\
 ## Random halls
 
@@ -173,15 +166,12 @@ def graph_part(kept: Sequence[Kept]) -> str:
     """Return our method on the ROS graph."""
     if not kept:
         return ""
-    found = sorted(
-        summarise(line.result for line in kept), key=lambda row: (row.label, row.first.robots)
-    )
     return f"""\
 ## On the ROS graph
 
 `swarm-up` with a process per robot, rigid bodies on wheels, and LiDARs. {sentence(kept)}
 
-{rows_table(found, ROW_COLUMNS, 1)}
+{rows_table(kept)}
 {origin_line(kept, "graph")}"""
 
 
@@ -189,13 +179,7 @@ def scale_part(kept: Sequence[Kept]) -> str:
     """Return what a swarm costs by its size, with and without the ROS graph."""
     if not kept:
         return ""
-    results = [
-        msgspec.convert(
-            {key: value for key, value in line.data.items() if key not in ("key", "schema")},
-            ScaleResult,
-        )
-        for line in kept
-    ]
+    results = [msgspec.convert(line.data, ScaleResult) for line in kept]
     names = ("robots", "start-up [s]", "real-time factor", "CPU [ms]", "world", "navigators")
     text = ""
     for title, system, columns, last in (
@@ -239,10 +223,13 @@ def promised(runs: Iterable[RunResult]) -> list[RunResult]:
     return [run for run in runs if not run.no_guarantee]
 
 
-def rows_table(found: Sequence[Row], columns: Columns, left: int) -> str:
-    """Return a table with a line per row; the first `left` columns are text."""
-    lines = (table_line(column(row) for column in columns.values()) for row in found)
-    return table(tuple(columns), left) + "".join(lines)
+def rows_table(kept: Sequence[Kept]) -> str:
+    """Return a table with a line per scenario and size."""
+    found = summarise(line.result for line in kept)
+    text = table(tuple(ROW_COLUMNS), 1)
+    for row in sorted(found, key=lambda row: (row.label, row.first.robots)):
+        text += table_line(column(row) for column in ROW_COLUMNS.values())
+    return text
 
 
 def table(names: Sequence[str], left: int) -> str:

@@ -16,6 +16,7 @@ from swarm_sim.scene.scene import Box, Color, Cylinder
 KEYS = ("name", "wall_thickness", "wall_height", "wall_color", "walls", "boxes", "posts")
 NAMES = ("name", "walls.*.name", "boxes.*.name", "posts.*.name")  # texts as written
 SITE_KEYS = ("stations", "circuits", "spawn", "spawns", "places", "zones")
+COPY_KEYS = ("name", "at", "z", "color", "mass", "friction", "repeat")  # of boxes and posts
 WALL_COLOR: Color = (0.75, 0.75, 0.75, 1.0)
 BOX_COLOR: Color = (0.6, 0.42, 0.25, 1.0)
 LIMIT = 1000.0  # [m] of lengths and places
@@ -95,9 +96,9 @@ def _walls(data: Mapping[str, Any], path: Path) -> Iterator[Thing]:
                 raise ConfigError(f"{where}.points[{piece + 1}] repeats the one before")
             yield Thing(
                 name if len(line) == 2 else f"{name}_{piece + 1}",
-                Box((_rounded(length + width), width, tall)),
-                _rounded((x0 + x1) / 2.0),
-                _rounded((y0 + y1) / 2.0),
+                Box((rounded(length + width), width, tall)),
+                rounded((x0 + x1) / 2.0),
+                rounded((y0 + y1) / 2.0),
                 yaw=math.atan2(y1 - y0, x1 - x0),
                 color=_color(item.get("color"), color, f"{where}.color"),
             )
@@ -106,20 +107,16 @@ def _walls(data: Mapping[str, Any], path: Path) -> Iterator[Thing]:
 def _boxes(data: Mapping[str, Any], path: Path) -> Iterator[Thing]:
     for index, item in enumerate(_items(data, "boxes", path)):
         where = f"{path}: boxes[{index}]"
-        keys = ("name", "at", "size", "z", "color", "mass", "friction", "repeat")
-        check_keys(item, keys, where)
-        x, y, z = (
-            _length(value, f"{where}.size")
-            for value in numbers(item.get("size"), 3, f"{where}.size [x, y, z]")
-        )
+        check_keys(item, (*COPY_KEYS, "size"), where)
+        sizes = numbers(item.get("size"), 3, f"{where}.size [x, y, z]")
+        x, y, z = (_length(value, f"{where}.size") for value in sizes)
         yield from _copies(item, f"box_{index + 1}", Box((x, y, z)), where)
 
 
 def _posts(data: Mapping[str, Any], path: Path) -> Iterator[Thing]:
     for index, item in enumerate(_items(data, "posts", path)):
         where = f"{path}: posts[{index}]"
-        keys = ("name", "at", "radius", "height", "z", "color", "mass", "friction", "repeat")
-        check_keys(item, keys, where)
+        check_keys(item, (*COPY_KEYS, "radius", "height"), where)
         radius = _length(item.get("radius"), f"{where}.radius")
         height = _length(item.get("height", 2.5), f"{where}.height")
         yield from _copies(item, f"post_{index + 1}", Cylinder(radius, height), where)
@@ -141,7 +138,7 @@ def _copies(
         "friction": number(item.get("friction", 0.5), f"{where}.friction"),
     }
     for suffix, dx, dy in _repeated(item.get("repeat"), where):
-        yield Thing(f"{name}{suffix}", shape, _rounded(x + dx), _rounded(y + dy), **thing)
+        yield Thing(f"{name}{suffix}", shape, rounded(x + dx), rounded(y + dy), **thing)
 
 
 def _stations(value: object, where: str) -> dict[str, list[float]]:
@@ -158,7 +155,7 @@ def _stations(value: object, where: str) -> dict[str, list[float]]:
         for suffix, dx, dy in _repeated(given.get("repeat"), what):
             if f"{name}{suffix}" in stations:
                 raise ConfigError(f"{what}: the name '{name}{suffix}' occurs twice")
-            stations[f"{name}{suffix}"] = [_rounded(x + dx), _rounded(y + dy), turn]
+            stations[f"{name}{suffix}"] = [rounded(x + dx), rounded(y + dy), turn]
     return stations
 
 
@@ -211,5 +208,6 @@ def _color(value: object, default: Color, what: str) -> Color:
     return red, green, blue, alpha
 
 
-def _rounded(value: float) -> float:
-    return round(value, 6) + 0.0
+def rounded(value: float) -> float:
+    """Return a length [m] as worlds have it: to the micrometre, and never -0."""
+    return round(float(value), 6) + 0.0

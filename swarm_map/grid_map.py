@@ -15,7 +15,7 @@ import numpy as np
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Mask
-from swarm_map.floor_plan import FloorPlan
+from swarm_map.floor_plan import FloorPlan, rounded
 from swarm_map.plan_image import WallRaster
 
 Cell = tuple[int, int]  # row from the north, column
@@ -36,7 +36,7 @@ class Agent:
 def load_grid_map(
     path: Path, cell: float = 1.0, scenario: Path | None = None, wall_height: float = 2.5
 ) -> FloorPlan:
-    """Return the plan that a `.map` file is, its middle at (0, 0), with a wall around it.
+    """Return the plan in a `.map` file, its middle at (0, 0), with a wall around it.
 
     Args:
         cell: [m] of a cell's side.
@@ -66,10 +66,7 @@ def load_grid_map(
 
 def _blocked(path: Path) -> Mask:
     """Return where the cells (height, width) of a map cannot be driven on."""
-    try:
-        lines = path.read_text(encoding="ascii").splitlines()
-    except (OSError, UnicodeDecodeError) as cause:
-        raise ConfigError(f"cannot read {path}: {cause}") from cause
+    lines = _lines(path, "ascii")
     head = {words[0]: words[1:] for words in (line.split() for line in lines[:4]) if words}
     if head.get("type") != ["octile"] or len(lines) < 4 or lines[3].strip() != "map":
         raise ConfigError(
@@ -96,10 +93,7 @@ def _blocked(path: Path) -> Mask:
 
 def _agents(path: Path, blocked: Mask) -> list[Agent]:
     """Return the agents of a scenario: lines whose start and goal no earlier line uses."""
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as cause:
-        raise ConfigError(f"cannot read {path}: {cause}") from cause
+    lines = _lines(path, "utf-8")
     if not lines or lines[0].split() not in (["version", "1"], ["version", "1.0"]):
         raise ConfigError(f"{path}: expected 'version 1' in the first line")
     agents: list[Agent] = []
@@ -138,14 +132,18 @@ def _poses(
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Return start and goal in the map frame; both face the way from one to the other."""
     (x0, y0), (x1, y1) = (
-        (
-            (column + 0.5 - shape[1] / 2.0) * cell,
-            (shape[0] / 2.0 - row - 0.5) * cell,
-        )
+        ((column + 0.5 - shape[1] / 2.0) * cell, (shape[0] / 2.0 - row - 0.5) * cell)
         for row, column in (agent.start, agent.goal)
     )
-    yaw = _round(math.atan2(y1 - y0, x1 - x0))
-    return (_round(x0), _round(y0), yaw), (_round(x1), _round(y1), yaw)
+    yaw = rounded(math.atan2(y1 - y0, x1 - x0))
+    return (rounded(x0), rounded(y0), yaw), (rounded(x1), rounded(y1), yaw)
+
+
+def _lines(path: Path, encoding: str) -> list[str]:
+    try:
+        return path.read_text(encoding=encoding).splitlines()
+    except (OSError, UnicodeDecodeError) as cause:
+        raise ConfigError(f"cannot read {path}: {cause}") from cause
 
 
 def _count(words: list[str] | None, what: str) -> int:
@@ -161,7 +159,3 @@ def _number(word: str, what: str) -> int:
     if not (word.isascii() and word.isdigit() and len(word) < 10):
         raise ConfigError(f"{what}: '{word}'; expected a whole number, 0 or more")
     return int(word)
-
-
-def _round(value: float) -> float:
-    return round(float(value), 6) + 0.0

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Mask
-from swarm_map.floor_plan import WALL_COLOR, FloorPlan, Thing
+from swarm_map.floor_plan import WALL_COLOR, FloorPlan, Thing, rounded
 from swarm_sim.scene.scene import Box
 
 MAX_PIXELS = 4_000_000
@@ -85,7 +85,7 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
     if stations:
         yaws = _lane_yaws(walls, stations)
         sites["stations"] = {
-            f"station_{index}": [*place(station), _round(yaw)]
+            f"station_{index}": [*place(station), rounded(yaw)]
             for index, (station, yaw) in enumerate(zip(stations, yaws, strict=True), 1)
         }
     spawn = (blue - np.maximum(red, green)) > VIVID
@@ -114,14 +114,14 @@ class WallRaster:
 
     def place(self, spot: Point) -> Point:
         """Return x, y [m] of a row and column."""
-        return _round(self.left + spot[1] * self.size), _round(self.low + spot[0] * self.size)
+        return rounded(self.left + spot[1] * self.size), rounded(self.low + spot[0] * self.size)
 
     def things(self, height: float) -> tuple[Thing, ...]:
         """Return the boxes that the walls are, `height` [m] tall."""
         return tuple(
             Thing(
                 f"wall_{index}",
-                Box((_round(columns * self.size), _round(rows * self.size), height)),
+                Box((rounded(columns * self.size), rounded(rows * self.size), height)),
                 *self.place((row + rows / 2.0, column + columns / 2.0)),
                 color=WALL_COLOR,
             )
@@ -282,7 +282,3 @@ def _pixels(path: Path) -> NDArray[np.uint8]:
             return np.asarray(flat.convert("RGB"))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as cause:
         raise ConfigError(f"{path}: cannot read the picture: {cause}") from cause
-
-
-def _round(value: float) -> float:
-    return round(float(value), 6) + 0.0

@@ -32,9 +32,9 @@ def size_of(scene: Scene) -> tuple[float, float]:
 def stations_in_words(scene: Scene) -> str:
     """Return the stations of a world with their places."""
     stations = scene.sites.stations
-    told = [f"{name} at ({pose.x:.1f}, {pose.y:.1f})" for name, pose in stations.items()]
-    more = [f"{len(told) - MOST_STATIONS} more"] if len(told) > MOST_STATIONS else []
-    return ", ".join([*told[:MOST_STATIONS], *more])
+    words = [f"{name} at ({pose.x:.1f}, {pose.y:.1f})" for name, pose in stations.items()]
+    more = [f"{len(words) - MOST_STATIONS} more"] if len(words) > MOST_STATIONS else []
+    return ", ".join([*words[:MOST_STATIONS], *more])
 
 
 def close_stations(scene: Scene) -> Iterator[str]:
@@ -56,12 +56,7 @@ def close_stations(scene: Scene) -> Iterator[str]:
 
 
 def with_known_stations(plan: FloorPlan, sites_file: Path) -> FloorPlan:
-    """Return a plan whose stations are called, and face, as those in a file at the same places.
-
-    Args:
-        plan: Of a picture, which knows no names.
-        sites_file: `sites.yaml` that is to be replaced.
-    """
+    """Return a picture's plan with names and headings of the same places in `sites.yaml`."""
     new: dict[str, Any] = dict(plan.sites.get("stations", {}))
     old = load_sites(sites_file).stations
     gaps = sorted(

@@ -61,14 +61,11 @@ SURFACE = """
 def write_world(plan: FloorPlan, folder: Path, resolution: float = 0.05) -> Scene:
     """Write `world.sdf`, `sites.yaml` and `map.yaml` with its image; return the world as read.
 
-    They are written beside the folder first: it changes only if all of them are usable.
-
-    Args:
-        folder: Created if necessary; files of these names are overwritten.
-        resolution: [m] per cell of the map, which is made finer if navigation needs it.
+    They are written beside the folder first: it changes only if all of them are usable. Cells of
+    the map have `resolution` [m], or less if navigation needs it.
 
     Raises:
-        SwarmError: If a file cannot be written, or what is written is not a usable world.
+        SwarmError: If a file cannot be written, or the result is not a usable world.
     """
     home = next(parent for parent in folder.absolute().parents if parent.is_dir())
     try:
@@ -128,31 +125,24 @@ def _flow(value: object) -> str:
 
 
 def _model(thing: Thing) -> str:
-    red, green, blue, alpha = thing.color
-    is_loose = thing.mass is not None
-    z = thing.z + _height(thing) / 2.0
+    shape, is_loose = thing.shape, thing.mass is not None
+    if isinstance(shape, Box):
+        x, y, height = shape.size
+        geometry = f"<box><size>{x:.9g} {y:.9g} {height:.9g}</size></box>"
+    else:
+        height = shape.length
+        sizes = f"<radius>{shape.radius:.9g}</radius><length>{height:.9g}</length>"
+        geometry = f"<cylinder>{sizes}</cylinder>"
+    z = thing.z + height / 2.0
     return MODEL.format(
         name=quoteattr(thing.name),
         static="false" if is_loose else "true",
         pose=f"{thing.x:.9g} {thing.y:.9g} {z:.9g} 0 0 {thing.yaw:.9g}",
         inertial=_inertial(thing) if is_loose else "",
-        geometry=_geometry(thing),
+        geometry=geometry,
         surface=SURFACE.format(mu=thing.friction) if is_loose else "",
-        color=f"{red:g} {green:g} {blue:g} {alpha:g}",
+        color=" ".join(f"{part:g}" for part in thing.color),
     )
-
-
-def _height(thing: Thing) -> float:
-    return thing.shape.size[2] if isinstance(thing.shape, Box) else thing.shape.length
-
-
-def _geometry(thing: Thing) -> str:
-    shape = thing.shape
-    if isinstance(shape, Box):
-        x, y, z = shape.size
-        return f"<box><size>{x:.9g} {y:.9g} {z:.9g}</size></box>"
-    sizes = f"<radius>{shape.radius:.9g}</radius><length>{shape.length:.9g}</length>"
-    return f"<cylinder>{sizes}</cylinder>"
 
 
 def _inertial(thing: Thing) -> str:

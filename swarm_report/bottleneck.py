@@ -117,7 +117,7 @@ def _lost_seconds(run: RunData) -> tuple[dict[str, float], FloatArray]:
     by_station: dict[str, float] = defaultdict(float)
     for span in run.spans:
         if span.state == HOLDING:
-            by_station[span.station] += span.end - span.start
+            by_station[span.station] += span.length
     places, series = run.sites.stations, run.series
     if series is None:
         return by_station, np.zeros((0, 3))

@@ -22,17 +22,7 @@ from swarm_report import maps
 from swarm_report.curves import BIN, NEAR_MISS
 from swarm_report.measures import AT_STATION, shares_over_time, station_use, throughput
 from swarm_report.run import GoalEvent, RunData, Span, mission_goals
-from swarm_report.style import (
-    BLUE,
-    CYCLE,
-    GROUPS,
-    LABELS,
-    ORANGE,
-    SKY,
-    STATES,
-    VERMILLION,
-    extent,
-)
+from swarm_report.style import BLUE, CYCLE, GROUPS, LABELS, ORANGE, SKY, STATES, VERMILLION, extent
 
 INK = "ink"
 MOST_POINTS = 60_000  # of all trajectories; browsers draw them as SVG
@@ -55,12 +45,28 @@ def text(value: object) -> str:
     return html.escape(str(value), quote=False)
 
 
-def axis(title: str, **more: Any) -> dict[str, Any]:
+def axis(title: str, **more: Any) -> Chart:
     """Return an axis with a title."""
     return {"title": {"text": title}, **more}
 
 
-def map_image(grid: Grid) -> dict[str, Any]:
+def line(name: str, x: Any, y: Any, **more: Any) -> Chart:
+    """Return a line, or points with `mode="markers"`."""
+    return {"type": "scatter", "mode": "lines", "name": name, "x": x, "y": y, **more}
+
+
+def bars(name: str, x: Any, y: Any, **more: Any) -> Chart:
+    """Return horizontal bars."""
+    return {"type": "bar", "orientation": "h", "name": name, "x": x, "y": y, **more}
+
+
+def _over_time(run: RunData, data: list[Chart], y_axis: Chart, **more: Any) -> Chart:
+    x_axis = axis("simulated time [s]", range=[0.0, run.end])
+    layout = {"xaxis": x_axis, "yaxis": y_axis, "hovermode": "closest", **more}
+    return {"data": data, "layout": layout}
+
+
+def map_image(grid: Grid) -> Chart:
     """Return a map as an image below a plot: walls grey, unknown space pale, the rest clear."""
     shades = np.zeros((*grid.cells.shape, 2), np.uint8)
     shades[grid.cells != FREE] = (128, 40)
@@ -70,15 +76,9 @@ def map_image(grid: Grid) -> dict[str, Any]:
     left, right, bottom, top = extent(grid)
     return {
         "source": "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode(),
-        "xref": "x",
-        "yref": "y",
-        "x": left,
-        "y": top,
-        "sizex": right - left,
-        "sizey": top - bottom,
-        "sizing": "stretch",
-        "layer": "below",
-    }
+        "xref": "x", "yref": "y", "x": left, "y": top,
+        "sizex": right - left, "sizey": top - bottom, "sizing": "stretch", "layer": "below",
+    }  # fmt: skip
 
 
 def trajectories(run: RunData) -> Chart | None:
@@ -91,62 +91,54 @@ def trajectories(run: RunData) -> Chart | None:
     shades = mpl.colormaps["viridis"](np.linspace(0.25, 0.85, max(count, 2)))
     few = count <= maps.FEW
     times = packed(series.times[::step])
-    data: list[Chart] = [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": text(name),
-            "x": packed(series.poses[::step, robot, 0]),
-            "y": packed(series.poses[::step, robot, 1]),
-            "customdata": times,
-            "line": {
-                "width": 2 if few else 1.2,
-                "color": CYCLE[robot % len(CYCLE)] if few else to_hex(shades[robot]),
-            },
-            "hovertemplate": "x %{x:.2f} y %{y:.2f} m<br>t = %{customdata:.0f} s",
-        }
-        for robot, name in enumerate(run.robots)
-    ]
-    data += [_station_marks(run), _crashes(run)]
-    return _on_map(run, [trace for trace in data if trace])
+    data = []
+    for robot, name in enumerate(run.robots):
+        x, y = (packed(series.poses[::step, robot, column]) for column in (0, 1))
+        color = CYCLE[robot % len(CYCLE)] if few else to_hex(shades[robot])
+        look = {"width": 2 if few else 1.2, "color": color}
+        says = "x %{x:.2f} y %{y:.2f} m<br>t = %{customdata:.0f} s"
+        data.append(line(text(name), x, y, customdata=times, line=look, hovertemplate=says))
+    return _on_map(run, [*data, *_station_marks(run), *_crashes(run)])
 
 
-def _station_marks(run: RunData) -> Chart:
+def _station_marks(run: RunData) -> list[Chart]:
     places = run.sites.stations
     if not places:
-        return {}
-    return {
-        "type": "scatter",
-        "mode": "markers+text",
-        "name": "stations",
-        "x": [pose.x for pose in places.values()],
-        "y": [pose.y for pose in places.values()],
-        "text": [text(name) for name in places],
-        "textposition": "top center",
-        "textfont": {"size": 10, "color": INK},
-        "marker": {"symbol": "square-open", "size": 9, "color": INK},
-        "hovertemplate": "%{text}<br>x %{x:.2f} y %{y:.2f} m<extra></extra>",
-    }
+        return []
+    return [
+        line(
+            "stations",
+            [pose.x for pose in places.values()],
+            [pose.y for pose in places.values()],
+            mode="markers+text",
+            text=[text(name) for name in places],
+            textposition="top center",
+            textfont={"size": 10, "color": INK},
+            marker={"symbol": "square-open", "size": 9, "color": INK},
+            hovertemplate="%{text}<br>x %{x:.2f} y %{y:.2f} m<extra></extra>",
+        )
+    ]
 
 
-def _crashes(run: RunData) -> Chart:
+def _crashes(run: RunData) -> list[Chart]:
     crashes = run.report.get("breaches", {}).get("collisions", [])
     if not crashes:
-        return {}
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "name": f"collisions ({len(crashes)})",
-        "x": [crash["x"] for crash in crashes],
-        "y": [crash["y"] for crash in crashes],
-        "text": [
-            text(f"{' and '.join([*crash['robots'], *filter(None, [crash['obstacle']])])}")
-            + f"<br>t = {crash['sim_time']:.1f} s"
-            for crash in crashes
-        ],
-        "marker": {"symbol": "x", "size": 12, "color": VERMILLION, "line": {"width": 1}},
-        "hovertemplate": "%{text}<extra>collision</extra>",
-    }
+        return []
+    names = [" and ".join([*c["robots"], *filter(None, [c["obstacle"]])]) for c in crashes]
+    return [
+        line(
+            f"collisions ({len(crashes)})",
+            [crash["x"] for crash in crashes],
+            [crash["y"] for crash in crashes],
+            mode="markers",
+            text=[
+                f"{text(who)}<br>t = {crash['sim_time']:.1f} s"
+                for who, crash in zip(names, crashes, strict=True)
+            ],
+            marker={"symbol": "x", "size": 12, "color": VERMILLION, "line": {"width": 1}},
+            hovertemplate="%{text}<extra>collision</extra>",
+        )
+    ]
 
 
 def _on_map(run: RunData, data: list[Chart]) -> Chart:
@@ -205,7 +197,7 @@ def _heat_map(run: RunData, heat: maps.Heat | None, colors: str) -> Chart | None
         "hovertemplate": "x %{x:.2f} y %{y:.2f} m<br>%{customdata:.1f} robot-seconds per m²"
         "<extra></extra>",
     }
-    return _on_map(run, [trace, *filter(None, [_station_marks(run)])])
+    return _on_map(run, [trace, *_station_marks(run)])
 
 
 def timeline(run: RunData) -> Chart | None:
@@ -216,48 +208,36 @@ def timeline(run: RunData) -> Chart | None:
     shortest = run.end / 1500.0 if len(spans) > MOST_BARS else 0.0
     data = []
     for state in STATES:
-        shown = [span for span in spans if span.state == state and _length(span) > shortest]
+        shown = [span for span in spans if span.state == state and span.length > shortest]
         if shown:
-            data.append(_bars(run, state, shown))
+            data.append(_bars_of_state(run, state, shown))
     missed = [event for event in run.goals if event.outcome == "failed"]
     if missed:
         data.append(_missed(run, missed))
     count = len(run.robots)
     every = 1 if count <= 40 else 5
-    layout = {
-        "barmode": "overlay",
-        "bargap": 0.12,
-        "hovermode": "closest",
-        "height": 150 + max(120, min(900, 17 * count)),
-        "xaxis": axis("simulated time [s]", range=[0.0, run.end]),
-        "yaxis": axis("", autorange="reversed", tickmode="array", showgrid=False)
-        | {
-            "tickvals": list(range(0, count, every)),
-            "ticktext": [text(name) for name in run.robots[::every]],
-        },
-    }
-    return {"data": data, "layout": layout}
+    y_axis = axis(
+        "", autorange="reversed", tickmode="array", showgrid=False,
+        tickvals=list(range(0, count, every)),
+        ticktext=[text(name) for name in run.robots[::every]],
+    )  # fmt: skip
+    height = 150 + max(120, min(900, 17 * count))
+    return _over_time(run, data, y_axis, barmode="overlay", bargap=0.12, height=height)
 
 
-def _length(span: Span) -> float:
-    return span.end - span.start
-
-
-def _bars(run: RunData, state: str, spans: Sequence[Span]) -> Chart:
-    return {
-        "type": "bar",
-        "orientation": "h",
-        "name": LABELS.get(state, state),
-        "y": [span.robot for span in spans],
-        "base": packed(np.array([span.start for span in spans])),
-        "x": packed(np.array([_length(span) for span in spans])),
-        "width": 0.88,  # else the fewer robots were in the state, the higher are its bars
-        "customdata": packed(np.array([(span.start, span.end) for span in spans])),
-        "text": [_about(run, span) for span in spans],
-        "textposition": "none",
-        "marker": {"color": STATES[state], "line": {"width": 0}},
-        "hovertemplate": "%{text}<br>%{customdata[0]:.1f} to %{customdata[1]:.1f} s",
-    }
+def _bars_of_state(run: RunData, state: str, spans: Sequence[Span]) -> Chart:
+    return bars(
+        LABELS.get(state, state),
+        packed(np.array([span.length for span in spans])),
+        [span.robot for span in spans],
+        base=packed(np.array([span.start for span in spans])),
+        width=0.88,  # else the fewer robots were in the state, the higher are its bars
+        customdata=packed(np.array([(span.start, span.end) for span in spans])),
+        text=[_about(run, span) for span in spans],
+        textposition="none",
+        marker={"color": STATES[state], "line": {"width": 0}},
+        hovertemplate="%{text}<br>%{customdata[0]:.1f} to %{customdata[1]:.1f} s",
+    )
 
 
 def _about(run: RunData, span: Span) -> str:
@@ -267,16 +247,15 @@ def _about(run: RunData, span: Span) -> str:
 
 
 def _missed(run: RunData, events: Sequence[GoalEvent]) -> Chart:
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "name": "missed goal",
-        "x": [event.time for event in events],
-        "y": [event.robot for event in events],
-        "text": [text(f"{run.robots[event.robot]} missed {event.goal}") for event in events],
-        "marker": {"symbol": "x", "size": 10, "color": INK},
-        "hovertemplate": "%{text}<br>t = %{x:.1f} s<extra></extra>",
-    }
+    return line(
+        "missed goal",
+        [event.time for event in events],
+        [event.robot for event in events],
+        mode="markers",
+        text=[text(f"{run.robots[event.robot]} missed {event.goal}") for event in events],
+        marker={"symbol": "x", "size": 10, "color": INK},
+        hovertemplate="%{text}<br>t = %{x:.1f} s<extra></extra>",
+    )
 
 
 def goals(run: RunData) -> Chart | None:
@@ -289,39 +268,22 @@ def goals(run: RunData) -> Chart | None:
         events = [event for event in settled if event.outcome == outcome]
         if events or outcome == "reached":
             names = [text(f"{run.robots[event.robot]}: {event.goal}") for event in events]
-            data.append(
-                {
-                    "type": "scatter",
-                    "mode": "lines",
-                    "line": {"shape": "hv", "color": color, "width": 2},
-                    "name": f"{word} ({len(events)})",
-                    "x": [0.0, *(event.time for event in events), run.end],
-                    "y": [*range(len(events) + 1), len(events)],
-                    "text": ["", *names, ""],
-                    "hovertemplate": "%{y} after %{x:.1f} s<br>%{text}",
-                }
-            )
+            times = [0.0, *(event.time for event in events), run.end]
+            counts = [*range(len(events) + 1), len(events)]
+            look = {"shape": "hv", "color": color, "width": 2}
+            says = "%{y} after %{x:.1f} s<br>%{text}"
+            title = f"{word} ({len(events)})"
+            texts = ["", *names, ""]
+            data.append(line(title, times, counts, line=look, text=texts, hovertemplate=says))
     total = mission_goals(run.report)
     if total:
         data.append(_level(run, total, f"mission ({total})"))
-    layout = {
-        "xaxis": axis("simulated time [s]", range=[0.0, run.end]),
-        "yaxis": axis("goals of all robots", rangemode="tozero"),
-        "hovermode": "closest",
-    }
-    return {"data": data, "layout": layout}
+    return _over_time(run, data, axis("goals of all robots", rangemode="tozero"))
 
 
 def _level(run: RunData, value: float, name: str) -> Chart:
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": name,
-        "x": [0.0, run.end],
-        "y": [value, value],
-        "line": {"dash": "dot", "width": 1.2, "color": INK},
-        "hoverinfo": "name",
-    }
+    look = {"dash": "dot", "width": 1.2, "color": INK}
+    return line(name, [0.0, run.end], [value, value], line=look, hoverinfo="name")
 
 
 def flow(run: RunData) -> Chart | None:
@@ -330,7 +292,7 @@ def flow(run: RunData) -> Chart | None:
     if rates is None:
         return None
     widths = rates.ends - rates.starts
-    bars = {
+    columns = {
         "type": "bar",
         "name": "goals per minute",
         "x": (rates.starts + 0.5 * widths).tolist(),
@@ -341,13 +303,8 @@ def flow(run: RunData) -> Chart | None:
         "hovertemplate": "%{y:.1f} per minute: %{customdata[2]:.0f} goals"
         "<br>%{customdata[0]:.0f} to %{customdata[1]:.0f} s<extra></extra>",
     }
-    layout = {
-        "xaxis": axis("simulated time [s]", range=[0.0, run.end]),
-        "yaxis": axis("goals per minute", rangemode="tozero"),
-        "hovermode": "closest",
-        "bargap": 0.04,
-    }
-    return {"data": [bars, _level(run, rates.mean, rates.mean_label)], "layout": layout}
+    data = [columns, _level(run, rates.mean, rates.mean_label)]
+    return _over_time(run, data, axis("goals per minute", rangemode="tozero"), bargap=0.04)
 
 
 def states(run: RunData) -> Chart | None:
@@ -355,26 +312,17 @@ def states(run: RunData) -> Chart | None:
     shares = shares_over_time(run)
     if shares is None:
         return None
-    data = [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": LABELS.get(state, state),
-            "x": packed(shares.times),
-            "y": packed(100.0 * line),
-            "stackgroup": "robots",
-            "fillcolor": STATES.get(state, "#000000"),
-            "line": {"width": 0, "color": STATES.get(state, "#000000")},
-            "hovertemplate": "%{y:.0f} %",
-        }
-        for state, line in shares.by_state.items()
-    ]
-    layout = {
-        "xaxis": axis("simulated time [s]", range=[0.0, run.end]),
-        "yaxis": axis("robots [%]", range=[0, 100]),
-        "hovermode": "x unified",
-    }
-    return {"data": data, "layout": layout}
+    data = []
+    for state, share in shares.by_state.items():
+        name, color = LABELS.get(state, state), STATES.get(state, "#000000")
+        look = {"width": 0, "color": color}
+        data.append(
+            line(
+                name, packed(shares.times), packed(100.0 * share), line=look,
+                stackgroup="robots", fillcolor=color, hovertemplate="%{y:.0f} %",
+            )
+        )  # fmt: skip
+    return _over_time(run, data, axis("robots [%]", range=[0, 100]), hovermode="x unified")
 
 
 def stations(run: RunData) -> Chart | None:
@@ -383,29 +331,24 @@ def stations(run: RunData) -> Chart | None:
     if not uses or run.series is None:
         return None
     names = [text(name) for name in uses]
-    busy = [100.0 * (use.utilisation or 0.0) for use in uses.values()]
-    used = {
-        "type": "bar",
-        "orientation": "h",
-        "name": "in use",
-        "y": names,
-        "x": busy,
-        "customdata": [use.goals for use in uses.values()],
-        "marker": {"color": BLUE},
-        "hovertemplate": "in use %{x:.1f} % of the time<br>%{customdata} goals",
-    }
-    queued = {
-        "type": "bar",
-        "orientation": "h",
-        "name": "queue",
-        "y": names,
-        "x": [use.queue for use in uses.values()],
-        "xaxis": "x2",
-        "customdata": [[use.longest_queue, use.queue_time] for use in uses.values()],
-        "marker": {"color": ORANGE},
-        "hovertemplate": "%{x:.2f} robots on average, %{customdata[0]} at most"
+    used = bars(
+        "in use",
+        [100.0 * (use.utilisation or 0.0) for use in uses.values()],
+        names,
+        customdata=[use.goals for use in uses.values()],
+        marker={"color": BLUE},
+        hovertemplate="in use %{x:.1f} % of the time<br>%{customdata} goals",
+    )
+    queued = bars(
+        "queue",
+        [use.queue for use in uses.values()],
+        names,
+        xaxis="x2",
+        customdata=[[use.longest_queue, use.queue_time] for use in uses.values()],
+        marker={"color": ORANGE},
+        hovertemplate="%{x:.2f} robots on average, %{customdata[0]} at most"
         "<br>%{customdata[1]:.0f} robot-seconds",
-    }
+    )
     layout = {
         "xaxis": axis(
             f"robot within {AT_STATION:g} m [% of time]", range=[0, 100], domain=[0, 0.48]
@@ -425,6 +368,10 @@ def clearance(run: RunData) -> Chart | None:
     if series is None or not len(series.times):
         return None
     edges = np.arange(0.0, series.near + BIN, BIN)
+    says = (
+        "from %{x:.2f} m: %{y} robot-seconds<br>%{customdata:.1f} % are"
+        f" nearer than this and {BIN:g} m more"
+    )
     data = []
     for values, name, color, dash in (
         (series.to_robot, "to the nearest robot", BLUE, "solid"),
@@ -433,36 +380,18 @@ def clearance(run: RunData) -> Chart | None:
         known = values[np.isfinite(values)]
         counts, _ = np.histogram(known[known < series.near - 1e-9], bins=edges)
         below = 100.0 * np.cumsum(counts) / max(known.size, 1)
-        data.append(
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "line": {"shape": "hv", "color": color, "dash": dash, "width": 2},
-                "name": name,
-                "x": np.round(edges, 3).tolist(),
-                "y": [*counts.tolist(), int(counts[-1])],
-                "customdata": np.round([*below, below[-1]], 3).tolist(),
-                "hovertemplate": "from %{x:.2f} m: %{y} robot-seconds<br>%{customdata:.1f} % are"
-                f" nearer than this and {BIN:g} m more",
-            }
-        )
-    lines = [(NEAR_MISS, f"near miss ({NEAR_MISS} m)", VERMILLION, "dot")]
+        x, y = np.round(edges, 3).tolist(), [*counts.tolist(), int(counts[-1])]
+        look = {"shape": "hv", "color": color, "dash": dash, "width": 2}
+        shares = np.round([*below, below[-1]], 3).tolist()
+        data.append(line(name, x, y, line=look, customdata=shares, hovertemplate=says))
+    limits = [(NEAR_MISS, f"near miss ({NEAR_MISS} m)", VERMILLION, "dot")]
     smallest = run.report.get("min_clearance")
     if smallest is not None:
-        lines.append((smallest, f"smallest ({smallest:.3f} m)", INK, "dashdot"))
+        limits.append((smallest, f"smallest ({smallest:.3f} m)", INK, "dashdot"))
     top = max((max(trace["y"]) for trace in data), default=1) or 1
-    for at, name, color, dash in lines:
-        data.append(
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "name": name,
-                "x": [at, at],
-                "y": [0, top],
-                "line": {"color": color, "dash": dash, "width": 1.2},
-                "hoverinfo": "name",
-            }
-        )
+    for at, name, color, dash in limits:
+        look = {"color": color, "dash": dash, "width": 1.2}
+        data.append(line(name, [at, at], [0, top], line=look, hoverinfo="name"))
     layout = {
         "xaxis": axis("smallest clearance within a second [m]", range=[0.0, series.near]),
         "yaxis": axis(f"robot-seconds per {BIN:g} m", rangemode="tozero"),
@@ -476,16 +405,25 @@ def usage(run: RunData) -> Chart | None:
     measured = run.usage
     if measured is None:
         return None
-    wall = packed(measured.wall)
-    sim = packed(measured.sim)
-    data = [_usage_line("real-time factor", wall, measured.factor, sim, INK, "y", "", 0)]
-    for place, (group, line) in enumerate(measured.cores.items()):
+    wall, sim = packed(measured.wall), packed(measured.sim)
+
+    def curve(
+        name: str, values: NDArray[Any], color: str, y_axis: str, unit: str, place: int
+    ) -> Chart:
+        look = {"color": color, "width": 1.6, "dash": DASHES[place % len(DASHES)]}
+        says = f"%{{y:.2f}}{unit} (t = %{{customdata:.0f}} s)"
+        return line(
+            text(name), wall, packed(values), legendgroup=text(name), customdata=sim,
+            yaxis=y_axis, line=look, hovertemplate=says,
+        )  # fmt: skip
+
+    data = [curve("real-time factor", measured.factor, INK, "y", "", 0)]
+    for place, (group, cores) in enumerate(measured.cores.items()):
         color = GROUPS.get(group, INK)
-        data.append(_usage_line(group, wall, line, sim, color, "y2", " cores", place))
+        data.append(curve(group, cores, color, "y2", " cores", place))
         if group in measured.memory_mb:
             memory = measured.memory_mb[group] / 1000.0
-            data.append(_usage_line(group, wall, memory, sim, color, "y3", " GB", place))
-            data[-1]["showlegend"] = False
+            data.append(curve(group, memory, color, "y3", " GB", place) | {"showlegend": False})
     layout = {
         "xaxis": axis("wall time since the start of the command [s]", anchor="y3"),
         "yaxis": axis("real-time factor", domain=[0.7, 1.0], rangemode="tozero"),
@@ -495,27 +433,3 @@ def usage(run: RunData) -> Chart | None:
         "height": 520,
     }
     return {"data": data, "layout": layout}
-
-
-def _usage_line(
-    name: str,
-    wall: Chart,
-    values: NDArray[Any],
-    sim: Chart,
-    color: str,
-    to_axis: str,
-    unit: str,
-    place: int,
-) -> Chart:
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": text(name),
-        "legendgroup": text(name),
-        "x": wall,
-        "y": packed(values),
-        "customdata": sim,
-        "yaxis": to_axis,
-        "line": {"color": color, "width": 1.6, "dash": DASHES[place % len(DASHES)]},
-        "hovertemplate": f"%{{y:.2f}}{unit} (t = %{{customdata:.0f}} s)",
-    }

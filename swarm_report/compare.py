@@ -8,20 +8,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import FloatArray
 from swarm_common.model.run_words import makespan
 from swarm_report import style
-from swarm_report.charts import DASHES, INK, Chart, axis, packed, text
-from swarm_report.document import number, save
+from swarm_report.charts import DASHES, INK, Chart, axis, line, packed, text
+from swarm_report.document import Drawing, drawn, number
 from swarm_report.inputs import SEED, differences
 from swarm_report.judgement import judge
-from swarm_report.page import Plot, escape, page_html, plots_html, table_html
+from swarm_report.page import escape, page_html, plots_html, table_html
 from swarm_report.run import RunData, mission_goals
-from swarm_report.style import BLACK, CYCLE, LINE_STYLES, figure
+from swarm_report.style import BLACK, CYCLE, LINE_STYLES, figure, legend_below, plot
 from swarm_report.tables import Table
 
 BIN = 0.02  # [m] of the clearance curve
@@ -61,10 +60,6 @@ class Merit:
         for key in self.path:
             value = value.get(key) if isinstance(value, Mapping) else None
         return value if isinstance(value, int | float) else None
-
-    def shown(self, value: float | None) -> str:
-        """Return a value as text."""
-        return number(value, self.unit)
 
     def delta(self, base: float | None, value: float | None) -> str:
         """Return the difference from the first run as text, with its percentage."""
@@ -128,9 +123,9 @@ def comparison(runs: Sequence[RunData]) -> Comparison:
         values = [merit.read(run) for run in runs]
         if all(value is None for value in values):
             continue
-        row = [merit.name, merit.shown(values[0])]
+        row = [merit.name, number(values[0], merit.unit)]
         for column, value in enumerate(values[1:], 2):
-            row.append(merit.shown(value) + merit.delta(values[0], value))
+            row.append(number(value, merit.unit) + merit.delta(values[0], value))
             mark = merit.judged(values[0], value)
             if mark:
                 marks[len(rows), column] = mark
@@ -156,11 +151,7 @@ def what_differs(runs: Sequence[RunData]) -> str:
 
 
 def write_comparison(runs: Sequence[RunData], page: Path) -> None:
-    """Write a page that compares runs, and its plots beside it.
-
-    Raises:
-        ConfigError: If it cannot be written.
-    """
+    """Write a page that compares runs, and its plots beside it."""
     folder = page.with_name(f"{page.stem}_plots")
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -181,38 +172,9 @@ def comparison_html(runs: Sequence[RunData], folder: Path | None = None) -> str:
         " Blue is better, orange is worse, whatever the reason.</p>",
         table_html(found.head, found.rows, found.marks),
         "<h2>Plots</h2>",
-        plots_html(_draw(runs, folder)),
+        plots_html(drawn(DRAWINGS, runs, folder)),
     ]
     return page_html(f"{len(runs)} runs compared", ", ".join(labels(runs)), body)
-
-
-def _draw(runs: Sequence[RunData], folder: Path | None) -> list[Plot]:
-    drawings = {
-        "goals": (
-            _goals,
-            _goals_chart,
-            _goals_table,
-            "Goals reached over simulated time, as a share of the mission",
-        ),
-        "clearance": (
-            _clearance,
-            _clearance_chart,
-            _clearance_table,
-            "Share of robot-seconds nearer than a distance to anything",
-        ),
-        "merits": (
-            _merits,
-            _merits_chart,
-            _merits_table,
-            "Figures of merit; a dash stands for what was not measured",
-        ),
-    }
-    plots = []
-    with style.settings():
-        for name, (draw, chart, table, caption) in drawings.items():
-            svg = save(draw(runs), None if folder is None else folder / name)
-            plots.append(Plot(name, caption, svg, name == "merits", chart(runs), table(runs)))
-    return plots
 
 
 def _look(index: int) -> dict[str, Any]:
@@ -229,29 +191,27 @@ def _goal_shares(run: RunData) -> tuple[FloatArray, FloatArray]:
 
 
 def _goals(runs: Sequence[RunData]) -> Figure:
-    drawing = figure(3.4)
-    axes = drawing.add_subplot()
+    y = "goals reached [% of the mission]"
+    drawing, axes = plot("simulated time [s]", y, height=3.4)
     for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True)):
         axes.step(*_goal_shares(run), where="post", label=label, **_look(index))
     axes.set_ylim(0.0, 102.0)
     axes.set_xlim(left=0.0)
-    axes.set_xlabel("simulated time [s]")
-    axes.set_ylabel("goals reached [% of the mission]")
-    _legend(axes)
+    legend_below(axes)
     return drawing
 
 
 def _goals_chart(runs: Sequence[RunData]) -> Chart:
     data = [
-        _line(index, label, *_goal_shares(run), "%{y:.1f} % after %{x:.1f} s")
-        | {"line": {"shape": "hv", **_plotly_look(index)}}
+        _line(index, label, _goal_shares(run), "%{y:.1f} % after %{x:.1f} s", shape="hv")
         for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True))
     ]
     layout = {
         "xaxis": axis("simulated time [s]", rangemode="tozero"),
         "yaxis": axis("goals reached [% of the mission]", range=[0, 102]),
+        "hovermode": "closest",
     }
-    return {"data": data, "layout": layout | {"hovermode": "closest"}}
+    return {"data": data, "layout": layout}
 
 
 def _goals_table(runs: Sequence[RunData]) -> Table:
@@ -271,17 +231,10 @@ def _goals_table(runs: Sequence[RunData]) -> Table:
 def _clearance_table(runs: Sequence[RunData]) -> Table:
     """Return the share of robot-seconds nearer than a distance."""
     curves = [_nearness(run) for run in runs]
-    wanted = np.arange(0.04, 0.5, 0.04)
-    rows = [
-        [
-            f"{edge:.2f} m",
-            *(
-                "–" if curve is None else f"{np.interp(edge, *curve):.2f} %"  # at an edge
-                for curve in curves
-            ),
-        ]
-        for edge in wanted
-    ]
+    rows = []
+    for edge in np.arange(0.04, 0.5, 0.04):  # edges of the curves' bins
+        shares = ["–" if curve is None else f"{np.interp(edge, *curve):.2f} %" for curve in curves]
+        rows.append([f"{edge:.2f} m", *shares])
     return Table(["nearer than", *labels(runs)], rows, "Of all robot-seconds.")
 
 
@@ -303,47 +256,37 @@ def _nearness(run: RunData) -> tuple[FloatArray, FloatArray] | None:
 
 
 def _clearance(runs: Sequence[RunData]) -> Figure:
-    drawing = figure(3.4)
-    axes = drawing.add_subplot()
+    x = "distance to the nearest robot or obstacle [m]"
+    drawing, axes = plot(x, "robot-seconds nearer [%]", height=3.4)
     for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True)):
         curve = _nearness(run)
         if curve is not None:
             axes.plot(*curve, label=label, **_look(index))
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("distance to the nearest robot or obstacle [m]")
-    axes.set_ylabel("robot-seconds nearer [%]")
-    _legend(axes)
+    legend_below(axes)
     return drawing
 
 
 def _clearance_chart(runs: Sequence[RunData]) -> Chart:
-    curves = [
-        (index, label, _nearness(run))
-        for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True))
-    ]
     data = [
-        _line(index, label, *curve, "%{y:.2f} % nearer than %{x:.2f} m")
-        for index, label, curve in curves
-        if curve is not None
+        _line(index, label, curve, "%{y:.2f} % nearer than %{x:.2f} m")
+        for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True))
+        if (curve := _nearness(run)) is not None
     ]
     layout = {
         "xaxis": axis("distance to the nearest robot or obstacle [m]", rangemode="tozero"),
         "yaxis": axis("robot-seconds nearer [%]", rangemode="tozero"),
+        "hovermode": "closest",
     }
-    return {"data": data, "layout": layout | {"hovermode": "closest"}}
+    return {"data": data, "layout": layout}
 
 
-def _line(index: int, label: str, x: FloatArray, y: FloatArray, says: str) -> Chart:
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": text(label),
-        "x": packed(x),
-        "y": packed(y),
-        "line": _plotly_look(index),
-        "hovertemplate": says,
-    }
+def _line(
+    index: int, label: str, curve: tuple[FloatArray, FloatArray], says: str, **look: str
+) -> Chart:
+    x, y = map(packed, curve)
+    return line(text(label), x, y, line=_plotly_look(index) | look, hovertemplate=says)
 
 
 def _plotly_look(index: int) -> dict[str, Any]:
@@ -364,23 +307,19 @@ def _merits_chart(runs: Sequence[RunData]) -> Chart:
     }
     data = []
     for place, (key, title) in enumerate(BARS.items(), 1):
-        number_ = "" if place == 1 else str(place)
+        panel = "" if place == 1 else str(place)
         data.append(
             {
-                "type": "bar",
-                "orientation": "h",
-                "y": names,
-                "x": [_merit(run, key) for run in runs],
-                "xaxis": f"x{number_}",
-                "yaxis": f"y{number_}",
-                "marker": {"color": colors},
+                "type": "bar", "orientation": "h",
+                "y": names, "x": [_merit(run, key) for run in runs],
+                "xaxis": f"x{panel}", "yaxis": f"y{panel}", "marker": {"color": colors},
                 "hovertemplate": f"%{{y}}<br>{title}: %{{x:.4g}}<extra></extra>",
             }
+        )  # fmt: skip
+        layout[f"xaxis{panel}"] = axis(title, rangemode="tozero")
+        layout[f"yaxis{panel}"] = axis(
+            "", autorange="reversed", automargin=True, showticklabels=place in (1, 4)
         )
-        layout[f"xaxis{number_}"] = axis(title, rangemode="tozero")
-        layout[f"yaxis{number_}"] = axis("", autorange="reversed", automargin=True) | {
-            "showticklabels": place in (1, 4)
-        }
     return {"data": data, "layout": layout}
 
 
@@ -407,5 +346,17 @@ def _merits(runs: Sequence[RunData]) -> Figure:
     return drawing
 
 
-def _legend(axes: Axes) -> None:
-    axes.legend(fontsize=8, ncols=2, loc="upper left", bbox_to_anchor=(0.0, -0.18))
+DRAWINGS: dict[str, Drawing[Sequence[RunData]]] = {
+    "goals": Drawing(
+        _goals, _goals_chart, _goals_table,
+        "Goals reached over simulated time, as a share of the mission",
+    ),
+    "clearance": Drawing(
+        _clearance, _clearance_chart, _clearance_table,
+        "Share of robot-seconds nearer than a distance to anything",
+    ),
+    "merits": Drawing(
+        _merits, _merits_chart, _merits_table,
+        "Figures of merit; a dash stands for what was not measured", is_wide=True,
+    ),
+}  # fmt: skip

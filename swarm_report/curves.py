@@ -20,6 +20,8 @@ from swarm_report.style import (
     VERMILLION,
     WIDE_WIDTH,
     figure,
+    legend_below,
+    plot,
 )
 
 NEAR_MISS = 0.03  # [m] closer without contact is a near miss
@@ -31,8 +33,8 @@ def goals_over_time(run: RunData) -> Figure | None:
     settled = [event for event in run.goals if event.outcome != "sent"]
     if not settled:
         return None
-    drawing = figure(3.0)
-    axes = drawing.add_subplot()
+    title = "Goals over time"
+    drawing, axes = plot("simulated time [s]", "goals of all robots", title, height=3.0)
     kinds = (("reached", "reached", BLUE, "-"), ("failed", "missed", VERMILLION, "--"))
     for outcome, word, color, style in kinds:
         times = [event.time for event in settled if event.outcome == outcome]
@@ -47,9 +49,6 @@ def goals_over_time(run: RunData) -> Figure | None:
         axes.axhline(total, color=BLACK, linestyle=":", linewidth=1.0, label=f"mission ({total})")
     axes.set_xlim(0.0, max(run.end, 1.0))
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("simulated time [s]")
-    axes.set_ylabel("goals of all robots")
-    axes.set_title("Goals over time", loc="left")
     axes.legend(loc="lower right")
     return drawing
 
@@ -59,15 +58,12 @@ def throughput_over_time(run: RunData) -> Figure | None:
     flow = throughput(run)
     if flow is None:
         return None
-    drawing = figure(3.0)
-    axes = drawing.add_subplot()
+    title = f"Throughput (windows of {flow.window:g} s)"
+    drawing, axes = plot("simulated time [s]", "goals per minute", title, height=3.0)
     widths = np.maximum(flow.ends - flow.starts, 1e-3)
     axes.bar(flow.starts, flow.per_minute, widths, align="edge", color=SKY, linewidth=0.0)
     axes.axhline(flow.mean, color=BLACK, linestyle="--", linewidth=1.0, label=flow.mean_label)
     axes.set_xlim(0.0, max(run.end, 1.0))
-    axes.set_xlabel("simulated time [s]")
-    axes.set_ylabel("goals per minute")
-    axes.set_title(f"Throughput (windows of {flow.window:g} s)", loc="left")
     axes.legend(loc="lower left", bbox_to_anchor=(0.6, 1.0))
     return drawing
 
@@ -77,8 +73,7 @@ def states_over_time(run: RunData) -> Figure | None:
     shares = shares_over_time(run)
     if shares is None:
         return None
-    drawing = figure(3.6)
-    axes = drawing.add_subplot()
+    drawing, axes = plot("simulated time [s]", "robots [%]", "What the robots did", height=3.6)
     axes.stackplot(
         shares.times,
         *(100.0 * line for line in shares.by_state.values()),
@@ -88,10 +83,7 @@ def states_over_time(run: RunData) -> Figure | None:
     )
     axes.set_xlim(0.0, max(run.end, 1.0))
     axes.set_ylim(0.0, 100.0)
-    axes.set_xlabel("simulated time [s]")
-    axes.set_ylabel("robots [%]")
-    axes.set_title("What the robots did", loc="left")
-    axes.legend(fontsize=8, ncols=4, loc="upper left", bbox_to_anchor=(0.0, -0.18))
+    legend_below(axes, 4)
     return drawing
 
 
@@ -100,15 +92,16 @@ def clearance(run: RunData) -> Figure | None:
     series = run.series
     if series is None or not len(series.times):
         return None
-    drawing = figure(3.6)
-    axes = drawing.add_subplot()
+    x = "smallest clearance within a second [m]"
+    drawing, axes = plot(x, f"robot-seconds per {BIN:g} m", "Clearance", height=3.6)
     edges = np.arange(0.0, series.near + BIN, BIN)
     for values, label, color, style in (
         (series.to_robot, "to the nearest robot", BLUE, "-"),
         (series.to_world, "to the nearest obstacle", ORANGE, "--"),
     ):
         measured = values[values < series.near - 1e-9]
-        share = f"{label} (below {series.near:g} m in {_percent(measured.size, values.size)})"
+        part = f"{100.0 * measured.size / values.size:.1f} %" if values.size else "0 %"
+        share = f"{label} (below {series.near:g} m in {part})"
         counts, _ = np.histogram(measured, bins=edges)
         axes.stairs(counts, edges, color=color, linestyle=style, linewidth=1.6, label=share)
     axes.axvline(NEAR_MISS, color=VERMILLION, linestyle=":", label=f"near miss ({NEAR_MISS} m)")
@@ -119,15 +112,8 @@ def clearance(run: RunData) -> Figure | None:
     axes.set_yscale("symlog", linthresh=1.0)
     axes.set_ylim(bottom=0.0)
     axes.set_xlim(0.0, series.near)
-    axes.set_xlabel("smallest clearance within a second [m]")
-    axes.set_ylabel(f"robot-seconds per {BIN:g} m")
-    axes.set_title("Clearance", loc="left")
-    axes.legend(fontsize=8, ncols=2, loc="upper left", bbox_to_anchor=(0.0, -0.18))
+    legend_below(axes)
     return drawing
-
-
-def _percent(part: int, whole: int) -> str:
-    return f"{100.0 * part / whole:.1f} %" if whole else "0 %"
 
 
 def usage(run: RunData) -> Figure | None:

@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from matplotlib.figure import Figure
 
@@ -29,42 +29,35 @@ from swarm_report.page import (
 from swarm_report.run import RunData, mission_goals
 from swarm_report.tables import Table, percent
 
+Data = TypeVar("Data")  # a run, or several
 PAGE, PLOTS = "report.html", "plots"
 DPI = 150  # of the PNG files
 PIXELS_DPI = 130  # of the pixel images within an SVG
 
 
 @dataclass(frozen=True, slots=True)
-class Drawing:
-    """How a plot of the page comes about."""
+class Drawing(Generic[Data]):
+    """How a plot of a page comes about."""
 
-    # the still picture; None if the run has no data for it
-    draw: Callable[[RunData], Figure | None]
-    chart: Callable[[RunData], charts.Chart | None]  # the same for plotly.js
-    table: Callable[[RunData], Table | None]  # the figures behind it
-    caption: str  # what it shows
+    draw: Callable[[Data], Figure | None]  # the still picture; None if there are no data for it
+    chart: Callable[[Data], charts.Chart | None]  # the same for plotly.js
+    table: Callable[[Data], Table | None]  # its figures
+    caption: str
     is_wide: bool = False  # whether it takes the whole width
 
 
-DRAWINGS: dict[str, Drawing] = {
+DRAWINGS: dict[str, Drawing[RunData]] = {
     "trajectories": Drawing(
-        maps.trajectories,
-        charts.trajectories,
-        tables.trajectories,
+        maps.trajectories, charts.trajectories, tables.trajectories,
         "Where the robots drove, by ground truth",
     ),
     "density": Drawing(
-        maps.density,
-        charts.density,
-        tables.density,
+        maps.density, charts.density, tables.density,
         "Where the robots were, in robot-seconds per area",
     ),
     "timeline": Drawing(
-        timeline.timeline,
-        charts.timeline,
-        tables.timeline,
-        "What each robot did when; crosses are missed goals",
-        is_wide=True,
+        timeline.timeline, charts.timeline, tables.timeline,
+        "What each robot did when; crosses are missed goals", is_wide=True,
     ),
     "goals": Drawing(
         curves.goals_over_time, charts.goals, tables.goals, "Goals reached over simulated time"
@@ -73,37 +66,26 @@ DRAWINGS: dict[str, Drawing] = {
         curves.throughput_over_time, charts.flow, tables.flow, "Goals reached per minute"
     ),
     "stations": Drawing(
-        timeline.stations,
-        charts.stations,
-        tables.stations,
+        timeline.stations, charts.stations, tables.stations,
         "How much the stations were used and waited for",
     ),
     "waiting": Drawing(
-        maps.waiting,
-        charts.waiting,
-        tables.waiting,
+        maps.waiting, charts.waiting, tables.waiting,
         "Where robots held or waited because of others",
     ),
     "states": Drawing(
-        curves.states_over_time,
-        charts.states,
-        tables.states,
+        curves.states_over_time, charts.states, tables.states,
         "How many of the robots were in which state",
     ),
     "clearance": Drawing(
-        curves.clearance,
-        charts.clearance,
-        tables.clearance,
+        curves.clearance, charts.clearance, tables.clearance,
         "Distances of hulls to each other and to obstacles",
     ),
     "usage": Drawing(
-        curves.usage,
-        charts.usage,
-        tables.usage,
-        "CPU and memory; memory that processes share counts once",
-        is_wide=True,
+        curves.usage, charts.usage, tables.usage,
+        "CPU and memory; memory that processes share counts once", is_wide=True,
     ),
-}
+}  # fmt: skip
 
 
 def write_document(folder: Path) -> Path:
@@ -127,33 +109,32 @@ def document_html(run: RunData) -> str:
 
 
 def _draw(run: RunData, folder: Path | None) -> list[Plot]:
-    """Draw what the run has data for; also as SVG and PNG, if there is a folder."""
+    """Draw the plots of a run; also as SVG and PNG, if there is a folder."""
     if folder is not None:
         shutil.rmtree(folder, ignore_errors=True)
     if run.series is None and not run.spans:
         return []
     if folder is not None:
         folder.mkdir(parents=True)
+    return drawn(DRAWINGS, run, folder)
+
+
+def drawn(
+    drawings: Mapping[str, Drawing[Data]], data: Data, folder: Path | None = None
+) -> list[Plot]:
+    """Return the plots that there are data for; also write SVG and PNG, if there is a folder."""
     plots = []
     with style.settings():
-        for name, drawing in DRAWINGS.items():
-            still = drawing.draw(run)
-            if still is None:
-                continue
-            plots.append(
-                Plot(
-                    name,
-                    drawing.caption,
-                    save(still, None if folder is None else folder / name),
-                    drawing.is_wide,
-                    drawing.chart(run),
-                    drawing.table(run),
-                )
-            )
+        for name, drawing in drawings.items():
+            still = drawing.draw(data)
+            if still is not None:
+                svg = _save(still, None if folder is None else folder / name)
+                chart, table = drawing.chart(data), drawing.table(data)
+                plots.append(Plot(name, drawing.caption, svg, drawing.is_wide, chart, table))
     return plots
 
 
-def save(drawing: Figure, path: Path | None) -> bytes:
+def _save(drawing: Figure, path: Path | None) -> bytes:
     """Return a figure as SVG; write it as .svg and .png, if there is a path."""
     buffer = io.BytesIO()
     drawing.savefig(buffer, format="svg", dpi=PIXELS_DPI, metadata={"Date": None})
@@ -165,8 +146,7 @@ def save(drawing: Figure, path: Path | None) -> bytes:
 
 
 def _document(run: RunData, plots: list[Plot]) -> str:
-    verdict = judge(run)
-    report = run.report
+    verdict, report = judge(run), run.report
     world = Path(str(report.get("world") or run.config.get("world", "?")))
     robots = robots_text(report) if report else f"{len(run.robots)} robots"
     title = f"{robots} in {world.parent.name if world.suffix else world.name}"
@@ -174,12 +154,20 @@ def _document(run: RunData, plots: list[Plot]) -> str:
         f"mission {report.get('mission') or 'none'}, robot {report.get('robot', '?')},"
         f" seed {report.get('seed', run.config.get('seed', '?'))}, run {run.name}"
     )
-    body = [
-        verdict_html(verdict.kind, verdict.headline, (*verdict.lines, *_left_out(run))),
-        *_bottleneck(run),
-        cards_html(merits(report) | _shares(run)),
-        plots_html(plots, None if run.grid is None else charts.map_image(run.grid)),
+    damaged = [
+        f"{name} is damaged: {count} line{'' if count == 1 else 's'} left out"
+        for name, count in run.left_out.items()  # known once all has been drawn
     ]
+    body = [verdict_html(verdict.kind, verdict.headline, (*verdict.lines, *damaged))]
+    if words := lost_words(run):
+        body.append(f'<p class="bottleneck">{escape(words)}</p>')
+    shares, lost = {}, lost_time(run)
+    if lost is not None:
+        driving = state_shares(run).get("driving", 0.0)
+        shares["of the robots' time driving"] = percent(driving)
+        shares["of it holding or waiting"] = percent(lost.share)
+    body.append(cards_html(merits(report) | shares))
+    body.append(plots_html(plots, None if run.grid is None else charts.map_image(run.grid)))
     lines = breach_lines(report) if report else []
     if lines:
         body += ["<h2>Breaches</h2>", table_html(["what"], [[line] for line in lines])]
@@ -191,31 +179,6 @@ def _document(run: RunData, plots: list[Plot]) -> str:
             " fields are explained in docs/report.md</footer>"
         )
     return page_html(title, subtitle, body)
-
-
-def _bottleneck(run: RunData) -> list[str]:
-    """Return where most time was lost, in words; nothing if little was."""
-    words = lost_words(run)
-    return [f'<p class="bottleneck">{escape(words)}</p>'] if words else []
-
-
-def _left_out(run: RunData) -> list[str]:
-    """Return which files of the trace are damaged, once they have been drawn."""
-    return [
-        f"{name} is damaged: {count} line{'' if count == 1 else 's'} left out"
-        for name, count in run.left_out.items()
-    ]
-
-
-def _shares(run: RunData) -> dict[str, str]:
-    """Return the shares of the robots' time."""
-    lost = lost_time(run)
-    if lost is None:
-        return {}
-    return {
-        "of the robots' time driving": percent(state_shares(run).get("driving", 0.0)),
-        "of it holding or waiting": percent(lost.share),
-    }
 
 
 def merits(report: Mapping[str, Any]) -> dict[str, str]:
@@ -286,15 +249,11 @@ COLUMNS = {
 
 
 def _robots(robots: Mapping[str, Mapping[str, Any]], broken: Collection[str]) -> str:
-    rows = [
-        [
-            f"{name} (broken)" if name in broken else name,
-            *(_cell(values.get(key), digits) for key, (_, digits) in COLUMNS.items()),
-        ]
-        for name, values in robots.items()
-    ]
+    rows = []
+    for name, values in robots.items():
+        row = [f"{name} (broken)" if name in broken else name]
+        for key, (_, digits) in COLUMNS.items():
+            value = values.get(key)
+            row.append("–" if value is None else f"{value:.{digits}f}")
+        rows.append(row)
     return table_html(["robot", *(heading for heading, _ in COLUMNS.values())], rows)
-
-
-def _cell(value: float | None, digits: int) -> str:
-    return "–" if value is None else f"{value:.{digits}f}"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from swarm_common.model.breaches import broken_lines
-from swarm_report.run import RunData
+from swarm_report.run import RunData, mission_goals
 
 SHOWN = 12  # breaches in the verdict; the table below has all
 
@@ -31,7 +31,8 @@ def judge(run: RunData) -> Judgement:
     lines = [*broken, *report.get("failures", []), *breach_lines(report)]
     goals, crashes = report["goals"], report["collisions"]
     collided = (crashes["robot_robot"] or 0) + (crashes["robot_world"] or 0)
-    head = f"{_goals(goals)}, {_count(collided, 'collision')}"
+    total = _count(mission_goals(report), "goal")
+    head = f"{goals['reached']} of {total} reached, {_count(collided, 'collision')}"
     code = report.get("exit_code")
     if collided or goals["failed"] or code in (1, 3) or report.get("failures"):
         return Judgement("bad", f"Failed: {head}", _cut(lines))
@@ -68,11 +69,6 @@ def _so_far(run: RunData) -> list[str]:
         f"known until t = {run.end:.1f} s: {_count(reached, 'goal')} reached, {failed} missed;"
         " collisions are not known"
     ]
-
-
-def _goals(goals: Mapping[str, int]) -> str:
-    total = goals["reached"] + goals["failed"] + goals["pending"]
-    return f"{goals['reached']} of {_count(total, 'goal')} reached"
 
 
 def _count(number: int, noun: str) -> str:

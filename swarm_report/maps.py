@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -56,35 +57,19 @@ def _draw_lines(axes: Axes, run: RunData, series: Series) -> None:
     count = len(run.robots)
     colors = mpl.colormaps["viridis"](np.linspace(0.0, 1.0, max(count, 2)))
     few = count <= FEW
+    width, alpha = (1.3, 0.9) if few else (0.7, 0.6)
+    look: dict[str, Any] = {"linewidth": width, "alpha": alpha, "rasterized": not few}
     for robot, name in enumerate(run.robots):
         x, y = series.poses[:, robot, 0], series.poses[:, robot, 1]
         color = CYCLE[robot % len(CYCLE)] if few else colors[robot]
         style = LINE_STYLES[robot % len(LINE_STYLES)] if few else "-"
-        axes.plot(
-            x,
-            y,
-            style,
-            color=color,
-            linewidth=1.3 if few else 0.7,
-            alpha=0.9 if few else 0.6,
-            label=name if few else None,
-            zorder=3,
-            rasterized=not few,
-        )
+        label = name if few else None
+        axes.plot(x, y, style, color=color, label=label, zorder=3, **look)
     shown = CYCLE[:count] if few else colors
+    rim: dict[str, Any] = {"edgecolors": BLACK, "linewidths": 0.4, "zorder": 4}
     for sample, marker, label in ((0, "^", "start"), (-1, "o", "end")):
         x, y = series.poses[sample, :, :2].T
-        axes.scatter(
-            x,
-            y,
-            s=16,
-            c=shown,
-            marker=marker,
-            edgecolors=BLACK,
-            linewidths=0.4,
-            zorder=4,
-            label=label,
-        )
+        axes.scatter(x, y, s=16, c=shown, marker=marker, label=label, **rim)
 
 
 def _draw_stations(axes: Axes, run: RunData) -> None:
@@ -112,16 +97,10 @@ def _draw_crashes(axes: Axes, run: RunData) -> None:
     crashes = run.report.get("breaches", {}).get("collisions", [])
     if crashes:
         axes.scatter(
-            [crash["x"] for crash in crashes],
-            [crash["y"] for crash in crashes],
-            marker="X",
-            s=70,
-            c=VERMILLION,
-            edgecolors=BLACK,
-            linewidths=0.6,
-            zorder=7,
+            [crash["x"] for crash in crashes], [crash["y"] for crash in crashes],
+            marker="X", s=70, c=VERMILLION, edgecolors=BLACK, linewidths=0.6, zorder=7,
             label=f"collision ({len(crashes)})",
-        )
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,9 +147,8 @@ def density(run: RunData) -> Figure | None:
 def waiting(run: RunData) -> Figure | None:
     """Draw where robots held or waited for others; return None if that is not known."""
     heat = waiting_heat(run)
-    return (
-        None if heat is None else _draw_heat(run, heat, "Time spent holding or waiting", "YlOrRd")
-    )
+    title = "Time spent holding or waiting"
+    return None if heat is None else _draw_heat(run, heat, title, "YlOrRd")
 
 
 def _seconds_per_sample(series: Series) -> FloatArray:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swarm_common.model.records import FloatArray
-from swarm_report.run import RunData, Span
+from swarm_common.model.records import FloatArray, Pose
+from swarm_report.run import RunData, Series, Span
 
 AT_STATION = 0.5  # [m] from a station within which a robot counts as there
 HOLDING = "holding"
@@ -22,9 +22,7 @@ SHARE_WINDOWS = 120  # over which the shares of states are taken
 class StationUse:
     """How a station was used."""
 
-    # share of the time with a robot within `AT_STATION`, by ground truth; None without a time
-    # series
-    utilisation: float | None
+    utilisation: float | None  # share of the time with a robot there; None without a time series
     goals: int  # goals reached there
     queue: float  # robots that queued or held for it, on average over the run
     longest_queue: int  # most robots that did so at a time
@@ -52,42 +50,29 @@ def station_use(run: RunData) -> dict[str, StationUse]:
     """Return the use of each station by name; none if stations or states are not known."""
     if run.end <= 0.0 or not (run.spans or run.series):
         return {}
-    queues = {name: list(spans) for name, spans in _queues(run).items()}
-    busy = _occupancy(run)
     uses = {}
-    for name in run.sites.stations:
-        spans = queues.get(name, [])
-        seconds = sum(span.end - span.start for span in spans)
+    for name, pose in run.sites.stations.items():
+        queued = [
+            span
+            for span in run.spans
+            if span.station == name and (span.place > 0 or span.state == HOLDING)
+        ]
+        seconds = sum(span.length for span in queued)
         uses[name] = StationUse(
-            utilisation=busy.get(name),
+            utilisation=None if run.series is None else _occupancy(run.series, pose),
             goals=sum(goal.goal == name and goal.outcome == "reached" for goal in run.goals),
             queue=seconds / run.end,
-            longest_queue=_most_at_once(spans),
+            longest_queue=_most_at_once(queued),
             queue_time=seconds,
         )
     return uses
 
 
-def _occupancy(run: RunData) -> dict[str, float]:
-    """Return by station the share of the time at which a robot stood there, by ground truth."""
-    shares: dict[str, float] = {}
-    series = run.series
-    if series is None:
-        return shares
-    for name, pose in run.sites.stations.items():
-        offsets = series.poses[..., :2] - (pose.x, pose.y)
-        near = np.hypot(offsets[..., 0], offsets[..., 1]) < AT_STATION
-        shares[name] = float(near.any(axis=1).mean())
-    return shares
-
-
-def _queues(run: RunData) -> dict[str, list[Span]]:
-    """Return by station when robots were in its queue, or held before it."""
-    spans: dict[str, list[Span]] = defaultdict(list)
-    for span in run.spans:
-        if span.station and (span.place > 0 or span.state == HOLDING):
-            spans[span.station].append(span)
-    return spans
+def _occupancy(series: Series, station: Pose) -> float:
+    """Return the share of the time at which a robot stood at a station, by ground truth."""
+    offsets = series.poses[..., :2] - (station.x, station.y)
+    near = np.hypot(offsets[..., 0], offsets[..., 1]) < AT_STATION
+    return float(near.any(axis=1).mean())
 
 
 def _most_at_once(spans: Iterable[Span]) -> int:
@@ -119,7 +104,7 @@ def state_times(run: RunData) -> list[dict[str, float]]:
     """Return by robot the seconds that it spent in each state."""
     times: list[dict[str, float]] = [defaultdict(float) for _ in run.robots]
     for span in run.spans:
-        times[span.robot][span.state] += span.end - span.start
+        times[span.robot][span.state] += span.length
     return [dict(one) for one in times]
 
 
@@ -172,11 +157,11 @@ class LostTime:
 
 def lost_time(run: RunData) -> LostTime | None:
     """Return how long robots held or waited; by the trace without a report; None if unknown."""
-    known = sum(span.end - span.start for span in run.spans)
+    known = sum(span.length for span in run.spans)
     if known <= 0.0:
         return None
     held, waited = (run.report.get(key) for key in ("hold_time", "wait_time"))
     if held is None or waited is None:
-        held = sum(span.end - span.start for span in run.spans if span.state == HOLDING)
+        held = sum(span.length for span in run.spans if span.state == HOLDING)
         waited = sum(wait.duration for wait in run.waits)
     return LostTime(held + waited, (held + waited) / known)

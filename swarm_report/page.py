@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import base64
+import functools
+import gzip
 import html
+import importlib.util
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
-from swarm_report.plotly_js import plotly_js
 from swarm_report.tables import Table
 
 # A page needs nothing but itself, and may ask nobody for anything.
@@ -38,10 +41,9 @@ def escape(value: object) -> str:
 
 
 def plots_html(plots: Sequence[Plot], map_image: Mapping[str, Any] | None = None) -> str:
-    """Return the figures with their tables, and what plotly.js needs to draw them.
+    """Return the figures with their tables, and the data for plotly.js.
 
-    Args:
-        map_image: Of plotly.js, below charts that are `on_map`.
+    `map_image` lies below charts that are `on_map`.
     """
     figures = "\n".join(map(_figure, plots))
     charts = {plot.name: plot.chart for plot in plots if plot.chart is not None}
@@ -134,3 +136,14 @@ def page_html(title: str, subtitle: str, body: Sequence[str], script: str = "") 
 def asset(name: str) -> str:
     """Return a file of this package as text."""
     return files("swarm_report").joinpath(name).read_text(encoding="utf-8")
+
+
+@functools.cache
+def plotly_js() -> str:
+    """Return plotly.js, gzipped and in base64; empty if the package `plotly` is not installed."""
+    found = importlib.util.find_spec("plotly")
+    for folder in (found.submodule_search_locations or []) if found is not None else []:
+        path = Path(folder) / "package_data" / "plotly.min.js"
+        if path.is_file():
+            return base64.b64encode(gzip.compress(path.read_bytes(), 9, mtime=0)).decode()
+    return ""

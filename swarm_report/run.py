@@ -59,6 +59,11 @@ class Span:
     station: str
     place: int
 
+    @property
+    def length(self) -> float:
+        """Duration [s]."""
+        return self.end - self.start
+
 
 @dataclass(frozen=True, slots=True)
 class Wait:
@@ -87,27 +92,21 @@ class UsageSeries:
     wall: FloatArray  # (k,) [s] since the start of the command
     sim: FloatArray  # (k,) [s] of simulated time
     factor: FloatArray  # (k,) real-time factor
-    # by group of processes, (k,) CPU seconds per second since the sample before
-    cores: dict[str, FloatArray]
-    # by group, (k,), each shared page counted once; empty for a run before that was noted
-    memory_mb: dict[str, FloatArray]
+    cores: dict[str, FloatArray]  # CPU seconds per second (k,) by group of processes
+    memory_mb: dict[str, FloatArray]  # (k,) by group, shared pages counted once; may be empty
 
 
 class RunData:
     """A run's folder, each part read when it is first asked for.
 
     Attributes:
-        folder: Of the run.
         robots: Names in order.
-        report: What report.json says; empty if the run did not get that far.
-        left_out: Lines of the trace that are damaged, by file.
+        report: Content of report.json; empty if the run did not get that far.
+        left_out: Number of damaged lines of the trace, by file.
     """
 
     def __init__(self, folder: Path, report: Mapping[str, Any] | None = None) -> None:
-        """Find the run.
-
-        Args:
-            report: Its report, if that is not written yet.
+        """Find the run; `report` is its report, if that is not written yet.
 
         Raises:
             ConfigError: If the folder is not that of a run, or a file in it is damaged.
@@ -197,22 +196,18 @@ class RunData:
         """Goals of the mission in order of time."""
         events = [
             GoalEvent(
-                self._index[line["robot"]],
-                line["t"],
-                line["goal"],
-                line["outcome"],
+                self._index[line["robot"]], line["t"], line["goal"], line["outcome"],
                 line["duration"],
             )
             for line in self._diary[2]
-        ]
+        ]  # fmt: skip
         return sorted(events, key=lambda event: event.time)
 
     @functools.cached_property
     def waits(self) -> list[Wait]:
         """Waits of robots for others on their way, in order of time."""
-        return [
-            Wait(self._index[line["robot"]], line["t"], line["waited"]) for line in self._diary[1]
-        ]
+        index = self._index
+        return [Wait(index[line["robot"]], line["t"], line["waited"]) for line in self._diary[1]]
 
     @functools.cached_property
     def usage(self) -> UsageSeries | None:
@@ -223,19 +218,14 @@ class RunData:
                 lines.append(line)
         if len(lines) < 2:
             return None
-        wall = np.array([line["wall"] for line in lines], float)
-        groups = list(lines[-1]["cpu"])
+        wall, sim = (np.array([line[key] for line in lines], float) for key in ("wall", "t"))
         gaps = np.maximum(np.diff(wall), 1e-3)
-        return UsageSeries(
-            wall[1:],
-            np.array([line["t"] for line in lines[1:]], float),
-            _factor(wall, np.array([line["t"] for line in lines], float)),
-            {group: _rates(lines, group, gaps) for group in groups},
-            {
-                group: _column(lines, "memory_mb", group)[1:]
-                for group in lines[-1].get("memory_mb", {})
-            },
-        )
+        cores = {group: _rates(lines, group, gaps) for group in lines[-1]["cpu"]}
+        memory = {
+            group: _column(lines, "memory_mb", group)[1:]
+            for group in lines[-1].get("memory_mb", {})
+        }
+        return UsageSeries(wall[1:], sim[1:], _factor(wall, sim), cores, memory)
 
     @functools.cached_property
     def grid(self) -> Grid | None:

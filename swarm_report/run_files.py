@@ -187,13 +187,10 @@ class UsageLine(TypedDict):
 
 
 def read_json(path: Path, kind: type[Any] = dict[str, Any]) -> dict[str, Any]:
-    """Return the object in a file; empty if there is no file.
-
-    Args:
-        kind: What it has to be; what else is in it is kept.
+    """Return the object in a file, checked to be of a kind; empty if there is no file.
 
     Raises:
-        ConfigError: If the file is something else; the message says what and where.
+        ConfigError: If the file holds something else; the message says what and where.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -210,12 +207,7 @@ def read_json(path: Path, kind: type[Any] = dict[str, Any]) -> dict[str, Any]:
 
 
 def read_trace(path: Path, *kinds: type[Any]) -> tuple[list[list[Any]], int]:
-    """Return the lines of a journal of each kind, and how many are of none: they are damaged.
-
-    Args:
-        path: Of the file; there are no lines if there is none.
-        kinds: Of lines; other keys of a line are dropped.
-    """
+    """Return the lines of a journal by kind, and the number of damaged lines, which are of none."""
     found: list[list[Any]] = [[] for _ in kinds]
     damaged = 0
     for line in read_journal(path):

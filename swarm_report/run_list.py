@@ -17,18 +17,9 @@ from swarm_report.run_files import Report, WorldEntry, read_json
 from swarm_report.tables import percent
 
 HEAD = (
-    "run",
-    "verdict",
-    "robots",
-    "world",
-    "mission",
-    "seed",
-    "goals reached",
-    "collisions",
-    "makespan [s]",
-    "goals per minute",
-    "real-time factor",
-)
+    "run", "verdict", "robots", "world", "mission", "seed", "goals reached", "collisions",
+    "makespan [s]", "goals per minute", "real-time factor",
+)  # fmt: skip
 SCRIPT = """
 document.addEventListener("DOMContentLoaded", () => {
   const search = document.getElementById("search"), count = document.getElementById("count");
@@ -124,11 +115,9 @@ def _read(folder: Path) -> Entry:
         verdict = judge(RunData(folder, report))
     except SwarmError:
         return Entry(folder, "open", (folder.name, "unreadable", *"–––––––––"))
-    return Entry(
-        folder,
-        verdict.kind,
-        (folder.name, verdict.headline.split(":")[0], *_facts(report), *_figures(report)),
-    )
+    head = verdict.headline.split(":")[0]
+    cells = (folder.name, head, *_facts(report), *_figures(report))
+    return Entry(folder, verdict.kind, cells)
 
 
 def _config(folder: Path) -> dict[str, Any]:

@@ -30,11 +30,7 @@ HTML, PLAIN = "text/html; charset=utf-8", "text/plain; charset=utf-8"
 
 
 class ReportServer(ThreadingHTTPServer):
-    """Serves the runs of a folder.
-
-    Attributes:
-        link: What the user opens.
-    """
+    """Serves the runs of a folder; `link` is its address with the token."""
 
     daemon_threads = True
 
@@ -59,11 +55,7 @@ class ReportServer(ThreadingHTTPServer):
         self.link = f"http://{LOOPBACK}:{self.server_port}/{self.token}/"
 
     def page(self, path: str, query: str) -> str | None:
-        """Return the page at a path below the token; None if there is none.
-
-        Raises:
-            SwarmError: If what is asked for cannot be read.
-        """
+        """Return the page at a path below the token; None if there is none."""
         if path == "":
             return self.list.page()
         known = run_folders(self.runs)  # no name that is asked for becomes a path
@@ -121,14 +113,15 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _answer(self, status: int, kind: str, text: str, location: str = "") -> None:
         body = text.encode()
+        headers = {
+            "Location": location, "Content-Type": kind, "Content-Length": str(len(body)),
+            "Cache-Control": "no-cache", "Referrer-Policy": "no-referrer",
+            "X-Content-Type-Options": "nosniff",
+        }  # fmt: skip
         self.send_response(status, http.HTTPStatus(status).phrase)
-        if location:
-            self.send_header("Location", location)
-        self.send_header("Content-Type", kind)
-        self.send_header("Content-Length", str(len(body)))
-        self.send_header("Cache-Control", "no-cache")
-        self.send_header("Referrer-Policy", "no-referrer")
-        self.send_header("X-Content-Type-Options", "nosniff")
+        for name, value in headers.items():
+            if value:
+                self.send_header(name, value)
         self.end_headers()
         self.wfile.write(body)
 

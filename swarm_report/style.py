@@ -24,12 +24,8 @@ LINE_STYLES = ("-", "--", "-.", ":")
 STATES = {state: css(color) for state, color in palette.STATES.items()}
 LABELS = {"pausing": "pausing (service)", "idle": "idle (no goal)"}
 GROUPS = {
-    "world": BLUE,
-    "navigators": ORANGE,
-    "operator": GREEN,
-    "recorder": PINK,
-    "viewer": SKY,
-}
+    "world": BLUE, "navigators": ORANGE, "operator": GREEN, "recorder": PINK, "viewer": SKY,
+}  # fmt: skip
 SETTINGS = {
     "font.size": 9.0,
     "axes.spines.top": False,
@@ -57,16 +53,33 @@ def figure(height: float, width: float = WIDTH) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
+def plot(x: str, y: str, title: str = "", *, height: float) -> tuple[Figure, Axes]:
+    """Return a figure with labelled axes; `height` is in inches."""
+    drawing = figure(height)
+    axes = drawing.add_subplot()
+    axes.set(xlabel=x, ylabel=y)
+    axes.set_title(title, loc="left")
+    return drawing, axes
+
+
+def legend_below(axes: Axes, columns: int = 2) -> None:
+    """Draw the legend below the plot."""
+    axes.legend(fontsize=8, ncols=columns, loc="upper left", bbox_to_anchor=(0.0, -0.18))
+
+
 def map_axes(grid: Grid | None) -> tuple[Figure, Axes]:
-    """Return a figure with the map drawn in grey, in metres of the map frame."""
+    """Return a figure in metres of the map frame; walls are dark, unknown space is light grey."""
     aspect = grid.height / grid.width if grid is not None else 0.75
     drawing = figure(max(2.6, min(9.0, WIDTH * aspect * 0.88 + 0.5)), WIDTH)
     axes = drawing.add_subplot()
     if grid is not None:
-        draw_map(axes, grid)
-    axes.set_aspect("equal")
-    axes.set_xlabel("x in map [m]")
-    axes.set_ylabel("y in map [m]")
+        kind = (grid.cells == OCCUPIED) * 2 + (grid.cells == FREE) * 1
+        shade = mpl.colors.ListedColormap(["#EDEDED", "#00000000", "#4D4D4D"])
+        axes.imshow(
+            kind, origin="lower", extent=extent(grid), cmap=shade, vmin=0, vmax=2,
+            interpolation="nearest", zorder=2,
+        )  # fmt: skip
+    axes.set(aspect="equal", xlabel="x in map [m]", ylabel="y in map [m]")
     axes.grid(visible=False)
     return drawing, axes
 
@@ -76,19 +89,3 @@ def extent(grid: Grid) -> tuple[float, float, float, float]:
     right = grid.origin_x + grid.width * grid.resolution
     top = grid.origin_y + grid.height * grid.resolution
     return grid.origin_x, right, grid.origin_y, top
-
-
-def draw_map(axes: Axes, grid: Grid) -> None:
-    """Draw walls dark and unknown space light grey; free space stays clear."""
-    shade = mpl.colors.ListedColormap(["#EDEDED", "#00000000", "#4D4D4D"])
-    kind = (grid.cells == OCCUPIED) * 2 + (grid.cells == FREE) * 1
-    axes.imshow(
-        kind,
-        origin="lower",
-        extent=extent(grid),
-        cmap=shade,
-        vmin=0,
-        vmax=2,
-        interpolation="nearest",
-        zorder=2,
-    )

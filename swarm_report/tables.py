@@ -10,7 +10,6 @@ import numpy as np
 from swarm_common.model.records import FloatArray
 from swarm_report import maps
 from swarm_report.measures import (
-    Throughput,
     shares_over_time,
     state_shares,
     state_times,
@@ -143,20 +142,15 @@ def goals(run: RunData) -> Table | None:
 def flow(run: RunData) -> Table | None:
     """Return goals reached in each window of time."""
     rates = throughput(run)
-    return (
-        None
-        if rates is None
-        else Table(["from [s]", "to [s]", "goals", "per minute", "of all"], _windows(rates))
-    )
-
-
-def _windows(rates: Throughput) -> list[list[str]]:
+    if rates is None:
+        return None
     total = max(float(rates.goals.sum()), 1.0)
     columns = zip(rates.starts, rates.ends, rates.goals, rates.per_minute, strict=True)
-    return [
+    rows = [
         [f"{start:g}", f"{end:g}", f"{count:.0f}", f"{rate:.1f}", percent(count / total)]
         for start, end, count, rate in columns
     ]
+    return Table(["from [s]", "to [s]", "goals", "per minute", "of all"], rows)
 
 
 def stations(run: RunData) -> Table | None:
@@ -185,13 +179,8 @@ def clearance(run: RunData) -> Table | None:
     if series is None:
         return None
     edges = np.arange(CLEARANCE_STEP, series.near + 1e-9, CLEARANCE_STEP)
-    rows = [
-        [
-            f"{edge:.2f}",
-            *(percent(_below(values, edge)) for values in (series.to_robot, series.to_world)),
-        ]
-        for edge in edges
-    ]
+    sides = series.to_robot, series.to_world
+    rows = [[f"{edge:.2f}", *(percent(_below(side, edge)) for side in sides)] for edge in edges]
     return Table(["nearer than [m]", "to a robot", "to an obstacle"], rows, "Of all robot-seconds.")
 
 

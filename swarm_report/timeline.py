@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -36,7 +35,10 @@ def timeline(run: RunData) -> Figure | None:
             rasterized=len(spans) > VECTOR_LIMIT,
         )
         axes.add_collection(bars, autolim=False)
-    _mark_failures(axes, run)
+    failed = [event for event in run.goals if event.outcome == "failed"]
+    if failed:
+        times, rows = [event.time for event in failed], [event.robot + 1 for event in failed]
+        axes.plot(times, rows, "X", color=BLACK, markersize=5, clip_on=False)
     shown = [state for state in STATES if any(span.state == state for span in spans)]
     handles = [Patch(color=STATES[state], label=LABELS.get(state, state)) for state in shown]
     axes.legend(handles=handles, ncols=8, loc="lower left", bbox_to_anchor=(0.0, 1.0))
@@ -45,8 +47,7 @@ def timeline(run: RunData) -> Figure | None:
     step = 1 if count <= 25 else 5 if count <= 60 else 10
     axes.set_yticks([1, *range(step, count + 1, step)] if step > 1 else range(1, count + 1))
     axes.grid(visible=False, axis="y")
-    axes.set_xlabel("simulated time [s]")
-    axes.set_ylabel("number of the robot")
+    axes.set(xlabel="simulated time [s]", ylabel="number of the robot")
     return drawing
 
 
@@ -58,20 +59,6 @@ def _outlines(spans: Sequence[Span]) -> FloatArray:
     low, high = row - 0.5 * BAR, row + 0.5 * BAR
     x = np.stack([start, end, end, start], axis=1)
     return np.stack([x, np.stack([low, low, high, high], axis=1)], axis=2)
-
-
-def _mark_failures(axes: Axes, run: RunData) -> None:
-    """Mark goals given up and collisions on the bars."""
-    failed = [event for event in run.goals if event.outcome == "failed"]
-    if failed:
-        axes.plot(
-            [event.time for event in failed],
-            [event.robot + 1 for event in failed],
-            "X",
-            color=BLACK,
-            markersize=5,
-            clip_on=False,
-        )
 
 
 def stations(run: RunData) -> Figure | None:

@@ -21,31 +21,26 @@ from swarm_ros2 import graph, interfaces, text
 from swarm_ros2.verbs import add_flag, add_verb
 
 STATUS_NAMES = {
-    GoalStatus.STATUS_ACCEPTED: "ACCEPTED",
-    GoalStatus.STATUS_EXECUTING: "EXECUTING",
-    GoalStatus.STATUS_CANCELING: "CANCELING",
-    GoalStatus.STATUS_SUCCEEDED: "SUCCEEDED",
-    GoalStatus.STATUS_CANCELED: "CANCELED",
-    GoalStatus.STATUS_ABORTED: "ABORTED",
+    getattr(GoalStatus, f"STATUS_{name}"): name
+    for name in ("ACCEPTED", "EXECUTING", "CANCELING", "SUCCEEDED", "CANCELED", "ABORTED")
 }
 
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 action`."""
-    verb = add_verb(verbs, "info", "Print information about an action", _info)
-    verb.add_argument("action_name", help="Name of the ROS action to get info (e.g. '/fibonacci')")
+    info = "Name of the ROS action to get info (e.g. '/fibonacci')"
+    verb = add_verb(verbs, "info", "Print information about an action", _info, action_name=info)
     add_flag(verb, "-t", "--show-types", help="Additionally show the action type")
     add_flag(verb, "-c", "--count", help="Only show the number of clients and servers")
     verb = add_verb(verbs, "list", "Output a list of action names", _list)
     add_flag(verb, "-t", "--show-types", help="Additionally show the action type")
     add_flag(verb, "-c", "--count-actions", help="Only display the number of actions discovered")
-    verb = add_verb(verbs, "type", "Print a action's type", _type)
-    verb.add_argument("action_name", help="Name of the ROS action to get info (e.g. '/fibonacci')")
-    verb = add_verb(verbs, "send_goal", "Send an action goal", _send_goal)
-    verb.add_argument("action_name", help="Name of the ROS action (e.g. '/fibonacci')")
-    verb.add_argument(
-        "action_type", help="Type of the ROS action (e.g. 'nav2_msgs/action/NavigateToPose')"
-    )
+    add_verb(verbs, "type", "Print a action's type", _type, action_name=info)
+    verb = add_verb(
+        verbs, "send_goal", "Send an action goal", _send_goal,
+        action_name="Name of the ROS action (e.g. '/fibonacci')",
+        action_type="Type of the ROS action (e.g. 'nav2_msgs/action/NavigateToPose')",
+    )  # fmt: skip
     text.add_values(verb, "goal", "Goal request values", "{order: 10}")
     add_flag(verb, "-f", "--feedback", help="Echo feedback messages for the goal")
 
@@ -76,24 +71,17 @@ def _type(options: argparse.Namespace) -> None:
 
 
 def _sides(node: Node, action: str) -> dict[str, graph.NamesAndTypes]:
-    names = node.get_node_names_and_namespaces()
-    return {
-        "clients": _users(node, names, action, get_action_client_names_and_types_by_node),
-        "servers": _users(node, names, action, get_action_server_names_and_types_by_node),
+    listings = {
+        "clients": get_action_client_names_and_types_by_node,
+        "servers": get_action_server_names_and_types_by_node,
     }
-
-
-def _users(
-    node: Node, names: list[tuple[str, str]], action: str, listing: Any
-) -> graph.NamesAndTypes:
-    users = []
-    for name, namespace in names:
-        types = None
-        with contextlib.suppress(NodeNameNonExistentError):  # it has just gone
-            types = dict(listing(node, name, namespace)).get(action)
-        if types:
-            users.append((f"{namespace.rstrip('/')}/{name}", types))
-    return sorted(users)
+    sides: dict[str, graph.NamesAndTypes] = {side: [] for side in listings}
+    for name, namespace in node.get_node_names_and_namespaces():
+        for side, listing in listings.items():
+            with contextlib.suppress(NodeNameNonExistentError):  # it has just gone
+                if types := dict(listing(node, name, namespace)).get(action):
+                    sides[side].append((f"{namespace.rstrip('/')}/{name}", types))
+    return {side: sorted(users) for side, users in sides.items()}
 
 
 def _send_goal(options: argparse.Namespace) -> None:
@@ -105,7 +93,11 @@ def _send_goal(options: argparse.Namespace) -> None:
         print("Waiting for an action server to become available...", flush=True)
         graph.wait_for(client.server_is_ready, timeout=float("inf"))
         print(f"Sending goal:\n     {text.to_yaml(goal)}", flush=True)
-        future = client.send_goal_async(goal, _print_feedback if options.feedback else None)
+
+        def show(message: Any) -> None:
+            print(f"Feedback:\n    {text.to_yaml(message.feedback)}", flush=True)
+
+        future = client.send_goal_async(goal, show if options.feedback else None)
         graph.spin(node, future.done)
         handle = future.result()
         if not handle.accepted:
@@ -132,7 +124,3 @@ def _await_result(node: Node, handle: Any) -> Any:
         print("Goal canceled.")
         raise
     return future.result()
-
-
-def _print_feedback(message: Any) -> None:
-    print(f"Feedback:\n    {text.to_yaml(message.feedback)}", flush=True)

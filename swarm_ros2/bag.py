@@ -53,17 +53,12 @@ def add_verbs(verbs: Any) -> None:
     verb.add_argument("-r", "--rate", type=_positive, default=1.0, help="Rate of play back")
     verb.add_argument("--topics", nargs="+", default=[], metavar="TOPIC", help="Only these")
     add_flag(verb, "-l", "--loop", help="Play in a loop")
+    late = "Begin this late, in seconds"
+    verb.add_argument("--start-offset", type=_seconds, default=0.0, help=late)
     verb.add_argument(
-        "--start-offset", type=_seconds, default=0.0, help="Begin this late, in seconds"
-    )
-    verb.add_argument(
-        "--clock",
-        type=_positive,
-        nargs="?",
-        const=CLOCK_RATE,
-        metavar="HZ",
+        "--clock", type=_positive, nargs="?", const=CLOCK_RATE, metavar="HZ",
         help=f"Publish the bag's time on /clock, {CLOCK_RATE:g} times a second",
-    )
+    )  # fmt: skip
     for name in ("--disable-keyboard-controls", "--disable-loan-message"):
         add_flag(verb, name, help="No effect: there are none")
     verb.add_argument("--read-ahead-queue-size", type=int, metavar="N", help="No effect")
@@ -85,15 +80,9 @@ class _NotHere(argparse.Action):
     def __init__(self, option_strings: Sequence[str], dest: str, **settings: Any) -> None:
         super().__init__(option_strings, dest, nargs="*", help=argparse.SUPPRESS)
 
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: Any,
-        option_string: str | None = None,
-    ) -> None:
+    def __call__(self, *arguments: Any) -> None:
         raise argparse.ArgumentError(
-            None, f"{option_string} is an option of ROS 2's own 'ros2 bag'; {NO_SUCH}"
+            None, f"{arguments[-1]} is an option of ROS 2's own 'ros2 bag'; {NO_SUCH}"
         )
 
 
@@ -165,13 +154,12 @@ def _moment(nanoseconds: int) -> str:
 
 def _play(options: argparse.Namespace) -> None:
     words = [options.bag_path, "--ros", "--speed", str(options.rate)]
-    words += ["--offset", repr(options.start_offset)] if options.start_offset else []
-    words += (
-        ["--topics", ",".join(f"/{name.lstrip('/')}" for name in options.topics)]
-        if options.topics
-        else []
-    )
-    words += ["--clock", str(options.clock)] if options.clock is not None else []
+    if options.start_offset:
+        words += ["--offset", repr(options.start_offset)]
+    if options.topics:
+        words += ["--topics", ",".join(f"/{name.lstrip('/')}" for name in options.topics)]
+    if options.clock is not None:
+        words += ["--clock", str(options.clock)]
     launcher.start("swarm_replay", [*words, *(["--loop"] if options.loop else [])])
 
 

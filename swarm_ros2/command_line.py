@@ -62,14 +62,7 @@ def main() -> None:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Run one command line.
-
-    Args:
-        arguments: Words after `ros2`.
-
-    Returns:
-        The exit code.
-    """
+    """Run one command line, the words after `ros2`; return the exit code."""
     try:
         ros_env.set_defaults()  # before rclpy is imported
         options = _parser(arguments).parse_args(arguments)

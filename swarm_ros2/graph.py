@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import ClassVar, TypeVar
+from typing import TypeVar
 
 import rclpy
 import rclpy.executors
@@ -37,8 +37,7 @@ UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # of an endpoint that is known before its 
 def open_node(name: str | None = None, *, sim_time: bool = False) -> Iterator[Node]:
     """Create a node, hidden unless named, without parameter services and without a log topic.
 
-    Args:
-        sim_time: Whether its clock is `/clock`.
+    With `sim_time` its clock is `/clock`.
     """
     context = rclpy.Context()
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
@@ -64,13 +63,10 @@ def settle(node: Node) -> None:
 def settled(
     node: Node, read: Callable[[], Facts], is_whole: Callable[[Facts], bool] = lambda _: True
 ) -> Facts:
-    """Return what is known of the graph once it stays the same.
+    """Return the state of the graph once it stays the same and `is_whole`.
 
     Topics, endpoints and nodes of one participant become known one after the other, on a busy
     machine with gaps.
-
-    Args:
-        is_whole: Tells whether something is missing for certain, so that it is worth a wait.
     """
     start = changed = time.monotonic()
     facts = read()
@@ -108,26 +104,17 @@ def deadline(seconds: float) -> Callable[[], bool]:
     return lambda: time.monotonic() > end
 
 
-class Interrupts:
-    """Ctrl-C as a flag beside the exception, which a finaliser of rclpy's may swallow."""
+INTERRUPTS: list[int] = []  # signals so far, beside the exception, which rclpy may swallow
 
-    is_due: ClassVar[bool] = False
 
-    @classmethod
-    def watch(cls) -> None:
-        """Note Ctrl-C from now on."""
-        signal.signal(signal.SIGINT, cls._note)
+def watch_interrupts() -> None:
+    """Record Ctrl-C from now on."""
 
-    @classmethod
-    def _note(cls, number: int, frame: FrameType | None) -> None:
-        cls.is_due = True
+    def record(number: int, _: FrameType | None) -> None:
+        INTERRUPTS.append(number)
         raise KeyboardInterrupt
 
-    @classmethod
-    def check(cls) -> None:
-        """Raise KeyboardInterrupt if a signal has arrived."""
-        if cls.is_due:
-            raise KeyboardInterrupt
+    signal.signal(signal.SIGINT, record)
 
 
 def spin(node: Node, until: Callable[[], bool]) -> None:
@@ -136,7 +123,8 @@ def spin(node: Node, until: Callable[[], bool]) -> None:
     executor.add_node(node)
     try:
         while not until():
-            Interrupts.check()
+            if INTERRUPTS:
+                raise KeyboardInterrupt
             executor.spin_once(timeout_sec=0.1)
     finally:
         executor.remove_node(node)
@@ -148,17 +136,18 @@ def is_hidden(name: str) -> bool:
     return any(part.startswith("_") for part in name.split("/"))
 
 
+def visible(rows: NamesAndTypes, *, hidden: bool) -> NamesAndTypes:
+    """Return the rows that are shown: all of them, or those whose names are not hidden."""
+    return [(name, types) for name, types in rows if hidden or not is_hidden(name)]
+
+
 def absolute(name: str) -> str:
     """Return a topic, service, action or node name with a leading slash."""
     return name if name.startswith("/") else f"/{name}"
 
 
 def topic_type(node: Node, topic: str, timeout: float = MOST) -> str | None:
-    """Return the type of a topic, None if nobody is known to use it in time.
-
-    Raises:
-        SwarmError: The topic is used with several types.
-    """
+    """Return the type of a topic, None if nobody is known to use it in time."""
     return _type_of(topic, lambda: node.get_topic_names_and_types(), timeout)
 
 
@@ -191,27 +180,18 @@ def node_names(node: Node, *, hidden: bool = False) -> list[str]:
 
 
 def require_node(node: Node, name: str) -> str:
-    """Return a node's full name once it has been discovered.
-
-    Raises:
-        SwarmError: It does not appear in time.
-    """
+    """Return a node's full name once it has been discovered."""
     full = absolute(name)
-    if not wait_for(lambda: full in node_names(node, hidden=True), MOST):
-        raise SwarmError(f"Node not found{_advice(node, full)}")
-    return full
-
-
-def _advice(node: Node, full: str) -> str:
-    """Return which robots there are, or which nodes the robot that was named has."""
+    if wait_for(lambda: full in node_names(node, hidden=True), MOST):
+        return full
     names = node_names(node)
     namespace = full.rpartition("/")[0]
-    own = [name for name in names if name.rpartition("/")[0] == namespace]
-    robots = {name.split("/")[1] for name in names if name.count("/") == 2}
-    if own:
-        return f": {full}; there are {', '.join(own)}"
-    listed = ", ".join(sorted(robots, key=natural))
-    return f": {full}; there are {listed}" if robots else f": {full}; no node is running"
+    known = [name for name in names if name.rpartition("/")[0] == namespace]
+    if not known:  # not a robot either
+        robots = {name.split("/")[1] for name in names if name.count("/") == 2}
+        known = sorted(robots, key=natural)
+    listed = f"there are {', '.join(known)}" if known else "no node is running"
+    raise SwarmError(f"Node not found: {full}; {listed}")
 
 
 def print_names(rows: NamesAndTypes, *, types: bool, count: bool) -> None:
@@ -223,7 +203,10 @@ def print_names(rows: NamesAndTypes, *, types: bool, count: bool) -> None:
         print(f"{name} [{', '.join(kinds)}]" if types else name)
 
 
-def print_found(rows: NamesAndTypes, kind: str, *, count: bool, hidden: bool) -> None:
+def print_found(
+    listing: Callable[[Node], NamesAndTypes], kind: str, *, count: bool, hidden: bool
+) -> None:
     """Print the names that have a type, or how many there are, as all find verbs do."""
-    found = [(n, types) for n, types in rows if kind in types and (hidden or not is_hidden(n))]
-    print_names(found, types=False, count=count)
+    with open_node() as node:
+        rows = visible(settled(node, lambda: listing(node)), hidden=hidden)
+    print_names([(name, types) for name, types in rows if kind in types], types=False, count=count)

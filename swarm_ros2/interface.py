@@ -35,20 +35,15 @@ def add_verbs(verbs: Any) -> None:
     ):
         verb = add_verb(verbs, name, text_, run)
         for kind, title in KINDS.items():
-            add_flag(
-                verb,
-                f"-{kind[0]}",
-                f"--only-{kind}s",
-                dest=kind,
-                help=f"Print out only the {title.lower()}",
-            )
+            only = f"Print out only the {title.lower()}"
+            add_flag(verb, f"-{kind[0]}", f"--only-{kind}s", dest=kind, help=only)
         if name == "package":
             verb.add_argument("package_name", help="Name of the ROS package (e.g. 'std_msgs')")
-    verb = add_verb(verbs, "proto", "Output an interface prototype", _proto)
-    verb.add_argument("type", help="An interface (e.g. 'std_msgs/msg/String')")
+    kind = "An interface (e.g. 'std_msgs/msg/String')"
+    verb = add_verb(verbs, "proto", "Output an interface prototype", _proto, type=kind)
     add_flag(verb, "--no-quotes", help="Output has no outer quotes")
-    verb = add_verb(verbs, "show", "Output the interface definition", _show)
-    verb.add_argument("type", help="Show an interface definition (e.g. 'std_msgs/msg/String')")
+    kind = "Show an interface definition (e.g. 'std_msgs/msg/String')"
+    verb = add_verb(verbs, "show", "Output the interface definition", _show, type=kind)
     group = verb.add_mutually_exclusive_group()
     add_flag(group, "--no-comments", help="Show no comments")
     add_flag(group, "--all-comments", help="Also those of nested types")
@@ -95,16 +90,14 @@ def _wanted(options: argparse.Namespace) -> list[str]:
 
 
 def _show(options: argparse.Namespace) -> None:
-    lines = _lines(options.type, comments=not options.no_comments, nested=options.all_comments)
-    print("\n".join(lines))
+    comments, nested = not options.no_comments, options.all_comments
+    print("\n".join(_lines(options.type, comments=comments, nested=nested)))
 
 
 def _lines(name: str, *, comments: bool, nested: bool, indent: str = "") -> list[str]:
     """Return a definition's lines with those of its fields' types below each field.
 
-    Args:
-        comments: Whether its comments are shown.
-        nested: Whether those of the fields' types are.
+    `comments` shows its own comments, `nested` those of its fields' types.
     """
     lines = []
     package = name.split("/")[0]

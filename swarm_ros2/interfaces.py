@@ -12,11 +12,8 @@ def load(kind: str, name: str) -> Any:
     """Import an interface class.
 
     Args:
-        kind: ``msg``, ``srv`` or ``action``.
-        name: For example ``std_msgs/msg/String`` or, as a short form, ``std_msgs/String``.
-
-    Raises:
-        SwarmError: There is no such interface in this environment.
+        kind: `msg`, `srv` or `action`.
+        name: For example `std_msgs/msg/String` or, as a short form, `std_msgs/String`.
     """
     package, _, rest = name.partition("/")
     type_name = rest.removeprefix(f"{kind}/")

@@ -54,11 +54,7 @@ def start(program: str, arguments: Sequence[str]) -> NoReturn:
 
 
 def swarm_up_arguments(words: Sequence[str]) -> list[str]:
-    """Return the options of swarm-up for launch arguments like ``swarm_size:=20``.
-
-    Raises:
-        SwarmError: If a word is no such argument.
-    """
+    """Return the options of swarm-up for launch arguments like `swarm_size:=20`."""
     options: list[str] = []
     for word in words:
         name, sign, value = word.partition(":=")
@@ -66,10 +62,9 @@ def swarm_up_arguments(words: Sequence[str]) -> list[str]:
             raise SwarmError(
                 f"malformed launch argument '{word}', expected format '<name>:=<value>'"
             )
-
-        flag = name.replace("_", "-")
-        if value.lower() in ("true", "false"):
-            options.append(f"--{flag}" if value.lower() == "true" else f"--no-{flag}")
+        flag, lower = name.replace("_", "-"), value.lower()
+        if lower in ("true", "false"):
+            options.append(f"--{flag}" if lower == "true" else f"--no-{flag}")
         else:
             options += [f"--{flag}", value]
     return options
@@ -79,14 +74,13 @@ def _run(options: argparse.Namespace) -> None:
     package, name = options.package_name, options.executable_name
     if name in PROGRAMS.get(package, {}):
         start(name, options.arguments)
-    folders = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-    for folder in (Path(prefix) for prefix in (*folders, sys.prefix) if prefix):
-        path = folder / "lib" / package / name
+    folders = (*os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix)
+    prefixes = [Path(folder) for folder in folders if folder]
+    for prefix in prefixes:
+        path = prefix / "lib" / package / name
         if path.is_file() and os.access(path, os.X_OK):
             os.execv(path, [str(path), *options.arguments])
-    known = package in PROGRAMS or any(
-        (Path(prefix) / "share" / package).is_dir() for prefix in (*folders, sys.prefix) if prefix
-    )
+    known = package in PROGRAMS or any((p / "share" / package).is_dir() for p in prefixes)
     raise SwarmError("No executable found" if known else f"Package '{package}' not found")
 
 

@@ -12,22 +12,20 @@ from rclpy.node import Node
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph
 from swarm_ros2.param import call
-from swarm_ros2.verbs import add_flag, add_verb
+from swarm_ros2.verbs import NODE, add_flag, add_verb
 
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 lifecycle`."""
     verb = add_verb(verbs, "get", "Get lifecycle state for one or more nodes", _get)
     verb.add_argument("node_name", nargs="?", help="Name of the ROS node, of all if there is none")
-    verb = add_verb(verbs, "list", "Output a list of available transitions", _list)
-    verb.add_argument("node_name", help="Name of the ROS node")
+    verb = add_verb(verbs, "list", "Output a list of available transitions", _list, node_name=NODE)
     add_flag(verb, "-a", "--all", help="Display all existing transitions")
     verb = add_verb(verbs, "nodes", "Output a list of nodes with lifecycle", _nodes)
     add_flag(verb, "-a", "--all", help="Display all nodes even hidden ones")
     add_flag(verb, "-c", "--count-nodes", help="Only display the number of nodes")
-    verb = add_verb(verbs, "set", "Trigger lifecycle state transition", _set)
-    verb.add_argument("node_name", help="Name of the ROS node")
-    verb.add_argument("transition", help="The lifecycle transition")
+    what, transition = "Trigger lifecycle state transition", "The lifecycle transition"
+    add_verb(verbs, "set", what, _set, node_name=NODE, transition=transition)
 
 
 def _names(node: Node, *, hidden: bool = False) -> list[str]:

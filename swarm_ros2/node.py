@@ -19,8 +19,8 @@ from swarm_ros2.verbs import add_flag, add_verb
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 node`."""
-    verb = add_verb(verbs, "info", "Output information about a node", _info)
-    verb.add_argument("node_name", help="Node name to request information")
+    name = "Node name to request information"
+    verb = add_verb(verbs, "info", "Output information about a node", _info, node_name=name)
     add_flag(verb, "--include-hidden", help="Display hidden topics, services, and actions as well")
     verb = add_verb(verbs, "list", "Output a list of available nodes", _list)
     add_flag(verb, "-a", "--all", help="Display all nodes even hidden ones")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from rcl_interfaces.msg import Parameter, ParameterType
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.node import Node
 from rclpy.parameter import get_parameter_value, parameter_value_to_python
@@ -17,7 +17,7 @@ from rclpy.parameter import get_parameter_value, parameter_value_to_python
 from swarm_common.files.params_io import is_for, read_parameter_file
 from swarm_common.model.errors import SwarmError, UnknownNameError
 from swarm_ros2 import graph
-from swarm_ros2.verbs import add_flag, add_verb
+from swarm_ros2.verbs import NODE, add_flag, add_verb
 
 LABELS = {
     ParameterType.PARAMETER_BOOL: "Boolean value is:",
@@ -40,49 +40,30 @@ ASK_PERIOD = 2.0  # [s] after which it is asked again
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 param`."""
-    verb = add_verb(verbs, "delete", "Delete parameter", _delete)
-    verb.add_argument("node_name", help="Name of the ROS node")
-    verb.add_argument("parameter_name", help="Name of the parameter")
-    verb = add_verb(
-        verbs, "describe", "Show descriptive information about declared parameters", _describe
-    )
-    verb.add_argument("node_name", help="Name of the ROS node")
+    name = "Name of the parameter"
+    add_verb(verbs, "delete", "Delete parameter", _delete, node_name=NODE, parameter_name=name)
+    what = "Show descriptive information about declared parameters"
+    verb = add_verb(verbs, "describe", what, _describe, node_name=NODE)
     verb.add_argument("parameter_names", nargs="+", help="Names of the parameters")
-    verb = add_verb(verbs, "load", "Load parameter file for a node", _load)
-    verb.add_argument("node_name", help="Name of the ROS node")
+    verb = add_verb(verbs, "load", "Load parameter file for a node", _load, node_name=NODE)
     verb.add_argument("parameter_file", type=Path, help="Parameter file")
-    add_flag(
-        verb,
-        "--no-use-wildcard",
-        help="Do not load parameters in the '/**' namespace into the node",
-    )
-    verb = add_verb(verbs, "dump", "Show all parameters of a node in a YAML file format", _dump)
-    verb.add_argument("node_name", help="Name of the ROS node")
-    verb = add_verb(verbs, "get", "Get parameter", _get)
-    verb.add_argument("node_name", help="Name of the ROS node")
-    verb.add_argument("parameter_name", help="Name of the parameter")
+    wildcard = "Do not load parameters in the '/**' namespace into the node"
+    add_flag(verb, "--no-use-wildcard", help=wildcard)
+    what = "Show all parameters of a node in a YAML file format"
+    add_verb(verbs, "dump", what, _dump, node_name=NODE)
+    verb = add_verb(verbs, "get", "Get parameter", _get, node_name=NODE, parameter_name=name)
     add_flag(verb, "--hide-type", help="Hide the type information")
     verb = add_verb(verbs, "list", "Output a list of available parameters", _list)
-    verb.add_argument("node_name", nargs="?", help="Name of the ROS node")
-    verb.add_argument(
-        "--param-prefixes",
-        nargs="+",
-        default=[],
-        help="Only list parameters with the provided prefixes",
-    )
+    verb.add_argument("node_name", nargs="?", help=NODE)
+    prefixes = "Only list parameters with the provided prefixes"
+    verb.add_argument("--param-prefixes", nargs="+", default=[], help=prefixes)
     add_flag(verb, "--param-type", help="Print parameter types with parameter names")
-    verb = add_verb(verbs, "set", "Set parameter", _set)
-    verb.add_argument("node_name", help="Name of the ROS node")
-    verb.add_argument("parameter_name", help="Name of the parameter")
+    verb = add_verb(verbs, "set", "Set parameter", _set, node_name=NODE, parameter_name=name)
     verb.add_argument("value", help="Value of the parameter")
 
 
 def call(node: Node, owner: str, kind: Any, service: str, request: Any) -> Any:
-    """Return the answer of a node's service; its server may be created only when a client appears.
-
-    Raises:
-        SwarmError: If there is no such service, or no answer.
-    """
+    """Return the answer of a node's service, whose server may wait for a client to appear."""
     client = node.create_client(kind, f"{owner}/{service}")
     if not graph.wait_for(client.service_is_ready):
         raise SwarmError(f"{owner} offers no service {service}")
@@ -97,7 +78,7 @@ def call(node: Node, owner: str, kind: Any, service: str, request: Any) -> Any:
 
 
 def _spin_for(node: Node, future: Any) -> None:
-    """Wait for an answer, but not too long: discovery may have lost it, and all may be repeated."""
+    """Wait for an answer for `ASK_PERIOD`: discovery may have lost it, and all may be repeated."""
     is_overdue = graph.deadline(ASK_PERIOD)
     graph.spin(node, lambda: future.done() or is_overdue())
 
@@ -149,16 +130,20 @@ def _get(options: argparse.Namespace) -> None:
 
 def _set(options: argparse.Namespace) -> None:
     value = get_parameter_value(options.value)
-    request = SetParameters.Request(
-        parameters=[Parameter(name=options.parameter_name, value=value)]
-    )
     with graph.open_node() as node:
         owner = graph.require_node(node, options.node_name)
-        result = call(node, owner, SetParameters, "set_parameters", request).results[0]
+        result = _send(node, owner, {options.parameter_name: value})[0]
         if not result.successful:
             reason = _why_not_set(node, owner, options, value, result.reason)
             raise SwarmError(f"Setting parameter failed{reason and f': {reason}'}")
     print(f"Set parameter successful{result.reason and f': {result.reason}'}")
+
+
+def _send(node: Node, owner: str, values: dict[str, Any]) -> list[Any]:
+    """Set parameters; return a result for each."""
+    parameters = [Parameter(name=name, value=value) for name, value in values.items()]
+    request = SetParameters.Request(parameters=parameters)
+    return list(call(node, owner, SetParameters, "set_parameters", request).results)
 
 
 def _why_not_set(
@@ -174,10 +159,9 @@ def _why_not_set(
 
 
 def _delete(options: argparse.Namespace) -> None:
-    request = SetParameters.Request(parameters=[Parameter(name=options.parameter_name)])
     with graph.open_node() as node:
         owner = graph.require_node(node, options.node_name)
-        result = call(node, owner, SetParameters, "set_parameters", request).results[0]
+        result = _send(node, owner, {options.parameter_name: ParameterValue()})[0]
     reason = f": {result.reason}" if result.reason else ""
     if result.successful:
         print(f"Deleted parameter successfully{reason}")
@@ -219,12 +203,8 @@ def _load(options: argparse.Namespace) -> None:
                 values |= given
         if not values:
             raise SwarmError(f"Param file does not contain any valid parameters for {owner}")
-        parameters = [
-            Parameter(name=name, value=get_parameter_value(_text(value)))
-            for name, value in values.items()
-        ]
-        request = SetParameters.Request(parameters=parameters)
-        results = call(node, owner, SetParameters, "set_parameters", request).results
+        sent = {name: get_parameter_value(_text(value)) for name, value in values.items()}
+        results = _send(node, owner, sent)
     for name, result in zip(values, results, strict=True):
         reason = f": {result.reason}" if result.reason else ""
         if result.successful:

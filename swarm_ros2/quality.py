@@ -19,14 +19,15 @@ from swarm_ros2 import graph
 
 RELIABLE, BEST_EFFORT = QoSReliabilityPolicy.RELIABLE, QoSReliabilityPolicy.BEST_EFFORT
 KEPT, VOLATILE = QoSDurabilityPolicy.TRANSIENT_LOCAL, QoSDurabilityPolicy.VOLATILE
+POLICIES: dict[str, tuple[Any, str]] = {  # with their help texts
+    "history": (QoSHistoryPolicy, "History of samples setting"),
+    "reliability": (QoSReliabilityPolicy, "Quality of service reliability setting"),
+    "durability": (QoSDurabilityPolicy, "Quality of service durability setting"),
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser, preset: str) -> None:
-    """Add ros2cli's options for quality of service.
-
-    Args:
-        preset: Name of the profile that the options start from.
-    """
+    """Add ros2cli's options for quality of service, which change the profile `preset`."""
     parser.set_defaults(qos_preset=preset)
     parser.add_argument(
         "--qos-profile",
@@ -34,34 +35,21 @@ def add_arguments(parser: argparse.ArgumentParser, preset: str) -> None:
         help=f"Quality of service preset profile (default: {preset})",
     )
     parser.add_argument("--qos-depth", metavar="N", type=int, help="Queue size setting")
-    parser.add_argument(
-        "--qos-history",
-        choices=[p.short_key for p in QoSHistoryPolicy],
-        help="History of samples setting",
-    )
-    parser.add_argument(
-        "--qos-reliability",
-        choices=[p.short_key for p in QoSReliabilityPolicy],
-        help="Quality of service reliability setting",
-    )
-    parser.add_argument(
-        "--qos-durability",
-        choices=[p.short_key for p in QoSDurabilityPolicy],
-        help="Quality of service durability setting",
-    )
+    for name, (policy, text) in POLICIES.items():
+        choices = [member.short_key for member in policy]
+        parser.add_argument(f"--qos-{name}", choices=choices, help=text)
 
 
 def from_arguments(options: argparse.Namespace) -> QoSProfile:
     """Return the profile that the options describe."""
     profile = QoSPresetProfiles.get_from_short_key(options.qos_profile or options.qos_preset)
-    changes: dict[str, Any] = {
-        "depth": options.qos_depth,
-        "history": _policy(QoSHistoryPolicy, options.qos_history),
-        "reliability": _policy(QoSReliabilityPolicy, options.qos_reliability),
-        "durability": _policy(QoSDurabilityPolicy, options.qos_durability),
-    }
-    chosen = {name: getattr(profile, name) for name in changes}
-    chosen |= {name: value for name, value in changes.items() if value is not None}
+    chosen = {name: getattr(profile, name) for name in ("depth", *POLICIES)}
+    if options.qos_depth is not None:
+        chosen["depth"] = options.qos_depth
+    for name, (policy, _) in POLICIES.items():
+        key = getattr(options, f"qos_{name}")
+        if key is not None:
+            chosen[name] = policy.get_from_short_key(key)
     return QoSProfile(**chosen)
 
 
@@ -72,14 +60,8 @@ def for_listening(node: Node, topic: str, options: argparse.Namespace) -> QoSPro
     for only if every publisher offers them; a first one gets the time to be discovered.
     """
     profile = from_arguments(options)
-    given = (
-        options.qos_profile,
-        options.qos_depth,
-        options.qos_history,
-        options.qos_reliability,
-        options.qos_durability,
-    )
-    if any(value is not None for value in given):
+    names = ("profile", "depth", *POLICIES)
+    if any(getattr(options, f"qos_{name}") is not None for name in names):
         return profile
     if not graph.wait_for(lambda: node.count_publishers(topic) > 0):
         return profile
@@ -99,10 +81,6 @@ def _common(offers: list[Any], strong: Any, weak: Any) -> Any:
             file=sys.stderr,
         )
     return strong if count == len(offers) else weak
-
-
-def _policy(kind: Any, short_key: str | None) -> Any:
-    return None if short_key is None else kind.get_from_short_key(short_key)
 
 
 def _name(policy: Any) -> str:

@@ -6,6 +6,8 @@ import argparse
 import time
 from typing import Any
 
+from rclpy.node import Node
+
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, text
 from swarm_ros2.verbs import add_flag, add_list_options, add_verb
@@ -13,33 +15,33 @@ from swarm_ros2.verbs import add_flag, add_list_options, add_verb
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 service`."""
-    verb = add_verb(verbs, "call", "Call a service", _call)
-    verb.add_argument("service_name", help="Name of the ROS service to call to (e.g. '/add')")
-    verb.add_argument("service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
+    verb = add_verb(
+        verbs, "call", "Call a service", _call,
+        service_name="Name of the ROS service to call to (e.g. '/add')",
+        service_type="Type of the ROS service (e.g. 'std_srvs/srv/Empty')",
+    )  # fmt: skip
     text.add_values(verb, "values", "Values to fill the service request with", "{a: 1, b: 2}")
-    verb.add_argument(
-        "-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz"
-    )
-    verb = add_verb(verbs, "find", "Output a list of available services of a given type", _find)
-    verb.add_argument("service_type", help="Name of the ROS service type to filter for")
+    repeat = "Repeat the call at a specific rate in Hz"
+    verb.add_argument("-r", "--rate", metavar="N", type=float, help=repeat)
+    verb = add_verb(
+        verbs, "find", "Output a list of available services of a given type", _find,
+        service_type="Name of the ROS service type to filter for",
+    )  # fmt: skip
     add_list_options(verb, "service")
-    verb = add_verb(verbs, "info", "Print information about a service", _info)
-    verb.add_argument("service_name", help="Name of the ROS service to get info")
+    name = "Name of the ROS service to get info"
+    add_verb(verbs, "info", "Print information about a service", _info, service_name=name)
     verb = add_verb(verbs, "list", "Output a list of available services", _list)
     add_flag(verb, "-t", "--show-types", help="Additionally show the service type")
     add_list_options(verb, "service")
-    verb = add_verb(verbs, "type", "Output a service's type", _type)
-    verb.add_argument("service_name", help="Name of the ROS service to get type")
+    name = "Name of the ROS service to get type"
+    add_verb(verbs, "type", "Output a service's type", _type, service_name=name)
 
 
 def _list(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
-        rows = [
-            (name, types)
-            for name, types in graph.settled(node, node.get_service_names_and_types)
-            if options.include_hidden_services or not graph.is_hidden(name)
-        ]
-    graph.print_names(rows, types=options.show_types, count=options.count_services)
+        rows = graph.settled(node, node.get_service_names_and_types)
+    shown = graph.visible(rows, hidden=options.include_hidden_services)
+    graph.print_names(shown, types=options.show_types, count=options.count_services)
 
 
 def _info(options: argparse.Namespace) -> None:
@@ -55,10 +57,8 @@ def _info(options: argparse.Namespace) -> None:
 
 
 def _find(options: argparse.Namespace) -> None:
-    with graph.open_node() as node:
-        rows = graph.settled(node, node.get_service_names_and_types)
-    hidden = options.include_hidden_services
-    graph.print_found(rows, options.service_type, count=options.count_services, hidden=hidden)
+    listing, hidden = Node.get_service_names_and_types, options.include_hidden_services
+    graph.print_found(listing, options.service_type, count=options.count_services, hidden=hidden)
 
 
 def _type(options: argparse.Namespace) -> None:

@@ -59,14 +59,7 @@ def to_plain(
     strings: bool = True,
     slot: Any = None,
 ) -> Any:
-    """Return a message or a field as dicts, lists and numbers.
-
-    Args:
-        longest: As for `to_yaml`.
-        arrays: As for `to_yaml`.
-        strings: As for `to_yaml`.
-        slot: The field's type, where known.
-    """
+    """Return a message or a field of type `slot` as dicts, lists and numbers; see `to_yaml`."""
     if isinstance(value, bytes):
         value = value.decode("latin-1")
     if isinstance(value, str):
@@ -128,11 +121,7 @@ def given_values(options: argparse.Namespace, name: str) -> dict[str, Any]:
 
 
 def parse_values(text: str) -> dict[str, Any]:
-    """Read the YAML mapping with which a user fills a message.
-
-    Raises:
-        SwarmError: It is not a YAML mapping.
-    """
+    """Read the YAML mapping with which a user fills a message."""
     try:
         values = yaml.safe_load(text)
     except yaml.YAMLError as error:

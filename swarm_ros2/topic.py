@@ -13,42 +13,35 @@ from swarm_ros2.verbs import add_flag, add_list_options, add_verb
 
 
 def add_verbs(verbs: Any) -> None:
-    """Add the verbs of `ros2 topic`.
-
-    Args:
-        verbs: The sub-parsers that argparse made for the command.
-    """
+    """Add the verbs of `ros2 topic`."""
     topic_echo.add_verbs(verbs)
-    verb = add_verb(verbs, "find", "Output a list of available topics of a given type", _find)
-    verb.add_argument("topic_type", help="Name of the ROS topic type to filter for")
+    verb = add_verb(
+        verbs, "find", "Output a list of available topics of a given type", _find,
+        topic_type="Name of the ROS topic type to filter for",
+    )  # fmt: skip
     add_list_options(verb, "topic")
     topic_hz.add_verbs(verbs)
-    verb = add_verb(verbs, "info", "Print information about a topic", _info)
-    verb.add_argument("topic_name", help="Name of the ROS topic to get info (e.g. '/chatter')")
-    add_flag(
-        verb,
-        "--verbose",
-        "-v",
-        help="Prints detailed information like the node name, node namespace, topic type, topic"
-        " type hash, GUID, and QoS Profile of the publishers and subscribers to this topic",
+    name = "Name of the ROS topic to get info (e.g. '/chatter')"
+    verb = add_verb(verbs, "info", "Print information about a topic", _info, topic_name=name)
+    details = (
+        "Prints detailed information like the node name, node namespace, topic type, topic type"
+        " hash, GUID, and QoS Profile of the publishers and subscribers to this topic"
     )
+    add_flag(verb, "--verbose", "-v", help=details)
     verb = add_verb(verbs, "list", "Output a list of available topics", _list)
     add_flag(verb, "-t", "--show-types", help="Additionally show the topic type")
     add_list_options(verb, "topic")
     add_flag(verb, "-v", "--verbose", help="List full details about each topic")
     topic_pub.add_verbs(verbs)
-    verb = add_verb(verbs, "type", "Print a topic's type", _type)
-    verb.add_argument("topic_name", help="Name of the ROS topic to get type (e.g. '/chatter')")
+    name = "Name of the ROS topic to get type (e.g. '/chatter')"
+    add_verb(verbs, "type", "Print a topic's type", _type, topic_name=name)
 
 
 def _list(options: argparse.Namespace) -> None:
     with graph.open_node() as node:
         graph.settle(node)
-        rows = [
-            (name, types)
-            for name, types in node.get_topic_names_and_types()
-            if options.include_hidden_topics or not graph.is_hidden(name)
-        ]
+        hidden = options.include_hidden_topics
+        rows = graph.visible(node.get_topic_names_and_types(), hidden=hidden)
         if options.verbose and not options.count_topics:
             _print_both_sides(node, rows)
             return
@@ -73,8 +66,9 @@ def _info(options: argparse.Namespace) -> None:
     topic = graph.absolute(options.topic_name)
     with graph.open_node() as node:
         text = graph.settled(
-            node, lambda: _describe(node, topic, verbose=options.verbose), _is_whole
-        )
+            node, lambda: _describe(node, topic, verbose=options.verbose),
+            lambda text: bool(text) and graph.UNKNOWN_NODE not in text,
+        )  # fmt: skip
     if not text:
         raise SwarmError(f"Unknown topic '{topic}'")
     print(text)
@@ -98,10 +92,6 @@ def _describe(node: Node, topic: str, *, verbose: bool) -> str:
     return "\n\n".join(blocks) + "\n"
 
 
-def _is_whole(text: str) -> bool:
-    return bool(text) and graph.UNKNOWN_NODE not in text
-
-
 def _type(options: argparse.Namespace) -> None:
     topic = graph.absolute(options.topic_name)
     with graph.open_node() as node:
@@ -112,7 +102,5 @@ def _type(options: argparse.Namespace) -> None:
 
 
 def _find(options: argparse.Namespace) -> None:
-    with graph.open_node() as node:
-        rows = graph.settled(node, node.get_topic_names_and_types)
-    hidden = options.include_hidden_topics
-    graph.print_found(rows, options.topic_type, count=options.count_topics, hidden=hidden)
+    listing, hidden = Node.get_topic_names_and_types, options.include_hidden_topics
+    graph.print_found(listing, options.topic_type, count=options.count_topics, hidden=hidden)

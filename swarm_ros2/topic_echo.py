@@ -5,34 +5,27 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Callable
 from typing import Any
 
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, quality, text
-from swarm_ros2.verbs import add_flag, add_verb
+from swarm_ros2.verbs import LISTENED, add_flag, add_verb
 
 LONGEST = 128  # elements of arrays and strings that are printed
 
 
 def add_verbs(verbs: Any) -> None:
     """Add `echo` to the verbs of `ros2 topic`."""
-    verb = add_verb(verbs, "echo", "Output messages from a topic", _echo)
-    verb.add_argument("topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')")
-    verb.add_argument(
-        "message_type", nargs="?", help="Type of the ROS message (e.g. 'std_msgs/msg/String')"
-    )
+    verb = add_verb(verbs, "echo", "Output messages from a topic", _echo, topic_name=LISTENED)
+    kind = "Type of the ROS message (e.g. 'std_msgs/msg/String')"
+    verb.add_argument("message_type", nargs="?", help=kind)
     quality.add_arguments(verb, preset="sensor_data")
     verb.add_argument("--field", help="Echo a selected field of a message, e.g. pose.pose.position")
     add_flag(verb, "--full-length", "-f", help="Output all elements for arrays, bytes, and strings")
     verb.add_argument(
-        "--truncate-length",
-        "-l",
-        type=int,
-        default=LONGEST,
-        metavar="N",
+        "--truncate-length", "-l", type=int, default=LONGEST, metavar="N",
         help=f"The length to truncate arrays, bytes, and strings to (default: {LONGEST})",
-    )
+    )  # fmt: skip
     add_flag(verb, "--no-arr", help="Don't print array fields of messages")
     add_flag(verb, "--no-str", help="Don't print string fields of messages")
     add_flag(verb, "--flow-style", help="Print collections in one line")
@@ -42,55 +35,42 @@ def add_verbs(verbs: Any) -> None:
 
 
 def _echo(options: argparse.Namespace) -> None:
-    graph.Interrupts.watch()
+    graph.watch_interrupts()
     topic = graph.absolute(options.topic_name)
+    is_done = False
+
+    def show(message: Any) -> None:
+        nonlocal is_done
+        if not is_done:
+            _print(message, options)
+            sys.stdout.flush()
+            is_done = options.once
+
     with graph.open_node() as node:
         name = options.message_type or graph.topic_type(node, topic)
         if name is None:
             print(f"WARNING: topic [{topic}] does not appear to be published yet", file=sys.stderr)
             raise SwarmError("Could not determine the type for the passed topic")
         message_class = interfaces.load("msg", name)
-        printer = _Printer(_writer(options), once=options.once)
-        node.create_subscription(
-            message_class, topic, printer, quality.for_listening(node, topic, options)
-        )
+        profile = quality.for_listening(node, topic, options)
+        node.create_subscription(message_class, topic, show, profile)
         is_over = graph.deadline(options.timeout or math.inf)
-        graph.spin(node, lambda: printer.is_done or is_over())
+        graph.spin(node, lambda: is_done or is_over())
 
 
-class _Printer:
-    """Prints each message; knows when it has printed enough."""
-
-    def __init__(self, write: Callable[[Any], None], *, once: bool) -> None:
-        self._write = write
-        self._once = once
-        self.is_done = False
-
-    def __call__(self, message: Any) -> None:
-        if not self.is_done:
-            self._write(message)
-            sys.stdout.flush()
-            self.is_done = self._once
-
-
-def _writer(options: argparse.Namespace) -> Callable[[Any], None]:
-    """Return what prints one message as the options want it."""
+def _print(message: Any, options: argparse.Namespace) -> None:
     shape: dict[str, Any] = {
         "longest": None if options.full_length else options.truncate_length,
         "arrays": not options.no_arr,
         "strings": not options.no_str,
     }
-
-    def write(message: Any) -> None:
-        part = _select(message, options.field)
-        if options.csv:
-            print(",".join(str(item) for item in _flat(text.to_plain(part, **shape))))
-        elif hasattr(part, "get_fields_and_field_types"):
-            print(text.to_yaml(part, flow=options.flow_style, **shape), end="---\n")
-        else:
-            print(text.to_plain(part, **shape), end="\n---\n")
-
-    return write
+    part = _select(message, options.field)
+    if options.csv:
+        print(",".join(str(item) for item in _flat(text.to_plain(part, **shape))))
+    elif hasattr(part, "get_fields_and_field_types"):
+        print(text.to_yaml(part, flow=options.flow_style, **shape), end="---\n")
+    else:
+        print(text.to_plain(part, **shape), end="\n---\n")
 
 
 def _select(message: Any, field: str | None) -> Any:
@@ -103,8 +83,7 @@ def _select(message: Any, field: str | None) -> Any:
 
 
 def _flat(value: Any) -> list[Any]:
-    if isinstance(value, dict):
-        return [leaf for item in value.values() for leaf in _flat(item)]
-    if isinstance(value, list):
-        return [leaf for item in value for leaf in _flat(item)]
-    return [value]
+    if not isinstance(value, dict | list):
+        return [value]
+    items = value.values() if isinstance(value, dict) else value
+    return [leaf for item in items for leaf in _flat(item)]

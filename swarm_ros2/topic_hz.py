@@ -15,7 +15,7 @@ from rclpy.serialization import deserialize_message
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, quality
 from swarm_ros2.rate import WINDOW, BandwidthMeter, DelayMeter, RateMeter
-from swarm_ros2.verbs import add_flag
+from swarm_ros2.verbs import LISTENED, add_flag, add_verb
 
 NANOSECONDS = 1e9
 BANDWIDTH_WINDOW = 100  # messages
@@ -31,25 +31,20 @@ Report = Callable[[], str | None]
 def add_verbs(verbs: Any) -> None:
     """Add `hz`, `bw` and `delay` to the verbs of `ros2 topic`."""
     for name, text in HELP.items():
-        verb = verbs.add_parser(name, help=text)
-        verb.add_argument("topic_name", help="Name of the ROS topic to listen to (e.g. '/chatter')")
+        verb = add_verb(verbs, name, text, _measure, topic_name=LISTENED)
         window = BANDWIDTH_WINDOW if name == "bw" else WINDOW
         verb.add_argument(
-            "--window",
-            "-w",
-            type=int,
-            default=window,
-            metavar="N",
+            "--window", "-w", type=int, default=window, metavar="N",
             help=f"Window size, in number of messages, for calculating it (default: {window})",
-        )
+        )  # fmt: skip
         if name == "hz":
             add_flag(verb, "--wall-time", help="Wall time is always used here")
         quality.add_arguments(verb, preset="sensor_data")
-        verb.set_defaults(run=_measure, measure=name)
+        verb.set_defaults(measure=name)
 
 
 def _measure(options: argparse.Namespace) -> None:
-    graph.Interrupts.watch()
+    graph.watch_interrupts()
     topic = graph.absolute(options.topic_name)
     with graph.open_node(sim_time=options.use_sim_time) as node:
         name = graph.topic_type(node, topic, timeout=1.0)

@@ -7,8 +7,6 @@ import math
 import time
 from typing import Any
 
-from rclpy.node import Node
-
 from swarm_common.model.errors import SwarmError
 from swarm_ros2 import graph, interfaces, quality, text
 from swarm_ros2.verbs import add_flag, add_verb
@@ -16,58 +14,32 @@ from swarm_ros2.verbs import add_flag, add_verb
 
 def add_verbs(verbs: Any) -> None:
     """Add `pub` to the verbs of `ros2 topic`."""
-    verb = add_verb(verbs, "pub", "Publish a message to a topic", _publish)
-    verb.add_argument("topic_name", help="Name of the ROS topic to publish to (e.g. '/chatter')")
-    verb.add_argument("message_type", help="Type of the ROS message (e.g. 'std_msgs/String')")
+    verb = add_verb(
+        verbs, "pub", "Publish a message to a topic", _publish,
+        topic_name="Name of the ROS topic to publish to (e.g. '/chatter')",
+        message_type="Type of the ROS message (e.g. 'std_msgs/String')",
+    )  # fmt: skip
     text.add_values(verb, "values", "Values to fill the message with", "data: Hello World")
-    verb.add_argument(
-        "-r",
-        "--rate",
-        metavar="N",
-        type=_positive,
-        default=1.0,
-        help="Publishing rate in Hz (default: 1)",
-    )
-    verb.add_argument(
-        "-p",
-        "--print",
-        metavar="N",
-        type=int,
-        default=1,
-        dest="every",
-        help="Only print every N-th published message (default: 1)",
-    )
+    rate = "Publishing rate in Hz (default: 1)"
+    verb.add_argument("-r", "--rate", metavar="N", type=_positive, default=1.0, help=rate)
+    every = "Only print every N-th published message (default: 1)"
+    verb.add_argument("-p", "--print", metavar="N", type=int, default=1, dest="every", help=every)
     group = verb.add_mutually_exclusive_group()
     add_flag(group, "-1", "--once", help="Publish one message and exit")
-    group.add_argument(
-        "-t", "--times", type=int, default=0, help="Publish this number of times and then exit"
-    )
+    times = "Publish this number of times and then exit"
+    group.add_argument("-t", "--times", type=int, default=0, help=times)
     verb.add_argument(
-        "-w",
-        "--wait-matching-subscriptions",
-        type=int,
-        default=None,
-        metavar="N",
-        dest="wait",
+        "-w", "--wait-matching-subscriptions", type=int, default=None, metavar="N", dest="wait",
         help="Wait until finding the specified number of matching subscriptions. Defaults to 1"
         ' when using "-1"/"--once"/"--times", otherwise defaults to 0',
-    )
+    )  # fmt: skip
     verb.add_argument(
-        "--max-wait-time-secs",
-        type=_positive,
-        default=math.inf,
-        metavar="N",
-        dest="patience",
+        "--max-wait-time-secs", type=_positive, default=math.inf, metavar="N", dest="patience",
         help="Give up waiting for matching subscriptions after N seconds (default: never)",
-    )
+    )  # fmt: skip
     verb.add_argument("-n", "--node-name", help="Name of the created publishing node")
-    verb.add_argument(
-        "--keep-alive",
-        metavar="N",
-        type=_positive,
-        default=0.1,
-        help="Keep publishing node alive for N seconds after the last msg (default: 0.1)",
-    )
+    alive = "Keep publishing node alive for N seconds after the last msg (default: 0.1)"
+    verb.add_argument("--keep-alive", metavar="N", type=_positive, default=0.1, help=alive)
     quality.add_arguments(verb, preset="default")
 
 
@@ -83,31 +55,20 @@ def _publish(options: argparse.Namespace) -> None:
         wanted = options.wait if options.wait is not None else min(times, 1)
         _wait_for_subscriptions(publisher, wanted, options.patience)
         print("publisher: beginning loop", flush=True)
-        _loop(node, publisher, message, times, stamps, options)
+        due = time.monotonic()
+        count = 0
+        while times == 0 or count < times:
+            time.sleep(max(0.0, due - time.monotonic()))
+            due += 1.0 / options.rate
+            count += 1
+            if stamps:
+                now = node.get_clock().now().to_msg()
+                for stamp in stamps:
+                    stamp(now)
+            if options.every and count % options.every == 0:
+                print(f"publishing #{count}: {message!r}\n", flush=True)
+            publisher.publish(message)
         time.sleep(options.keep_alive)
-
-
-def _loop(
-    node: Node,
-    publisher: Any,
-    message: Any,
-    times: int,
-    stamps: list[text.Stamp],
-    options: argparse.Namespace,
-) -> None:
-    due = time.monotonic()
-    count = 0
-    while times == 0 or count < times:
-        time.sleep(max(0.0, due - time.monotonic()))
-        due += 1.0 / options.rate
-        count += 1
-        if stamps:
-            now = node.get_clock().now().to_msg()
-            for stamp in stamps:
-                stamp(now)
-        if options.every and count % options.every == 0:
-            print(f"publishing #{count}: {message!r}\n", flush=True)
-        publisher.publish(message)
 
 
 def _wait_for_subscriptions(publisher: Any, wanted: int, patience: float) -> None:

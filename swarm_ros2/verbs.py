@@ -7,12 +7,18 @@ from collections.abc import Callable
 from typing import Any
 
 Run = Callable[[argparse.Namespace], None]
+NODE = "Name of the ROS node"
+LISTENED = "Name of the ROS topic to listen to (e.g. '/chatter')"
 
 
-def add_verb(verbs: Any, name: str, summary: str, run: Run) -> argparse.ArgumentParser:
-    """Add a verb to the sub-parsers of a command; `run` gets its options."""
+def add_verb(
+    verbs: Any, name: str, summary: str, run: Run, **arguments: str
+) -> argparse.ArgumentParser:
+    """Add a verb that `run` executes to a command; `arguments` are names and help texts."""
     verb: argparse.ArgumentParser = verbs.add_parser(name, help=summary)
     verb.set_defaults(run=run)
+    for argument, text in arguments.items():
+        verb.add_argument(argument, help=text)
     return verb
 
 

@@ -16,6 +16,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -28,7 +29,6 @@ from swarm_setup.rosidl import compile as compiling
 from swarm_setup.rosidl import generate, install, packages, toolchain
 from swarm_setup.rosidl.packages import InterfacePackage
 
-Report = Callable[[int], None]
 INDEX = Path("share/ament_index/resource_index/packages")
 # Least release of each major that has what we use, for packages that others may have installed.
 RELEASES = {"simulation_interfaces": ((1, 5), (2, 1)), "nav2_msgs": ((1, 3),)}
@@ -36,10 +36,7 @@ VERSION = re.compile(r"<version>\s*(\d+)\.(\d+)[\d.]*\s*</version>")
 
 
 def ensure_interfaces(*, quiet: bool = False) -> list[str]:
-    """Build and install the interface packages that are missing or out of date.
-
-    Returns:
-        The names of the packages that were installed by this call.
+    """Build and install interface packages that are missing or out of date; return their names.
 
     Raises:
         SwarmError: A tool is missing or the build failed.
@@ -58,7 +55,7 @@ def ensure_interfaces(*, quiet: bool = False) -> list[str]:
             ready = tuple(tree for tree in trees.values() if tree.exists())
             _build(missing, trees, ready, tools, quiet=quiet)
         for package in stale:
-            key = _source_key(package, wanted)
+            key = _key(package, wanted, sys.version)
             install.install(package.name, key, trees[package.name], environment)
     importlib.invalidate_caches()
     return [package.name for package in stale]
@@ -85,7 +82,7 @@ def foreign_interfaces() -> dict[str, Path]:
     """Return the interface packages that somebody else installed, and where.
 
     Raises:
-        SwarmError: If one is of a release that does not have what we use.
+        SwarmError: If a release lacks something that is used here.
     """
     environment = install.Environment.current()
     names = [package.name for package in _packages()]
@@ -110,7 +107,7 @@ def _stale(
 ) -> list[InterfacePackage]:
     """Return those that are not installed as `interfaces/` has them."""
     installed = environment.installed()
-    return [p for p in wanted if installed.get(p.name) != _source_key(p, wanted)]
+    return [p for p in wanted if installed.get(p.name) != _key(p, wanted, sys.version)]
 
 
 def _provider(name: str, environment: install.Environment) -> Path | None:
@@ -137,31 +134,21 @@ def _check_release(name: str, prefix: Path) -> None:
     major, minor = int(match[1]), int(match[2])
     if any(major == least[0] and minor >= least[1] for least in RELEASES[name]):
         return
-    wanted = " or ".join(
-        f"{least[0]}.{least[1]} and later {least[0]}.x" for least in RELEASES[name]
-    )
+    wanted = " or ".join(f"{one}.{two} and later {one}.x" for one, two in RELEASES[name])
     raise SwarmError(
         f"{name} {major}.{minor} in {prefix} does not have all that is used here; expected"
-        f" {wanted}:"
-        " update it, or leave it out of AMENT_PREFIX_PATH and PYTHONPATH to have ours built"
+        f" {wanted}: update it, or leave it out of AMENT_PREFIX_PATH and PYTHONPATH to have ours"
+        " built"
     )
 
 
-def _closure(package: InterfacePackage, among: list[InterfacePackage]) -> list[InterfacePackage]:
-    """Return a package and those among the others that it depends on, directly or not."""
+def _key(package: InterfacePackage, among: list[InterfacePackage], platform: str) -> str:
+    """Return the key of a package and those among the others that it needs, directly or not."""
     names = {package.name}
     for other in reversed(among):
         if other.name in names:
             names.update(other.depends)
-    return [other for other in among if other.name in names]
-
-
-def _source_key(package: InterfacePackage, among: list[InterfacePackage]) -> str:
-    return _key(package, among, sys.version)
-
-
-def _key(package: InterfacePackage, among: list[InterfacePackage], platform: str) -> str:
-    return packages.content_key(_closure(package, among), platform)
+    return packages.content_key([other for other in among if other.name in names], platform)
 
 
 @contextmanager
@@ -182,21 +169,13 @@ def _lock(folder: Path) -> Iterator[None]:
 
 
 def _build(
-    missing: list[InterfacePackage],
-    trees: dict[str, Path],
-    ready: tuple[Path, ...],
-    tools: compiling.Toolchain,
-    *,
-    quiet: bool,
-) -> None:
+    missing: list[InterfacePackage], trees: dict[str, Path], ready: tuple[Path, ...],
+    tools: compiling.Toolchain, *, quiet: bool,
+) -> None:  # fmt: skip
     """Build packages and put each one's results into its tree in the cache."""
-    tools = compiling.Toolchain(tools.c, tools.cxx, (*ready, *tools.prefixes), tools.include)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed}/{task.total}"),
-        TimeElapsedColumn(),
-    )
+    tools = replace(tools, prefixes=(*ready, *tools.prefixes))
+    count = TextColumn("{task.completed}/{task.total}")
+    columns = (TextColumn("{task.description}"), BarColumn(), count, TimeElapsedColumn())
     build = Path(tempfile.mkdtemp(prefix="build-", dir=builds_folder()))
     try:
         with Progress(*columns, console=Console(stderr=True), disable=quiet) as progress:
@@ -216,12 +195,9 @@ def _build(
 
 
 def _generate(
-    missing: list[InterfacePackage],
-    build: Path,
-    prefixes: tuple[Path, ...],
-    jobs: int,
+    missing: list[InterfacePackage], build: Path, prefixes: tuple[Path, ...], jobs: int,
     done: Callable[[], None],
-) -> None:
+) -> None:  # fmt: skip
     for package in missing:
         generate.prepare(package, build, prefixes)
         done()

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import sys
+from typing import NoReturn
+
 import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from swarm_common.middleware import ros_env
-from swarm_view.page.notice import Hear
 from swarm_view.server.server import Server
 from swarm_view.state.live_feed import LiveFeed
 from swarm_view.state.operator_link import OperatorLink
-from swarm_view.viewer import Viewer, run_until_signal
+from swarm_view.viewer import Hear, Viewer, run_until_signal
 
 
 def open_node() -> Node:
@@ -22,13 +25,16 @@ def open_node() -> Node:
 
 
 def serve_live(server: Server, node: Node, hear: Hear | None = None) -> None:
-    """Show the live graph until a signal asks for the end; the node is destroyed then.
-
-    Args:
-        hear: Returns what the run that starts meanwhile has said since the last call.
-    """
+    """Show the live graph until a signal asks for the end; the node is destroyed then."""
     link = OperatorLink(node)
     run_until_signal(Viewer(server, LiveFeed(node), link, hear=hear))
     link.close()
     node.destroy_node()
     rclpy.try_shutdown()
+
+
+def leave(code: int) -> NoReturn:
+    """End at once: the interpreter's own end would wait for threads of viser and DDS."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import logging
-import os
 import sys
 
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import VIEWER, Refused, ViewerOpened
 from swarm_common.process.pipes import EventWriter, MessageReader, child_options
-from swarm_view.live import open_node, serve_live
+from swarm_view.live import leave, open_node, serve_live
 from swarm_view.server.server import Server
 
 
@@ -33,7 +32,4 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    code = main()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)  # the interpreter's own end waits for threads of viser and DDS
+    leave(main())

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,7 +12,7 @@ from swarm_commander.mission.discovery import find_robots
 from swarm_commander.run.domain import check_swarm, domain_id, patience_for
 from swarm_commander.run.input.options import LOOPBACK, VIEWER_PORT
 from swarm_common.middleware.addresses import check_address
-from swarm_view.live import open_node, serve_live
+from swarm_view.live import leave, open_node, serve_live
 from swarm_view.server.server import Server
 from swarm_view.state.topics import robots_in
 from swarm_view.viewer import Viewer, run_until_signal
@@ -46,15 +44,11 @@ def view(
         serve_live(server, node)
     finally:
         rclpy.try_shutdown()
-    _leave()
+    leave(0)
 
 
 def show_recording(feed: BagFeed, port: int) -> None:
-    """Show a recording in the browser, until a signal asks for the end.
-
-    Raises:
-        SwarmError: If the address cannot be listened on.
-    """
+    """Show a recording in the browser, until a signal asks for the end."""
     check_address(LOOPBACK, port)
     server = Server(LOOPBACK, port)
     _announce(server, robots_in(feed.topics()))
@@ -64,10 +58,3 @@ def show_recording(feed: BagFeed, port: int) -> None:
 def _announce(server: Server, robots: Sequence[str]) -> None:
     one = f"one robot: {server.url(robots[0])}\n" if robots else ""
     typer.echo(f"viewer: {server.url()}\n{one}press Ctrl-C to end")
-
-
-def _leave() -> None:
-    """End at once: the interpreter's own end would wait for threads of viser and DDS."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(0)

@@ -6,30 +6,33 @@ import asyncio
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import psutil
 
 from swarm_common.model.records import FloatArray
-from swarm_view.page.notice import ENDED, VIEWER_ENDED, Hear, Notice
+from swarm_common.process.messages import KernelsCompiled
 from swarm_view.page.page import Page
 from swarm_view.page.past import LIVE
 from swarm_view.page.playback import Playback
 from swarm_view.scene.fleet import DrawnFleet
 from swarm_view.scene.scenery import Scenery
-from swarm_view.server.machine import CpuMeter
 from swarm_view.server.server import Server
 from swarm_view.state import topics
-from swarm_view.state.feed import Feed
 from swarm_view.state.history import History
 from swarm_view.state.link import Viewpoint
+from swarm_view.state.live_feed import Feed
 from swarm_view.state.operator_link import OperatorLink
 from swarm_view.state.swarm import Swarm, history_of
 
 if TYPE_CHECKING:
     from swarm_recording.bag_feed import BagFeed  # mcap is slow to import
 
+ENDED = "The run has ended. This page shows its last moment."
+VIEWER_ENDED = "The viewer has ended. This page shows what it showed last."
+Hear = Callable[[], Sequence[KernelsCompiled]]
 FAREWELL_PAUSE = 0.3  # [s] of wall time for the last words to reach the pages
 FRAME_PERIOD = 0.04  # [s] of wall time: 25 frames per second
 LOOK_PERIOD = 3.0  # [s] of wall time between two updates of the list of robots
@@ -37,7 +40,28 @@ SLOW_PERIOD = 0.25  # [s] of wall time between two looks at what changes slowly
 NEAR_PERIOD = 0.25  # [s] of wall time between two searches for robots near a camera
 COLOR_PERIOD = 0.2  # [s] of wall time between two looks at the states' colours
 HISTORY_PERIOD = 1.0  # [s] between two poses of a robot's way in a recording
+CPU_PERIOD = 2.0  # [s] of wall time between two readings of the machine's load
 ALWAYS = {topics.TF, topics.VERDICT, topics.MOVERS}
+
+
+class Notice:
+    """The text on pages of a swarm that starts."""
+
+    def __init__(self, hear: Hear | None) -> None:
+        """Begin; `hear` returns new messages of the run since the last call."""
+        self._hear = hear
+        self._compiled: KernelsCompiled | None = None
+
+    def text(self, swarm: Swarm, *, is_paused: bool) -> str:
+        """Return the text; empty once the swarm lives, or is paused before its first tick."""
+        if self._hear is not None and (messages := self._hear()):
+            self._compiled = messages[-1]
+        if swarm.tick > 0 or (is_paused and swarm.markers is not None):
+            return ""
+        if self._compiled is None:
+            return "The swarm is starting."
+        count = f"{self._compiled.ready} of {self._compiled.known} kernels are compiled"
+        return f"The swarm is starting for the first time: {count}."
 
 
 class Viewer:
@@ -51,12 +75,10 @@ class Viewer:
         recording: BagFeed | None = None,
         hear: Hear | None = None,
     ) -> None:
-        """Attach to a server.
+        """Attach to a server; `link` is None for a recording.
 
-        Args:
-            link: To the swarm; None for a recording.
-            recording: The feed, if it can be played.
-            hear: Returns what the run that this viewer is part of has said since the last call.
+        `recording` is the feed, if it can be played. `hear` returns new messages of the run that
+        this viewer is part of, if any.
         """
         self._recording = recording
         self._server = server
@@ -67,7 +89,7 @@ class Viewer:
         self._swarm = Swarm()
         self._scenery = Scenery(server.viser)
         self._fleet = DrawnFleet(server.viser.scene, LIVE)
-        self._cpu = CpuMeter()
+        self._cpu, self._cpu_due = "", 0.0
         self._playback: Playback | None = None
         self._notice = Notice(hear)
         self._farewell = VIEWER_ENDED if hear is None else ENDED
@@ -86,11 +108,6 @@ class Viewer:
             jump = self._swarm.forget_past
             self._playback = Playback(server.viser.gui, recording, jump, self._post)
         server.on_pages(self._on_open, self._on_close)
-
-    @property
-    def pages(self) -> int:
-        """Number of open pages."""
-        return len(self._pages)
 
     def stop(self) -> None:
         """Make `run` return soon; from any thread."""
@@ -165,9 +182,12 @@ class Viewer:
             self._slow_due = now + SLOW_PERIOD
             self._turn_slowly()
         # A recording shows the run, not the load of the machine that plays it.
-        cpu = self._cpu.text(now) if self._playback is None else ""
+        if self._playback is None and now >= self._cpu_due:
+            self._cpu_due = now + CPU_PERIOD
+            cores = psutil.cpu_count()
+            self._cpu = f"{psutil.cpu_percent():.0f} % of this machine's {cores} cores"
         for page in self._pages.values():
-            page.update(poses, now, cpu)
+            page.update(poses, now, self._cpu)
 
     def _turn_slowly(self) -> None:
         if self._playback is not None:

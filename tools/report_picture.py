@@ -11,6 +11,7 @@ import io
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from PIL import Image
@@ -29,15 +30,8 @@ COLORS = 128
 
 
 def take(run: Path, is_dark: bool) -> Image.Image:
-    """Return what the top of a run's page looks like."""
-    options = Options()
-    options.binary_location = "/usr/bin/chromium"
-    for flag in FLAGS:
-        options.add_argument(flag)
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver")) as browser,
-    ):
+    """Return a picture of the top of a run's page."""
+    with tempfile.TemporaryDirectory() as folder, open_chromium(FLAGS) as browser:
         page = Path(folder) / "report.html"
         page.write_text(document_html(RunData(run)), encoding="utf-8")
         browser.set_window_size(*SIZE)
@@ -49,6 +43,15 @@ def take(run: Path, is_dark: bool) -> Image.Image:
             time.sleep(0.2)
         time.sleep(3.0)  # for those beside and below the first
         return Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert("RGB")
+
+
+def open_chromium(flags: Sequence[str]) -> webdriver.Chrome:
+    """Return Debian's browser, started with these flags."""
+    options = Options()
+    options.binary_location = "/usr/bin/chromium"
+    for flag in flags:
+        options.add_argument(flag)
+    return webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
 
 
 def main() -> int:

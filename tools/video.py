@@ -51,12 +51,7 @@ Box = tuple[float, float, float, float]  # left, bottom, right, top [m] in map
 
 
 class RecordedRun:
-    """A run: poses, states and held space at any time.
-
-    Attributes:
-        data: Its folder.
-        names: Of the robots.
-    """
+    """Poses, states and held space of a run at any time."""
 
     def __init__(self, folder: Path, span: tuple[float, float]) -> None:
         """Read what was recorded between two simulated times [s]."""
@@ -145,42 +140,38 @@ HALL = (-8.9, -5.4, 9.9, 9.9)
 AISLE = (-8.6, -5.2, 1.2, 3.2)
 SHOTS = (
     Shot(
-        "hall",
-        "20 robots at work",
+        "hall", "20 robots at work",
         "Six loaders, shipping, and home. Every robot has a navigator of its own and knows only"
         " its sensors, the map, and what others in radio range say. Green: the space that it"
         " has reserved.",
-        29.0,
-        (20.0, 252.0),
-        (HALL, HALL, AISLE, AISLE, HALL),
+        29.0, (20.0, 252.0), (HALL, HALL, AISLE, AISLE, HALL),
     ),
     Shot(
-        "crossing",
-        "A crossing, 24 robots",
+        "crossing", "A crossing, 24 robots",
         "Four streams meet where two corridors of 1.8 m cross. Local avoidance mostly locks up"
         " here. These robots reserve space and make way for those with priority.",
-        18.0,
-        (3.0, 129.0),
+        18.0, (3.0, 129.0),
         ((-10.6, -10.6, 10.6, 10.6), (-6.5, -6.5, 6.5, 6.5), (-10.6, -10.6, 10.6, 10.6)),
     ),
     Shot(
-        "dead",
-        "One dead robot of 10",
+        "dead", "One dead robot of 10",
         "The navigator of one robot is killed and stays down: it stops where it is, black. The"
         " others see it by LiDAR, plan around it, and go on. Planar drive.",
-        20.0,
-        (32.0, 132.0),
-        (HALL, (-8.8, -4.2, 0.2, 5.6), (-8.8, -4.2, 0.2, 5.6), HALL),
+        20.0, (32.0, 132.0), (HALL, (-8.8, -4.2, 0.2, 5.6), (-8.8, -4.2, 0.2, 5.6), HALL),
     ),
     Shot(
-        "hundred",
-        "100 robots",
+        "hundred", "100 robots",
         "A warehouse of 60 x 40 m with 24 stations: two picks, a dock, home. A hundred"
         " navigator processes on two processors. Planar drive.",
-        15.0,
-        (10.0, 198.0),
+        15.0, (10.0, 198.0),
         ((-28.0, -20.5, 31.0, 20.5), (-8.0, -13.0, 26.0, 13.0), (-28.0, -20.5, 31.0, 20.5)),
     ),
+)  # fmt: skip
+OPENING_LINES = (
+    ("swarm-workbench", 46, INK, "-Bold"),
+    ("20 to 100 mobile robots, each with its own navigator process,", 20, FAINT, ""),
+    ("ROS 2 Jazzy messages and rigid-body physics, on two processors", 20, FAINT, ""),
+    ("Drawn from recordings of four runs, faster than they were", 15, FAINT, ""),
 )
 OPENING, CLOSING = 3.5, 4.5  # [s]
 FIRST, LAST = "opening", "closing"
@@ -222,15 +213,11 @@ class Sheet:
         per_cell = 1.0 / (grid.resolution * self.scale)
         x = (self._left - grid.origin_x) / grid.resolution
         y = grid.height - (self._top - grid.origin_y) / grid.resolution
-        box = (self._width, self._height)
         picture = Image.fromarray(np.ascontiguousarray(shades[::-1]))
         placed = picture.transform(
-            box,
-            Image.Transform.AFFINE,
-            (per_cell, 0.0, x, 0.0, per_cell, y),
-            Image.Resampling.NEAREST,
-            fillcolor=BEYOND,
-        )
+            (self._width, self._height), Image.Transform.AFFINE,
+            (per_cell, 0.0, x, 0.0, per_cell, y), Image.Resampling.NEAREST, fillcolor=BEYOND,
+        )  # fmt: skip
         self.image.paste(placed, (0, 0))
 
     def line(self, points: FloatArray, color: RGB, alpha: int, width: float) -> None:
@@ -242,12 +229,13 @@ class Sheet:
         """Fill a polygon."""
         self.draw.polygon(self.pixels(points), (*color, alpha))
 
-    def text(self, x: float, y: float, text: str, size: int, color: RGB, **more: str) -> None:
+    def text(
+        self, x: float, y: float, text: str, size: int, color: RGB, weight: str = "",
+        anchor: str = "la",
+    ) -> None:  # fmt: skip
         """Write; in pixels of the finished frame."""
-        weight = more.get("weight", "")
-        self.draw.text(
-            (FINER * x, FINER * y), text, color, font(size, weight), anchor=more.get("anchor", "la")
-        )
+        place = FINER * x, FINER * y
+        self.draw.text(place, text, color, font(size, weight), anchor=anchor)
 
     def finished(self) -> Image.Image:
         """Return the frame."""
@@ -379,18 +367,6 @@ def card(lines: Sequence[tuple[str, int, RGB, str]]) -> Image.Image:
     return image.reduce(FINER)
 
 
-def opening() -> Image.Image:
-    """Return the first picture."""
-    return card(
-        [
-            ("swarm-workbench", 46, INK, "-Bold"),
-            ("20 to 100 mobile robots, each with its own navigator process,", 20, FAINT, ""),
-            ("ROS 2 Jazzy messages and rigid-body physics, on two processors", 20, FAINT, ""),
-            ("Drawn from recordings of four runs, faster than they were", 15, FAINT, ""),
-        ]
-    )
-
-
 def closing(folder: Path) -> Image.Image:
     """Return the last picture: what the runs reached."""
     lines: list[tuple[str, int, RGB, str]] = [("What these runs reached", 30, INK, "-Bold")]
@@ -409,7 +385,7 @@ def closing(folder: Path) -> Image.Image:
 def frames(folder: Path, part: str) -> Iterator[Image.Image]:
     """Yield the frames of a part in order."""
     if part in (FIRST, LAST):
-        still = opening() if part == FIRST else closing(folder)
+        still = card(OPENING_LINES) if part == FIRST else closing(folder)
         yield from itertools.repeat(still, round((OPENING if part == FIRST else CLOSING) * RATE))
         return
     shot = next(shot for shot in SHOTS if shot.run == part)

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import psutil
 
+from swarm_common.files.journal import read_journal
 from swarm_common.model.robot_names import RobotNames
 
 UP = (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()")
@@ -54,7 +55,7 @@ def record(name: str, folder: Path) -> int:
 def _kill_one(swarm: subprocess.Popen[bytes], run: Path) -> dict[str, object]:
     """Kill the navigator of the robot nearest to the aisle's middle, when it is time."""
     while swarm.poll() is None:
-        lines = [line for line in _samples(run) if "x" in line]
+        lines = [line for line in read_journal(run / "trace" / "world.jsonl") if "x" in line]
         if lines and lines[-1]["t"] >= KILL_AT:
             x, y = lines[-1]["x"], lines[-1]["y"]
             apart = [
@@ -68,12 +69,6 @@ def _kill_one(swarm: subprocess.Popen[bytes], run: Path) -> dict[str, object]:
                     return {"robot": robot, "sim_time": lines[-1]["t"]}
         time.sleep(0.2)
     raise SystemExit(f"the swarm in {run} ended before {KILL_AT} s")
-
-
-def _samples(run: Path) -> list[dict[str, list[int]]]:
-    from swarm_common.files.journal import read_journal
-
-    return read_journal(run / "trace" / "world.jsonl")
 
 
 def _log_of(pid: int) -> str:

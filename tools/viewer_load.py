@@ -14,7 +14,6 @@ import contextlib
 import json
 import re
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -49,12 +48,7 @@ CAMERA = {  # as close to robots as that of a page that follows one: their wheel
 
 
 class SilentPage:
-    """A page that receives everything and draws nothing.
-
-    Attributes:
-        updates: Messages received.
-        size: [bytes] received.
-    """
+    """A page that receives everything and draws nothing; counts updates and bytes."""
 
     def __init__(self, link: str, robot: str) -> None:
         self.updates = self.size = 0
@@ -85,15 +79,13 @@ class SilentPage:
 class Run:
     """A swarm with a viewer."""
 
-    def __init__(self, robots: int, folder: Path) -> None:
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.port = int(probe.getsockname()[1])
+    def __init__(self, robots: int, folder: Path, *options: str) -> None:
+        """Start it with more options of swarm-up; wait until all robots are active."""
         self._log = folder / "up.log"
-        command = f"--swarm-size {robots} --mission loading_route --viewer --no-report"
+        command = f"--swarm-size {robots} --mission loading_route --viewer --port 0 --no-report"
         program = str(Path(sys.executable).with_name("swarm-up"))
         self._process = subprocess.Popen(
-            [program, *command.split(), "--port", str(self.port), "--run-dir", str(folder / "run")],
+            [program, *command.split(), *options, "--run-dir", str(folder / "run")],
             stdout=self._log.open("w"),
             stderr=subprocess.STDOUT,
         )

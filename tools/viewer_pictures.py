@@ -1,6 +1,6 @@
 """Take the viewer's pictures in docs/ from a real run, in a headless browser.
 
-Usage: python tools/viewer_pictures.py [--robots 20] [--frames 40] [--out docs] [--recording RUN]
+Usage: python -m tools.viewer_pictures [--robots 20] [--frames 40] [--out docs] [--recording RUN]
 With --recording the run is one that was made with `swarm-up --record`; else it is started here.
 Needs Debian's packages chromium and chromium-driver, and the extra `dev`.
 """
@@ -9,9 +9,6 @@ from __future__ import annotations
 
 import argparse
 import io
-import re
-import signal
-import subprocess
 import sys
 import tempfile
 import threading
@@ -23,8 +20,6 @@ from PIL import Image, ImageChops
 from rclpy.node import Node
 from selenium import webdriver
 from selenium.common.exceptions import WebDriverException
-from selenium.webdriver.chrome.options import Options
-from selenium.webdriver.chrome.service import Service
 from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState, StepSimulation
 
@@ -35,8 +30,9 @@ from swarm_recording.bag_feed import BagFeed
 from swarm_view.scene.views import PANEL_WIDTH, STRIP_HEIGHT
 from swarm_view.server.server import Server
 from swarm_view.viewer import Viewer
+from tools.report_picture import open_chromium
+from tools.viewer_load import Run
 
-UP = "swarm-up --mission loading_route --viewer --port 0 --no-report --speed max"
 FLAGS = (
     "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--disable-dev-shm-usage",
     "--enable-unsafe-swiftshader",
@@ -57,18 +53,8 @@ class FilmedSwarm:
     """A paused swarm that is stepped from picture to picture."""
 
     def __init__(self, robots: int, folder: Path) -> None:
-        self._log = folder / "up.log"
-        command = [*UP.split(), "--swarm-size", str(robots), "--run-dir", str(folder / "run")]
-        self._process = subprocess.Popen(
-            command, stdout=self._log.open("w"), stderr=subprocess.STDOUT
-        )
-        self.address = ""
-        while not self.address or f"active {robots}/{robots}" not in self._log.read_text():
-            found = re.search(r"viewer: (http://\S+)", self._log.read_text())
-            self.address = found[1] if found else ""
-            if self._process.poll() is not None:
-                raise SystemExit(self._log.read_text())
-            time.sleep(0.5)
+        self._run = Run(robots, folder, "--speed", "max")
+        self.address = self._run.link
         ros_env.set_defaults()
         rclpy.init()
         self._node = Node("photographer")
@@ -89,8 +75,7 @@ class FilmedSwarm:
     def stop(self) -> None:
         """End it."""
         rclpy.shutdown()
-        self._process.send_signal(signal.SIGINT)
-        self._process.wait(60.0)
+        self._run.stop()
 
 
 class Replay:
@@ -119,11 +104,7 @@ class Replay:
 
 def open_browser() -> webdriver.Chrome:
     """Return a browser without a window."""
-    options = Options()
-    options.binary_location = "/usr/bin/chromium"
-    for flag in FLAGS:
-        options.add_argument(flag)
-    browser = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
+    browser = open_chromium(FLAGS)
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", SCREEN)  # a window has edges
     browser.set_script_timeout(120)
     browser.set_page_load_timeout(120)

@@ -11,7 +11,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import importlib
-import itertools
 import math
 import statistics
 import sys
@@ -136,11 +135,7 @@ class AblationJob:
 def variants(only: Sequence[str] = ()) -> list[Variant]:
     """Return the navigators as they are, then each rule off, then each number halved and doubled.
 
-    Args:
-        only: Names of rules and numbers; empty for all.
-
-    Raises:
-        UnknownNameError: If a name is none of these.
+    `only` names rules and numbers; empty for all. Raises UnknownNameError for any other name.
     """
     known = (*RULES, *NUMBERS)
     for name in only:
@@ -172,14 +167,7 @@ def _like(usual: float, value: float) -> float:
 
 
 def run_job(job: AblationJob) -> tuple[str, RunResult]:
-    """Run a job; constants of modules that it changes are as before afterwards.
-
-    Args:
-        job: What is changed, and in which run.
-
-    Returns:
-        The variant's name and the result.
-    """
+    """Run a job, restore the constants it changed; return the variant's name and the result."""
     known = parameter_values(NavConfig())
     parameters = {name: value for name, value in job.variant.values.items() if name in known}
     constants = {name: value for name, value in job.variant.values.items() if name not in known}
@@ -248,43 +236,27 @@ def missing(
 
 
 def ablation_markdown(results: Sequence[tuple[str, RunResult]]) -> str:
-    """Return the table: a row per variant and kind of run, compared seed by seed.
-
-    Args:
-        results: Variants with their results; those that are as they are among them.
-    """
+    """Return the table: a row per variant and kind of run, compared with `BASE` seed by seed."""
     usual = _as_it_is(results)
     lines = [
         "| changed | row | runs | goals | contacts | makespan | worst wait |",
         "| --- | --- | ---: | ---: | ---: | ---: | ---: |",
     ]
-    for (name, row), runs in _grouped(results):
+    groups: dict[tuple[str, str], list[RunResult]] = {}
+    for name, result in results:
+        groups.setdefault((name, f"{result.scenario} {result.robots}"), []).append(result)
+    for (name, row), runs in groups.items():
         pairs = [(usual[_run_of(run)], run) for run in runs if _run_of(run) in usual]
         contacts = sum(run.robot_robot + run.robot_world for run in runs)
         reached, sent = sum(r.goals_reached for r in runs), sum(r.goals_sent for r in runs)
-        spans = [
-            after.makespan / before.makespan
-            for before, after in pairs
-            if before.makespan and after.makespan
-        ]
-        waits = [
-            after.wait_worst / before.wait_worst for before, after in pairs if before.wait_worst
-        ]
+        spans = [b.makespan / a.makespan for a, b in pairs if a.makespan and b.makespan]
+        waits = [b.wait_worst / a.wait_worst for a, b in pairs if a.wait_worst]
         changes = [_change(spans), _change(waits)]
         if name != BASE and pairs and all(_is_same(*pair) for pair in pairs):
             changes = ["the same run"] * 2
         cells = (name, row, len(runs), f"{reached}/{sent}", contacts, *changes)
         lines.append("| " + " | ".join(map(str, cells)) + " |")
     return "\n".join(lines)
-
-
-def _grouped(
-    results: Sequence[tuple[str, RunResult]],
-) -> Iterator[tuple[tuple[str, str], list[RunResult]]]:
-    keyed: dict[tuple[str, str], list[RunResult]] = {}
-    for name, result in results:
-        keyed.setdefault((name, f"{result.scenario} {result.robots}"), []).append(result)
-    yield from keyed.items()
 
 
 def _as_it_is(
@@ -321,13 +293,9 @@ def _percent(log: float) -> str:
 def jobs_of(
     chosen: Sequence[Variant], rows: Sequence[RunOptions], halls: Sequence[RunOptions]
 ) -> list[AblationJob]:
-    """Return the runs, variant by variant.
-
-    Args:
-        chosen: What is changed, one after the other.
-    """
-    kinds = [(options, False) for options in rows] + [(options, True) for options in halls]
-    return [
-        AblationJob(variant, options, is_hall)
-        for variant, (options, is_hall) in itertools.product(chosen, kinds)
-    ]
+    """Return the runs, variant by variant."""
+    jobs = []
+    for variant in chosen:
+        jobs += [AblationJob(variant, options, False) for options in rows]
+        jobs += [AblationJob(variant, options, True) for options in halls]
+    return jobs

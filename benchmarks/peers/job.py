@@ -46,12 +46,8 @@ class Referee:
         """Whether no goals are left."""
         return not any(self._goals)
 
-    def first_goals(self) -> list[list[float]]:
-        """Return the first goal of each robot."""
-        return [goals[0] for goals in self._goals]
-
-    def look(self, positions: np.ndarray) -> list[tuple[int, list[float]]]:
-        """Count; return which robots have a new goal."""
+    def check(self, positions: np.ndarray) -> list[tuple[int, list[float]]]:
+        """Count goals reached and overlaps; return which robots have a new goal."""
         new = []
         for index, (goals, (x, y)) in enumerate(zip(self._goals, positions.tolist(), strict=True)):
             if goals and math.hypot(goals[0][0] - x, goals[0][1] - y) <= REACHED:
@@ -73,8 +69,8 @@ def run(make: Callable[[dict[str, Any]], Peer]) -> None:
     sys.stdout.flush()
     output, sys.stdout = sys.stdout, sys.stderr  # peers print
     peer, referee = make(job), Referee(job)
-    for index, (x, y) in enumerate(referee.first_goals()):
-        peer.set_goal(index, x, y)
+    for index, goals in enumerate(job["goals"]):
+        peer.set_goal(index, *goals[0])
     for _ in range(WARM_TICKS):
         peer.step()
     start_up = time.time() - begun
@@ -86,7 +82,7 @@ def run(make: Callable[[dict[str, Any]], Peer]) -> None:
         wall += time.perf_counter() - started
         cpu += time.process_time() - cpu_started
         ticks += 1
-        for index, (x, y) in referee.look(np.asarray(peer.positions(), np.float64)):
+        for index, (x, y) in referee.check(np.asarray(peer.positions(), np.float64)):
             peer.set_goal(index, x, y)
     result = {
         "start_up": start_up,

@@ -10,14 +10,7 @@ import typer
 from benchmarks.app import benchmarks_app
 from benchmarks.scale.compare import compare, comparison_table
 from benchmarks.scale.plan import AUTO, GRAPH, HARNESS, WORKLOADS, plan_jobs
-from benchmarks.scale.row import (
-    NOISY,
-    ScaleRow,
-    columns_of,
-    growth,
-    rows_of,
-    scale_table,
-)
+from benchmarks.scale.row import NOISY, ScaleRow, columns_of, growth, rows_of, scale_table
 from benchmarks.scale.sweep import run_scale
 from swarm_bench.suite.command import MISSED, JsonLines, new_console
 from swarm_bench.suite.selection import parse_sizes
@@ -70,15 +63,9 @@ def scale(
     if harness and goals_per_robot:
         raise ConfigError("--harness runs for --seconds; leave out --goals-per-robot")
     jobs = plan_jobs(
-        system,
-        parse_sizes(robots),
-        repeats,
-        workload=workload,
-        seconds=seconds,
-        goals=goals_per_robot,
-        pack=pack,
-        engine=engine,
-    )
+        system, parse_sizes(robots), repeats, workload=workload, seconds=seconds,
+        goals=goals_per_robot, pack=pack, engine=engine,
+    )  # fmt: skip
     console = new_console()
     if compared is not None:
         if json_ is not None:

@@ -45,20 +45,15 @@ class Side:
 def compare(
     names: tuple[str, str], jobs: Sequence[ScaleJob], console: Console
 ) -> tuple[Side, Side]:
-    """Return two sides: result files as they are, commits run now, in turn.
-
-    Args:
-        names: Two files of `python -m benchmarks scale --json`, or two commits of this repository.
+    """Return two sides: result files as they are, or commits that are run now, in turn.
 
     Raises:
-        ConfigError: If a name is neither.
+        ConfigError: If a name is neither a file nor a commit.
     """
     first, second = names
     if all(Path(name).is_file() for name in names):
-        return (
-            Side(first, read_scale_results(Path(first))),
-            Side(second, read_scale_results(Path(second))),
-        )
+        one, other = (Side(name, read_scale_results(Path(name))) for name in names)
+        return one, other
     with contextlib.ExitStack() as stack:
         folders = [stack.enter_context(_worktree(name)) for name in names]
         sides: list[list[ScaleResult]] = [[], []]
@@ -70,19 +65,15 @@ def compare(
 
 
 def comparison_table(first: Side, second: Side) -> Table:
-    """Return figure by figure what both cost and the ratio of the second to the first.
-
-    Args:
-        second: After; runs that only one side has are left out.
-    """
+    """Return each figure of both sides and their ratio, second to first, of runs both have."""
     table = Table(box=None, header_style="bold")
     for name in ("system", "workload", "robots", "figure", first.name, second.name, "ratio"):
         table.add_column(
             escape(name), justify="left" if name in ("system", "workload") else "right"
         )
-    others = {_kind(row): row for row in rows_of(second.results)}
+    others = {row.first.kind: row for row in rows_of(second.results)}
     for row in rows_of(first.results):
-        other = others.get(_kind(row))
+        other = others.get(row.first.kind)
         if other is None:
             continue
         for name, figure in FIGURES.items():
@@ -95,10 +86,6 @@ def comparison_table(first: Side, second: Side) -> Table:
                 number(before, 2), number(after, 2), number(ratio, 2),
             )  # fmt: skip
     return table
-
-
-def _kind(row: ScaleRow) -> tuple[object, ...]:
-    return (row.first.system, row.first.workload, row.first.robots, *row.first.setting.values())
 
 
 @contextlib.contextmanager

@@ -29,7 +29,7 @@ def run_graph(job: ScaleJob, code: str, machine: str) -> ScaleResult:
     """Run `swarm-up` once.
 
     Raises:
-        SwarmUpError: If it left no report; the message ends with what it said last.
+        SwarmUpError: If it left no report; the message ends with its last output.
     """
     with tempfile.TemporaryDirectory(prefix="swarm-scale-") as name:
         folder = Path(name)
@@ -46,31 +46,23 @@ def run_graph(job: ScaleJob, code: str, machine: str) -> ScaleResult:
                     process.terminate()
                     process.wait()
         path = folder / "run" / "report.json"
+        said = last_lines(log.read_text(encoding="utf-8"))
         if not path.is_file():
             raise SwarmUpError(
-                f"swarm-up ended with code {process.returncode} and no report; it said:\n"
-                f"{_last_lines(log)}"
+                f"swarm-up ended with code {process.returncode} and no report; it said:\n{said}"
             )
         report = json.loads(path.read_text(encoding="utf-8"))
         if not report["sim_time"]:
-            raise SwarmUpError(f"no time passed in the run; swarm-up said:\n{_last_lines(log)}")
+            raise SwarmUpError(f"no time passed in the run; swarm-up said:\n{said}")
     return _result(job, report, watched, code, machine)
 
 
-def _last_lines(log: Path) -> str:
-    return last_lines(log.read_text(encoding="utf-8"))
-
-
 def environment(code: Path | None) -> dict[str, str]:
-    """Return the environment in which the code of another folder runs instead of this one.
-
-    Args:
-        code: Folder that has the packages; None for the code that runs now.
-    """
-    values = dict(os.environ)
-    if code is not None:
-        values["PYTHONPATH"] = os.pathsep.join([str(code), values.get("PYTHONPATH", "")]).strip(":")
-    return values
+    """Return an environment in which the code in a folder runs; None for this code."""
+    if code is None:
+        return dict(os.environ)
+    path = os.pathsep.join([str(code), os.environ.get("PYTHONPATH", "")]).strip(":")
+    return {**os.environ, "PYTHONPATH": path}
 
 
 def _flags(job: ScaleJob, folder: Path) -> list[str]:
@@ -117,13 +109,10 @@ def _watch(process: subprocess.Popen[bytes], usage: Path) -> dict[str, Any]:
         looks += 1
         if looks % MEMORY_LOOKS == 1:
             memory = max(memory, proportional_mb(tree))
-        others = neighbours.share(_sum(totals) - _sum(before))
+        spent = sum(total for total, _ in totals.values()) - sum(old for old, _ in before.values())
+        others = neighbours.share(spent)
         seen = {"shares": dds_share(before, totals), "memory": memory, "others": others}
     return seen
-
-
-def _sum(totals: Mapping[str, tuple[float, float]]) -> float:
-    return sum(all_ for all_, _ in totals.values())
 
 
 def _is_running(usage: Path) -> bool:
@@ -147,12 +136,7 @@ def _result(
     shares = watched["shares"]
     dds = sum(shares.get(group, 0.0) * value for group, value in parts.items()) if shares else None
     rss, private = report["rss_mb"], report["private_mb"]
-    return ScaleResult(
-        system=job.system,
-        workload=job.workload,
-        robots=job.robots,
-        repeat=job.repeat,
-        setting=job.setting,
+    return job.result(
         start_up=report["active_after_wall"],
         sim_time=report["sim_time"],
         wall_time=report["sim_time"] / report["real_time_factor"],

@@ -47,12 +47,7 @@ class TimedDriver:
     """A robot's decisions, timed; a `swarm_bench.runs.methods.Driver`."""
 
     def __init__(self, driver: Any, clock: CpuClock) -> None:
-        """Wrap those methods of a driver that decide.
-
-        Args:
-            driver: What is timed; everything else is passed on to it.
-            clock: Adds up the time of all drivers.
-        """
+        """Time the methods of a driver that decide; `clock` adds up the time of all drivers."""
         self._driver = driver
         for name in TIMED & set(dir(driver)):
             setattr(self, name, clock.timed(getattr(driver, name)))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.scale.result import ScaleResult
 from swarm_bench.runs.scenario import MOST_ROBOTS, Scenario, check_size
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
@@ -76,6 +77,13 @@ class ScaleJob:
             stall_limit=self.seconds + 1.0,
         )
 
+    def result(self, **figures: Any) -> ScaleResult:
+        """Return the result of the run with these fields."""
+        return ScaleResult(
+            system=self.system, workload=self.workload, robots=self.robots, repeat=self.repeat,
+            setting=self.setting, **figures,
+        )  # fmt: skip
+
 
 def plan_jobs(
     system: str,
@@ -91,15 +99,13 @@ def plan_jobs(
     """Return the runs, repeat by repeat, so that a killed sweep has results of every size.
 
     Args:
-        system: `graph`, `harness`, or a peer's name.
-        workload: Of `WORKLOADS`; `auto` for the hall, and for the warehouse beyond its room.
-        seconds: [s] of simulated time.
+        workload: A name in `WORKLOADS`, or `auto`: the hall while robots fit, then the warehouse.
         goals: Per robot; 0 for all of the mission.
         pack: Navigators per process; None for one, and for ten in swarms of more than 100.
-        engine: Physics; None for bullet on the graph and planar in the harness.
+        engine: None for bullet on the graph and planar in the harness.
 
     Raises:
-        ConfigError: For the first thing that is wrong.
+        ConfigError: If an argument is out of its range.
     """
     if workload != AUTO and workload not in WORKLOADS:
         raise UnknownNameError("workload", workload, (AUTO, *WORKLOADS))

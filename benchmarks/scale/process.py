@@ -29,11 +29,7 @@ class ScaleRunError(SwarmError):
 
 
 def run_harness(job: ScaleJob, code: str, machine: str) -> ScaleResult:
-    """Run world core and navigators once, without the ROS graph.
-
-    Raises:
-        ScaleRunError: If it left no result.
-    """
+    """Run world core and navigators once, without the ROS graph."""
     scenario = dataclasses.asdict(job.scenario)
     request = {
         "scenario": {name: scenario[name] for name in OF_SCENARIO},
@@ -47,17 +43,10 @@ def run_harness(job: ScaleJob, code: str, machine: str) -> ScaleResult:
 
 
 def run_program(command: Sequence[str], env: Mapping[str, str]) -> tuple[dict[str, Any], float]:
-    """Run a program; return its last line of JSON, and what others used of the machine.
-
-    Args:
-        command: Program and arguments; the second is a file, by whose name errors call it.
-
-    Returns:
-        The last line that is a JSON object, and the share of the processors, 0 to 1, that others
-        had.
+    """Run a program; return its last line of JSON and the share, 0 to 1, of the CPU others used.
 
     Raises:
-        ScaleRunError: If there is none; the message ends with what it said last.
+        ScaleRunError: If there is no such line; the message ends with the last output.
     """
     neighbours, before = Neighbours(), _children_cpu()
     parent = os.getpid()
@@ -80,19 +69,9 @@ def run_program(command: Sequence[str], env: Mapping[str, str]) -> tuple[dict[st
 def result_of(
     job: ScaleJob, said: Mapping[str, Any], others: float, code: str, machine: str
 ) -> ScaleResult:
-    """Return the result in what a program printed.
-
-    Args:
-        said: As of `harness.measure`.
-        others: Share of the processors, 0 to 1, that others had.
-    """
+    """Return the result in the output of `harness.measure` or of a peer."""
     seconds = job.robots * said["sim_time"]
-    return ScaleResult(
-        system=job.system,
-        workload=job.workload,
-        robots=job.robots,
-        repeat=job.repeat,
-        setting=job.setting,
+    return job.result(
         start_up=said["start_up"],
         sim_time=said["sim_time"],
         wall_time=said["wall_time"],

@@ -57,6 +57,11 @@ class ScaleResult:
         return sum(self.cpu_ms.get(part) or 0.0 for part in ("world", "navigators", "other"))
 
     @property
+    def kind(self) -> tuple[Any, ...]:
+        """Tuple that repeats of one run share."""
+        return (self.system, self.workload, self.robots, *self.setting.values())
+
+    @property
     def key(self) -> tuple[Any, ...]:
         """As `ScaleJob.key`."""
         return (self.system, self.workload, self.robots, self.repeat, *self.setting.values())
@@ -67,21 +72,13 @@ class ScaleResult:
 
 
 def read_scale_results(path: Path) -> list[ScaleResult]:
-    """Return the results in a file; see `read_json_lines`.
-
-    Raises:
-        ConfigError: If the file cannot be read, or a complete line is not a result.
-    """
+    """Return the results in a file; see `read_json_lines`."""
     return read_json_lines(
         path, lambda data: msgspec.convert(data, ScaleResult), "python -m benchmarks scale"
     )
 
 
 def median_of(values: Sequence[float | None]) -> float | None:
-    """Return the median of the known values, None without any.
-
-    Args:
-        values: None where something is not known.
-    """
+    """Return the median of the known values, None without any."""
     known = [value for value in values if value is not None]
     return statistics.median(known) if known else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from rich.markup import escape
 from rich.table import Table
@@ -37,28 +38,14 @@ class ScaleRow:
     @property
     def is_noisy(self) -> bool:
         """Whether something else used the machine meanwhile."""
-        return (median_of([run.others for run in self.runs]) or 0.0) > NOISY
+        return (self.median(lambda run: run.others) or 0.0) > NOISY
 
     def median(self, figure: Callable[[ScaleResult], float | None]) -> float | None:
-        """Return the median of a figure over the runs.
-
-        Args:
-            figure: Of one run; None where it has none.
-
-        Returns:
-            None if no run has the figure.
-        """
+        """Return the median of a figure over the runs that have it; None if none has."""
         return median_of([figure(run) for run in self.runs])
 
     def cpu(self, part: str) -> float | None:
-        """Return CPU time [ms] per robot and simulated second of a part.
-
-        Args:
-            part: `world`, `navigators`, `other` or `dds`.
-
-        Returns:
-            None if it was not measured.
-        """
+        """Return CPU time [ms] per robot and simulated second of a part; None if unknown."""
         return self.median(lambda run: run.cpu_ms.get(part))
 
     @property
@@ -72,25 +59,11 @@ class ScaleRow:
         return self.median(lambda run: run.real_time_factor) or 0.0
 
     def memory(self, kind: str) -> float | None:
-        """Return a figure of memory [MB].
-
-        Args:
-            kind: `total`, `robot` or `rss`.
-
-        Returns:
-            None if it was not measured.
-        """
+        """Return memory [MB], `total`, `robot` or `rss`; None if it was not measured."""
         return self.median(lambda run: run.memory_mb.get(kind))
 
     def total(self, name: str) -> int | None:
-        """Return the largest value of a counter in any run.
-
-        Args:
-            name: A field of `ScaleResult`.
-
-        Returns:
-            None if no run has it.
-        """
+        """Return the largest value of a field of `ScaleResult`; None if no run has it."""
         values = [getattr(run, name) for run in self.runs]
         known = [value for value in values if value is not None]
         return max(known) if known else None
@@ -110,10 +83,8 @@ COMMON: dict[str, Column] = {
 }
 ENDS: dict[str, Column] = {
     "collisions": lambda row: _count(row.total("collisions")),
-    "others [%]": lambda row: number(
-        _percent(row.median(lambda run: run.others)), 0
-    ),
-}  # fmt: skip
+    "others [%]": lambda row: number(row.median(_percent_of_others), 0),
+}
 GRAPH_COLUMNS: dict[str, Column] = {
     **COMMON,
     "of it DDS threads": lambda row: number(row.cpu("dds"), 2),
@@ -133,29 +104,20 @@ HARNESS_COLUMNS: dict[str, Column] = {
 
 def rows_of(results: Iterable[ScaleResult]) -> list[ScaleRow]:
     """Return a row per system, workload, size and setting, by size."""
-    groups: dict[tuple[object, ...], list[ScaleResult]] = {}
+    groups: dict[tuple[Any, ...], list[ScaleResult]] = {}
     for result in results:
-        key = (result.system, result.workload, result.robots, *result.setting.values())
-        groups.setdefault(key, []).append(result)
+        groups.setdefault(result.kind, []).append(result)
     rows = [ScaleRow(tuple(runs)) for runs in groups.values()]
     return sorted(rows, key=lambda row: (row.first.system, row.first.robots, row.label))
 
 
 def columns_of(rows: Sequence[ScaleRow]) -> dict[str, Column]:
-    """Return the columns that rows of one system have.
-
-    Returns:
-        By name in the table's head, what the cell of a row says.
-    """
+    """Return the columns for rows of one system."""
     return GRAPH_COLUMNS if rows and rows[0].first.system == "graph" else HARNESS_COLUMNS
 
 
 def scale_table(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> Table:
-    """Return the table for the terminal; rows measured on a busy machine are dim.
-
-    Args:
-        columns: As of `columns_of`.
-    """
+    """Return the table for the terminal; rows measured on a busy machine are dim."""
     table = Table(box=None, header_style="bold")
     for name in columns:
         table.add_column(
@@ -168,11 +130,7 @@ def scale_table(rows: Sequence[ScaleRow], columns: dict[str, Column]) -> Table:
 
 
 def growth(rows: Sequence[ScaleRow], few: int = 20, many: int = 100) -> float | None:
-    """Return by which factor the CPU time of a robot-second grows from few robots to many.
-
-    Returns:
-        None if a size is missing, or cost nothing.
-    """
+    """Return the growth of a robot-second's CPU time from few to many robots, if known."""
     costs = {row.first.robots: row.cpu_total for row in rows}
     if few not in costs or many not in costs or not costs[few]:
         return None
@@ -183,5 +141,5 @@ def _count(value: int | None) -> str:
     return "-" if value is None else str(value)
 
 
-def _percent(share: float | None) -> float | None:
-    return None if share is None else 100.0 * share
+def _percent_of_others(run: ScaleResult) -> float | None:
+    return None if run.others is None else 100.0 * run.others

@@ -26,8 +26,8 @@ def run_scale(
     """Run the jobs that are not in a result file yet, add their results to it, and return all.
 
     Args:
-        file: Of JSON lines; None to keep nothing.
-        runner: Of peers; None for our own systems.
+        file: JSON lines; None to keep nothing.
+        runner: Runs peers; None for our own systems.
 
     Raises:
         SwarmError: For bad input, before anything runs, or for a run without a result.
@@ -45,14 +45,7 @@ def run_scale(
 
 
 def run_jobs(jobs: Sequence[ScaleJob], runner: Runner | None = None) -> Iterator[ScaleResult]:
-    """Yield the result of each run as it comes.
-
-    Args:
-        runner: Takes a job, its commit and the machine; None for our own systems.
-
-    Raises:
-        SwarmError: If a run leaves no result.
-    """
+    """Yield the result of each run as it comes; `runner` is None for our own systems."""
     machine = machine_line()
     for job in jobs:
         run = runner or (run_graph if job.system == GRAPH else run_harness)
@@ -60,13 +53,9 @@ def run_jobs(jobs: Sequence[ScaleJob], runner: Runner | None = None) -> Iterator
 
 
 def commit_of(code: Path | None) -> str:
-    """Return the commit of a folder of code, shortened; empty if it is in no repository.
+    """Return a folder's commit, shortened, with -dirty after changes; empty outside a repository.
 
-    Args:
-        code: The folder; None for the one of this file.
-
-    Returns:
-        With -dirty behind it if files were changed.
+    None stands for the folder of this file.
     """
     folder = code or Path(__file__).resolve().parents[2]
     command = ("git", "-C", str(folder), "describe", "--always", "--dirty", "--exclude", "*")

@@ -23,14 +23,11 @@ class ThreadTimes:
         self._seconds: dict[tuple[str, int, int], tuple[bool, float]] = {}
 
     def sample(self, processes: Iterable[psutil.Process]) -> None:
-        """Read the present values; threads that have ended keep their last ones.
-
-        Args:
-            processes: Those that have ended or may not be read are left out.
-        """
+        """Read the present values; threads that have ended keep their last ones."""
         for process in processes:
             with contextlib.suppress(OSError, psutil.Error, ValueError):
-                group = _group(process.cmdline())
+                words = process.cmdline()
+                group = next((own for name, own in MODULES.items() if name in words), "other")
                 for task in Path(f"/proc/{process.pid}/task").iterdir():
                     nanoseconds = float((task / "schedstat").read_text().split()[0])
                     is_dds = (task / "comm").read_text().startswith(DDS)
@@ -49,14 +46,7 @@ class ThreadTimes:
 def dds_share(
     before: dict[str, tuple[float, float]], after: dict[str, tuple[float, float]]
 ) -> dict[str, float]:
-    """Return which share of each group's CPU time its DDS threads had between two totals.
-
-    Args:
-        before: As of `ThreadTimes.totals`.
-
-    Returns:
-        Shares, 0 to 1, by group; 0 for one that did nothing.
-    """
+    """Return the share, 0 to 1, of DDS threads in each group's CPU time between two totals."""
     shares = {}
     for group, (all_, dds) in after.items():
         all_before, dds_before = before.get(group, (0.0, 0.0))
@@ -65,16 +55,8 @@ def dds_share(
     return shares
 
 
-def _group(command: list[str]) -> str:
-    return next((group for name, group in MODULES.items() if name in command), "other")
-
-
 def proportional_mb(processes: Iterable[psutil.Process]) -> float:
-    """Return the memory [MB] of processes, pages that are shared divided among their owners.
-
-    Args:
-        processes: Those that have ended or may not be read count as nothing.
-    """
+    """Return the memory [MB] of processes, pages that are shared divided among their owners."""
     total = 0
     for process in processes:
         with contextlib.suppress(psutil.Error):
@@ -90,10 +72,9 @@ class Neighbours:
         self._busy = _busy()
 
     def share(self, own_cpu: float) -> float:
-        """Return the share of all processors, 0 to 1, that others had since the beginning.
+        """Return the share of all processors, 0 to 1, that others used since the beginning.
 
-        Args:
-            own_cpu: [s] of CPU time of the measured processes.
+        `own_cpu` is the CPU time [s] of the measured processes.
         """
         capacity = (time.monotonic() - self._started) * (psutil.cpu_count() or 1)
         if capacity <= 0.0:

@@ -17,6 +17,7 @@ from swarm_bench.suite.selection import check_jobs, parse_seeds
 from swarm_bench.suite.sweep import in_processes
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
+KINDS = ("killed", "for_good", "hung", "mute", "deaf")
 COLUMNS = (
     "world", "robots", "storms", "killed", "for good", "hung", "mute", "deaf",
     "contacts moving", "standing", "goals", "barred", "clearance [m]",
@@ -93,15 +94,12 @@ def storm_table(results: list[StormResult]) -> Table:
         rows = [result for result in results if result.world == world]
         if not rows:
             continue
-        kinds = [
-            str(sum(row.faults[kind] for row in rows))
-            for kind in ("killed", "for_good", "hung", "mute", "deaf")
-        ]
+        kinds = [sum(row.faults[kind] for row in rows) for kind in KINDS]
+        contacts = [sum(row.moving_contacts for row in rows)]
+        contacts += [sum(row.standing_contacts for row in rows)]
         clearances = [row.min_clearance for row in rows if row.min_clearance is not None]
         table.add_row(
-            world, str(rows[0].robots), str(len(rows)), *kinds,
-            str(sum(row.moving_contacts for row in rows)),
-            str(sum(row.standing_contacts for row in rows)),
+            world, str(rows[0].robots), *map(str, (len(rows), *kinds, *contacts)),
             f"{sum(row.goals_reached for row in rows)}/{sum(row.goals_sent for row in rows)}",
             str(sum(row.goals_barred for row in rows)),
             f"{min(clearances):.3f}" if clearances else "-",

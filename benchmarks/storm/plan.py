@@ -45,11 +45,7 @@ class Fault:
     end: int  # tick at which the failure ends; `FOR_EVER` if it never does
 
     def is_on(self, tick: int) -> bool:
-        """Whether it lasts at a tick.
-
-        Args:
-            tick: From 0, at the start of the run.
-        """
+        """True while the failure lasts."""
         return self.begin <= tick < self.end
 
 
@@ -83,11 +79,8 @@ class StormPlan:
 def draw_plan(seed: int, robots: int, floor: Floor, homes_map: Sequence[Pose]) -> StormPlan:
     """Return what happens in a storm; equal arguments give equal storms.
 
-    Args:
-        homes_map: Where robots start; people begin their ways where there is room for that.
-
-    Raises:
-        ValueError: If the map has no place with room for a person.
+    People start away from `homes_map`, the robots' start poses. Raises ValueError if the map has
+    no place with room for a person.
     """
     rng = np.random.default_rng((seed, 12))
     faults = draw_faults(rng, robots)
@@ -108,11 +101,7 @@ def draw_plan(seed: int, robots: int, floor: Floor, homes_map: Sequence[Pose]) -
 
 
 def draw_faults(rng: np.random.Generator, robots: int) -> tuple[Fault, ...]:
-    """Return the failures of a storm; a robot has one at a time.
-
-    Args:
-        rng: Random numbers; equal states give equal failures.
-    """
+    """Return the failures of a storm; a robot has one at a time."""
     faults: list[Fault] = []
     free_from = [0] * robots
     lost = 0

@@ -28,14 +28,7 @@ class Floor:
         self._y = (np.arange(grid.height) + 0.5) * grid.resolution + grid.origin_y
 
     def clearance(self, points: FloatArray) -> FloatArray:
-        """Return the distances of points from walls.
-
-        Args:
-            points: (n, 2) [m] in map.
-
-        Returns:
-            (n,) [m]; 0 outside the map.
-        """
+        """Return the distances (n,) [m] of points (n, 2) in map from walls; 0 outside the map."""
         cells = self._cells(points)
         inside = ((cells >= 0) & (cells < self._distance.shape)).all(axis=1)
         found = np.zeros(len(points))
@@ -48,13 +41,9 @@ class Floor:
         return np.floor(offsets[:, ::-1]).astype(np.int64)
 
     def draw(self, rng: np.random.Generator, clearance: float) -> tuple[float, float]:
-        """Return a free place (x, y) [m] in map, each cell alike.
+        """Return a random free cell (x, y) [m] in map, at least `clearance` [m] from walls.
 
-        Args:
-            clearance: [m] from walls at least.
-
-        Raises:
-            ValueError: If 10,000 cells are drawn in vain.
+        Raises ValueError if 10,000 cells are closer.
         """
         for _ in range(10_000):
             x, y = self._centres[int(rng.integers(len(self._centres)))].tolist()
@@ -65,8 +54,7 @@ class Floor:
     def components(self, clearance: float, discs: Sequence[Disc]) -> NDArray[np.int16]:
         """Return the number of the connected region of each cell, 0 where a robot cannot be.
 
-        Args:
-            clearance: [m] that the robot's centre keeps from walls.
+        The robot's centre keeps `clearance` [m] from walls.
         """
         free = self._distance >= clearance
         for x, y, radius in discs:
@@ -77,12 +65,9 @@ class Floor:
     def connected(
         self, labels: NDArray[np.int16], start: tuple[float, float], end: tuple[float, float]
     ) -> bool:
-        """Whether one can get from near a place to another one within one of the `components`.
+        """True if a region of `components` reaches from near one place to another, both (x, y) [m].
 
-        Args:
-            labels: (h, w) as `components` returns them.
-            start: (x, y) [m] in map; up to six cells beside it count as well.
-            end: (x, y) [m] in map.
+        Up to six cells beside `start` count as well.
         """
         (row, column), (goal_row, goal_column) = self._cells(np.array((start, end))).tolist()
         goal = labels[goal_row, goal_column]

@@ -115,19 +115,10 @@ class StormOptions:
 
 
 class Storm(Harness):
-    """A storm in progress.
-
-    Attributes:
-        plan: What happens.
-        contacts: Episodes in which a robot that lives moved.
-    """
+    """A storm in progress; `contacts` are those in which a living robot moved."""
 
     def __init__(self, options: StormOptions, plan: StormPlan | None = None) -> None:
-        """Build world and robots.
-
-        Args:
-            plan: What happens; None to draw it from the seed.
-        """
+        """Build world and robots; without a plan, draw one from the seed."""
         run_options = options.run_options
         grid, homes_map = ground_of(run_options)
         self.floor = Floor(grid)
@@ -259,16 +250,16 @@ class Storm(Harness):
         """Return the goals that robots that live at the end did not reach."""
         missed = []
         for index, goals in enumerate(self.stage.stops):
-            reached = [o.stop for o in self.stage.itineraries[index].outcomes if o.reached]
             rest = list(goals)
-            for stop in reached:
-                rest.remove(stop)
+            for outcome in self.stage.itineraries[index].outcomes:
+                if outcome.reached:
+                    rest.remove(outcome.stop)
             if index not in self._lost:
                 missed += [(index, goal) for goal in rest]
         return missed
 
     def storm(self) -> StormResult:
-        """Run until all goals are settled, or the time is up."""
+        """Run until all goals are settled or the time is up; return the result."""
         result = self.run()
         labels = self._regions([*self._crates, *self._stuck()])
         missed = self._missed()
@@ -306,5 +297,5 @@ class Storm(Harness):
 
 
 def run_storm(options: StormOptions) -> StormResult:
-    """Run one storm, and return what came of it."""
+    """Run one storm; a function, so that other processes can."""
     return Storm(options).storm()

@@ -19,24 +19,15 @@ from swarm_setup.rosidl.packages import InterfacePackage
 
 FLAGS = ("-O1", "-fPIC", "-w", "-DNDEBUG", "-DRCUTILS_ENABLE_FAULT_INJECTION=0")
 LINK_ORDER = (
-    "rosidl_generator_c",
-    *TYPESUPPORTS,
-    "rosidl_typesupport_c",
-    "rosidl_generator_py",
-)
+    "rosidl_generator_c", *TYPESUPPORTS, "rosidl_typesupport_c", "rosidl_generator_py",
+)  # fmt: skip
 # What every service and action uses without saying so.
 IMPLIED = ("action_msgs", "builtin_interfaces", "service_msgs", "unique_identifier_msgs")
 RUNTIME = (
-    "rosidl_runtime_c",
-    "rosidl_typesupport_c",
-    "rosidl_typesupport_introspection_c",
-    "rosidl_typesupport_fastrtps_cpp",
-    "rosidl_typesupport_fastrtps_c",
-    "rosidl_dynamic_typesupport",
-    "rmw",
-    "rcutils",
-    "fastcdr",
-)
+    "rosidl_runtime_c", "rosidl_typesupport_c", "rosidl_typesupport_introspection_c",
+    "rosidl_typesupport_fastrtps_cpp", "rosidl_typesupport_fastrtps_c",
+    "rosidl_dynamic_typesupport", "rmw", "rcutils", "fastcdr",
+)  # fmt: skip
 UNIT_SIZE = 10  # generated sources compiled together
 
 
@@ -68,9 +59,8 @@ class Library:
 
 def plan(package: InterfacePackage, build: Path) -> list[Library]:
     """List the libraries of a generated package, in link order."""
-    return [_library(package, build, generator) for generator in LINK_ORDER] + [
-        _extension(package, build)
-    ]
+    own = [_library(package, build, generator) for generator in LINK_ORDER]
+    return [*own, _extension(package, build)]
 
 
 def _library(package: InterfacePackage, build: Path, generator: str) -> Library:
@@ -87,18 +77,10 @@ def _library(package: InterfacePackage, build: Path, generator: str) -> Library:
         links += [f"{name}__{kind}" for kind in {generator, "rosidl_generator_c"}]
     dispatches = generator == "rosidl_typesupport_c"
     needs = tuple(f"{package.name}__{kind}" for kind in TYPESUPPORTS) if dispatches else ()
-    units = _units(
-        sorted(path for path in sources if ".ep." not in path.name),
-        build / "units" / f"{package.name}__{generator}",
-    )
-    return Library(
-        package.name,
-        f"lib/lib{package.name}__{generator}.so",
-        "$ORIGIN",
-        units,
-        tuple(sorted(links)),
-        needs,
-    )
+    compiled = sorted(path for path in sources if ".ep." not in path.name)
+    units = _units(compiled, build / "units" / f"{package.name}__{generator}")
+    target = f"lib/lib{package.name}__{generator}.so"
+    return Library(package.name, target, "$ORIGIN", units, tuple(sorted(links)), needs)
 
 
 def _units(sources: list[Path], folder: Path) -> tuple[Path, ...]:
@@ -125,27 +107,17 @@ def _extension(package: InterfacePackage, build: Path) -> Library:
     entry = build / "rosidl_generator_py" / name / f"_{name}_s.ep.rosidl_typesupport_c.c"
     suffix = sysconfig.get_config_var("EXT_SUFFIX")
     needs = ("rosidl_generator_py", "rosidl_typesupport_c", "rosidl_generator_c")
-    return Library(
-        name,
-        f"python/{name}/{name}_s__rosidl_typesupport_c{suffix}",
-        "$ORIGIN/../../..",
-        (entry,),
-        (),
-        tuple(f"{name}__{kind}" for kind in needs),
-    )
+    target = f"python/{name}/{name}_s__rosidl_typesupport_c{suffix}"
+    linked = tuple(f"{name}__{kind}" for kind in needs)
+    return Library(name, target, "$ORIGIN/../../..", (entry,), (), linked)
 
 
 def build_all(
     libraries: list[Library], build: Path, tools: Toolchain, jobs: int, done: Callable[[], None]
 ) -> None:
-    """Compile and link everything, `jobs` compiler processes at a time.
+    """Compile and link libraries, dependencies first, with `jobs` compiler processes at a time.
 
-    Args:
-        libraries: What to build, dependencies first.
-        jobs: How many processes may run at once.
-
-    Raises:
-        BuildError: A call failed; the others have been stopped.
+    A call that fails stops the others.
     """
     with ThreadPoolExecutor(jobs) as pool:
         objects = {
@@ -183,18 +155,9 @@ def _await(futures: list[Future[Path]], done: Callable[[], None]) -> None:
 def _compile(source: Path, package: str, build: Path, tools: Toolchain) -> Path:
     target = source.with_suffix(source.suffix + ".o")
     compiler = (tools.cxx, "-std=c++17") if source.suffix == ".cpp" else (tools.c, "-std=gnu11")
-    _run(
-        [
-            *compiler,
-            *FLAGS,
-            *_includes(build, tools),
-            f"-DROSIDL_GENERATOR_C_BUILDING_DLL_{package}",
-            "-c",
-            str(source),
-            "-o",
-            str(target),
-        ]
-    )
+    define = f"-DROSIDL_GENERATOR_C_BUILDING_DLL_{package}"
+    files = ("-c", str(source), "-o", str(target))
+    _run([*compiler, *FLAGS, *_includes(build, tools), define, *files])
     return target
 
 
@@ -217,20 +180,13 @@ def _link(library: Library, objects: list[Path], build: Path, tools: Toolchain) 
     ]
     _run(
         [
-            tools.cxx,
-            "-shared",
-            "-o",
-            str(target),
-            f"-Wl,-soname,{target.name}",
-            f"-Wl,-rpath,{library.rpath}",
-            *map(str, objects),
-            *(f"-L{folder}" for folder in folders),
-            "-Wl,--no-as-needed",
-            *(f"-l{name}" for name in library.needs),
-            "-Wl,--as-needed",
-            *(f"-l{name}" for name in names),
+            tools.cxx, "-shared", "-o", str(target),
+            f"-Wl,-soname,{target.name}", f"-Wl,-rpath,{library.rpath}",
+            *map(str, objects), *(f"-L{folder}" for folder in folders),
+            "-Wl,--no-as-needed", *(f"-l{name}" for name in library.needs),
+            "-Wl,--as-needed", *(f"-l{name}" for name in names),
         ]
-    )
+    )  # fmt: skip
 
 
 def _run(command: list[str]) -> None:

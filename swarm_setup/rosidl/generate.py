@@ -18,26 +18,20 @@ from typing import Any
 from swarm_setup.rosidl.packages import InterfacePackage
 
 PARSER_USERS = (
-    "rosidl_pycommon",
-    "rosidl_generator_type_description",
+    "rosidl_pycommon", "rosidl_generator_type_description",
     "rosidl_generator_py.generate_py_impl",
-)
+)  # fmt: skip
 TYPESUPPORTS = ("rosidl_typesupport_fastrtps_c", "rosidl_typesupport_introspection_c")
 GENERATORS = (
-    "rosidl_generator_c",
-    "rosidl_generator_py",
-    "rosidl_typesupport_c",
-    *TYPESUPPORTS,
-)
+    "rosidl_generator_c", "rosidl_generator_py", "rosidl_typesupport_c", *TYPESUPPORTS,
+)  # fmt: skip
 
 
 def prepare(package: InterfacePackage, build: Path, prefixes: tuple[Path, ...]) -> None:
     """Convert the definitions to IDL and describe their types (with hashes).
 
-    Args:
-        package: What to convert; its dependencies must have been prepared.
-        build: Folder of the whole build; `build/share/<package>` is written.
-        prefixes: Where installed packages keep `share/<package>`; `build` comes first.
+    The package's dependencies must have been prepared. `build/share/<package>` is written;
+    `prefixes` have `share/<package>` of installed ones.
     """
     from rosidl_adapter import convert_to_idl
 

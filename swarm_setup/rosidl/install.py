@@ -43,7 +43,7 @@ class Environment:
         }
 
     def remember(self, name: str, key: str) -> None:
-        """Note in the manifest that a package has been installed."""
+        """Record in the manifest that a package has been installed."""
         manifest = {other: {"key": known} for other, known in self.installed().items()}
         manifest[name] = {"key": key}
         file = self.prefix / MANIFEST
@@ -56,8 +56,7 @@ class Environment:
 def collect(package: InterfacePackage, build: Path, tree: Path) -> None:
     """Gather one package's results from a build folder into an installable tree.
 
-    Args:
-        tree: Written at once, by renaming, so that an interrupted run leaves nothing half done.
+    The tree appears at once, by renaming, so that an interrupted run leaves nothing half done.
     """
     name = package.name
     draft = tree.with_name(f"{tree.name}.{os.getpid()}")

@@ -31,11 +31,7 @@ class InterfacePackage:
 
 
 def load_package(folder: Path) -> InterfacePackage:
-    """Read one interface package.
-
-    Raises:
-        ConfigError: package.xml is malformed or nothing is defined.
-    """
+    """Read one interface package."""
     try:
         root = ElementTree.parse(folder / "package.xml").getroot()
     except ElementTree.ParseError as error:
@@ -77,8 +73,7 @@ def sort_by_dependency(packages: list[InterfacePackage]) -> list[InterfacePackag
 def content_key(packages: list[InterfacePackage], platform: str) -> str:
     """Return the name under which a build of these packages is cached.
 
-    Args:
-        platform: Everything else that the result depends on (Python, generators, compiler flags).
+    `platform` is everything else that the result depends on: Python, generators, compiler flags.
     """
     state = hashlib.sha256(platform.encode())
     for package in sorted(packages, key=lambda package: package.name):

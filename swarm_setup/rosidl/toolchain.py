@@ -22,10 +22,7 @@ class MissingToolError(SwarmError):
 
 
 def find_toolchain(environ: Mapping[str, str]) -> Toolchain:
-    """Find everything that a build needs.
-
-    Args:
-        environ: Usually os.environ; CC, CXX, PATH and AMENT_PREFIX_PATH are read.
+    """Find everything that a build needs, by CC, CXX, PATH and AMENT_PREFIX_PATH.
 
     Raises:
         MissingToolError: A compiler, Python's headers or a generator is missing.
@@ -55,15 +52,9 @@ def find_toolchain(environ: Mapping[str, str]) -> Toolchain:
 
 def ros_prefixes(environ: Mapping[str, str]) -> tuple[Path, ...]:
     """Return where ROS packages are installed: this environment, then AMENT_PREFIX_PATH."""
-    others = (Path(part) for part in environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if part)
-    return tuple(
-        dict.fromkeys(
-            [
-                Path(sys.prefix),
-                *(path for path in others if (path / "share").is_dir()),
-            ]
-        )
-    )
+    parts = environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    others = [Path(part) for part in parts if part and (Path(part) / "share").is_dir()]
+    return tuple(dict.fromkeys([Path(sys.prefix), *others]))
 
 
 def platform_key(tools: Toolchain) -> str:

@@ -12,12 +12,7 @@ PERIOD = 0.05  # [s] of wall time between two wishes
 
 
 class Driving:
-    """One page's hand on a robot.
-
-    Attributes:
-        robot: That is driven; empty for none.
-        share: Of its full speed.
-    """
+    """One page's control of a robot by hand; `share` is the part of its full speed."""
 
     def __init__(self, link: OperatorLink) -> None:
         self.robot = ""

@@ -17,15 +17,7 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_view.page.charts import Charts
 from swarm_view.page.driving import Driving
 from swarm_view.page.inbox import Inbox, numbers
-from swarm_view.page.panel import (
-    FILM,
-    MOST_PLANS,
-    NOBODY,
-    SPEEDS,
-    STOP_FILM,
-    Panel,
-    assign,
-)
+from swarm_view.page.panel import FILM, MOST_PLANS, NOBODY, SPEEDS, STOP_FILM, Panel, assign
 from swarm_view.page.panel_text import (
     history_html,
     is_driving,
@@ -37,12 +29,11 @@ from swarm_view.page.panel_text import (
 from swarm_view.page.past import Past
 from swarm_view.page.playback import Playback
 from swarm_view.page.time_line import TimeLine, next_mark
-from swarm_view.page.tool import ORDERS, Hand, Post, Tool, heading
+from swarm_view.page.tool import ORDERS, Hand, Post, Ruler, Tool, heading
 from swarm_view.scene.fleet import DrawnFleet
 from swarm_view.scene.overlay import Overlay
 from swarm_view.scene.page_view import PageView
 from swarm_view.scene.robot_layers import RobotLayers
-from swarm_view.scene.ruler import Ruler
 from swarm_view.scene.shapes import lifted, nearest_to_ray, on_floor
 from swarm_view.scene.views import View
 from swarm_view.scene.viser_compat import run_script
@@ -67,11 +58,10 @@ TIME_ORDERS = ("seek", "step", "mark", "play", "live")
 
 
 class Page:
-    """A browser's view; runs on the main thread, but for what viser calls.
+    """A browser's view; runs on the main thread, except for viser's callbacks.
 
     Attributes:
-        robot: Which one it looks at; empty for none.
-        history: What has happened.
+        robot: The selected robot; empty for none.
     """
 
     def __init__(
@@ -82,10 +72,10 @@ class Page:
         """Build the page.
 
         Args:
-            link: To the swarm; None for a recording.
-            url: Returns the address of a robot's page, or of a place.
+            link: Sends orders to the swarm; None for a recording.
+            url: Returns the address of a robot's page, or of a viewpoint.
             post: Brings a call to the main thread.
-            playback: Of a recording; None for a live swarm.
+            playback: Controls a recording; None for a live swarm.
         """
         self.robot = place.robot
         self.history = history
@@ -149,10 +139,8 @@ class Page:
         click(panel.tool, lambda: self._receive_tool(Tool(panel.tool.value)))
         click(panel.cancel, lambda: give(lambda: link.cancel(self.robot, say), needs_robot=True))
         click(panel.remove, lambda: give(lambda: self._ask_to_remove(link), needs_robot=True))
-        click(
-            panel.drive,
-            lambda: give(lambda: self._drive(driving), needs_robot=not driving.robot),
-        )
+        drive = self._drive
+        click(panel.drive, lambda: give(lambda: drive(driving), needs_robot=not driving.robot))
         change(panel.share, driving.set_share)
 
     def _when_clicked(self, button: Any, do: Callable[[], None]) -> None:
@@ -287,13 +275,7 @@ class Page:
     # Drawing
 
     def update(self, poses: FloatArray, now: float, cpu: str) -> None:
-        """Bring the page up to date.
-
-        Args:
-            poses: Where the robots are drawn (n, 3), in map.
-            now: Wall time [s].
-            cpu: Text of the panel about the CPU.
-        """
+        """Update the page for robots at poses (n, 3) in map; `now` is wall time, `cpu` a text."""
         if self._driving is not None:
             self._driving.update(now)
         self._past.play(now)
@@ -327,15 +309,12 @@ class Page:
         self._slow_due = self._panel_due = 0.0
 
     def _draw_time(self, now: float) -> None:
-        playback, past = self._playback, self._past
-        if playback is not None:
-            is_playing = playback.is_playing
-        elif past.time is not None:
-            is_playing = past.is_playing
-        else:
-            is_playing = not (self._link and self._link.is_paused)
+        shown = self._playback or (None if self._past.time is None else self._past)
+        is_paused = bool(self._link and self._link.is_paused)
+        is_playing = not is_paused if shown is None else shown.is_playing
+        is_past = self._past.time is not None
         self._time_line.update(
-            self.history, now, self.shown_time, is_playing=is_playing, is_past=past.time is not None
+            self.history, now, self.shown_time, is_playing=is_playing, is_past=is_past
         )
 
     def _choose_plans(self, poses: FloatArray, now: float) -> None:
@@ -377,12 +356,17 @@ class Page:
         self._layers.draw_goal(self._swarm, self.robot)
 
     def _tell(self, cpu: str) -> None:
-        swarm, panel, link = self._swarm, self._panel, self._link
-        panel.offer(swarm.names, self.robot)
+        swarm, panel, link, robot = self._swarm, self._panel, self._link, self.robot
+        time = self.shown_time
+        panel.offer(swarm.names, robot)
         paused = None if link is None else link.is_paused
         assign(panel.verdict, verdict_html(swarm, paused, cpu))
-        assign(panel.status, self._robot_text() if self.robot else "")
-        self._tell_past()
+        assign(panel.status, self._robot_text() if robot else "")
+        changes = self.history.changes(robot, time, SHOWN_CHANGES) if robot else []
+        assign(panel.history, history_html(changes, time) if robot else "")
+        assign(panel.topics, topics_html(robot) if robot else "")
+        is_wanted = robot and panel.way.value
+        self._overlay.draw_way(self.history.way(robot, time) if is_wanted else None)
         assign(panel.stations, stations_html(swarm.states))
         if link is not None:
             panel.show_running(link.is_paused, link.speed)
@@ -398,23 +382,15 @@ class Page:
             is_past=self._past.time is not None,
         )  # fmt: skip
 
-    def _tell_past(self) -> None:
-        """Say what the robot did, and draw where it has been."""
-        robot, time, panel = self.robot, self.shown_time, self._panel
-        changes = self.history.changes(robot, time, SHOWN_CHANGES) if robot else []
-        assign(panel.history, history_html(changes, time) if robot else "")
-        assign(panel.topics, topics_html(robot) if robot else "")
-        is_wanted = robot and panel.way.value
-        self._overlay.draw_way(self.history.way(robot, time) if is_wanted else None)
-
     # Clicks and tools
 
     def _on_message(self, kind: str, value: Any) -> None:
         """The page's script tells something; on viser's threads."""
         if kind == "size" and (size := numbers(value, 2)) is not None:
             self._post(lambda: self._resize(*size))
-        elif kind == "drive" and (way := numbers(value, 2)) is not None:
-            self._post(lambda: self._steer(*way))
+        elif kind == "drive" and self._driving and (way := numbers(value, 2)) is not None:
+            steer = self._driving.steer
+            self._post(lambda: steer(way[0], way[1], time.monotonic()))
         elif kind == "filmed" and isinstance(value, int | float):
             self._post(lambda: self._say(f"Saved a film of {value / 1e6:.1f} MB."))
         elif kind == "select" and value in self._swarm.names:
@@ -423,10 +399,6 @@ class Page:
             self._post(lambda: self._say(f"Copied: `{value}`"))
         elif kind in TIME_ORDERS and isinstance(value, int | float) and abs(value) < 1e7:
             self._post(lambda: self._turn_time(kind, float(value)))
-
-    def _steer(self, ahead: float, turn: float) -> None:
-        if self._driving is not None:
-            self._driving.steer(ahead, turn, time.monotonic())
 
     def _resize(self, width: float, height: float) -> None:
         self._view.resize(width, height)
@@ -490,13 +462,12 @@ class Page:
             return
         if self._past.time is not None and tool is not Tool.MEASURE:
             self._say(LEAVE_PAST)
-            return
-        if tool in ORDERS and not self.robot:
+        elif tool in ORDERS and not self.robot:
             self._say(SELECT_FIRST)
-            return
-        self._hand.take(tool, self._swarm.map)
-        whose = f" for {self.robot}" if tool in ORDERS else ""
-        self._say(f"**{tool.value}**{whose}: click the floor, or drag.")
+        else:
+            self._hand.take(tool, self._swarm.map)
+            whose = f" for {self.robot}" if tool in ORDERS else ""
+            self._say(f"**{tool.value}**{whose}: click the floor, or drag.")
 
     def _on_click(self, event: Any) -> None:
         """A click anywhere in the scene; on viser's threads."""
@@ -523,7 +494,7 @@ class Page:
             self._say("**Measure**: click the other place.")
 
     def _use(self, tool: Tool, point: FloatArray, tip: FloatArray | None) -> None:
-        """Do what a tool is for at a place (2,) in map, with an arrow to `tip` (2,)."""
+        """Apply a tool to a place (2,) in map, with an arrow to `tip` (2,)."""
         if tool is Tool.MEASURE:
             self._measure(point, tip)
             return
@@ -531,10 +502,8 @@ class Page:
         if link is None or (tool in ORDERS and not self.robot):
             return
         yaw = None if tip is None else heading(point, tip)
-        pose = Pose(
-            float(point[0]), float(point[1]),
-            self._usual_heading(tool, point) if yaw is None else yaw,
-        )  # fmt: skip
+        yaw = self._usual_heading(tool, point) if yaw is None else yaw
+        pose = Pose(float(point[0]), float(point[1]), yaw)
         self._say(f"{tool.value} sent: ({pose.x:.2f}, {pose.y:.2f}, {pose.yaw:.2f}).")
         if tool is Tool.SPAWN:
             link.spawn(self._panel.model.value, pose, self._say)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any
 
 from swarm_common.robots.source import robot_names
@@ -31,14 +30,8 @@ PAD = (
 NOBODY = "(none)"
 FIRST_MODEL = "turtlebot3_waffle"
 SPEEDS = {
-    "0.25 x": 0.25,
-    "0.5 x": 0.5,
-    "1 x": 1.0,
-    "2 x": 2.0,
-    "5 x": 5.0,
-    "10 x": 10.0,
-    "max": 0.0,
-}
+    "0.25 x": 0.25, "0.5 x": 0.5, "1 x": 1.0, "2 x": 2.0, "5 x": 5.0, "10 x": 10.0, "max": 0.0,
+}  # fmt: skip
 
 
 class Panel:
@@ -78,9 +71,14 @@ class Panel:
             self.claims = gui.add_checkbox("Committed motion", False)
         with gui.add_folder("Stations", expand_by_default=False):
             self.stations = gui.add_html("")
-        self._add_takeaway()
+        with gui.add_folder("Measure and take away"):
+            self.measure = self._button("Measure", "Click two places on the floor, or drag")
+            self.picture = self._button("Save picture", "Of the scene, as PNG")
+            self.film = self._button(FILM, "Of the scene, as WebM")
+            self.link = self._button("Copy link", "To this camera, robot and time")
         if is_live:
-            self._add_danger()
+            with gui.add_folder("What cannot be undone", expand_by_default=False):
+                self.remove = self._button("Remove robot", "Takes it out of the world", color="red")
         self._places = swarm.order - 0.5, self._of_robot.order
 
     def _button(self, label: str, hint: str, color: Any = None) -> Any:
@@ -125,17 +123,6 @@ class Panel:
             "Speed of driving", min=0.1, max=1.0, step=0.05, initial_value=0.5, visible=False
         )
 
-    def _add_takeaway(self) -> None:
-        with self._gui.add_folder("Measure and take away"):
-            self.measure = self._button("Measure", "Click two places on the floor, or drag")
-            self.picture = self._button("Save picture", "Of the scene, as PNG")
-            self.film = self._button(FILM, "Of the scene, as WebM")
-            self.link = self._button("Copy link", "To this camera, robot and time")
-
-    def _add_danger(self) -> None:
-        with self._gui.add_folder("What cannot be undone", expand_by_default=False):
-            self.remove = self._button("Remove robot", "Takes it out of the world", color="red")
-
     def confirm(self, question: str, answer: str, do: Callable[[], None]) -> None:
         """Ask before something is done that cannot be undone."""
         modal = self._gui.add_modal(question)
@@ -143,13 +130,12 @@ class Panel:
             yes = self._gui.add_button(answer, color="red")
             no = self._gui.add_button("Cancel")
 
-        def close(_: Any, *, is_wanted: bool) -> None:
+        def accept(_: Any) -> None:
             modal.close()
-            if is_wanted:
-                do()
+            do()
 
-        yes.on_click(partial(close, is_wanted=True))
-        no.on_click(partial(close, is_wanted=False))
+        yes.on_click(accept)
+        no.on_click(lambda _: modal.close())
 
     def show_driving(self, robot: str) -> None:
         """Show the pad while a robot is driven."""

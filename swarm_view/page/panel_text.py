@@ -32,23 +32,16 @@ def verdict_html(swarm: Swarm, paused: bool | None, cpu: str) -> str:
     if swarm.time > 0.0:
         rows.append(("goals per minute", f"{60.0 * reached / swarm.time:.1f}"))
     if verdict is not None:
-        rows.append(("collisions", _collisions(verdict)))
-        rows.append(("smallest clearance", _metres(verdict.min_clearance)))
+        robots, world = verdict.collisions_robot_robot, verdict.collisions_robot_world
+        text, gap = f"{robots} robot-robot, {world} robot-world", verdict.min_clearance
+        bold = f"<b style='color:{css(VERMILLION)}'>{text}</b>"
+        rows.append(("collisions", bold if robots + world else text))
+        clearance = f"{gap:.3f} m" if math.isfinite(gap) else "none near"
+        rows.append(("smallest clearance", clearance))
         rows.append(("late answers", str(verdict.late_ticks)))
     if cpu:
         rows.append(("CPU", cpu))
     return _table(rows) + _legend(states)
-
-
-def _collisions(verdict: object) -> str:
-    robots = getattr(verdict, "collisions_robot_robot", 0)
-    world = getattr(verdict, "collisions_robot_world", 0)
-    text = f"{robots} robot-robot, {world} robot-world"
-    return f"<b style='color:{css(VERMILLION)}'>{text}</b>" if robots + world else text
-
-
-def _metres(value: float) -> str:
-    return f"{value:.3f} m" if math.isfinite(value) else "none near"
 
 
 def _table(rows: Sequence[tuple[str, str]]) -> str:
@@ -86,11 +79,11 @@ def robot_html(
     """Return the state of one robot, why it waits and for whom, and a link to its own page.
 
     Args:
-        true_pose: Where it really is (3,), in map, if that is known.
-        since: [s] when it came into its state, if that is known.
+        true_pose: (3,) in map; None if unknown.
+        since: [s] when it entered its state; None if unknown.
         now: [s] of simulated time.
-        saw_begin: Whether it came into it then; else it has been in it for longer.
-        is_past: Whether its pose is where it really was, and its times are of later.
+        saw_begin: Whether it entered its state at `since`; else earlier.
+        is_past: Whether the pose is the true one, and the times are later ones.
     """
     name, state = html.escape(robot), states.get(robot)
     link = f"<a href='{html.escape(url)}' target='_blank' style='color:{LINK}'>page of its own</a>"
@@ -133,14 +126,11 @@ def robot_html(
 def wait_chain(robot: str, states: Mapping[str, ReportedState]) -> list[str]:
     """Return the chain of robots that wait for each other from this one on; a circle once round."""
     chain: list[str] = []
-    while robot in states:
-        state = states[robot]
-        robot = waits_for(state.state, state.detail)
+    while robot in states and len(chain) == len(set(chain)):
+        robot = waits_for(states[robot].state, states[robot].detail)
         if not robot:
             break
         chain.append(robot)
-        if chain.count(robot) > 1:
-            break
     return chain
 
 
@@ -190,12 +180,9 @@ def stations_html(states: Mapping[str, ReportedState]) -> str:
             queues.setdefault(state.station, []).append((state.queue_place, robot))
     rows = []
     for station, queue in sorted(queues.items()):
-        holders = [robot for place, robot in sorted(queue) if place == 0]
-        waiting = [robot for place, robot in sorted(queue) if place > 0]
-        text = ", ".join(holders) or "free"
-        rows.append(
-            (html.escape(station), text + (f" &larr; {', '.join(waiting)}" * bool(waiting)))
-        )
+        holders = ", ".join(robot for place, robot in sorted(queue) if place == 0) or "free"
+        waiting = ", ".join(robot for place, robot in sorted(queue) if place > 0)
+        rows.append((html.escape(station), f"{holders} &larr; {waiting}" if waiting else holders))
     return _table(rows or [("no station is held or wanted", "")])
 
 

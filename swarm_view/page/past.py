@@ -18,13 +18,10 @@ LIVE, ROOT = "/live", "/past"  # nodes below which robots are drawn, those of no
 
 
 class Past:
-    """Another swarm than the current one, shown on one page in its place.
+    """The swarm at an earlier time, shown on one page in place of the present.
 
     Attributes:
         time: [s] that is shown; None for the present.
-        swarm: As it was then.
-        fleet: Its robots.
-        is_playing: Whether time goes on there.
     """
 
     def __init__(self, client: Any, present: Swarm, history: History) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from swarm_common.model.records import CONTROL_PERIOD
+from swarm_view.page.tool import Post
 
 if TYPE_CHECKING:
     from swarm_recording.bag_feed import BagFeed  # mcap is slow to import
@@ -18,37 +19,31 @@ class Playback:
     """Widgets that all pages share; `update` and what `post` brings run on one thread."""
 
     def __init__(
-        self,
-        gui: Any,
-        recording: BagFeed,
-        on_jump: Callable[[], None],
-        post: Callable[[Callable[[], None]], None],
+        self, gui: Any, recording: BagFeed, on_jump: Callable[[], None], post: Post
     ) -> None:
-        """Build the widgets.
-
-        Args:
-            post: Brings a call to the thread that draws.
-        """
+        """Build the widgets; `post` brings a call to the thread that draws."""
         self._recording = recording
         self._on_jump = on_jump
         start, end = recording.span
         with gui.add_folder("Playback"):
             self._play = gui.add_button("Pause" if recording.is_playing else "Play")
-            self._speed = gui.add_dropdown(
-                "Speed", tuple(SPEEDS), initial_value=_name_of(recording.speed)
-            )
+            # of the choices, the one that is nearest to its speed
+            gaps = {name: abs(math.log(speed / recording.speed)) for name, speed in SPEEDS.items()}
+            nearest = min(SPEEDS, key=gaps.__getitem__)
+            self._speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value=nearest)
             self._time = gui.add_slider(
                 "Time [s]", min=start, max=max(end, start + 0.1), step=0.1, initial_value=start
             )
         self._play.on_click(lambda _: post(self.toggle))
-        self._speed.on_update(
-            lambda event: (
-                post(lambda: self._set_speed(SPEEDS[self._speed.value])) if event.client else None
-            )
-        )
-        self._time.on_update(
-            lambda event: post(lambda: self.jump(self._time.value)) if event.client else None
-        )
+
+        def on_change(widget: Any, do: Callable[[], None]) -> None:
+            widget.on_update(lambda event: post(do) if event.client else None)
+
+        def set_speed() -> None:
+            recording.speed = SPEEDS[self._speed.value]
+
+        on_change(self._speed, set_speed)
+        on_change(self._time, lambda: self.jump(self._time.value))
 
     def update(self) -> None:
         """Show the state of the playback."""
@@ -85,16 +80,8 @@ class Playback:
             recording.play()
         self.update()
 
-    def _set_speed(self, speed: float) -> None:
-        self._recording.speed = speed
-
     def jump(self, time: float) -> None:
         """Go to a time [s]."""
         self._recording.seek(time)
         self._on_jump()
         self.update()
-
-
-def _name_of(speed: float) -> str:
-    """Return the choice that is nearest to a speed."""
-    return min(SPEEDS, key=lambda name: abs(math.log(SPEEDS[name] / speed)))

@@ -55,13 +55,9 @@ class TimeLine:
     def update(
         self, history: History, now: float, time: float, *, is_playing: bool, is_past: bool
     ) -> None:
-        """Show what has happened.
+        """Show the history, and the cursor at the page's `time` [s]; `now` is wall time.
 
-        Args:
-            now: Wall time [s].
-            time: That the page shows [s].
-            is_playing: Whether time goes on there.
-            is_past: Whether that is not the present of a live swarm.
+        `is_past` tells that the page does not show the present of a live swarm.
         """
         start, end = history.span
         revision, known_start, known_end = self._drawn

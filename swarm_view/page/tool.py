@@ -1,4 +1,4 @@
-"""RViz's tools on one page: a place on the floor, clicked, or dragged for a heading."""
+"""RViz's tools on one page: a place on the floor, clicked, or dragged; and a ruler."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.model.palette import GOAL
+from swarm_common.model.palette import GOAL, PINK
 from swarm_common.model.records import FloatArray
 from swarm_view.scene.shapes import floor, lifted, on_floor
 from swarm_view.scene.viser_compat import run_script
@@ -18,6 +18,7 @@ from swarm_view.state.decode import Raster
 
 DRAG_LENGTH = 0.15  # [m] from which a drag gives a heading
 ARROW_HEIGHT = 0.08  # [m]
+RULER_HEIGHT, RULER_WIDTH = 0.05, 0.04  # [m]
 Post = Callable[[Callable[[], None]], None]
 
 
@@ -40,18 +41,12 @@ Use = Callable[[Tool, FloatArray, FloatArray | None], None]
 
 
 class Hand:
-    """The tool of one page, and the floor that it points at. Runs on the main thread.
-
-    Attributes:
-        tool: The selected one.
-    """
+    """The selected tool of one page, and the floor that it points at. Runs on the main thread."""
 
     def __init__(self, client: Any, use: Use, post: Post) -> None:
-        """Begin without a tool.
+        """Begin without a tool; `post` brings a call to the main thread.
 
-        Args:
-            use: Called when the tool was used; it is dropped then.
-            post: Brings a call to the main thread.
+        `use` is called with a tool that was used and has been dropped.
         """
         self.tool = Tool.SELECT
         self._client = client
@@ -126,3 +121,48 @@ def heading(start: FloatArray, tip: FloatArray) -> float | None:
     if np.hypot(*along) <= DRAG_LENGTH:
         return None
     return math.atan2(along[1], along[0])
+
+
+class Ruler:
+    """The nodes under `/ruler` in the scene of one page."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self._drawn: list[Any] = []
+        self._start: FloatArray | None = None
+
+    def clear(self) -> None:
+        """Measure nothing any more."""
+        for node in self._drawn:
+            node.remove()
+        self._drawn = []
+        self._start = None
+
+    def point(self, place: FloatArray) -> float | None:
+        """Mark a place (2,) in map; return the distance [m] from the one before, if there is one.
+
+        The place after that begins another measurement.
+        """
+        if self._start is not None:
+            return self.measure(self._start, place)
+        self.clear()
+        self._start = place
+        ball = self._scene.add_icosphere(
+            "/ruler/start", radius=RULER_WIDTH, color=PINK, position=(*place, RULER_HEIGHT)
+        )
+        self._drawn.append(ball)
+        return None
+
+    def measure(self, start: FloatArray, end: FloatArray) -> float:
+        """Draw the distance between two places (2,) in map, and return it [m]."""
+        self.clear()
+        distance = math.dist(start, end)
+        points = lifted(np.array([start, end]), RULER_HEIGHT)
+        self._drawn = [
+            self._scene.add_line_segments("/ruler/line", points[None], PINK, thickness=RULER_WIDTH),
+            self._scene.add_label(
+                "/ruler/label", f"{distance:.2f} m", position=points.mean(axis=0),
+                anchor="bottom-center",
+            ),
+        ]  # fmt: skip
+        return distance

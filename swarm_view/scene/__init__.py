@@ -9,7 +9,7 @@ What a module imports of its folder stands above it:
     viser_compat  The private parts of viser that we use, all in one place; written for viser 1.1
     wheels        Wheels that roll: which joints, and how far each turns
     labels        Which labels are shown, and where, so that none covers another one
-    ruler         A distance on the floor of one page, from one place to another
+
     scenery       The fixed scene, drawn once; and the walkers
     visuals       What the links of a URDF show: meshes in their colours, and spokes on plain wheels
     overlay       What one page shows of all robots: names and states, trails, committed motion

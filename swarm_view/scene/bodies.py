@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,26 +21,22 @@ Colors = NDArray[np.uint8]
 
 
 class Bodies:
-    """Batches of the same meshes.
-
-    Attributes:
-        members: Rows of the robots among all.
-    """
+    """Batches of the same meshes; `members` are the rows of their robots among all."""
 
     def __init__(
         self, scene: viser.SceneApi, name: str, mesh: RobotMesh, members: Rows, near: int
     ) -> None:
-        """Draw the robots far away.
-
-        Args:
-            near: How many of them may be nearby at a time.
-        """
+        """Draw the robots far away; at most `near` of them are nearby at a time."""
         self.members = members
         self._scene = scene
         self._name = name
         self._mesh = mesh
         self._room = min(near, len(members))
-        self._whole = _Batch(_add_shape(scene, name, mesh, len(members)), len(members))
+        self._whole = _Batch(
+            scene.add_batched_meshes_simple, name, len(members), *mesh.shape,
+            batched_colors=np.full((len(members), 3), 255, np.uint8),
+            flat_shading=True, side="double", lod="off",
+        )  # fmt: skip
         self._body: _Batch | None = None
         self._wheels: list[tuple[_Batch, list[int]]] = []
         self._near: Rows = np.zeros(0, np.intp)
@@ -66,15 +63,17 @@ class Bodies:
 
     def _draw_parts(self) -> None:
         mesh, room = self._mesh, self._room
-        glb = mesh.body or mesh.glb
-        self._body = _Batch(_add_glb(self._scene, f"{self._name}_body", glb, room), room)
+        self._body = self._add(f"{self._name}_body", mesh.body or mesh.glb, room)
         alike: dict[bytes, list[int]] = {}
         for number, wheel in enumerate(mesh.wheels):
             alike.setdefault(wheel.glb, []).append(number)
         for glb, numbers in alike.items():
             name = f"{self._name}_wheel{numbers[0]}"
-            count = room * len(numbers)
-            self._wheels.append((_Batch(_add_glb(self._scene, name, glb, count), count), numbers))
+            self._wheels.append((self._add(name, glb, room * len(numbers)), numbers))
+
+    def _add(self, name: str, glb: bytes, count: int) -> _Batch:
+        lod = "off" if len(glb) < PLAIN else "auto"
+        return _Batch(self._scene.add_batched_glb, name, count, glb, lod=lod)
 
     def move(self, poses: FloatArray) -> None:
         """Put the robots at poses (n, 3) of all robots, in map."""
@@ -100,10 +99,16 @@ class Bodies:
 class _Batch:
     """Instances of a mesh; those without a place are far below the floor."""
 
-    def __init__(self, handle: Any, count: int) -> None:
+    def __init__(
+        self, add: Callable[..., Any], name: str, count: int, *shape: Any, **look: Any
+    ) -> None:
+        """Draw `count` instances with `add`, none of them at a place."""
         self._places = np.full((count, 3), AWAY, np.float32)
         self._turns = quaternions(np.zeros(count)).astype(np.float32)
-        self._handle = handle
+        self._handle = add(
+            name, *shape, batched_positions=self._places.copy(), batched_wxyzs=self._turns.copy(),
+            cast_shadow=False, receive_shadow=False, **look,
+        )  # fmt: skip
 
     def move(self, places: FloatArray, turns: FloatArray) -> None:
         """Put the first instances there, and the others away."""
@@ -120,26 +125,3 @@ class _Batch:
     def remove(self) -> None:
         """Draw it no more."""
         self._handle.remove()
-
-
-def _nowhere(count: int) -> dict[str, Any]:
-    return {
-        "batched_wxyzs": quaternions(np.zeros(count)).astype(np.float32),
-        "batched_positions": np.full((count, 3), AWAY, np.float32),
-        "cast_shadow": False,
-        "receive_shadow": False,
-    }
-
-
-def _add_glb(scene: viser.SceneApi, name: str, glb: bytes, count: int) -> Any:
-    lod: Any = "off" if len(glb) < PLAIN else "auto"
-    return scene.add_batched_glb(name, glb, lod=lod, **_nowhere(count))
-
-
-def _add_shape(scene: viser.SceneApi, name: str, mesh: RobotMesh, count: int) -> Any:
-    vertices, faces = mesh.shape
-    colors = np.full((count, 3), 255, np.uint8)
-    return scene.add_batched_meshes_simple(
-        name, vertices, faces, batched_colors=colors, flat_shading=True, side="double", lod="off",
-        **_nowhere(count),
-    )  # fmt: skip

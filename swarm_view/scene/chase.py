@@ -28,19 +28,12 @@ class Chase:
     """Keeps a robot in the middle of one page; its reader turns and zooms as before.
 
     The camera position that a page reports is late, and mostly an echo of our own orders. So the
-    camera is never placed by a report; only an offset from robot to camera that we did not order is
-    taken over, because it is the reader's.
-
-    Attributes:
-        look: Makes the page look.
+    camera is never placed by a report. Only an offset from robot to camera that we did not order is
+    adopted, because it is the reader's.
     """
 
     def __init__(self, camera: Any, look: Look) -> None:
-        """Follow no robot yet.
-
-        Args:
-            camera: The page's report: `position` and `look_at`, each (3,).
-        """
+        """Follow no robot yet; `camera` reports the page's `position` and `look_at`, each (3,)."""
         self._camera = camera
         self.look = look
         self._seen: FloatArray | None = None

@@ -35,8 +35,9 @@ class DrawnFleet:
     """The robots' bodies.
 
     Attributes:
-        names: Of the robots that are drawn, in the order of all arrays.
+        names: Robots that are drawn, in the order of all arrays.
         meshes: Model of each robot, as far as it is known.
+        radius: [m] of a mark at its own size.
         revision: Grows when other robots are drawn.
     """
 
@@ -49,7 +50,7 @@ class DrawnFleet:
         self._root = root
         self._models: dict[str, RobotMesh] = {}
         self._bodies: list[Bodies] = []
-        self._radius = 0.2
+        self.radius = 0.2
         self._middles: FloatArray = np.zeros((0, 2))  # of the bodies, in their own frames
         self._marks: list[Any] = []  # fill and rim
         self._colors: list[RGB] = []
@@ -58,11 +59,6 @@ class DrawnFleet:
     def marks(self) -> tuple[str, str]:
         """Names of the nodes of all marks and of their rims."""
         return f"{self._root}/marks", f"{self._root}/rims"
-
-    @property
-    def radius(self) -> float:
-        """[m] of a mark at its own size."""
-        return self._radius
 
     def assemble(self, names: list[str], urdfs: Mapping[str, str]) -> None:
         """Draw these robots from now on; a robot without a description is only a mark."""
@@ -91,17 +87,15 @@ class DrawnFleet:
 
     def _draw_marks(self, count: int) -> None:
         boxes = {name: _box(mesh) for name, mesh in self.meshes.items()}
-        self._radius = max([radius for _, radius in boxes.values()], default=0.2)
+        self.radius = max([radius for _, radius in boxes.values()], default=0.2)
         self._middles = np.array([boxes[n][0] if n in boxes else (0.0, 0.0) for n in self.names])
         self._colors = [UNKNOWN] * count
         if not count:
             return
-        inner, outer = pointer(self._radius), pointer(RIM * self._radius)
-        colors = np.array(self._colors, np.uint8)
-        rims = np.full((count, 3), BLACK, np.uint8)
+        fill, rim = self.marks
         self._marks = [
-            self._add_mark(self.marks[0], inner, colors),
-            self._add_mark(self.marks[1], outer, rims),
+            self._add_mark(fill, pointer(self.radius), np.array(self._colors, np.uint8)),
+            self._add_mark(rim, pointer(RIM * self.radius), np.full((count, 3), BLACK, np.uint8)),
         ]
 
     def _add_mark(self, name: str, mesh: Mesh, colors: NDArray[np.uint8]) -> Any:
@@ -160,7 +154,7 @@ class DrawnFleet:
     def mark_sizes(self, camera: Camera, poses: FloatArray) -> Sizes:
         """Return by how much to enlarge each mark (n,) on a page with a camera."""
         wanted = 0.5 * MARK_PIXELS * camera.sizes(lifted(poses[:, :2], 0.0))
-        return np.maximum(1.0, wanted / self._radius).astype(np.float32)
+        return np.maximum(1.0, wanted / self.radius).astype(np.float32)
 
 
 def _box(mesh: RobotMesh) -> tuple[FloatArray, float]:

@@ -73,13 +73,10 @@ COSTS = _cost_table()
 
 
 def cost_image(raster: Raster, floor: Raster | None = None) -> Image:
-    """Return a costmap (0 to 100, -1 unknown) over the map, highest y on top.
+    """Return a costmap (0 to 100, -1 unknown) over the map, or over white, highest y on top.
 
     It is opaque, (height, width, 3): where pictures lie upon each other, browsers do not draw
     through the upper one reliably.
-
-    Args:
-        floor: The map; None for a white floor.
     """
     below = np.full((*raster.cells.shape, 3), FREE, np.float32)
     if floor is not None:

@@ -51,9 +51,6 @@ def arrange(
     """Return the labels that find room, by name; of two in one place the first one stays.
 
     A label that has to cover the mark of a robot is as short as possible.
-
-    Args:
-        wishes: The most important one first.
     """
     if not wishes:
         return {}

@@ -31,11 +31,7 @@ STYLES: dict[str, tuple[RGB, float]] = {
 
 
 class Overlay:
-    """The nodes under `/labels` and `/all` in the scene of one page.
-
-    Attributes:
-        swarm: That is shown.
-    """
+    """The nodes under `/labels` and `/all` in the scene of one page."""
 
     def __init__(self, scene: Any, swarm: Swarm) -> None:
         self._scene = scene
@@ -46,12 +42,11 @@ class Overlay:
     def draw_labels(
         self, names: Sequence[str], poses: FloatArray, sizes: FloatArray, camera: Camera
     ) -> None:
-        """Label stations and these robots as far as there is room, and nothing else.
+        """Label stations and these robots as far as there is room, the first ones first.
 
         Args:
-            names: Of the robots, the most important one first.
-            poses: Of all robots (n, 3), in map.
-            sizes: [m] of all robots' marks (n,).
+            poses: (n, 3) of all robots, in map.
+            sizes: (n,) [m] of all robots' marks.
         """
         wishes = []
         for name in names:
@@ -79,13 +74,9 @@ class Overlay:
         if raster is None:
             return []
         (left, low), (width, depth) = raster.origin, raster.size
-        return [
-            LabelWish(f"x {x}", (f"x {x}",), np.array([x, low, 0.0]))
-            for x in grid_lines(left, left + width)
-        ] + [
-            LabelWish(f"y {y}", (f"y {y}",), np.array([left, y, 0.0]))
-            for y in grid_lines(low, low + depth)
-        ]
+        places = {f"x {x}": (float(x), low, 0.0) for x in grid_lines(left, left + width)}
+        places |= {f"y {y}": (left, float(y), 0.0) for y in grid_lines(low, low + depth)}
+        return [LabelWish(name, (name,), np.array(place)) for name, place in places.items()]
 
     def _label(self, name: str, placed: PlacedLabel) -> None:
         label = self._labels.get(name)

@@ -29,9 +29,7 @@ class PageView:
 
     Attributes:
         view: Preset that the page keeps to: FOLLOW, EYE, or None where the reader moves freely.
-        fleet: The robots that the page shows.
         sizes: [m] of each robot's mark (n,) as seen there.
-        is_dark: Whether it is dark.
     """
 
     def __init__(self, client: Any, fleet: DrawnFleet) -> None:
@@ -122,12 +120,9 @@ class PageView:
         run_script(self._client, f"window.swarm.setBackground({shares})")
 
     def update(self, poses: FloatArray, index: int | None, now: float) -> None:
-        """Move the camera to where the chosen view puts it.
+        """Move the camera to where the chosen view puts it; `now` is wall time.
 
-        Args:
-            poses: Of all robots (n, 3), in map.
-            index: Of the page's robot; None for none.
-            now: Wall time [s].
+        `poses` (n, 3) are in map; `index` is the row of the page's robot, None for none.
         """
         self._fit()
         if index is None or index >= len(poses):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import Any
 
 import numpy as np
@@ -116,25 +116,30 @@ class RobotLayers:
             self._line(name, polyline(points, height), color, thickness)
 
     def _line(self, name: str, segments: FloatArray, color: palette.RGB, width: float) -> None:
-        if not len(segments):
-            self._clear(name)
-        elif name in self._handles:  # cheaper than a new node, here and on the page
-            self._handles[name].points = segments.astype(np.float32)
-        else:
-            self._handles[name] = self._scene.add_line_segments(
+        self._update(
+            name, segments,
+            lambda: self._scene.add_line_segments(
                 f"/robot/{name}", segments, color, thickness=width
-            )
+            ),
+        )  # fmt: skip
 
     def _points(self, name: str, points: FloatArray, color: palette.RGB, size: float) -> None:
-        if not len(points):
-            self._clear(name)
-        elif name in self._handles:
-            self._handles[name].points = points.astype(np.float32)
-        else:
-            self._handles[name] = self._scene.add_point_cloud(
+        self._update(
+            name, points,
+            lambda: self._scene.add_point_cloud(
                 f"/robot/{name}", points, color, point_size=size, point_shape="circle",
                 precision="float32",
-            )  # fmt: skip
+            ),
+        )  # fmt: skip
+
+    def _update(self, name: str, points: FloatArray, draw: Callable[[], Any]) -> None:
+        """Change the points of a node; draw it if there is none, remove it if there are none."""
+        if not len(points):
+            self._clear(name)
+        elif name in self._handles:  # cheaper than a new node, here and on the page
+            self._handles[name].points = points.astype(np.float32)
+        else:
+            self._handles[name] = draw()
 
     def _remove(self, layer: Layer) -> None:
         self._drawn.pop(layer, None)

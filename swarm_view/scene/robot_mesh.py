@@ -38,11 +38,9 @@ class RobotMesh:
     """A model to draw."""
 
     glb: bytes  # binary glTF in the frame of the root link, joints at zero
-    radius: float  # [m] of a circle around the root link that holds all of it
-    height: float  # [m] of its highest point
     links: dict[str, FloatArray]  # root_from_link (4, 4) by link
     body: bytes  # the same as `glb` without the wheels
-    wheels: tuple[Wheel, ...]  # what rolls
+    wheels: tuple[Wheel, ...]
     shape: Mesh  # vertices (n, 3) and faces (m, 3) of all of it, simpler, to be drawn in one colour
 
 
@@ -54,33 +52,23 @@ def robot_mesh(urdf: str) -> RobotMesh:
     links = _link_frames(robot)
     shown = visuals(robot)
     if not shown:
-        body = trimesh.creation.cylinder(FALLBACK_RADIUS, FALLBACK_HEIGHT)
-        body.apply_translation((0.0, 0.0, 0.5 * FALLBACK_HEIGHT))
-        shown = [VisualMesh("", painted(body, GREY))]
+        cylinder = trimesh.creation.cylinder(FALLBACK_RADIUS, FALLBACK_HEIGHT)
+        cylinder.apply_translation((0.0, 0.0, 0.5 * FALLBACK_HEIGHT))
+        shown = [VisualMesh("", painted(cylinder, GREY))]
     ground = float(_scene(shown, links).bounds[0, 2])
     found = [axle for axle in axles(robot, links) if _stands(axle, shown, links, ground)]
     shape = _shape(_scene(shown, links))
     shown += [spoke for axle in found for spoke in spokes(robot, axle)]
-    return _assembled(links, shown, found, ground, shape)
-
-
-def _assembled(
-    links: dict[str, FloatArray], shown: Sequence[VisualMesh], axles: Sequence[Axle],
-    ground: float, shape: Mesh,
-) -> RobotMesh:  # fmt: skip
     whole = _scene(shown, links)
-    corners = trimesh.bounds.corners(whole.bounds)
-    radius = float(np.hypot(corners[:, 0], corners[:, 1]).max())
-    rolling = {link for axle in axles for link in axle.links}
+
+    rolling = {link for axle in found for link in axle.links}
     body = [visual for visual in shown if visual.link not in rolling]
     wheels = []
-    if body and axles:
-        center = np.mean([axle.root_from_wheel[:2, 3] for axle in axles], axis=0)
-        wheels = [_wheel(axle, shown, links, axle.turns(ground, center)) for axle in axles]
-    return RobotMesh(
-        _glb(whole), radius, float(whole.bounds[1, 2]), links,
-        _glb(_scene(body, links)) if wheels else b"", tuple(wheels), shape,
-    )  # fmt: skip
+    if body and found:
+        center = np.mean([axle.root_from_wheel[:2, 3] for axle in found], axis=0)
+        wheels = [_wheel(axle, shown, links, axle.turns(ground, center)) for axle in found]
+    bare = _glb(_scene(body, links)) if wheels else b""
+    return RobotMesh(_glb(whole), links, bare, tuple(wheels), shape)
 
 
 def _wheel(

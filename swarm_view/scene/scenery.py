@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import logging
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -73,9 +74,7 @@ class Scenery:
                 key = marker.type, _rgb(marker), marker.scale.z > WALL_HEIGHT
                 solids.setdefault(key, []).append(marker)
             elif marker.type == Marker.TRIANGLE_LIST:
-                points = np.array([(p.x, p.y, p.z) for p in marker.points]).reshape(-1, 3)
-                faces = np.arange(len(points)).reshape(-1, 3)
-                self._draw_mesh(marker, trimesh.Trimesh(points, faces, process=False))
+                self._draw_triangles(marker)
             elif marker.type == Marker.MESH_RESOURCE:
                 self._draw_file(marker)
             elif marker.type == Marker.LINE_STRIP:
@@ -105,40 +104,35 @@ class Scenery:
             opacity=opacity, cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
 
-    def _draw_mesh(self, marker: Any, mesh: Any) -> None:
-        """Draw triangles of one colour, whole and cut."""
-        name, turn = f"{marker.ns}_{marker.id}", _turn(marker)
+    def _draw_mesh(self, marker: Any, mesh: Any, add: Callable[..., Any]) -> None:
+        """Draw a mesh whole and cut, each with `add`."""
+        turn, place = _turn(marker), np.array(_place(marker))
         axis = _axes(turn)[2]  # upright, in the mesh's frame
-        place = np.array(_place(marker))
         low = mesh.slice_plane(axis * (CUT_HEIGHT - place[2]), -axis)
         for root, part in ((WHOLE, mesh), (CUT, low)):
             if len(part.faces):
-                self._scene.add_mesh_simple(
-                    f"{root}/{name}", np.asarray(part.vertices), np.asarray(part.faces),
-                    color=_rgb(marker), flat_shading=True, side="double", position=place,
-                    wxyz=turn, cast_shadow=False, receive_shadow=False,
+                add(
+                    f"{root}/{marker.ns}_{marker.id}", part, position=place, wxyz=turn,
+                    cast_shadow=False, receive_shadow=False,
                 )  # fmt: skip
+
+    def _draw_triangles(self, marker: Any) -> None:
+        def add(name: str, mesh: Any, **options: Any) -> None:
+            vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+            options |= {"color": _rgb(marker), "flat_shading": True, "side": "double"}
+            self._scene.add_mesh_simple(name, vertices, faces, **options)
+
+        self._draw_mesh(marker, trimesh.Trimesh(*_triangles(marker), process=False), add)
 
     def _draw_file(self, marker: Any) -> None:
         path = Path(marker.mesh_resource.removeprefix("file://"))
         try:
             mesh = trimesh.load_mesh(path)
-            mesh.apply_scale((marker.scale.x, marker.scale.y, marker.scale.z))
+            mesh.apply_scale(_size(marker))
         except Exception as error:  # whatever a reader raises at a damaged file
             LOG.warning("%s is not drawn: %s", path, error)
             return
-        name, turn, place = f"{marker.ns}_{marker.id}", _turn(marker), np.array(_place(marker))
-        self._scene.add_mesh_trimesh(
-            f"{WHOLE}/{name}", mesh, position=place, wxyz=turn,
-            cast_shadow=False, receive_shadow=False,
-        )  # fmt: skip
-        axis = _axes(turn)[2]
-        low = mesh.slice_plane(axis * (CUT_HEIGHT - place[2]), -axis)
-        if len(low.faces):
-            self._scene.add_mesh_trimesh(
-                f"{CUT}/{name}", low, position=place, wxyz=turn,
-                cast_shadow=False, receive_shadow=False,
-            )  # fmt: skip
+        self._draw_mesh(marker, mesh, self._scene.add_mesh_trimesh)
 
     def draw_movers(self, markers: list[Any]) -> None:
         """Draw the people and objects among the markers; remove those that are no longer there."""
@@ -146,8 +140,9 @@ class Scenery:
         for marker in markers:
             if marker.action != Marker.ADD or marker.type not in (*UNIT, Marker.TRIANGLE_LIST):
                 continue
-            size = marker.scale.x, marker.scale.y, marker.scale.z
-            key = marker.ns, marker.id, marker.type, _rgb(marker), size, len(marker.points)
+            key = (
+                marker.ns, marker.id, marker.type, _rgb(marker), _size(marker), len(marker.points),
+            )  # fmt: skip
             handle = known.pop(key, None) or self._mover(marker)
             handle.position, handle.wxyz = _place(marker), _turn(marker)
             self._movers[key] = handle
@@ -155,23 +150,29 @@ class Scenery:
             handle.remove()
 
     def _mover(self, marker: Any) -> Any:
-        if marker.type in UNIT:
-            mesh = UNIT[marker.type]
-            vertices, faces = mesh.vertices, mesh.faces
-        else:
-            vertices = np.array([(p.x, p.y, p.z) for p in marker.points]).reshape(-1, 3)
-            faces = np.arange(len(vertices)).reshape(-1, 3)
+        mesh = UNIT.get(marker.type)
+        shape = _triangles(marker) if mesh is None else (mesh.vertices, mesh.faces)
         return self._scene.add_mesh_simple(
-            f"/movers/{marker.ns}_{marker.id}_{next(self._numbers)}", vertices, faces,
-            color=_rgb(marker), scale=(marker.scale.x, marker.scale.y, marker.scale.z),
-            side="double", cast_shadow=False, receive_shadow=False,
+            f"/movers/{marker.ns}_{marker.id}_{next(self._numbers)}", *shape,
+            color=_rgb(marker), scale=_size(marker), side="double",
+            cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
 
 
 def _box(marker: Any) -> Box:
-    size = marker.scale.x, marker.scale.y, marker.scale.z
+    size = _size(marker)
     x, y, z = _place(marker)
     return _turn(marker), (x, y, FLOOR - 0.5 * size[2] if marker.ns == "station" else z), size
+
+
+def _triangles(marker: Any) -> tuple[FloatArray, Any]:
+    """Return vertices (n, 3) and faces (m, 3) of a list of triangles."""
+    points = np.array([(p.x, p.y, p.z) for p in marker.points]).reshape(-1, 3)
+    return points, np.arange(len(points)).reshape(-1, 3)
+
+
+def _size(marker: Any) -> Triple:
+    return marker.scale.x, marker.scale.y, marker.scale.z
 
 
 def _below_cut(turn: Turn, place: Triple, size: Triple) -> Box | None:

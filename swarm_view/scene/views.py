@@ -89,12 +89,9 @@ def camera_of(reported: Any, size: tuple[float, float]) -> Camera | None:
 
 
 def whole(raster: Raster, view: View, fov: float, width: float, height: float) -> Camera:
-    """Return the camera from which a whole map is seen beside the panel.
+    """Return the camera that shows a whole map beside the panel, for a picture of a size [px].
 
-    Args:
-        fov: [rad] from the lower to the upper edge.
-        width: Of the picture [px].
-        height: Of the picture [px].
+    `fov` [rad] is measured from the lower to the upper edge.
     """
     (x, y), (long, deep) = raster.origin, raster.size
     corners = np.array(
@@ -135,12 +132,7 @@ def _distance(camera: Camera, points: FloatArray, room: FloatArray) -> float:
 
 
 def eye_of(pose: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
-    """Return (target, position) of a camera that looks where a robot looks.
-
-    Args:
-        pose: Of the robot (3,), in map.
-        radius: [m] of the robot, which is not to be in the picture.
-    """
+    """Return (target, position) of a camera at the front of a robot with a pose (3,) in map."""
     ahead = np.array([math.cos(pose[2]), math.sin(pose[2]), 0.0])
     position = np.array([pose[0], pose[1], EYE_HEIGHT]) + radius * ahead
     return position + EYE_REACH * ahead - np.array([0.0, 0.0, 0.25]), position

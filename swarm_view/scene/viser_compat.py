@@ -42,13 +42,10 @@ Answer = Callable[[ServerConnection, Request], Response | None]
 
 @contextlib.contextmanager
 def admitting(header: str, key: str) -> Iterator[None]:
-    """Let the viser server that is created within take only requests with a key.
+    """Make the viser server that is created within accept only requests with a key in a header.
 
     viser has no setting for it: it answers every page and every websocket of any origin. So its
     request handler is wrapped with one more check. A test asks the port without the key.
-
-    Args:
-        header: Name of the header that carries the key.
     """
     serve = websockets_server.serve
 

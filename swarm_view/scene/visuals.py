@@ -48,19 +48,17 @@ def _origin(visual: Any) -> FloatArray:
 
 
 def _meshes(visual: Any, materials: dict[str, Any]) -> list[Any]:
-    geometry = visual.geometry
+    geometry, make = visual.geometry, trimesh.creation
     rgba = _color(visual.material, materials)
     if geometry.box is not None:
-        return [painted(trimesh.creation.box(geometry.box.size), rgba or GREY)]
-    if geometry.cylinder is not None:
-        shape = geometry.cylinder
-        return [painted(trimesh.creation.cylinder(shape.radius, shape.length), rgba or GREY)]
-    if geometry.sphere is not None:
-        ball = trimesh.creation.icosphere(subdivisions=2, radius=geometry.sphere.radius)
-        return [painted(ball, rgba or GREY)]
-    if geometry.mesh is not None:
-        return _loaded(geometry.mesh, rgba)
-    return []
+        mesh = make.box(geometry.box.size)
+    elif geometry.cylinder is not None:
+        mesh = make.cylinder(geometry.cylinder.radius, geometry.cylinder.length)
+    elif geometry.sphere is not None:
+        mesh = make.icosphere(subdivisions=2, radius=geometry.sphere.radius)
+    else:
+        return [] if geometry.mesh is None else _loaded(geometry.mesh, rgba)
+    return [painted(mesh, rgba or GREY)]
 
 
 def spokes(robot: Any, axle: Axle) -> list[VisualMesh]:

@@ -103,9 +103,7 @@ class WheelHubs:
     def placed(self, poses: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return places (n, k, 3) and quaternions (n, k, 4), w first.
 
-        Args:
-            poses: (n, 3) x, y, yaw of the robots.
-            angles: (n, k) by which their wheels have turned.
+        `poses` (n, 3) are x, y, yaw of the robots, `angles` (n, k) the turns of their wheels.
         """
         places = np.empty((*angles.shape, 3))
         cos, sin = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])

@@ -65,14 +65,14 @@ class HttpGate:
     def __init__(
         self, host: str, port: int, names: Collection[str], inner_port: int, token: str, key: str
     ) -> None:
-        """Keep what it needs.
+        """Store the settings; `start` listens.
 
         Args:
             port: To bind to; 0 for a free one.
-            names: Of this server, as browsers may call it.
+            names: Names by which browsers may address this server.
             inner_port: Where viser listens on the loopback interface.
-            token: That every request must bring as `token=`.
-            key: That viser's side knows our connections by.
+            token: Required in every request as `token=`.
+            key: Tells viser's side that a connection comes from here.
         """
         self.port = port
         self._names = {name.lower() for name in names}
@@ -176,11 +176,7 @@ async def _copy(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> N
 
 
 def parse_head(raw: bytes) -> Head:
-    """Return the head of a request.
-
-    Raises:
-        ValueError: If it is none.
-    """
+    """Return the head of a request; raise ValueError if it is malformed."""
     lines = raw.decode("latin-1").split("\r\n")
     method, target, _ = lines[0].split(" ")
     if method != "GET" or len(raw) > HEAD_LIMIT:

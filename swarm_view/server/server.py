@@ -24,17 +24,10 @@ START_TIMEOUT = STOP_TIMEOUT = 10.0  # [s]
 
 
 class Server:
-    """The web side of the view.
-
-    Attributes:
-        viser: Scene and panel that all pages share.
-    """
+    """The web side of the view; `viser` has the scene and the panel that all pages share."""
 
     def __init__(self, host: str, port: int) -> None:
-        """Listen.
-
-        Args:
-            port: To bind to; 0 for a free one.
+        """Listen; port 0 for a free one.
 
         Raises:
             AccessError: If the address is taken.

@@ -91,30 +91,19 @@ def raster(grid: Any) -> Raster:
 
 def station_places(markers: list[Any]) -> dict[str, FloatArray]:
     """Return the places (3,) in map of the names among the scene's markers."""
-    return {
-        str(marker.text): np.array(
-            [marker.pose.position.x, marker.pose.position.y, marker.pose.position.z]
-        )
-        for marker in markers
-        if marker.type == Marker.TEXT_VIEW_FACING
-    }
+    named = {m.text: m.pose.position for m in markers if m.type == Marker.TEXT_VIEW_FACING}
+    return {str(name): np.array([place.x, place.y, place.z]) for name, place in named.items()}
 
 
-def path(message: Any) -> FloatArray:
-    """Return the points (n, 2) of nav_msgs/Path."""
-    points = [(p.pose.position.x, p.pose.position.y) for p in message.poses]
+def places(stamped: Any) -> FloatArray:
+    """Return the places (n, 2) of messages with a pose, of a path or a cloud of particles."""
+    points = [(p.pose.position.x, p.pose.position.y) for p in stamped]
     return np.array(points, np.float64).reshape(-1, 2)
 
 
 def polygon(message: Any) -> FloatArray:
     """Return the corners (n, 2) of geometry_msgs/PolygonStamped."""
     return np.array([(p.x, p.y) for p in message.polygon.points], np.float64).reshape(-1, 2)
-
-
-def particles(message: Any) -> FloatArray:
-    """Return the places (n, 2) of nav2_msgs/ParticleCloud."""
-    points = [(p.pose.position.x, p.pose.position.y) for p in message.particles]
-    return np.array(points, np.float64).reshape(-1, 2)
 
 
 def motion(data: bytes) -> CommittedMotion:
@@ -125,11 +114,6 @@ def motion(data: bytes) -> CommittedMotion:
         for name in ("held", "wanted", "intent")
     )
     return CommittedMotion(held, wanted, intent)
-
-
-def scan(data: bytes) -> Scan:
-    """Return sensor_msgs/LaserScan."""
-    return cdr.read_scan(data)
 
 
 def scan_points(scan: Scan) -> FloatArray:

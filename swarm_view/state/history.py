@@ -72,7 +72,6 @@ class History:
 
     Attributes:
         start: [s] of the first message; None before it.
-        end: [s] of the last one.
         marks: In the order of their times.
         gaps: (from, to) [s] of which nothing is known: nobody listened.
         revision: Grows with every mark and gap.
@@ -244,7 +243,7 @@ class History:
 
     def saw_begin(self, robot: str, since: float) -> bool:
         """Whether a robot came into a state at a time [s], or was in it when we began to listen."""
-        changes = self._robots[robot].changes if robot in self._robots else []
+        changes, _ = self._until(robot, since)
         start = self.start or 0.0
         is_first = bool(changes) and changes[0].time >= since
         return not is_first or start < FIRST or since > start + FIRST
@@ -258,8 +257,10 @@ class History:
         """Return the last changes of a robot's state up to a time [s], the newest first."""
         found: list[StateChange] = []
         known, place = self._until(robot, until)
+        shown: tuple[str, str] | None = None
         for change in reversed(known[:place]):
-            if found and _shown(found[-1].state) == _shown(change.state):
+            before, shown = shown, (change.state.state, change.state.station)
+            if before == shown:
                 found[-1] = change  # it began earlier
             elif len(found) == count:
                 break
@@ -282,10 +283,10 @@ class History:
 
     def throughput(self, window: float = 60.0, step: float = 5.0) -> tuple[FloatArray, FloatArray]:
         """Return times [s] and the goals per minute in the window before each."""
-        times = self._steps(step)
-        reached = np.array(self._reached)
-        start = self.span[0]
-        since = np.maximum(times - window, start)
+        start, end = self.span
+        spacing = max(step, (end - start) / 1000.0)
+        times = np.arange(start, end + spacing, spacing)
+        reached, since = np.array(self._reached), np.maximum(times - window, start)
         counts = np.searchsorted(reached, times, "right") - np.searchsorted(reached, since, "right")
         return times, 60.0 * counts / np.maximum(times - since, step)
 
@@ -300,11 +301,6 @@ class History:
         array = np.array(self._clearance, np.float64).reshape(-1, 2)
         return array[:, 0], array[:, 1]
 
-    def _steps(self, step: float) -> FloatArray:
-        start, end = self.span
-        step = max(step, (end - start) / 1000.0)
-        return np.arange(start, end + step, step)
-
 
 def _said(state: ReportedState) -> tuple[Any, ...]:
     goal = None if state.goal_map is None else (state.goal_map.x, state.goal_map.y)
@@ -312,7 +308,3 @@ def _said(state: ReportedState) -> tuple[Any, ...]:
         state.state, state.detail, state.station, state.queue_place, goal,
         state.goals_reached, state.goals_failed,
     )  # fmt: skip
-
-
-def _shown(state: ReportedState) -> tuple[str, str]:
-    return state.state, state.station

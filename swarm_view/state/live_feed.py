@@ -1,8 +1,9 @@
-"""The live graph as a feed: subscriptions exist only while their topics are wanted."""
+"""Where messages come from; in the live graph subscriptions exist while topics are wanted."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import Protocol
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -18,6 +19,25 @@ EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 STATUSES = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)  # soon repeated
 STATUS_ENDING = f"/{STATUS}"
 STATUS_TURN = 5  # calls of `take` from one look at the robots' statuses to the next
+
+
+class Feed(Protocol):
+    """Messages of the topics that are wanted, from the live graph or a recording; never waits."""
+
+    def topics(self) -> dict[str, str]:
+        """Return the type of every topic that there is, like `nav_msgs/msg/Path`."""
+
+    def want(self, topics: Collection[str]) -> None:
+        """Deliver these topics from now on, and no others.
+
+        The last message of a newly wanted topic that is latched comes at once.
+        """
+
+    def take(self) -> list[tuple[str, bytes]]:
+        """Return (topic, CDR bytes) of the messages since the last call, oldest first."""
+
+    def close(self) -> None:
+        """Release all resources."""
 
 
 class LiveFeed:

@@ -41,7 +41,7 @@ class OperatorLink:
     """Publishers and clients of a node, made when they are first needed.
 
     Attributes:
-        is_paused: What the world said last; None before.
+        is_paused: None before the world has said it.
         speed: Times real time, 0 for no limit; None before the world has said it.
     """
 
@@ -72,9 +72,19 @@ class OperatorLink:
                 tell(f"Nobody takes {what}.")
         if now - self._asked > ASK_PERIOD:
             self._asked = now
-            self._ask("/sim/get_simulation_state", GetSimulationState, None, self._receive_state)
-            request = GetParameters.Request(names=["speed"])
-            self._ask("/sim/world/get_parameters", GetParameters, request, self._receive_speed)
+            self._ask_world()
+
+    def _ask_world(self) -> None:
+        def receive_state(response: Any) -> None:
+            self.is_paused = response.state.state == SimulationState.STATE_PAUSED
+
+        def receive_speed(response: Any) -> None:
+            if response.values and response.values[0].type == ParameterType.PARAMETER_DOUBLE:
+                self.speed = response.values[0].double_value
+
+        self._ask("/sim/get_simulation_state", GetSimulationState, None, receive_state)
+        request = GetParameters.Request(names=["speed"])
+        self._ask("/sim/world/get_parameters", GetParameters, request, receive_speed)
 
     def send_goal(self, robot: str, goal_map: Pose, tell: Tell) -> None:
         """Send a robot somewhere, by the action that missions use; so it can be cancelled."""
@@ -85,7 +95,7 @@ class OperatorLink:
 
         def done(response: Any) -> None:
             if not response.accepted:
-                tell(f"{robot} refuses the goal.")
+                tell(f"{robot} rejects the goal.")
 
         name = f"/{robot}/navigate_to_pose/_action/send_goal"
         self._call(name, kind, request, f"goals for {robot}", tell, done)
@@ -108,17 +118,15 @@ class OperatorLink:
 
         # A request with neither goal id nor stamp cancels all goals of the action.
         name = f"/{robot}/navigate_to_pose/_action/cancel_goal"
-        self._call(
-            name, CancelGoal, CancelGoal.Request(), f"the cancellation for {robot}", tell, done
-        )
+        what = f"the cancellation for {robot}"
+        self._call(name, CancelGoal, CancelGoal.Request(), what, tell, done)
 
     def set_paused(self, paused: bool, tell: Tell) -> None:
         """Pause the world or let it go on."""
         state = SimulationState.STATE_PAUSED if paused else SimulationState.STATE_PLAYING
         request = SetSimulationState.Request(state=SimulationState(state=state))
-        self._call(
-            "/sim/set_simulation_state", SetSimulationState, request, "pause and resume", tell
-        )
+        name = "/sim/set_simulation_state"
+        self._call(name, SetSimulationState, request, "pause and resume", tell)
         self._asked = float("-inf")
 
     def step(self, ticks: int, tell: Tell) -> None:
@@ -140,22 +148,17 @@ class OperatorLink:
         request.initial_pose.header.frame_id = "spawn" if pose_map is None else "map"
         if pose_map is not None:
             request.initial_pose.pose = ros_io.pose_msg(pose_map)
-
-        def done(response: Any) -> None:
-            tell(f"{response.entity_name} has come.")
-
-        self._call("/sim/spawn_entity", SpawnEntity, request, "new robots", tell, done)
+        self._call(
+            "/sim/spawn_entity", SpawnEntity, request, "new robots", tell,
+            lambda response: tell(f"{response.entity_name} has come."),
+        )  # fmt: skip
 
     def remove(self, robot: str, tell: Tell) -> None:
-        """Take a robot out of the world; its navigator ends."""
-
-        def done(_: Any) -> None:
-            tell(f"{robot} was taken out.")
-
-        request = DeleteEntity.Request(entity=robot)
+        """Remove a robot from the world; its navigator ends."""
         self._call(
-            "/sim/delete_entity", DeleteEntity, request, f"the removal of {robot}", tell, done
-        )
+            "/sim/delete_entity", DeleteEntity, DeleteEntity.Request(entity=robot),
+            f"the removal of {robot}", tell, lambda _: tell(f"{robot} was taken out."),
+        )  # fmt: skip
 
     def begin_drive(self, robot: str, tell: Tell, on_end: Callable[[], None]) -> None:
         """Ask a robot to be driven by hand; `on_end` is called when it is not any more."""
@@ -263,13 +266,6 @@ class OperatorLink:
         if name not in self._clients:
             self._clients[name] = self._node.create_client(kind, name)
         return self._clients[name]
-
-    def _receive_state(self, response: Any) -> None:
-        self.is_paused = response.state.state == SimulationState.STATE_PAUSED
-
-    def _receive_speed(self, response: Any) -> None:
-        if response.values and response.values[0].type == ParameterType.PARAMETER_DOUBLE:
-            self.speed = response.values[0].double_value
 
 
 def _problem_in(response: Any) -> str:

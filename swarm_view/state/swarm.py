@@ -22,12 +22,12 @@ from swarm_view.state.track import Track, Trails
 UNREADABLE = (ValueError, IndexError, OverflowError, RuntimeError, struct.error)
 HISTORY = 40  # ticks for which poses are kept, to place scans
 DECODERS: dict[Layer, Callable[[Any], Any]] = {
-    Layer.PLAN: decode.path,
-    Layer.LOCAL_PLAN: decode.path,
+    Layer.PLAN: lambda message: decode.places(message.poses),
+    Layer.LOCAL_PLAN: lambda message: decode.places(message.poses),
     Layer.LOCAL_COSTMAP: decode.raster,
     Layer.GLOBAL_COSTMAP: decode.raster,
     Layer.FOOTPRINT: decode.polygon,
-    Layer.PARTICLES: decode.particles,
+    Layer.PARTICLES: lambda message: decode.places(message.particles),
 }
 
 
@@ -35,17 +35,12 @@ class Swarm:
     """The swarm's state according to the messages so far.
 
     Attributes:
-        names: Of the robots, in the order of all arrays.
-        states: Latest status by robot.
+        names: Robots in the order of all arrays.
         descriptions: URDF by robot.
-        track: Where they are.
-        trails: Where they have been.
-        markers: Of the scene; None before it is known.
+        markers: Bodies of the scene; None before it is known.
         stations: Places (3,) of their labels in map, by name.
         movers: Markers of the other moving bodies.
-        map: None before it is known.
         verdict: swarm_interfaces/Verdict; None before the first.
-        tick: Newest control tick seen.
         revision: Grows whenever scene, map, names or descriptions change.
         state_revision: Grows with every status.
     """
@@ -229,7 +224,7 @@ def history_of(messages: Iterable[tuple[str, bytes]], period: float) -> History:
 
 def _decode(topic: str, layer: Layer, data: bytes) -> Any:
     if layer is Layer.SCAN:
-        return decode.scan(data)
+        return cdr.read_scan(data)
     if layer is Layer.MOTION:
         return decode.motion(data)
     return DECODERS[layer](decode.message(topic, data))

@@ -26,10 +26,6 @@ class Track:
         self._since = 0.0
         self._interval = 0.1
 
-    def __len__(self) -> int:
-        """Number of robots."""
-        return len(self._to)
-
     @property
     def latest(self) -> FloatArray:
         """The newest poses."""
@@ -59,10 +55,6 @@ class Track:
         step[:, 2] = (step[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
         result: FloatArray = self._from + share * step
         return result
-
-    def is_settled(self, now: float) -> bool:
-        """True if no robot moves before the next message."""
-        return now - self._since > self._interval
 
 
 class Trails:

@@ -13,7 +13,6 @@ from swarm_common.model.records import Twist
 from swarm_common.process.messages import KernelsCompiled
 from swarm_view.page.driving import Driving
 from swarm_view.page.inbox import LONGEST, numbers, parse
-from swarm_view.page.notice import Notice
 from swarm_view.page.panel_text import robot_html
 from swarm_view.page.past import Past
 from swarm_view.page.time_line import next_mark, strip_html
@@ -21,6 +20,7 @@ from swarm_view.state.decode import robot_state
 from swarm_view.state.history import History, Kind, Mark
 from swarm_view.state.link import Viewpoint, place_of
 from swarm_view.state.swarm import Swarm
+from swarm_view.viewer import Notice
 
 MARKS = [
     Mark(5.0, Kind.GOAL, "Srobot1 reaches its goal"),

@@ -13,7 +13,7 @@ from swarm_view.page.panel_text import (
     verdict_html,
     wait_chain,
 )
-from swarm_view.scene.robot_mesh import robot_mesh
+from swarm_view.scene.robot_mesh import RobotMesh, robot_mesh
 from swarm_view.state import topics
 from swarm_view.state.decode import ReportedState
 from swarm_view.state.swarm import Swarm
@@ -41,7 +41,7 @@ def swarm() -> Swarm:
 
 def test_robots_are_known_in_the_order_of_their_numbers(swarm: Swarm) -> None:
     assert swarm.names == [f"Srobot{i}" for i in range(1, 13)]
-    assert len(swarm.track) == 12
+    assert len(swarm.track.latest) == 12
     assert swarm.tick > 0
 
 
@@ -129,20 +129,20 @@ def test_robots_come_and_go() -> None:
     feed.let_be([])
     watch(feed, now, known)
     assert known.names == []
-    assert len(known.track) == len(known.states) == len(known.trails.segments()) == 0
+    assert len(known.track.latest) == len(known.states) == len(known.trails.segments()) == 0
 
 
 def test_a_robot_is_drawn_from_its_description(swarm: Swarm) -> None:
     mesh = robot_mesh(swarm.descriptions["Srobot1"])
     assert mesh.glb[:4] == b"glTF"
-    assert 0.15 < mesh.radius < 0.35
-    assert 0.1 < mesh.height < 0.3
+    assert 0.15 < radius_of(mesh) < 0.35
+    assert 0.1 < mesh.shape[0][:, 2].max() < 0.3
     assert mesh.links["base_scan"][2, 3] == pytest.approx(0.132)
 
 
 def test_a_robot_without_visuals_is_drawn_all_the_same() -> None:
     mesh = robot_mesh("<robot name='r'><link name='base'/></robot>")
-    assert mesh.radius > 0.1
+    assert radius_of(mesh) > 0.1
     assert np.allclose(mesh.links["base"], np.eye(4))
 
 
@@ -158,3 +158,8 @@ def test_what_cannot_be_read_is_not_drawn_and_ends_nothing(data: bytes) -> None:
         for layer in Layer:
             known.layer("Srobot1", layer)
     assert known.unreadable > 0
+
+
+def radius_of(mesh: RobotMesh) -> float:
+    """Return how far a robot reaches from its root link [m], seen from above."""
+    return float(np.hypot(*mesh.shape[0][:, :2].T).max())

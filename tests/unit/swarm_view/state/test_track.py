@@ -39,7 +39,7 @@ def test_another_number_of_robots_begins_anew() -> None:
     track = Track()
     track.add(poses((0, 0, 0)), 0.0)
     track.add(poses((1, 0, 0), (2, 0, 0)), 0.1)
-    assert len(track) == 2
+    assert len(track.latest) == 2
     assert track.at(0.1)[1, 0] == 2.0
 
 
