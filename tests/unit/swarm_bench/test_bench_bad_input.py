@@ -90,7 +90,7 @@ def test_a_mission_to_own_places_needs_one_for_each_robot(refusal: Refusal, tmp_
     scenario = f"world: {folder}\nmission: own_place\nrobots: [3]\n"
     (tmp_path / "few.yaml").write_text(scenario, encoding="utf-8")
     message = refusal("traffic", "--scenario", "few.yaml")
-    assert "the world has 2 places; Srobot3 has none of its own" in message
+    assert "needs a place for each of 3 robots" in message
 
 
 def test_a_file_that_holds_no_results_is_refused(refusal: Refusal, tmp_path: Path) -> None:
