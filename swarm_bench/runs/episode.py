@@ -20,6 +20,7 @@ from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
 from swarm_common.robots.description import RobotModel
 from swarm_common.robots.fleet import limits_of
@@ -86,7 +87,7 @@ def check(options: RunOptions) -> None:
     """
     scene, mission, homes, specs = _cast(options)
     routes = {
-        f"Srobot{number}": mission.stops(
+        RobotNames().name_of(number): mission.stops(
             scene.sites, home, seed=options.seed, robot_id=number, homes_map=homes
         )
         for number, home in enumerate(homes, start=1)

@@ -103,7 +103,7 @@ def test_a_message_has_no_control_characters(tmp_path):
         cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60,
     )  # fmt: skip
     assert done.returncode == 2
-    assert "mine.yaml: ?[31mred" in done.stderr
+    assert "mine.yaml: /?[31mred" in done.stderr
 
 
 @pytest.mark.parametrize("text", ["raise RuntimeError('of another')", "nothing = 0"])

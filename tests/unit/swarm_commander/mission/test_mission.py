@@ -202,7 +202,7 @@ def test_who_does_not_know_the_other_homes_cannot_swap(tmp_path: Path) -> None:
         ("route:\n  - home: true\n    swap: opposite", "exactly one of"),
         ("route:\n  - roam: 2\n    distance: -1", "distance is -1"),
         ("start_spread: -1\nroute:\n  - home: true", "start_spread is -1"),
-        ("spawn: 3\nroute:\n  - home: true", "spawn is 3; expected a text"),
+        ("spawn: [3]\nroute:\n  - home: true", "spawn is .*; expected a text"),
     ],
 )
 def test_faults_of_the_newer_kinds_are_refused(tmp_path: Path, text: str, message: str) -> None:

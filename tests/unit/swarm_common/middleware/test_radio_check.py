@@ -211,7 +211,7 @@ def test_a_beacon_with_a_size_beyond_its_capacity_is_rejected(member: str, size:
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 3e38])
 def test_a_beacon_with_an_absurd_number_is_rejected(member: str, value: float) -> None:
     forged = beacons(1)
-    for size, most in zip(SIZES, (24, 8, 31, 8), strict=True):
+    for size, most in zip(SIZES, (24, 8, 31, 16), strict=True):
         forged[size] = most
     flat = forged[member].reshape(1, -1)
     for place in range(flat.shape[1]):

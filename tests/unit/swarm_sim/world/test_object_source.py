@@ -28,7 +28,7 @@ def test_text_is_read_as_gazebo_reads_it(tmp_path: Path) -> None:
 def test_a_thing_in_xacro(tmp_path: Path) -> None:
     path = tmp_path / "crate.sdf.xacro"
     path.write_text(XACRO)
-    assert is_object(str(path), "", "crate", tmp_path)
+    assert is_object(str(path), "", False, tmp_path)
     (part,) = read_object(str(path), "", tmp_path).parts
     assert part.shape.size == (2.0, 1.0, 1.0)  # type: ignore[union-attr]
     with pytest.raises(RefusedError, match="give a uri"):
