@@ -113,6 +113,10 @@ class RobotNames:
         number = self._numbered(name)
         return number if number > len(self.listed) else 0
 
+    def looks_like_one(self, name: str) -> bool:
+        """Whether a name is a robot's, or would be if its number were in range."""
+        return name in self.listed or _matcher(self.pattern).fullmatch(name) is not None
+
     @property
     def expected(self) -> str:
         """All names that a robot of the run can have, for people."""

@@ -50,7 +50,7 @@ class ObjectRegistry:
 
     def is_robots(self, name: str) -> bool:
         """Whether a name, or a namespace, is kept for a robot."""
-        return self._robots.number_of(name.removeprefix("/")) > 0
+        return self._robots.looks_like_one(name.removeprefix("/"))
 
     def place_of(self, name: str) -> Transform:
         """Return where a thing is.

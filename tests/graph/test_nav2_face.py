@@ -21,7 +21,6 @@ from rcl_interfaces.msg import Parameter, ParameterEvent, ParameterType, Paramet
 from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.action import ActionClient
 from rclpy.clock import ClockType
-from rclpy.qos import qos_profile_parameter_events
 from rclpy.time import Time
 from std_msgs.msg import Empty
 from swarm_interfaces.msg import RobotStatus
@@ -530,23 +529,6 @@ def test_goals_are_taken_in_the_frames_of_the_robot_only(swarm):
     assert [frame for frame, accepted in taken.items() if accepted] == [
         "base_link", "Srobot1/base_scan",
     ]  # fmt: skip
-
-
-def test_changes_of_parameters_are_told_to_all(swarm):
-    events = []
-    qos = qos_profile_parameter_events
-    swarm.node.create_subscription(ParameterEvent, "/parameter_events", events.append, qos)
-    topic = "/parameter_events"
-    publishers = swarm.node.get_publishers_info_by_topic
-    swarm.spin_until(lambda: any(p.node_namespace == "/Srobot1" for p in publishers(topic)))
-    value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=0.21)
-    request = SetParameters.Request(parameters=[Parameter(name="max_vel_x", value=value)])
-
-    def is_told():
-        assert swarm.call(SetParameters, "/Srobot1/navigator/set_parameters", request).results
-        return any(e.node == "/Srobot1/navigator" and e.changed_parameters for e in events)
-
-    swarm.spin_until(is_told)
 
 
 def test_a_map_may_have_any_name(swarm, tmp_path):
