@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
@@ -61,7 +62,7 @@ def comparison_part(ours: Sequence[Kept], others: Sequence[Kept]) -> str:
         cells.setdefault(place, {}).setdefault(row.first.method, comparison_cell(row))
     text = table(("scenario", "robots", "this project", "DWA alone", "ORCA"), 1)
     for (label, robots), found in sorted(cells.items()):
-        if "ours" in found:
+        if "ours" in found and len(found) > 1:
             texts = (found.get(method, "-") for method in ("ours", "dwa", "orca"))
             text += table_line([label, str(robots), *texts])
     minutes = BASELINE_LIMIT / 60.0
@@ -71,8 +72,8 @@ def comparison_part(ours: Sequence[Kept], others: Sequence[Kept]) -> str:
 All three methods run in the same simulator, with the same starts, goals and seeds. A cell has the
 goals reached, the median makespan of the complete runs, contacts if any, and the number of runs
 where it is not 10. Baselines take long where they lock up: they begin no further seed after
-{minutes:.0f} minutes of one cell, and cells with a `-` were not run. DWA sees the true circles of
-the robots in sight; ORCA hears the same beacons as our robots ([the methods](comparison.md)).
+{minutes:.0f} minutes of one cell, and rows without a baseline are left out. DWA sees the true
+circles of the robots in sight; ORCA hears the same beacons as our robots ([the methods](comparison.md)).
 
 {text}
 {origin_line((*ours, *others), "rows", "baselines")}"""
@@ -180,6 +181,8 @@ def scale_part(kept: Sequence[Kept]) -> str:
     if not kept:
         return ""
     results = [msgspec.convert(line.data, ScaleResult) for line in kept]
+    repeats = max(Counter((result.system, result.robots) for result in results).values())
+    runs = "one run" if repeats == 1 else f"the median of {repeats} runs"
     names = ("robots", "start-up [s]", "real-time factor", "CPU [ms]", "world", "navigators")
     text = ""
     for title, system, columns, last in (
@@ -195,8 +198,8 @@ def scale_part(kept: Sequence[Kept]) -> str:
 ## Scale
 
 The factory hall at work for 120 s, as fast as the machine allows. *Start-up* is wall time until
-every navigator is active, *CPU* milliseconds of processor time per robot and simulated second, in
-the median of three runs.
+every navigator is active, *CPU* milliseconds of processor time per robot and simulated second, of
+{runs}.
 
 {text}{origin_line(kept, SCALE)}"""
 
