@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from swarm_common.model.beacon import FOOTPRINT_POINTS
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec
 from swarm_common.model.shapes import Transform
 from swarm_sim.physics.drive import Wheels
@@ -21,7 +22,7 @@ from swarm_sim.scene.robot_model import RobotModel
 from swarm_sim.scene.scene import Body
 from swarm_sim.scene.section import Section
 
-MAX_CORNERS = 8
+MAX_CORNERS = FOOTPRINT_POINTS
 CLOSE_PAIRS = 8  # per robot, that are listed at most
 
 

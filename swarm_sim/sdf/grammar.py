@@ -23,6 +23,7 @@ SOLID = {
 }
 TEMPLATE = re.compile(r"\{[%{]|<%|@[\[({]|\$[({]")  # Jinja, ERB, EmPy, xacro
 SHOWN = 40  # characters of a text
+MAX_DEPTH = 100  # of elements in elements: more than models may have, with what is in them
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +155,7 @@ LEAF = _rule()
 LOOKS = ("visual", "seen geometry", "material")  # of which nothing is solid
 
 
-def account_for(element: ET.Element, kind: str, where: str, source: Source) -> None:
+def account_for(element: ET.Element, kind: str, where: str, source: Source, depth: int = 0) -> None:
     """Go through an element; models and includes in it are gone through where they are read.
 
     Args:
@@ -162,8 +163,11 @@ def account_for(element: ET.Element, kind: str, where: str, source: Source) -> N
         kind: Key of `RULES`; without a rule it may have no children.
 
     Raises:
-        WorldError: If something that may be solid stands where nobody reads it.
+        WorldError: If something that may be solid stands where nobody reads it, or elements are
+            nested too deep.
     """
+    if depth > MAX_DEPTH:
+        raise WorldError(f"elements are nested more than {MAX_DEPTH} deep at {where}")
     rule = RULES.get(kind, LEAF)
     if kind in RULES:
         _check_text(element, where, source)
@@ -182,7 +186,7 @@ def account_for(element: ET.Element, kind: str, where: str, source: Source) -> N
             names[tag, child.get("name", "")] += tag in NAMED or kind == "state"
             inner = KINDS.get((kind, tag), tag)
             if inner:
-                account_for(child, inner, _name_of(child, where), source)
+                account_for(child, inner, _name_of(child, where), source, depth + 1)
         elif tag not in rule.quiet and kind != "geometry":  # whose shapes are refused when read
             close = difflib.get_close_matches(tag, rule.known, n=1)
             advice = f"did you mean <{close[0]}>?" if close else "it has no place there"
