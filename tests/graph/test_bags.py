@@ -156,7 +156,7 @@ def test_a_loop_goes_on_until_it_is_ended(graph: Graph, tmp_path: Path) -> None:
     for sign, code in ((signal.SIGINT, 0), (signal.SIGKILL, -signal.SIGKILL)):
         heard = graph.hear(NOTE)  # anew: what the player before sent last may be under way
         process = graph.start("play", str(path), "--loop", "--rate", "4")
-        graph.wait(lambda: len(heard) > 9)
+        graph.wait(lambda heard=heard: len(heard) > 9)
         assert heard[:8] == HERE[:4] * 2
         process.send_signal(sign)
         assert process.wait(LIMIT) == code
