@@ -6,8 +6,9 @@ Lower folders never import higher ones; the lowest stands first:
                   priorities
     planning      The way through the map: clearances and lanes, search on the lattice, paths
     perception    What a robot knows of its surroundings: the others by radio, obstacles by LiDAR
+    reservation   The space that a robot holds, asks for and announces
     localisation  Where the robot is in the map: odometry alone, or Monte Carlo localisation
-    control       From a path to a twist, inside the space that the robot holds
+    control       From a path to a twist: how a robot follows its path
     traffic       Rules between robots: reservation of space, right of way, stations, narrow regions
     behaviour     What a robot does, tick by tick: goals, states, recoveries, and what it announces
     ros           The navigator on the ROS graph: messages in, one call of the brain per tick,

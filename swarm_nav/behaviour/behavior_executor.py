@@ -151,7 +151,7 @@ class BehaviorExecutor:
         s.release_ahead(s.brake_points)
         s.tube.cut()
         if abs(s.twist.vx) < 0.02:
-            s.tube.reset(s.pose)
+            s.tube.shrink_to_place(s.pose)
             if not math.isnan(task.target.yaw):
                 return self._controller.turn_to(task.target.yaw, s.pose, s.twist)
         return self._controller.stop(s.twist)

@@ -124,7 +124,7 @@ class Behavior:
                 clear = (robot.terrain.clearances(path, floor) >= floor).tolist()
                 room = clear.index(False, 1) if False in clear[1:] else len(clear)
                 if room > 2:
-                    tube.reset(robot.pose)
+                    tube.shrink_to_place(robot.pose)
                     tube.adopt(path[:room])
                     tube.is_reverse = way < 0
                     self._is_pathed, self._start = True, robot.pose
@@ -162,7 +162,7 @@ class Behavior:
                     code, f"a {'keepout zone' if zone else 'wall'} is in the way"
                 )
                 return controller.stop(robot.twist)
-            tube.reset(robot.pose)
+            tube.shrink_to_place(robot.pose)
             tube.adopt(path)
             tube.is_reverse = is_reverse
         if self.distance_traveled(robot) >= self.goal.distance - DRIVE_DONE:

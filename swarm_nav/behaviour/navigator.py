@@ -46,6 +46,7 @@ from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.speed_limits import SpeedLimits
 from swarm_nav.traffic.speed_near_people import NOBODY_NEAR, limited, people_near
+from swarm_nav.traffic.stop_filter import admitted
 
 
 class Navigator:
@@ -153,6 +154,7 @@ class Navigator:
     def on_odom(self, odom: Odometry) -> None:
         """Take the odometry of this tick."""
         self._localiser.on_odom(odom)
+        self._s.velocity = odom.twist
         self._s.twist = self._controller.course(odom.twist)
         self._s.pose = self._localiser.pose_map
 
@@ -348,9 +350,10 @@ class Navigator:
         if can_drive:
             override = self._behavior_executor.choose_path(self._people.is_near)
         yield None
-        self._s.tube.record_rest(self._s.pose, self._s.is_standing)
+        s = self._s
+        s.tube.record_rest(s.pose, s.is_standing)
         if can_drive:
-            twist = self._choose_twist(override)
+            twist = admitted(s, self._choose_twist(override))
             self._reservation.extend()
         else:
             twist = self._stand()
@@ -440,7 +443,7 @@ class Navigator:
         twist = self._behavior_executor.follow_path() if override is None else override
         self._people = people_near(s)
         twist = limited(twist, self._people, s.config.controller)
-        return self._admitted(self._speed_limits.limited(twist, s))
+        return self._speed_limits.limited(twist, s)
 
     def _stand(self) -> Twist:
         """Release the space that is not needed for stopping, and stop."""
@@ -475,16 +478,6 @@ class Navigator:
         """Have the way to the target planned anew."""
         if self._task is not None:
             self._task.is_planned = False
-
-    def _admitted(self, twist: Twist) -> Twist:
-        """Return a twist, scaled down as far as a long robot's outline needs."""
-        s = self._s
-        if s.oblong is None:
-            return twist
-        field = (s.terrain.distance, s.terrain.frame)
-        acceleration = (self.config.controller.acc_lim_x, self.config.controller.acc_lim_theta)
-        obstacles = s.obstacle_points()
-        return s.oblong.admitted(field, obstacles, s.pose, s.twist, twist, acceleration)
 
     @property
     def _state(self) -> State:

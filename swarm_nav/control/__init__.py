@@ -1,14 +1,12 @@
-"""From a path to a twist, inside the space that the robot holds.
+"""From a path to a twist: how a robot follows the path that it holds.
 
 What a module imports of its folder stands above it:
 
     dwa_kernels    Bare numba kernels of the dynamic window
-    tube_kernels   Bare numba kernels of the reservation protocol: how far may a held tube grow?
     omni_kernels   Bare numba kernel of the dynamic window for drives that move in any direction
-    tube           Safety layer: the space that a robot holds, asks for and announces
     controller     Local controller: rotation shim and DWA along the held tube
     line_tracking  Local controller of long robots: in a slot the line is tracked
     omni           Local controller of drives that move in any direction: DWA with a speed sideways
 
-May import of swarm_nav: `perception`, `planning`, `core`; and swarm_common.
+May import of swarm_nav: `reservation`, `perception`, `planning`, `core`; and swarm_common.
 """

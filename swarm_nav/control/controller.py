@@ -13,8 +13,8 @@ import numpy as np
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, Twist, wrap_angle
 from swarm_nav.control import dwa_kernels
-from swarm_nav.control.tube import ARRIVED, Tube
 from swarm_nav.core.config import ControllerConfig
+from swarm_nav.reservation.tube import ARRIVED, Tube
 
 LOOKAHEAD = 3  # path points to the one that the heading error is measured to
 WINDOW = 12  # path points that the rollouts are scored on

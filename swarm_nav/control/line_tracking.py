@@ -18,8 +18,8 @@ from swarm_nav.control.controller import (
     length_to,
     rate_that_stops,
 )
-from swarm_nav.control.tube import Tube
 from swarm_nav.planning.distance_kernels import Place
+from swarm_nav.reservation.tube import Tube
 
 HEADING_GAIN = 1.5  # [1/s] turning rate per heading error
 OFFSET_GAIN = 1.2  # [rad/m] heading towards the line per offset from it

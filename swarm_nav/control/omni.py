@@ -22,8 +22,8 @@ from swarm_nav.control.controller import (
     scored_window,
 )
 from swarm_nav.control.line_tracking import StraightController
-from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig
+from swarm_nav.reservation.tube import Tube
 
 TURN_SAMPLES = 5  # of the turning rate at most: the course does not depend on it
 

@@ -11,9 +11,7 @@ from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import LidarSpec, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.navigator import Navigator
-from swarm_nav.control import tube_kernels
 from swarm_nav.control.omni import OmniController
-from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig, NavConfig, TrafficConfig
 from swarm_nav.core.goals import Goal, GoalKind
 from swarm_nav.core.localisation_config import AMCL, LocalisationConfig
@@ -22,6 +20,8 @@ from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacle_kernels import Beam
 from swarm_nav.planning import path_cost_kernels
 from swarm_nav.planning.distance_kernels import Place
+from swarm_nav.reservation import tube_kernels
+from swarm_nav.reservation.tube import Tube
 from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import parking_path

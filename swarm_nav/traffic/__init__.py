@@ -7,6 +7,7 @@ What a module imports of its folder stands above it:
     single_lane_kernels  Bare numba kernels of single-lane passages
     patience             One scale for all times of liveness: the measured slowness of the radio
     robot_state          What all parts of one navigator share: the state at the present tick
+    stop_filter          The last thing before a command leaves, whoever made it
     speed_limits         Of speed zones and of the topic `speed_limit`: the lowest counts
     speed_near_people    A person may walk into a driving robot, but not into a standing one
     traffic_costs        How other robots enter the search lattice: as costs, or as walls
@@ -22,6 +23,6 @@ What a module imports of its folder stands above it:
     right_of_way         Liveness layer: which robot has right of way, makes way, or steps back
     departure            Leaving the place of the last goal when others want to go there
 
-May import of swarm_nav: `localisation`, `control`, `perception`, `planning`, `core`; and
-swarm_common.
+May import of swarm_nav: `localisation`, `control`, `reservation`, `perception`, `planning`,
+`core`; and swarm_common.
 """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarm_nav.control import tube_kernels
+from swarm_nav.reservation import tube_kernels
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
 
@@ -127,7 +127,7 @@ class ReservationManager:
             self._watch_tick = s.tick
         elif s.tick - self._watch_tick > s.stuck_ticks and abs(s.twist.vx) < 0.02:
             self._watch_tick = s.tick
-            s.tube.reset(s.pose)
+            s.tube.shrink_to_place(s.pose)
             return True
         return False
 
@@ -148,4 +148,4 @@ class ReservationManager:
         s.release_ahead(s.brake_points)
         tube.withdraw()
         if s.is_standing:
-            tube.reset(s.pose)
+            tube.shrink_to_place(s.pose)

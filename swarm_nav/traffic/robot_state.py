@@ -11,13 +11,13 @@ import numpy as np
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Twist
 from swarm_common.model.robot_names import RobotNames
-from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import NavConfig
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
 from swarm_nav.planning.oblong import Oblong
 from swarm_nav.planning.planner import SPACING, Planner
 from swarm_nav.planning.terrain import Terrain, as_large_as, terrain_for
+from swarm_nav.reservation.tube import Tube
 from swarm_nav.traffic.patience import Patience
 
 MARGIN_STEP = 0.02  # [m] in which the announced margin grows: each step must be confirmed
@@ -71,6 +71,7 @@ class RobotState:
     radio: Patience = field(default_factory=Patience)  # how slow the radio is
     counters: Counters = field(default_factory=Counters)  # for the report; each part its own
     tick: int = 0  # now, by the navigator
+    velocity: Twist = field(default_factory=Twist)  # as odometry measures it
     twist: Twist = field(default_factory=Twist)  # in base_footprint, vx along the course
     # as in the last beacon, without what pushing robots pass on; by `announce_priorities`
     own_priority: int = 0
@@ -260,7 +261,7 @@ class RobotState:
 
         For use between two ticks: the robot may have gone faster since its pose was taken.
         """
-        self.tube.reset(self.pose)
+        self.tube.reset(self.pose.x, self.pose.y)
         if self.is_standing:
             return
         wz, speed = self.twist.wz, max(self.speed, 0.02)

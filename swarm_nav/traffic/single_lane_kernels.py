@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray, Mask
 from swarm_common.process.numba_compat import njit
-from swarm_nav.control.tube_kernels import INTENT_SPACING, PRIORITY_LENGTH
 from swarm_nav.core.order_kernels import Rank, may_hold_up
 from swarm_nav.core.priority import TOP_DEPTH
 from swarm_nav.perception.neighbor_table_kernels import Columns
 from swarm_nav.planning.distance_kernels import Floats, Frame
+from swarm_nav.reservation.tube_kernels import INTENT_SPACING, PRIORITY_LENGTH
 
 CLIMB = 1.5  # [m] within which the wall on the other side of a passage is looked for
 FORESIGHT = 2.0 * PRIORITY_LENGTH  # [m] of a neighbour's path that counts

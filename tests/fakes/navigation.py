@@ -24,9 +24,9 @@ from swarm_common.model.records import (
 from swarm_common.model.sites import Sites
 from swarm_common.robots.loading import load_robot
 from swarm_nav.behaviour.navigator import Navigator
-from swarm_nav.control.tube import padded
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.core.goals import Event, Goal, GoalEnded, GoalKind
+from swarm_nav.reservation.tube import padded
 from swarm_nav.traffic.robot_state import RobotState, begin
 
 RADIUS = 0.285  # [m] safety radius of a waffle with the default margin

@@ -27,9 +27,9 @@ from swarm_common.model.beacon import (
     words_of,
 )
 from swarm_common.model.records import Pose, RobotSpec, Twist
-from swarm_nav.control.tube import padded
 from swarm_nav.core.config import NavConfig
 from swarm_nav.planning.planner import SPACING
+from swarm_nav.reservation.tube import padded
 from swarm_nav.traffic.reservation import ReservationManager
 from swarm_nav.traffic.robot_state import RobotState, begin
 from swarm_nav.traffic.senses import Senses

@@ -12,12 +12,12 @@ import pytest
 
 from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_STUCK
 from swarm_common.model.records import Pose, Twist
-from swarm_nav.control import tube_kernels
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import GoalKind, Outcome
 from swarm_nav.core.priority import CLASS_DRIVING, above, base_priority
 from swarm_nav.perception.neighbor_table_kernels import HELD
 from swarm_nav.planning.planner import SPACING
+from swarm_nav.reservation import tube_kernels
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.reservation import ReservationManager
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of

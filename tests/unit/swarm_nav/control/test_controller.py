@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from swarm_common.model.records import Pose, Twist, wrap_angle
 from swarm_nav.control.controller import Controller
-from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig
 from swarm_nav.planning.path_kernels import resampled
+from swarm_nav.reservation.tube import Tube
 from tests.fakes.navigation import Unicycle
 
 START = Pose(0.0, 0.0, 0.0)

@@ -12,9 +12,9 @@ from swarm_common.model.records import Pose, Twist
 from swarm_common.robots.loading import load_robot
 from swarm_nav.control.controller import Controller
 from swarm_nav.control.line_tracking import MOST_RATE, StraightController
-from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig, NavConfig
 from swarm_nav.planning.oblong import Slots
+from swarm_nav.reservation.tube import Tube
 from swarm_nav.traffic.robot_state import terrain_of
 from tests.fakes.navigation import Unicycle, room
 

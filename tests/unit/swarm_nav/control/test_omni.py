@@ -13,9 +13,9 @@ from swarm_nav.control.controller import TUBE_TOLERANCE, Controller
 from swarm_nav.control.dwa_kernels import held_gap
 from swarm_nav.control.omni import OmniController, make_controller
 from swarm_nav.control.omni_kernels import PlanarLimits, PlanarVelocity, stop_gap
-from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import ControllerConfig
 from swarm_nav.planning.distance_kernels import Place
+from swarm_nav.reservation.tube import Tube
 
 CONFIG = ControllerConfig(
     max_vel_x=0.4, max_vel_y=0.4, max_vel_theta=0.75, acc_lim_x=2.5, acc_lim_y=2.5

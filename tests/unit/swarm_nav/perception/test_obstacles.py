@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 from swarm_common.model.beacon import FOOTPRINT_POINTS
 from swarm_common.model.records import LidarSpec, Pose, Scan
-from swarm_nav.control.tube import padded
 from swarm_nav.core.config import CostmapConfig
 from swarm_nav.perception import obstacle_kernels
 from swarm_nav.perception.dynamic_obstacles import WALKED_TICKS
 from swarm_nav.perception.obstacle_kernels import Beam, HitLimits
 from swarm_nav.perception.obstacles import CELL, ObstacleLayer
 from swarm_nav.planning.distance_kernels import Place, sample
+from swarm_nav.reservation.tube import padded
 from swarm_nav.traffic.robot_state import RobotState
 from tests.fakes.navigation import beacon, hear, robot_in, room, waffle
 from tests.oracles import control as oracle

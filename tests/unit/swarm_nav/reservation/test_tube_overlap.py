@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import Pose
-from swarm_nav.control.tube_kernels import first_overlap
+from swarm_nav.reservation.tube_kernels import first_overlap
 from tests.fakes.navigation import RADIUS, beacon, hear, robot_in, room
 
 HALL = room(8.0, 8.0)

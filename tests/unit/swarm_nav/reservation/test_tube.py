@@ -7,8 +7,8 @@ import pytest
 
 from swarm_common.model.beacon import HELD_POINTS, INTENT_POINTS, WANTED_POINTS
 from swarm_common.model.records import Pose
-from swarm_nav.control.tube import REMEMBERED, Tube, padded
 from swarm_nav.core.config import TrafficConfig
+from swarm_nav.reservation.tube import REMEMBERED, Tube, padded
 
 HOME = Pose(0.0, 0.0, 0.0)
 

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_common.model.beacon import BEACON_DTYPE
-from swarm_nav.control import tube_kernels as kernels
 from swarm_nav.core.config import TrafficConfig
 from swarm_nav.perception.neighbor_table import NeighborTable
+from swarm_nav.reservation import tube_kernels as kernels
 from tests.fakes.navigation import RADIUS, beacon
 from tests.oracles import tube as oracle
 

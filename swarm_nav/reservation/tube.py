@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from swarm_common.model.beacon import HELD_POINTS, INTENT_POINTS, WANTED_POINTS
 from swarm_common.model.records import FloatArray, Pose
-from swarm_nav.control import tube_kernels
 from swarm_nav.planning import path_kernels
 from swarm_nav.planning.oblong import Slots
 from swarm_nav.planning.planner import SPACING
+from swarm_nav.reservation import tube_kernels
 
 REMEMBERED = 32  # beacons whose requests are remembered
 ARRIVED = 0.03  # [m] from a corner or the end at which the robot stands on it
@@ -51,7 +51,7 @@ class Tube:
         self._log: NDArray[np.int64] = np.zeros((2 * REMEMBERED, 2), np.int64)
         self._logged = 0  # rows of the log in use, the latest last
         self.is_reverse = False
-        self.reset(pose)
+        self.reset(pose.x, pose.y)
 
     def configure(self, confirmations: int, held_length: float, wanted_length: float) -> None:
         """Take new parameters; all space must be confirmed again.
@@ -66,9 +66,24 @@ class Tube:
         self._confirmations = min(confirmations, REMEMBERED)
         self._noted = 0
 
-    def reset(self, pose: Pose) -> None:
-        """Drop path, claim and request; keep the place under the robot."""
-        self.points: FloatArray = np.array(((pose.x, pose.y),))
+    def shrink_to_place(self, pose: Pose) -> None:
+        """Drop path, claim and request; keep the point of the held space next to the robot.
+
+        That is not its pose: others acknowledged the space, and a place beside it would move
+        farther off with each call.
+        """
+        first = max(0, self.near - 1)
+        x, y = tube_kernels.nearest_on(self.points, first, self.stop, pose.x, pose.y)
+        self.reset(x, y)
+
+    def reset(self, x: float, y: float) -> None:
+        """Drop path, claim and request; hold a place that others need not know.
+
+        Args:
+            x: [m] in map.
+            y: [m] in map.
+        """
+        self.points: FloatArray = np.array(((x, y),))
         self.near = 0
         self.stop = 0
         self.corners: list[int] = []

@@ -369,6 +369,35 @@ def nearest_ahead(points, first, limit, x, y):
 
 
 @njit(cache=True)
+def nearest_on(points, first, last, x, y):
+    """Return the place (x, y) on a polyline that is nearest to a place.
+
+    Args:
+        points: (n, 2) [m] in map.
+        first: Index where the polyline begins.
+        last: Index where it ends; with `first` it is one point.
+        x: [m] of the place.
+        y: [m] of the place.
+    """
+    best_x = points[first, 0]
+    best_y = points[first, 1]
+    best = (best_x - x) ** 2 + (best_y - y) ** 2
+    for k in range(first, last):
+        ax = points[k + 1, 0] - points[k, 0]
+        ay = points[k + 1, 1] - points[k, 1]
+        length = max(ax * ax + ay * ay, 1e-12)
+        t = min(max(((x - points[k, 0]) * ax + (y - points[k, 1]) * ay) / length, 0.0), 1.0)
+        near_x = points[k, 0] + t * ax
+        near_y = points[k, 1] + t * ay
+        gap = (near_x - x) ** 2 + (near_y - y) ** 2
+        if gap < best:
+            best = gap
+            best_x = near_x
+            best_y = near_y
+    return best_x, best_y
+
+
+@njit(cache=True)
 def last_to_keep(points, near, stop, position, way):
     """Return the first point of the held part that lies a way beyond the robot, or the stop.
 

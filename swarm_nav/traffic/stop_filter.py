@@ -1,0 +1,82 @@
+"""The stop filter: the last thing before a command leaves, whoever made it.
+
+It scales a twist until the robot, if it brakes after one control period of it, stays within the
+space that it holds, and off walls and LiDAR hits. So safety does not depend on the controller. A
+standstill always passes: the twist before was admitted, so braking leads where it was checked.
+"""
+
+from __future__ import annotations
+
+import math
+
+from swarm_common.model.records import CONTROL_PERIOD, Twist
+from swarm_nav.core.config import ControllerConfig
+from swarm_nav.reservation.stop_filter_kernels import largest_share
+from swarm_nav.traffic.robot_state import RobotState
+
+TOLERANCE = 0.037  # [m] from the held polyline: see Margin in docs/architecture/safety.md
+ROUNDING = 1e-9  # [m/s], [rad/s] by which a controller may exceed the limits of the drive
+STANDSTILL = Twist()
+
+
+def admitted(robot: RobotState, wish: Twist) -> Twist:
+    """Return the largest scaling of a twist from which the robot stops in its own space.
+
+    Args:
+        wish: In base_footprint; one with a number that is not finite counts as a standstill.
+
+    Returns:
+        The twist to drive, within the limits of the drive.
+    """
+    if not math.isfinite(wish.vx + wish.vy + wish.wz):
+        return STANDSTILL
+    limits = robot.config.controller
+    twist = _within_limits(wish, limits)
+    if twist.vx != 0.0 or twist.vy != 0.0:  # a disc that turns on the spot needs no space
+        twist = _in_held_space(robot, twist, limits)
+    if robot.oblong is None:
+        return twist
+    return robot.oblong.admitted(
+        (robot.terrain.distance, robot.terrain.frame),
+        robot.obstacle_points(),
+        robot.pose,
+        robot.twist,
+        twist,
+        (limits.acc_lim_x, limits.acc_lim_theta),
+    )
+
+
+def _in_held_space(robot: RobotState, wish: Twist, limits: ControllerConfig) -> Twist:
+    tube, terrain, pose, now = robot.tube, robot.terrain, robot.pose, robot.velocity
+    share = largest_share(
+        (pose.x, pose.y, pose.yaw),
+        (now.vx, now.vy, now.wz),
+        (wish.vx, wish.vy, wish.wz),
+        (limits.acc_lim_x, limits.acc_lim_y, limits.acc_lim_theta, CONTROL_PERIOD),
+        (tube.points, max(0, tube.near - 1), tube.stop, TOLERANCE),
+        (
+            terrain.distance,
+            terrain.frame,
+            robot.obstacle_points(),
+            robot.config.costmap.footprint_padding,
+            robot.body_radius if robot.oblong is None else -math.inf,
+        ),
+    )
+    if share == 1.0:
+        return wish
+    return Twist(share * wish.vx, share * wish.vy, share * wish.wz) if share else STANDSTILL
+
+
+def _within_limits(wish: Twist, limits: ControllerConfig) -> Twist:
+    most_x, most_y, most_turn = limits.max_vel_x, limits.max_vel_y, limits.max_vel_theta
+    if (
+        abs(wish.vx) <= most_x + ROUNDING
+        and abs(wish.vy) <= most_y + ROUNDING
+        and abs(wish.wz) <= most_turn + ROUNDING
+    ):
+        return wish
+    return Twist(
+        max(-most_x, min(most_x, wish.vx)),
+        max(-most_y, min(most_y, wish.vy)),
+        max(-most_turn, min(most_turn, wish.wz)),
+    )
