@@ -32,12 +32,12 @@ from swarm_common.model.records import (
 )
 from swarm_common.model.sites import Sites
 from swarm_nav.control.controller import Controller
-from swarm_nav.control.tube import padded
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import ErrorCode, Event, Goal, GoalEnded, Outcome, Output, Status
 from swarm_nav.localisation.localiser import OdometryLocaliser
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
+from swarm_nav.reservation.tube import padded
 
 STOP_SHARE = 0.8  # of the goal tolerance at which a robot stops, as our navigator does
 STANDING_SPEED = 0.02  # [m/s]
