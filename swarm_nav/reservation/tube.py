@@ -51,7 +51,7 @@ class Tube:
         self._log: NDArray[np.int64] = np.zeros((2 * REMEMBERED, 2), np.int64)
         self._logged = 0  # rows of the log in use, the latest last
         self.is_reverse = False
-        self.reset(pose.x, pose.y)
+        self.reset(pose)
 
     def configure(self, confirmations: int, held_length: float, wanted_length: float) -> None:
         """Take new parameters; all space must be confirmed again.
@@ -74,16 +74,11 @@ class Tube:
         """
         first = max(0, self.near - 1)
         x, y = tube_kernels.nearest_on(self.points, first, self.stop, pose.x, pose.y)
-        self.reset(x, y)
+        self.reset(Pose(x, y, pose.yaw))
 
-    def reset(self, x: float, y: float) -> None:
-        """Drop path, claim and request; hold a place that others need not know.
-
-        Args:
-            x: [m] in map.
-            y: [m] in map.
-        """
-        self.points: FloatArray = np.array(((x, y),))
+    def reset(self, pose: Pose) -> None:
+        """Drop path, claim and request; hold a place that others need not know."""
+        self.points: FloatArray = np.array(((pose.x, pose.y),))
         self.near = 0
         self.stop = 0
         self.corners: list[int] = []

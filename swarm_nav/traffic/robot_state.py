@@ -261,7 +261,7 @@ class RobotState:
 
         For use between two ticks: the robot may have gone faster since its pose was taken.
         """
-        self.tube.reset(self.pose.x, self.pose.y)
+        self.tube.reset(self.pose)
         if self.is_standing:
             return
         wz, speed = self.twist.wz, max(self.speed, 0.02)
