@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist, wrap_angle
-from swarm_nav.control.controller import Controller
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, Twist, wrap_angle
 from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
 from swarm_nav.planning.planner import path_length, straight_path
+from swarm_nav.traffic.arbiter import STAND, Proposal
 from swarm_nav.traffic.robot_state import RobotState
 
 SPIN_DONE = 0.03  # [rad]
@@ -72,8 +72,8 @@ class Behavior:
         self._start = robot.pose
         self._is_pathed = False
 
-    def step(self, robot: RobotState, controller: Controller) -> Twist:
-        """Return the twist of this tick; `end` tells when it is over."""
+    def propose(self, robot: RobotState) -> Proposal:
+        """Return what the robot is to do in this tick; `end` tells when the behaviour is over."""
         self.angle_traveled += wrap_angle(robot.pose.yaw - self._last_yaw)
         self._last_yaw = robot.pose.yaw
         self._traveled = self.distance_traveled(robot)
@@ -82,73 +82,78 @@ class Behavior:
         if kind is GoalKind.WAIT:
             if elapsed >= self.goal.duration:
                 self.end = BehaviorEnd()
-            return controller.stop(robot.twist)
+            return STAND
         if self.goal.duration > 0.0 and elapsed > self.goal.duration:
             code = TIMEOUTS.get(kind, ErrorCode.DRIVE_TIMEOUT)
             self.end = BehaviorEnd(code, f"not done after {self.goal.duration:.1f} s")
-            return controller.stop(robot.twist)
+            return STAND
         if kind is GoalKind.SPIN:
-            return self._spin(robot, controller)
+            return self._spin(robot)
         if kind is GoalKind.TELEOP:
-            return self._teleop(robot, controller)
-        return self._drive(robot, controller)
+            return self._teleop(robot)
+        return self._drive(robot)
 
     def distance_traveled(self, robot: RobotState) -> float:
         """Return the distance [m] from the start, without ways to make way."""
         return self._driven + self._start.distance(robot.pose)
 
-    def _spin(self, robot: RobotState, controller: Controller) -> Twist:
+    def _spin(self, robot: RobotState) -> Proposal:
         rest = self.goal.angle - self.angle_traveled
         if abs(rest) < SPIN_DONE:
             self.end = BehaviorEnd()
-            return controller.stop(robot.twist)
-        step = max(-1.5, min(1.5, rest))
-        return controller.turn_to(robot.pose.yaw + step, robot.pose, robot.twist)
+            return STAND
+        return Proposal(stands=True, yaw=robot.pose.yaw + max(-1.5, min(1.5, rest)))
 
-    def _teleop(self, robot: RobotState, controller: Controller) -> Twist:
+    def _teleop(self, robot: RobotState) -> Proposal:
         """Turn on the spot, or drive straight as far as there is room: never into anything."""
-        tube, twist = robot.tube, robot.twist
+        twist = robot.twist
         wish = self._wish if robot.tick - self._wish_tick <= TELEOP_TICKS else Twist()
         is_turn = abs(wish.wz) > max(TELEOP_LEAST, abs(wish.vx))
         way = 0 if is_turn or abs(wish.vx) < TELEOP_LEAST else (1 if wish.vx > 0.0 else -1)
-        if way != self._way:
+        is_new = way != self._way
+        if is_new:
             self._way, self._is_pathed = way, False
-            tube.cut()
+        path = None
         if not self._is_pathed:
             if not robot.is_standing:
                 if not is_turn or abs(twist.vx) > TELEOP_LEAST:
-                    return controller.stop(twist)
+                    return Proposal(drops_path=is_new, stands=True)
             elif way:
-                path = straight_path(robot.pose, way * TELEOP_REACH)
-                floor = robot.body_radius + robot.config.costmap.footprint_padding
-                clear = (robot.terrain.clearances(path, floor) >= floor).tolist()
-                room = clear.index(False, 1) if False in clear[1:] else len(clear)
-                if room > 2:
-                    tube.shrink_to_place(robot.pose)
-                    tube.adopt(path[:room])
-                    tube.is_reverse = way < 0
-                    self._is_pathed, self._start = True, robot.pose
-                    self._room = float(path_length(path[:room]))
+                path = self._straight_ahead(robot, way)
         if is_turn:
             yaw = robot.pose.yaw + math.copysign(TELEOP_TURN, wish.wz)
-            turn = controller.turn_to(yaw, robot.pose, twist)
-            return Twist(0.0, 0.0, max(-abs(wish.wz), min(abs(wish.wz), turn.wz)))
+            return Proposal(drops_path=is_new, stands=True, yaw=yaw, most_rate=abs(wish.wz))
         if not self._is_pathed:
-            return controller.stop(twist)
+            return Proposal(drops_path=is_new, stands=True)
         if self._start.distance(robot.pose) > self._room - DRIVE_DONE:
             self._is_pathed = False
-            tube.cut()
-            return controller.stop(twist)
-        follow = controller.follow(tube, robot.pose, twist)
-        limit = abs(wish.vx)
-        return Twist(max(-limit, min(limit, follow.vx)), follow.vy, follow.wz)
+            return Proposal(drops_path=True, stands=True)
+        return Proposal(
+            drops_path=is_new,
+            holds_place=path is not None,
+            path=path,
+            is_reverse=way < 0,
+            most_speed=abs(wish.vx),
+        )
 
-    def _drive(self, robot: RobotState, controller: Controller) -> Twist:
+    def _straight_ahead(self, robot: RobotState, way: int) -> FloatArray | None:
+        """Return the free part of the straight way (n, 2) ahead, or behind for way -1."""
+        path = straight_path(robot.pose, way * TELEOP_REACH)
+        floor = robot.body_radius + robot.config.costmap.footprint_padding
+        clear = (robot.terrain.clearances(path, floor) >= floor).tolist()
+        room = clear.index(False, 1) if False in clear[1:] else len(clear)
+        if room <= 2:
+            return None
+        self._is_pathed, self._start = True, robot.pose
+        self._room = float(path_length(path[:room]))
+        return path[:room]
+
+    def _drive(self, robot: RobotState) -> Proposal:
         is_reverse = self.goal.is_reverse or self.goal.kind is GoalKind.BACKUP
-        tube = robot.tube
+        path = None
         if not self._is_pathed:
             if not robot.is_standing:
-                return controller.stop(robot.twist)  # the held space ends ahead, not behind
+                return STAND  # the held space ends ahead, not behind
             self._is_pathed = True
             rest = self.goal.distance - self._driven
             path = straight_path(robot.pose, -rest if is_reverse else rest)
@@ -161,17 +166,16 @@ class Behavior:
                 self.end = BehaviorEnd(
                     code, f"a {'keepout zone' if zone else 'wall'} is in the way"
                 )
-                return controller.stop(robot.twist)
-            tube.shrink_to_place(robot.pose)
-            tube.adopt(path)
-            tube.is_reverse = is_reverse
+                return STAND
         if self.distance_traveled(robot) >= self.goal.distance - DRIVE_DONE:
             self.end = BehaviorEnd()
-            tube.cut()
-            return controller.stop(robot.twist)
-        twist = controller.follow(tube, robot.pose, robot.twist)
-        limit = self.goal.speed if self.goal.speed > 0.0 else math.inf
-        return Twist(max(-limit, min(limit, twist.vx)), twist.vy, twist.wz)
+            return Proposal(drops_path=True, stands=True)
+        return Proposal(
+            holds_place=path is not None,
+            path=path,
+            is_reverse=is_reverse,
+            most_speed=self.goal.speed if self.goal.speed > 0.0 else math.inf,
+        )
 
 
 def recovery_goal(attempt: int, robot: RobotState) -> Goal | None:

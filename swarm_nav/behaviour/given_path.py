@@ -43,13 +43,15 @@ class GivenPath:
         """
         self.index = self._nearest(x, y)
 
-    def way(self, robot: RobotState) -> FloatArray:
-        """Return the path (n, 2) from the stop point back to the given one and along its rest.
+    def way(self, robot: RobotState, start: tuple[float, float]) -> FloatArray:
+        """Return the path (n, 2) from a place back to the given one and along its rest.
+
+        Args:
+            start: (x, y) [m] in map.
 
         Raises:
             PlanError: If the given path comes too near to a wall, or there is no way to it.
         """
-        start = robot.stop_point
         rest = self.points[self._nearest(*start) :]
         planner = robot.planner
         joint = np.array((start,))
@@ -57,7 +59,7 @@ class GivenPath:
             joint = planner.plan(start, (rest[0, 0], rest[0, 1]), traffic_costs.congestion(robot))
         end = (float(rest[-1, 0]), float(rest[-1, 1]))
         path = planner.finish(np.vstack((joint, rest)), start, end, planner.no_extra(), False)
-        self._check(path, robot)
+        self._check(path, robot, start)
         return path
 
     def _nearest(self, x: float, y: float) -> int:
@@ -78,10 +80,9 @@ class GivenPath:
             k += step
 
     @staticmethod
-    def _check(path: FloatArray, robot: RobotState) -> None:
+    def _check(path: FloatArray, robot: RobotState, start: tuple[float, float]) -> None:
         terrain, room = robot.terrain, robot.body_radius
-        start = np.array([robot.stop_point])
-        clear = terrain.clearances(np.vstack((start, path)), room)
+        clear = terrain.clearances(np.vstack((np.array([start]), path)), room)
         floor = min(room, clear[0])
         for (x, y), gap in zip(path.tolist(), clear[1:].tolist(), strict=True):
             if not terrain.grid.contains(x, y) or gap < floor - 1e-6:

@@ -9,7 +9,7 @@ from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.core.goals import NO_POSES_CODES, ErrorCode, Goal, GoalEnded, GoalKind, Outcome
 from swarm_nav.core.states import Event, State
-from swarm_nav.traffic.departure import Departure
+from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.robot_state import RobotState
@@ -35,7 +35,7 @@ class GoalManager:
         state_machine: StateMachine,
         lease: Lease,
         right: RightOfWay,
-        departure: Departure,
+        arbiter: Arbiter,
         trip: ChargingTrip | None = None,
     ) -> None:
         """Start without a goal.
@@ -44,10 +44,10 @@ class GoalManager:
             state_machine: Its state, which is switched as goals begin and end.
             lease: Its turn at stations; it is aimed at the present target.
             right: Tells whether it makes way; then its path outlives the goal.
-            departure: Takes it out of a narrow region after its last goal.
+            arbiter: Drops the path of a goal that is over.
             trip: When and where it charges; None for a robot without a battery.
         """
-        self._departure = departure
+        self._arbiter = arbiter
         self._trip = trip
         self._put_off: GoalProgress | None = None  # goal that waits until the robot is charged
         self._s = robot
@@ -176,8 +176,7 @@ class GoalManager:
     def _stop_short(self) -> None:
         """Give up the way ahead, unless the robot makes way on it."""
         if not self._right.is_yielding:
-            self._s.release_ahead(self._s.brake_points)
-            self._s.tube.cut()
+            self._arbiter.stop_short()
 
     def see_to_battery(self) -> None:
         """Put the goal off for a trip to charge when it is due, and go on with it afterwards."""
@@ -250,7 +249,7 @@ class GoalManager:
 
     def _aim(self, task: GoalProgress) -> None:
         """Point the lease at the present target."""
-        self._s.tube.cut()
+        self._arbiter.drop_path()
         if task.goal.kind is GoalKind.FOLLOW_PATH or task.is_passing:
             self._lease.aim(None)
         else:
@@ -303,7 +302,7 @@ class GoalManager:
         s.counters.recoveries += 1
         task.progress_tick = s.tick
         s.obstacles.clear()
-        s.tube.cut()
+        self._arbiter.drop_path()
         task.is_planned = goal is not None
         self.is_recovery = goal is not None
         self.behavior = Behavior(goal, s) if goal is not None else None
@@ -315,23 +314,27 @@ class GoalManager:
             self.behavior = None
             self.is_recovery = False
 
-    def yield_or_resume(self, is_yielding: bool) -> None:
-        """Interrupt the current goal while the robot makes way, and resume it afterwards.
+    @property
+    def is_idle(self) -> bool:
+        """Whether the robot has nothing to do, not even a goal that is to begin."""
+        return self.goal_id is None and not self.is_on_trip
 
-        Without a goal it also makes way for robots that wait to enter the region where it stands.
-
-        Args:
-            is_yielding: Whether right of way asks the robot to make way or to step back.
-        """
-        is_idle = not is_yielding and self.goal_id is None and not self.is_on_trip
-        is_yielding |= self._departure.update(self._s, is_idle)
-        state = self._state_machine.state
-        if is_yielding and self.task is not None:
+    def interrupt(self) -> None:
+        """Interrupt the current goal while the robot makes way, or leaves for others."""
+        if self.task is not None:
             self.task.record_progress(self._s, True)
-        if is_yielding and state is not State.YIELDING:
+        if self._state_machine.state is not State.YIELDING:
             self._state_machine.switch(Event.PUSHED)
-        elif not is_yielding and state is State.YIELDING:
+
+    def resume(self) -> None:
+        """Go on with the current goal, if it was interrupted."""
+        if self._state_machine.state is State.YIELDING:
             self._resume()
+
+    def replan(self) -> None:
+        """Have the way to the target planned anew."""
+        if self.task is not None:
+            self.task.is_planned = False
 
     def _resume(self) -> None:
         if self.task is not None:

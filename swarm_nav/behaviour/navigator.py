@@ -22,12 +22,12 @@ from swarm_nav.behaviour.announcement import (
     compose_status,
     priorities,
 )
-from swarm_nav.behaviour.behavior_executor import BehaviorExecutor
 from swarm_nav.behaviour.behaviors import BehaviorEnd
 from swarm_nav.behaviour.charging import ChargingTrip
 from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
+from swarm_nav.behaviour.rules import RULES, Parts
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.control.omni import make_controller
 from swarm_nav.core.config import NavConfig
@@ -35,17 +35,17 @@ from swarm_nav.core.goals import ErrorCode, Feedback, Goal, GoalKind, Outcome, O
 from swarm_nav.core.priority import CLASS_DRIVING, base_priority
 from swarm_nav.core.states import State
 from swarm_nav.localisation.localiser import START_DEVIATION, make_localiser
+from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, narrow_region
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
-from swarm_nav.traffic.reservation import ReservationManager
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.robot_state import begin
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.speed_limits import SpeedLimits
-from swarm_nav.traffic.speed_near_people import NOBODY_NEAR, limited, people_near
+from swarm_nav.traffic.speed_near_people import limited, people_near
 from swarm_nav.traffic.stop_filter import admitted
 
 
@@ -93,27 +93,26 @@ class Navigator:
             initial_pose_map, config.localisation, spec, s.terrain, s.neighbors, robot_id
         )
         self._gate = Gate(self._narrow_region())
-        self._state_machine = StateMachine(s, self._holding)
+        self._single_lanes = SingleLanes()
+        self._arbiter = arbiter = Arbiter(s, self._single_lanes)
+        self._state_machine = StateMachine(s, self._holding, arbiter)
         self._trip: ChargingTrip | None = None
         if spec.battery is not None:
             self._trip = ChargingTrip(spec.battery, list(sites.chargers.values()))
         self._goal_manager = GoalManager(
-            s, self._state_machine, self._lease, self._right, Departure(self._gate, self._lease),
-            self._trip,
+            s, self._state_machine, self._lease, self._right, arbiter, self._trip
+        )
+        self._parts = Parts(
+            s, self._state_machine, self._goal_manager, self._right,
+            Departure(self._gate, self._lease), self._lease, self._gate, self._holding, arbiter,
         )  # fmt: skip
-        self._behavior_executor = BehaviorExecutor(
-            s, self._state_machine, self._goal_manager, self._lease, self._gate, self._holding,
-            self._controller,
-        )  # fmt: skip
+        self._rules = [make(self._parts) for make in RULES.values()]
         self._senses = Senses(s)
-        self._single_lanes = SingleLanes()
-        self._reservation = ReservationManager(s, self._single_lanes)
         self._deciders = Deciders(
             self._state_machine, self._right, self._lease, self._gate, self._holding, self._senses,
             self._single_lanes,
         )  # fmt: skip
         self._speed_limits = SpeedLimits(sites.zones)
-        self._people = NOBODY_NEAR  # at the end of the last tick in which the robot could drive
 
     def _narrow_region(self) -> NDArray[np.int16] | None:
         return narrow_region(self._s.terrain, self._s.stations, self._s.usual_radius)
@@ -343,18 +342,13 @@ class Navigator:
         self._choose_goal()
         yield None
         if can_drive:
-            self._guard_reservation()
-            self._decide_right_of_way()
-        yield None
-        override = None
-        if can_drive:
-            override = self._behavior_executor.choose_path(self._people.is_near)
+            self._arbiter.decide(self._rules)
         yield None
         s = self._s
         s.tube.record_rest(s.pose, s.is_standing)
         if can_drive:
-            twist = admitted(s, self._choose_twist(override))
-            self._reservation.extend()
+            twist = admitted(s, self._follow())
+            self._arbiter.extend()
         else:
             twist = self._stand()
         yield None
@@ -372,7 +366,7 @@ class Navigator:
         elif passed > s.config.traffic.lost_ticks:
             self._senses.listen_anew()
             s.hold_place()
-            self._replan()
+            self._goal_manager.replan()
 
     def _localise(self) -> bool:
         """Announce the margin that the pose needs, and correct it; return whether it is lost."""
@@ -418,37 +412,20 @@ class Navigator:
         own = base_priority(CLASS_DRIVING, self._goal_manager.last_goal_tick, self._s.robot_id)
         return max(own, self._lease.inherited)
 
-    def _guard_reservation(self) -> None:
-        """Give up space that an obstacle or another robot is in, or that is not driven."""
-        self._reservation.guard()
-        if self._reservation.drop_if_unused():
-            self._replan()
-
-    def _decide_right_of_way(self) -> None:
-        """Make way, step back, go on with the current goal, or stay where the robot is served."""
-        is_yielding = False
-        if self.is_pausing:
-            self._right.stay(self._s)
-        else:
-            is_yielding = self._right.update(self._s)
-        self._goal_manager.yield_or_resume(is_yielding)
-
-    def _choose_twist(self, override: Twist | None) -> Twist:
-        """Return the twist along the path or instead of it, slowed down near people and walls.
-
-        Args:
-            override: Twist that the state asks for; None to follow the path.
-        """
-        s = self._s
-        twist = self._behavior_executor.follow_path() if override is None else override
-        self._people = people_near(s)
-        twist = limited(twist, self._people, s.config.controller)
+    def _follow(self) -> Twist:
+        """Return the twist that follows the arbiter's decision, slowed down near people."""
+        s, parts = self._s, self._parts
+        may_back = self._state is State.YIELDING or s.is_confined
+        twist = self._arbiter.follow(self._controller, may_back)
+        parts.people = people_near(s)
+        twist = limited(twist, parts.people, s.config.controller)
         return self._speed_limits.limited(twist, s)
 
     def _stand(self) -> Twist:
         """Release the space that is not needed for stopping, and stop."""
-        self._reservation.retract()
-        self._behavior_executor.stand()
+        self._arbiter.retract()
+        if self._task is not None:
+            self._task.record_progress(self._s, True)  # it cannot be expected to move
         return self._controller.stop(self._s.twist)
 
     def _announce(self) -> np.void:
@@ -473,11 +450,6 @@ class Navigator:
             s.counters.hold_ticks += 1
         elif state is State.DRIVING and s.blocked_ticks > 0 and s.is_standing:
             s.counters.wait_ticks += 1
-
-    def _replan(self) -> None:
-        """Have the way to the target planned anew."""
-        if self._task is not None:
-            self._task.is_planned = False
 
     @property
     def _state(self) -> State:

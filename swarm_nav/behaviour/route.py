@@ -12,6 +12,7 @@ from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.traffic import traffic_costs
+from swarm_nav.traffic.arbiter import Proposal, planned
 from swarm_nav.traffic.lease import SAME_STATION
 from swarm_nav.traffic.robot_state import RobotState
 
@@ -24,7 +25,7 @@ FATAL = (ErrorCode.GOAL_OCCUPIED, ErrorCode.GOAL_OUTSIDE_MAP, ErrorCode.NO_VALID
 
 
 class Route:
-    """Plans the way to the target and gives it to the tube.
+    """Plans the way to the target.
 
     Attributes:
         last_plan_tick: Tick of the last plan.
@@ -34,7 +35,6 @@ class Route:
         """Start without a plan.
 
         Args:
-            robot: Of the robot; plans go to its tube.
             goal_manager: Is told of targets that have no way.
         """
         self._s = robot
@@ -42,12 +42,11 @@ class Route:
         self.last_plan_tick = -1000
         self._barred: list[tuple[int, float, float]] = []  # tick and place [m] in map
 
-    def update(self, task: GoalProgress) -> None:
+    def propose(self, task: GoalProgress) -> Proposal | None:
         """Plan if it is due; a target without a way is recovered from or given up."""
         if task.given is not None:
             task.given.advance(self._s.pose.x, self._s.pose.y)
-        if self._is_due(task):
-            self._plan(task)
+        return self._plan(task) if self._is_due(task) else None
 
     def _is_due(self, task: GoalProgress) -> bool:
         s = self._s
@@ -67,28 +66,38 @@ class Route:
         is_turn = (self._s.tick + 7 * self._s.robot_id) % period == 0
         return task.given is None and since >= period and is_turn
 
-    def _plan(self, task: GoalProgress) -> None:
+    def _plan(self, task: GoalProgress) -> Proposal | None:
         s = self._s
         self.last_plan_tick = s.tick
         try:
             extra = traffic_costs.congestion(s)
             self._stamp_barred(extra)
-            path = self._path_to(task, extra)
+            path = self._path_to(task, s.stop_point, extra)
             if self._keeps(task, path, extra):
-                return
-            if s.release_for(path):
-                path = self._path_to(task, extra)
+                return None
+            found = planned(s, lambda start: self._again(task, start, path, extra))
         except PlanError as error:
             task.is_planned = True
             if error.is_final or error.code in FATAL:
                 self._goal_manager.fail_target(task, error.code, str(error))
             else:
                 self._goal_manager.recover_or_fail(task, error.code, str(error))
-            return
+            return None
         s.counters.replans += task.is_planned
-        task.record_plan(path)
-        if len(path) >= 2:
-            s.tube.adopt(path)
+        assert found is not None
+        assert found.path is not None
+        task.record_plan(found.path)
+        return found
+
+    def _again(
+        self,
+        task: GoalProgress,
+        start: tuple[float, float],
+        path: FloatArray,
+        extra: NDArray[np.float32],
+    ) -> FloatArray:
+        """Return the path (n, 2) from the stop point, or another one from elsewhere."""
+        return path if start == self._s.stop_point else self._path_to(task, start, extra)
 
     def _stamp_barred(self, extra: NDArray[np.float32]) -> None:
         """Raise the cost of ways on which the robot waited in vain; the longer it waited, the more.
@@ -107,15 +116,17 @@ class Route:
         cost = traffic_costs.BARRED * len(places)
         traffic_costs.stamp(extra, s, places, BARRED_RADIUS, cost)
 
-    def _path_to(self, task: GoalProgress, extra: NDArray[np.float32]) -> FloatArray:
+    def _path_to(
+        self, task: GoalProgress, start: tuple[float, float], extra: NDArray[np.float32]
+    ) -> FloatArray:
         s = self._s
         if task.given is not None:
-            return task.given.way(s)
+            return task.given.way(s, start)
         target = task.target
         place = (target.x, target.y)
         is_station = any(math.dist(place, station) < SAME_STATION for station in s.stations)
         yaw = target.yaw if is_station and not task.is_passing else math.nan
-        return s.planner.plan(s.stop_point, place, extra, yaw)
+        return s.planner.plan(start, place, extra, yaw)
 
     def _keeps(self, task: GoalProgress, path: FloatArray, extra: NDArray[np.float32]) -> bool:
         """Whether the current path is as good as a new one; changes cost turns and reservations."""

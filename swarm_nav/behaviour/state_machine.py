@@ -5,6 +5,7 @@ from __future__ import annotations
 from swarm_nav.core.goals import Event as Report
 from swarm_nav.core.goals import StateChanged
 from swarm_nav.core.states import Event, State, next_state
+from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.robot_state import RobotState
 
@@ -19,7 +20,7 @@ class StateMachine:
         events: What happened since the last `pop_events`, in order.
     """
 
-    def __init__(self, robot: RobotState, holding: HoldingPattern) -> None:
+    def __init__(self, robot: RobotState, holding: HoldingPattern, arbiter: Arbiter) -> None:
         """Start idle.
 
         Args:
@@ -27,6 +28,7 @@ class StateMachine:
         """
         self._s = robot
         self._holding = holding
+        self._arbiter = arbiter
         self.state = State.IDLE
         self.is_waiting = False
         self.holding_since = 0
@@ -46,10 +48,11 @@ class StateMachine:
         if self.state is State.HOLDING:
             self._holding.leave()
             if event is not Event.PUSHED:  # that one brought a path of its own
-                self._s.tube.cut()
+                self._arbiter.drop_path()
         if new is State.HOLDING:
             self.holding_since = self._s.tick
             self._holding.enter(self._s)
+            self._arbiter.drop_path()
         self.state = new
         self.events.append(StateChanged(new.value, self._s.tick))
 

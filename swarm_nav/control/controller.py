@@ -76,34 +76,32 @@ class Controller:
         """
         return self._turn(wrap_angle(yaw - pose.yaw), pose, twist)
 
-    def choose_direction(self, tube: Tube, pose: Pose, twist: Twist, may_back: bool) -> bool:
-        """Decide at standstill whether the tube is driven backwards.
+    def is_reverse(self, tube: Tube, pose: Pose, twist: Twist, may_back: bool) -> bool | None:
+        """Return whether the path is driven backwards; decided anew at standstill.
 
         A robot that makes way turns twice if it drives forwards: away, and back again.
 
         Args:
-            tube: Whose `is_reverse` is set.
             may_back: Whether driving backwards is allowed.
 
         Returns:
-            False while the robot still drives backwards although it may not any longer.
+            None while the robot still drives backwards although it may not any longer.
         """
         if abs(twist.vx) > STANDING:
-            return may_back or not tube.is_reverse
+            return tube.is_reverse if may_back or not tube.is_reverse else None
         if not may_back:
-            tube.is_reverse = False
-            return True
+            return False
         ahead = _direction(tube, pose, tube.next_corner())
-        if ahead is not None:
-            error = abs(wrap_angle(ahead - pose.yaw))
-            tube.is_reverse = error > (FORWARDS if tube.is_reverse else BACKWARDS)
-        return True
+        if ahead is None:
+            return tube.is_reverse
+        error = abs(wrap_angle(ahead - pose.yaw))
+        return error > (FORWARDS if tube.is_reverse else BACKWARDS)
 
     def follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
         """Return the twist that follows the tube, at most to its held end.
 
         Args:
-            tube: Path and held part; its index of the robot is advanced.
+            tube: Path and held part, with the robot's index on it.
         """
         if tube.is_reverse:
             flipped = Pose(pose.x, pose.y, wrap_angle(pose.yaw + math.pi))
@@ -112,7 +110,7 @@ class Controller:
         return self._follow(tube, pose, twist)
 
     def _follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
-        corner = corner_ahead(tube, pose)
+        corner = tube.corner
         ahead = _direction(tube, pose, corner)
         if ahead is None:
             return self._turn(0.0, pose, twist) if self._is_turning else Twist()
@@ -158,23 +156,6 @@ class Controller:
         return Twist(float(v), 0.0, float(w))
 
 
-def corner_ahead(tube: Tube, pose: Pose) -> int:
-    """Move the robot's index on along the tube; return the next corner, or the path's end.
-
-    Args:
-        tube: Path and held part; its index of the robot is advanced.
-
-    Returns:
-        Index of the corner. One that is held and that the robot stands on counts as passed.
-    """
-    corner = tube.next_corner()
-    tube.advance(pose, min(corner, tube.stop))
-    if tube.near < corner <= tube.stop and gap_to(tube, corner, pose) < ARRIVED:
-        tube.near = corner
-        corner = tube.next_corner()
-    return corner
-
-
 def scored_window(tube: Tube, corner: int) -> tuple[int, FloatArray]:
     """Return the points that rollouts are scored on.
 
@@ -182,7 +163,7 @@ def scored_window(tube: Tube, corner: int) -> tuple[int, FloatArray]:
 
     Args:
         tube: The path, with the robot's index on it.
-        corner: Index of the last point that may be scored on, see `corner_ahead`.
+        corner: Index of the next corner, the last point that may be scored on.
 
     Returns:
         The index of the first of the points, and the points (n, 2) [m] in map.
@@ -206,15 +187,10 @@ def rate_that_stops(rest: float, rate: float, acceleration: float) -> float:
     return acceleration * (math.sqrt(room) - half) if room > half * half else 0.0
 
 
-def gap_to(tube: Tube, index: int, pose: Pose) -> float:
-    """Return the distance [m] of the robot to a point of the tube."""
-    return math.hypot(tube.points[index, 0] - pose.x, tube.points[index, 1] - pose.y)
-
-
 def _direction(tube: Tube, pose: Pose, corner: int) -> float | None:
     """Return the yaw towards the path ahead, None where there is none."""
     k = min(tube.near + LOOKAHEAD, corner)
-    if k > tube.near and gap_to(tube, k, pose) > ARRIVED:
+    if k > tube.near and tube.gap_to(k, pose) > ARRIVED:
         return math.atan2(tube.points[k, 1] - pose.y, tube.points[k, 0] - pose.x)
     if k + 1 < len(tube.points):
         step = tube.points[min(k + 2, len(tube.points) - 1)] - tube.points[k]

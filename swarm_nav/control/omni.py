@@ -16,7 +16,6 @@ from swarm_nav.control.controller import (
     LOOKAHEAD,
     TUBE_TOLERANCE,
     Controller,
-    corner_ahead,
     length_to,
     rate_that_stops,
     scored_window,
@@ -56,27 +55,19 @@ class OmniController(Controller):
         self._velocity = (twist.vx, twist.vy, twist.wz)
         return Twist(math.hypot(twist.vx, twist.vy), 0.0, twist.wz)
 
-    def choose_direction(self, tube: Tube, pose: Pose, twist: Twist, may_back: bool) -> bool:
-        """Never drive backwards: the robot need not turn to make way.
-
-        Args:
-            tube: Whose `is_reverse` is cleared.
-
-        Returns:
-            True: nothing has to be waited for.
-        """
-        tube.is_reverse = False
-        return True
+    def is_reverse(self, tube: Tube, pose: Pose, twist: Twist, may_back: bool) -> bool | None:
+        """Never drive backwards: the robot need not turn to make way."""
+        return False
 
     def follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
         """Return the twist that follows the tube, at most to its held end.
 
         Args:
-            tube: Path and held part; its index of the robot is advanced.
+            tube: Path and held part, with the robot's index on it.
             twist: As `course` returned it.
         """
         self._is_turning = False
-        corner = corner_ahead(tube, pose)
+        corner = tube.corner
         end = min(corner, tube.stop)
         first, window = scored_window(tube, corner)
         if len(window) < 2 or tube.is_at_rest:

@@ -71,7 +71,8 @@ def warm_up() -> None:
     _localise(Navigator(config, spec, grid, sites, 3, poses[0]))
     robot = navigators[0]._s
     robot.neighbors.refresh(TICKS)
-    refuge_path(robot, way_of(robot, 0), robot.reach(0), robot.priority + 1)
+    way = way_of(robot, 0)
+    refuge_path(robot, robot.stop_point, way, robot.reach(0), robot.priority + 1)
     parking_path(robot, [(1.0, 1.0)])
     extra = traffic_costs.congestion(robot)
     robot.planner.cost_of(np.zeros((2, 2)), extra)

@@ -82,6 +82,7 @@ class Tube:
         self.near = 0
         self.stop = 0
         self.corners: list[int] = []
+        self.corner = 0  # that is driven to: the next bend or the end, by `track`
         self.is_withdrawn = False
         self.is_reverse = False
         self._arrival = (0.0, 0.0)  # direction in which the robot comes to the path's first point
@@ -113,6 +114,12 @@ class Tube:
         find = path_kernels.corners if self.slots is None else self.slots.corners
         self.corners = find(self.points, self.corner_angle).tolist()
         self.forget_requests()
+
+    @staticmethod
+    def end_of(path: FloatArray) -> tuple[float, float]:
+        """Return the last point (x, y) of a path (n, 2), n > 1, as it is once it was adopted."""
+        x, y = path_kernels.thinned(np.ascontiguousarray(path), ARRIVED)[-1].tolist()
+        return x, y
 
     def cut(self) -> None:
         """Give up the path beyond the stop point."""
@@ -191,6 +198,22 @@ class Tube:
         self._log[self._logged, 1] = end
         self._logged += 1
         self._noted = min(self._noted + 1, REMEMBERED)
+
+    def track(self, pose: Pose) -> None:
+        """Move the robot's index on along the path, up to the next corner or the held end.
+
+        A corner that is held and that the robot stands on counts as passed.
+        """
+        corner = self.next_corner()
+        self.advance(pose, min(corner, self.stop))
+        if self.near < corner <= self.stop and self.gap_to(corner, pose) < ARRIVED:
+            self.near = corner
+            corner = self.next_corner()
+        self.corner = corner
+
+    def gap_to(self, index: int, pose: Pose) -> float:
+        """Return the distance [m] of the robot to a point of the path."""
+        return math.hypot(self.points[index, 0] - pose.x, self.points[index, 1] - pose.y)
 
     def advance(self, pose: Pose, limit: int) -> None:
         """Move the robot's index to the nearest point from here on."""

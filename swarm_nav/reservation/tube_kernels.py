@@ -218,7 +218,7 @@ def extend(
     """Let the tube grow along a path until the first refusal.
 
     Rules G1, G2, G3 and G5 of docs/architecture/safety.md, named where they are checked; the caller
-    (`swarm_nav.traffic.reservation.ReservationManager.extend`) checks G4: that the robot has
+    (`swarm_nav.traffic.arbiter.Arbiter.extend`) checks G4: that the robot has
     listened for long enough.
 
     Args:

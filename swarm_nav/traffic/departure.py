@@ -16,8 +16,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.model.records import FloatArray
 from swarm_nav.core.priority import OUT_OF_LANES, above
 from swarm_nav.traffic import gate_kernels, traffic_costs
+from swarm_nav.traffic.arbiter import Proposal
 from swarm_nav.traffic.gate import Gate, is_inside
 from swarm_nav.traffic.holding import ARRIVED, parking_path
 from swarm_nav.traffic.lease import Lease
@@ -52,8 +54,13 @@ class Departure:
         self._insists = False  # whether it was blocked on its way out
         self._has_left = False  # whether it left for others since its last goal
 
-    def update(self, robot: RobotState, is_idle: bool) -> bool:
-        """Return whether the robot is on its way out.
+    @property
+    def is_leaving(self) -> bool:
+        """Whether the robot is on its way out."""
+        return self._target is not None
+
+    def propose(self, robot: RobotState, is_idle: bool) -> Proposal | None:
+        """Propose the way out, once, when the robot is to leave.
 
         Args:
             is_idle: Whether it has no goal, and does not make way for anybody.
@@ -64,7 +71,7 @@ class Departure:
             self._has_left &= self._lease.station is None
             if self._target is not None:
                 self._give_up()
-            return False
+            return None
         tick = robot.tick
         if self._idle_since < 0:
             self._idle_since = tick
@@ -74,8 +81,9 @@ class Departure:
         if not self._is_under_way(robot):
             self._give_up()
         if (self._target is None or is_blocked) and tick >= self._next_search_tick:
-            self._leave_for_others(robot)
-        return self._target is not None
+            way = self._way_for_others(robot)
+            return Proposal(path=way) if way is not None and len(way) >= 2 else None
+        return None
 
     def _give_up(self) -> None:
         self._target = None
@@ -95,74 +103,74 @@ class Departure:
         x, y = robot.tube.points[-1]
         return (x, y) == self._target and robot.distance_to(x, y) > ARRIVED
 
-    def _leave_for_others(self, robot: RobotState) -> None:
-        """Set off if the robot takes the room of others in a region, at a station or of people."""
-        if self._leave_region(robot):
-            return
+    def _way_for_others(self, robot: RobotState) -> FloatArray | None:
+        """Return the way out for others in a region, for a station, or for people."""
+        way = self._way_out_of_region(robot)
+        if way is not None:
+            return way
         pose = robot.pose
         left = self._lease.left
         if left is not None and left.is_of(robot) and left.contains(robot):
             highest = _highest_asking(robot, left.floor)
             if highest or left.is_large:
                 if left.room:  # one way out: no other robot gets past it
-                    self._leave(robot, highest, left.floor, OUT_OF_LANES)
-                else:
-                    self._leave(robot, highest if self._insists else 0, left.floor)
-                return
+                    return self._way_out(robot, highest, left.floor, OUT_OF_LANES)
+                return self._way_out(robot, highest if self._insists else 0, left.floor)
         walked = robot.obstacles.walked(robot.tick)
         room = PERSON_ROOM * robot.obstacle_clearance
         if len(walked) and float(np.hypot(*(walked - (pose.x, pose.y)).T).min()) < room:
             near = robot.planner.no_extra()
             traffic_costs.stamp(near, robot, walked, room, 1.0)
-            self._leave(robot, 0, near > 0.0)
+            return self._way_out(robot, 0, near > 0.0)
+        return None
 
-    def _leave_region(self, robot: RobotState) -> bool:
-        """Leave the region and the floor before it for those who ask; return whether it does."""
+    def _way_out_of_region(self, robot: RobotState) -> FloatArray | None:
+        """Return the way off the region and the floor before it, for those who ask."""
         region, pose = self._gate.region, robot.pose
         lattice = robot.planner.lattice
         if region is None:
-            return False
+            return None
         stands_inside = bool(is_inside(region, lattice.frame, pose.x, pose.y))
         if not (stands_inside or self._has_left):
-            return False
+            return None
         forecourt = self._gate.forecourt(lattice, robot.config.holding.request_distance)
         if forecourt is None or not is_inside(forecourt, lattice.frame, pose.x, pose.y):
-            return False
+            return None
         highest = _highest_asking(robot, region, at_gate=True)
         if not highest:
             self._insists = False
-            return False
+            return None
         inherited = highest if self._insists and stands_inside else 0
-        if self._park(robot, inherited, forecourt):
-            return True
-        return stands_inside and self._leave(robot, inherited, region > 0)
+        way = self._parking_way(robot, inherited, forecourt)
+        if way is None and stands_inside:
+            way = self._way_out(robot, inherited, region > 0)
+        return way
 
-    def _leave(
+    def _way_out(
         self, robot: RobotState, highest: int, closed: NDArray[np.bool_], hops: int = 1
-    ) -> bool:
-        """Set off for a parking place, else to where others get past; return whether it does."""
-        return self._park(robot, highest, closed, hops) or self._park(
-            robot, highest, closed, hops, rooms(*robot.passing)
-        )
+    ) -> FloatArray | None:
+        """Return the way to a parking place, else to where others get past."""
+        way = self._parking_way(robot, highest, closed, hops)
+        if way is None:
+            way = self._parking_way(robot, highest, closed, hops, rooms(*robot.passing))
+        return way
 
-    def _park(
+    def _parking_way(
         self,
         robot: RobotState,
         highest: int,
         closed: NDArray[np.bool_],
         hops: int = 1,
         allowed: NDArray[np.bool_] | None = None,
-    ) -> bool:
-        """Set off for the nearest place outside; return whether there is one."""
+    ) -> FloatArray | None:
+        """Return the way to the nearest place outside; of one point if the robot stands there."""
         self._next_search_tick = robot.tick + robot.wait_ticks
         way = parking_path(robot, list(robot.stations), closed, math.inf, allowed)
         if way is not None and len(way) >= 2:
-            robot.tube.adopt(way)
-            x, y = robot.tube.points[-1]
-            self._target = (x, y)
+            self._target = robot.tube.end_of(way)
             self._has_left = True
             self._inherit(above(highest, hops) if highest else 0)
-        return way is not None
+        return way
 
 
 def _highest_asking(

@@ -16,6 +16,7 @@ from swarm_nav.planning.planner import path_length
 from swarm_nav.planning.terrain import HALL_DISTANCE
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.approach import PARKING_DISTANCE
+from swarm_nav.traffic.arbiter import Proposal
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.traffic_costs import PARKING_GAP
 
@@ -57,28 +58,31 @@ class HoldingPattern:
             self.is_on_circuit = mode == "circuit" and circuit is not None
         self._next_search_tick = robot.tick
         self.target = None
-        robot.tube.cut()
 
     def leave(self) -> None:
         """Give up the pattern."""
         self.is_on_circuit = False
         self.target = None
 
-    def update(self, robot: RobotState, kept_free: Callable[[], NDArray[np.bool_] | None]) -> None:
-        """Keep going round, or look for a parking place until it is reached.
+    def propose(
+        self, robot: RobotState, kept_free: Callable[[], NDArray[np.bool_] | None]
+    ) -> Proposal | None:
+        """Propose the next piece of the circuit, or a parking place until one is reached.
 
         Args:
             kept_free: Returns the lattice cells (h, w) that are no parking places, None without
                 any; called only when the robot looks for one.
         """
         if self.is_on_circuit:
-            self._drive_circuit(robot)
-        elif robot.tick >= self._next_search_tick and self._needs_place(robot):
-            self._next_search_tick = robot.tick + robot.wait_ticks
-            path = parking_path(robot, self._stations, kept_free())
-            if path is not None and len(path) >= 2:
-                robot.tube.adopt(path)
-                self.target = (float(path[-1, 0]), float(path[-1, 1]))
+            return self._drive_circuit(robot)
+        if robot.tick < self._next_search_tick or not self._needs_place(robot):
+            return None
+        self._next_search_tick = robot.tick + robot.wait_ticks
+        path = parking_path(robot, self._stations, kept_free())
+        if path is None or len(path) < 2:
+            return None
+        self.target = (float(path[-1, 0]), float(path[-1, 1]))
+        return Proposal(path=path)
 
     def _needs_place(self, robot: RobotState) -> bool:
         if self.target is None:
@@ -108,25 +112,24 @@ class HoldingPattern:
         room = len(heard) * _CIRCUIT_SPACING / robot.config.holding.circuit_spacing
         return on_it + 1 <= room
 
-    def _drive_circuit(self, robot: RobotState) -> None:
+    def _drive_circuit(self, robot: RobotState) -> Proposal | None:
         circuit = self._nearest_circuit(robot)
         if circuit is None:
             self.is_on_circuit = False
-            return
+            return None
         is_late = robot.tick < self._next_search_tick
         if is_late or robot.tube.length_ahead() > CIRCUIT_RENEW:
-            return
+            return None
         self._next_search_tick = robot.tick + robot.ticks(1.0)
         _, nearest = _circuit_gap(circuit, robot)
         ahead = nearest + int(CIRCUIT_LOOKAHEAD / _CIRCUIT_SPACING)
         point = circuit[ahead % len(circuit)]
-        target = (float(point[0]), float(point[1]))
-        path = self._way_to(robot, target)
+        path = self._way_to(robot, (float(point[0]), float(point[1])))
         if path is None:
             self.is_on_circuit = False  # park instead
-            return
-        robot.tube.adopt(path)
+            return None
         self.target = None
+        return Proposal(path=path)
 
     def _way_to(self, robot: RobotState, point: tuple[float, float]) -> FloatArray | None:
         """Return the way to a point of the circuit, None if there is no short one."""

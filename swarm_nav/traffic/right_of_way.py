@@ -10,7 +10,7 @@ refuge steps back (PIBT's backtracking).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from swarm_nav.planning import path_cost_kernels
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.reservation.tube_kernels import INTENT_SPACING, PRIORITY_LENGTH
 from swarm_nav.traffic import traffic_costs
+from swarm_nav.traffic.arbiter import DROP_PATH, Proposal, planned
 from swarm_nav.traffic.gate import is_inside
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import FORESIGHT
@@ -80,32 +81,33 @@ class RightOfWay:
             patience = traffic.push_ticks + robot.radio.extra
         return robot.neighbors.highest_pusher(robot.own_priority, patience)
 
-    def update(self, robot: RobotState) -> bool:
-        """React to pushers; return whether the robot is (still) making way or stepping back."""
+    def propose(self, robot: RobotState) -> Proposal | None:
+        """React to pushers: make way, step back, or go on; `is_yielding` tells which."""
         tick = robot.tick
         if robot.has_grown:
             self.is_stuck = False
+        proposal = None
         row = self.pusher(robot)
         if row is not None:
-            self._make_way(robot, row)
+            proposal = self._make_way(robot, row)
         elif self.inherited:
-            self._await_release(robot)
+            proposal = self._await_release(robot)
         if not self.is_yielding:
-            self._consider_retreat(robot)
+            proposal = self._consider_retreat(robot) or proposal
         if 0 <= self._retreat_until <= tick:
             self._retreat_until = -1
-            robot.tube.cut()
-        return self.is_yielding
+            proposal = DROP_PATH
+        return proposal
 
-    def stay(self, robot: RobotState) -> None:
+    def stay(self, robot: RobotState) -> Proposal | None:
         """Make way for nobody, as long as the robot is served where it stands."""
-        if self.is_retreating:
-            self._retreat_until = -1
-            robot.tube.cut()
+        proposal = DROP_PATH if self.is_retreating else None
+        self._retreat_until = -1
         if self.inherited or self._is_diverted:
-            self._release(robot)
+            return self._release(robot) or proposal
+        return proposal
 
-    def _await_release(self, robot: RobotState) -> None:
+    def _await_release(self, robot: RobotState) -> Proposal | None:
         """Be free after a while; on a single lane look for a refuge while the pusher is away.
 
         Else a robot without a goal would stay in a blind end for ever: its pusher steps back, so
@@ -114,12 +116,13 @@ class RightOfWay:
         patience = robot.retry_ticks
         if self._is_diverted and self._still_comes(robot):
             self._last_pushed_tick = robot.tick
-        if self._was_stuck and not is_in_room(robot):
+        if self._was_stuck and not is_in_room(robot, robot.stop_point):
             patience += robot.stuck_ticks
         if robot.tick - self._last_pushed_tick > patience:
-            self._release(robot)
-        elif self.is_stuck and robot.tick >= self._next_search_tick:
-            self._search(robot)
+            return self._release(robot)
+        if self.is_stuck and robot.tick >= self._next_search_tick:
+            return self._search(robot)
+        return None
 
     def _still_comes(self, robot: RobotState) -> bool:
         """Whether the pusher's way leads here, unblocked, and that to the refuge is free: drive on.
@@ -137,16 +140,15 @@ class RightOfWay:
         gaps = np.hypot(*(way_of(robot, row) - robot.stop_point).T)
         return bool(gaps.min() < robot.reach(row))
 
-    def _release(self, robot: RobotState) -> None:
+    def _release(self, robot: RobotState) -> Proposal | None:
         self.inherited = 0
         robot.yields_for = 0
         self.is_stuck = self._was_stuck = self._was_barred = False
         self._blocked_since = -1
-        if self._is_diverted:
-            self._is_diverted = False
-            robot.tube.cut()
+        was_diverted, self._is_diverted = self._is_diverted, False
+        return DROP_PATH if was_diverted else None
 
-    def _make_way(self, robot: RobotState, row: int) -> None:
+    def _make_way(self, robot: RobotState, row: int) -> Proposal | None:
         neighbors = robot.neighbors
         pusher_id = int(neighbors.ids[row])
         is_new = pusher_id != robot.yields_for
@@ -155,7 +157,7 @@ class RightOfWay:
         self.inherited = int(neighbors.priorities[row]) - 1
         self._kept_free = way_of(robot, row), robot.reach(row)
         if not self._is_diverted and self._goes_on(robot, row):
-            return
+            return None
         self._is_diverted = True
         if is_new:
             robot.counters.pushes += 1
@@ -164,8 +166,7 @@ class RightOfWay:
             self._is_at_refuge = False
             self._margin = REFUGE_MARGIN
             self._blocked_since = -1
-            self._search(robot)
-            return
+            return self._search(robot)
         if robot.blocked_ticks == 0:
             self._blocked_since = -1
         elif self._blocked_since < 0:
@@ -173,12 +174,12 @@ class RightOfWay:
         waited = robot.tick - self._blocked_since if self._blocked_since >= 0 else 0
         if max(waited, robot.obstacle_ticks) > robot.stuck_ticks:
             self.is_stuck = self._was_stuck = self._was_barred = True
-        if robot.tick < self._next_search_tick:
-            return
-        if robot.tube.is_complete or self.is_stuck:
-            if self._is_at_refuge:  # and in the way there, as the pusher says
-                self._margin += REFUGE_MARGIN
-            self._search(robot)
+        is_over = robot.tube.is_complete or self.is_stuck
+        if robot.tick < self._next_search_tick or not is_over:
+            return None
+        if self._is_at_refuge:  # and in the way there, as the pusher says
+            self._margin += REFUGE_MARGIN
+        return self._search(robot)
 
     def _goes_on(self, robot: RobotState, row: int) -> bool:
         """Whether the robot gets out of the pusher's way by going its own, with its priority."""
@@ -190,45 +191,45 @@ class RightOfWay:
                 return False
         return clears_way(robot, row)
 
-    def _search(self, robot: RobotState) -> None:
-        """Adopt the way to the nearest refuge, or say that there is none."""
+    def _search(self, robot: RobotState) -> Proposal | None:
+        """Propose the way to the nearest refuge, or say that there is none."""
         self._next_search_tick = robot.tick + robot.retry_ticks
         way, reach = self._kept_free
         smooth = not self._was_barred
         gap, rank = reach + self._margin, self.inherited
-        path = planned(robot, lambda: refuge_path(robot, way, gap, rank, smooth))
+        found = planned(robot, lambda start: refuge_path(robot, start, way, gap, rank, smooth))
+        path = found.path if found is not None else None
         self._is_at_refuge = path is not None and len(path) < 2
         if path is None:
             self._margin = REFUGE_MARGIN
             self.is_stuck = self._was_stuck = True
-            return
-        if self._is_at_refuge:
+        elif self._is_at_refuge:
             self.is_stuck = False
-            return
-        robot.tube.adopt(path)
-        self._blocked_since = -1
+        else:
+            self._blocked_since = -1
+        return found
 
-    def _consider_retreat(self, robot: RobotState) -> None:
+    def _consider_retreat(self, robot: RobotState) -> Proposal | None:
         """Step back from a robot that said that it cannot make way; if again, farther and longer.
 
         Before that one can make way, those behind this robot may have to step back in turn.
         """
         if robot.blocked_ticks < robot.wait_ticks:
-            return
+            return None
         row = robot.neighbors.row(robot.blocked_by)
         if row is None or not robot.neighbors.stuck[row] or robot.neighbors.immovable[row]:
-            return
+            return None
         is_again = robot.blocked_by == self._retreated_from
         times = self._retreats + 1 if is_again else 1
-        path = planned(robot, lambda: retreat_path(robot, times * RETREAT_DISTANCE))
-        if path is None and is_again:
-            path = planned(robot, lambda: retreat_path(robot, RETREAT_DISTANCE))
-        if path is None:
-            return
+        found = planned(robot, lambda start: retreat_path(robot, start, times * RETREAT_DISTANCE))
+        if is_again and (found is None or found.path is None):
+            found = planned(robot, lambda start: retreat_path(robot, start, RETREAT_DISTANCE))
+        if found is None or found.path is None:
+            return found
         self._retreats, self._retreated_from = times, robot.blocked_by
         robot.counters.retreats += 1
-        robot.tube.adopt(path)
         self._retreat_until = robot.tick + times * robot.stuck_ticks
+        return found
 
 
 def clears_way(robot: RobotState, row: int) -> bool:
@@ -248,20 +249,10 @@ def clears_way(robot: RobotState, row: int) -> bool:
     return bool(path_cost_kernels.clears(path, way, reach, SLACK, GAIN))
 
 
-def planned(robot: RobotState, find: Callable[[], FloatArray | None]) -> FloatArray | None:
-    """Return a way from the stop point, after giving up held space that it would lead back along.
-
-    Args:
-        find: Returns the way (n, 2) [m] in map from the present stop point, None if there is none.
-    """
-    path = find()
-    return find() if path is not None and robot.release_for(path) else path
-
-
-def is_in_room(robot: RobotState) -> bool:
-    """Whether the robot stops where two robots pass each other."""
+def is_in_room(robot: RobotState, place: tuple[float, float]) -> bool:
+    """Whether a place (x, y) [m] in map is where two robots pass each other."""
     floor = rooms(*robot.passing)
-    return bool(is_inside(floor, robot.planner.lattice.frame, *robot.stop_point))
+    return bool(is_inside(floor, robot.planner.lattice.frame, *place))
 
 
 def way_of(robot: RobotState, row: int) -> FloatArray:
@@ -277,9 +268,14 @@ def way_of(robot: RobotState, row: int) -> FloatArray:
 
 
 def refuge_path(
-    robot: RobotState, way: FloatArray, reach: float, priority: int, smooth: bool = True
+    robot: RobotState,
+    start: tuple[float, float],
+    way: FloatArray,
+    reach: float,
+    priority: int,
+    smooth: bool = True,
 ) -> FloatArray | None:
-    """Return the way (n, 2) from the stop point to the nearest place out of a pusher's way.
+    """Return the way (n, 2) from a place to the nearest place out of a pusher's way.
 
     On the floor where two robots pass each other, if one is free there: on a single lane the next
     robot would push it again, in a blind end without a way out. From a single lane it may be any
@@ -290,6 +286,7 @@ def refuge_path(
     where that bars the way, none is tried.
 
     Args:
+        start: (x, y) [m] in map.
         way: (n, 2) [m] in map that the pusher needs.
         reach: [m] to keep from that.
         smooth: Whether the first try is for a smooth path.
@@ -297,30 +294,30 @@ def refuge_path(
     neighbors = robot.neighbors
     taken = robot.planner.no_extra()
     traffic_costs.stamp(taken, robot, way, reach, 1.0)
-    gaps = np.hypot(*(way - robot.stop_point).T)
+    gaps = np.hypot(*(way - start).T)
     if float(gaps.min()) < reach - REFUGE_MARGIN / 2:
         # a node within half a step may be out of the way where the robot itself is not
-        traffic_costs.stamp(taken, robot, robot.stop_point, robot.planner.lattice.step, 1.0)
+        traffic_costs.stamp(taken, robot, start, robot.planner.lattice.step, 1.0)
     traffic_costs.stamp_tubes(taken, robot, REFUGE_MARGIN, 1.0)
     for other in np.flatnonzero(neighbors.heads["mode"] == MODE_YIELD):
         target = neighbors.heads["target"][other]
         if int(neighbors.ids[other]) != robot.yields_for and math.isfinite(float(target[0])):
             traffic_costs.stamp(taken, robot, target, robot.reach(int(other)), 1.0)
-    in_room = is_in_room(robot)
+    in_room = is_in_room(robot, start)
     most = robot.config.holding.search_distance if in_room else math.inf
     is_higher = neighbors.priorities >= priority
     tries = ((0.003, smooth and robot.obstacle_ticks == 0), *TIGHTER)
     anywhere = robot.planner.free_places(taken)
     in_rooms = anywhere & rooms(*robot.passing)
     for places in (in_rooms, anywhere) if (in_rooms != anywhere).any() else (anywhere,):
-        path = _nearest(robot, places, is_higher, tries, most) if places.any() else None
+        path = _nearest(robot, start, places, is_higher, tries, most) if places.any() else None
         if path is not None:
             return path
-    return place_of_another(robot, way, reach, is_higher) if in_room else None
+    return place_of_another(robot, start, way, reach, is_higher) if in_room else None
 
 
 def place_of_another(
-    robot: RobotState, way: FloatArray, reach: float, is_higher: Mask
+    robot: RobotState, start: tuple[float, float], way: FloatArray, reach: float, is_higher: Mask
 ) -> FloatArray | None:
     """Return the way (n, 2) to a place in a room that a lower robot leaves for this one, if any.
 
@@ -328,6 +325,7 @@ def place_of_another(
     as long as they stand as they do.
 
     Args:
+        start: (x, y) [m] in map.
         way: (n, 2) [m] in map that the pusher needs.
         reach: [m] to keep from that.
         is_higher: (n,) neighbours that cannot be pushed for this.
@@ -336,16 +334,16 @@ def place_of_another(
     most = robot.config.holding.search_distance
     taken = robot.planner.no_extra()
     traffic_costs.stamp(taken, robot, way, reach, 1.0)
-    here, step = robot.stop_point, robot.planner.lattice.step
-    traffic_costs.stamp(taken, robot, here, 2.0 * step, 1.0)
+    traffic_costs.stamp(taken, robot, start, 2.0 * robot.planner.lattice.step, 1.0)
     traffic_costs.stamp_tubes(taken, robot, REFUGE_MARGIN, np.where(is_wall, 1.0, 0.0))
     traffic_costs.stamp_obstacles(taken, robot, 1.0)
     places = robot.planner.free_places(taken)
-    return _nearest(robot, places, is_higher, ((0.003, False), *TIGHTER), most)
+    return _nearest(robot, start, places, is_higher, ((0.003, False), *TIGHTER), most)
 
 
 def _nearest(
     robot: RobotState,
+    start: tuple[float, float],
     places: NDArray[np.uint8],
     is_higher: Mask,
     tries: Iterable[Try],
@@ -354,20 +352,23 @@ def _nearest(
     """Return the way to the nearest of some places by the first (margin, smooth) that has one."""
     for margin, smooth in tries:
         extra = traffic_costs.refuge_costs(robot, is_higher, margin)
-        path = robot.planner.nearest(robot.stop_point, extra, places, most, smooth)
+        path = robot.planner.nearest(start, extra, places, most, smooth)
         if path is not None:
             return path
     return None
 
 
-def retreat_path(robot: RobotState, distance: float) -> FloatArray | None:
-    """Return a way to a free place at least so far from here, if any.
+def retreat_path(
+    robot: RobotState, start: tuple[float, float], distance: float
+) -> FloatArray | None:
+    """Return a way to a free place at least so far from where it starts, if any.
 
     Args:
+        start: (x, y) [m] in map.
         distance: [m]
     """
     taken = robot.planner.no_extra()
-    traffic_costs.stamp(taken, robot, robot.stop_point, distance, 1.0)
+    traffic_costs.stamp(taken, robot, start, distance, 1.0)
     traffic_costs.stamp_tubes(taken, robot, REFUGE_MARGIN, 1.0)
     places = robot.planner.free_places(taken)
     neighbors, own = robot.neighbors, robot.priority
@@ -375,4 +376,4 @@ def retreat_path(robot: RobotState, distance: float) -> FloatArray | None:
     is_equal = (neighbors.priorities == own) & (neighbors.ids < robot.robot_id)
     extra = traffic_costs.refuge_costs(robot, (neighbors.priorities > own) | is_equal, 0.003)
     most = robot.config.holding.search_distance
-    return robot.planner.nearest(robot.stop_point, extra, places, most, False)
+    return robot.planner.nearest(start, extra, places, most, False)

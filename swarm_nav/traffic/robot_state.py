@@ -17,6 +17,7 @@ from swarm_nav.perception.obstacles import ObstacleLayer
 from swarm_nav.planning.oblong import Oblong
 from swarm_nav.planning.planner import SPACING, Planner
 from swarm_nav.planning.terrain import Terrain, as_large_as, terrain_for
+from swarm_nav.reservation import tube_kernels
 from swarm_nav.reservation.tube import Tube
 from swarm_nav.traffic.patience import Patience
 
@@ -78,7 +79,7 @@ class RobotState:
     priority: int = 0  # as in the last beacon
     listening_since: int = 0  # tick since which the radio is heard without a gap, by `Senses`
     yields_for: int = 0  # id of the robot that is made way for, 0 for none, by `RightOfWay`
-    # By `ReservationManager`: ticks for which the tube could not grow because of a robot, its id
+    # By `Arbiter`: ticks for which the tube could not grow because of a robot, its id
     # (0 for none), and what it does, for people.
     blocked_ticks: int = 0
     blocked_by: int = 0
@@ -122,7 +123,7 @@ class RobotState:
         """Announce another safety margin [m], never less than configured.
 
         Space is granted only to requests that all have acknowledged together with the radius that
-        it was requested with; what is held is looked at by `ReservationManager.guard`.
+        it was requested with; what is held is checked by `held_space_rules`.
 
         Args:
             needed: [m]
@@ -234,27 +235,34 @@ class RobotState:
         """
         self.tube.release_beyond(last, self.pose, 0.0 if self.is_standing else self.braking_way)
 
-    def release_for(self, path: FloatArray) -> bool:
-        """Give up held space that a plan from the stop point leads back along, and the old path.
+    def points_kept_for(self, path: FloatArray) -> int | None:
+        """Return how many points ahead stay held when the robot turns back; None if it does not.
 
         Args:
             path: (n, 2) [m] in map, from the stop point.
-
-        Returns:
-            Whether there was such space; then the stop point is another one, to plan from anew.
         """
         tube = self.tube
         if tube.stop - tube.near <= self.brake_points or len(path) < 3:
-            return False
+            return None
         arriving = tube.points[tube.stop] - tube.points[tube.stop - 2]
         if (arriving * (path[2] - path[0])).sum() >= 0.0:
-            return False
-        stop = tube.stop
-        self.release_ahead(self.brake_points if abs(self.twist.vx) > 0.05 else 0)
-        if tube.stop == stop:
-            return False
-        tube.cut()  # else it would ask for the same space again until it has another path
-        return True
+            return None
+        keep = self.brake_points if abs(self.twist.vx) > 0.05 else 0
+        return keep if self._stop_after_release(keep) < tube.stop else None
+
+    def stop_point_after(self, keep: int) -> tuple[float, float]:
+        """Return where plans start once only `keep` points ahead of the robot are held."""
+        x, y = self.tube.points[self._stop_after_release(keep)].tolist()
+        return x, y
+
+    def _stop_after_release(self, keep: int) -> int:
+        tube = self.tube
+        at = self.pose.x, self.pose.y
+        limit = min(tube.next_corner(), tube.stop)
+        near = tube_kernels.nearest_ahead(tube.points, tube.near, limit, *at)
+        way = 0.0 if self.is_standing else self.braking_way
+        needed = tube_kernels.last_to_keep(tube.points, near, tube.stop, at, way)
+        return int(min(max(near + keep, needed), tube.stop))
 
     def hold_place(self) -> None:
         """Drop path, claim and request; hold the place, and ahead of it what it takes to stop.

@@ -1,0 +1,69 @@
+"""Rules that give up held space: to a tube that is too near, before an obstacle, or unused."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from swarm_nav.reservation import tube_kernels
+from swarm_nav.traffic.arbiter import Proposal
+from swarm_nav.traffic.robot_state import RobotState
+
+GROWTH_SLACK = 0.06  # [m] by which tubes are nearer than both radii without any growth
+WATCHDOG_MOTION = 0.06  # [m]
+
+
+class KeepApart:
+    """Gives up points that are too near to another tube since a radius has grown (AMCL)."""
+
+    def propose(self, robot: RobotState) -> Proposal | None:
+        """Keep what lies before the first point that is too near."""
+        tube = robot.tube
+        if robot.config.localisation.type != "amcl":
+            return None
+        first = tube_kernels.first_overlap(
+            tube.points, tube.near, tube.stop, robot.radius, GROWTH_SLACK,
+            robot.neighbors.columns(),
+        )  # fmt: skip
+        return None if first > tube.stop else Proposal(keep_until=first - 1, is_final=False)
+
+
+class StopBeforeObstacle:
+    """Gives up held space before anything that the LiDAR sees in it."""
+
+    def propose(self, robot: RobotState) -> Proposal | None:
+        """Keep what lies before the first point that is too near to a hit, and nearer than now."""
+        tube = robot.tube
+        points = robot.obstacle_points()
+        if len(points) == 0:
+            return None
+        held = tube.points[tube.near : tube.stop + 1]
+        gaps = np.hypot(
+            held[:, None, 0] - points[None, :, 0], held[:, None, 1] - points[None, :, 1]
+        ).min(axis=1)
+        clearance = (
+            robot.obstacle_clearance if robot.oblong is None else robot.obstacle_clearances(held)
+        )
+        bad = np.flatnonzero((gaps < clearance) & (gaps <= gaps[0]))
+        bad = bad[bad > 0]
+        if not len(bad):
+            return None
+        robot.obstacle_ticks += 1
+        return Proposal(keep_until=tube.near + int(bad[0]) - 1, is_final=False)
+
+
+class DropUnused:
+    """Gives up space that is held but not driven into for `traffic.stuck_time`."""
+
+    def __init__(self, robot: RobotState) -> None:
+        """Start to watch the robot where it stands."""
+        self._pose, self._tick = robot.pose, robot.tick
+
+    def propose(self, robot: RobotState) -> Proposal | None:
+        """Keep the place only; whoever has a goal plans anew."""
+        tube = robot.tube
+        if robot.pose.distance(self._pose) > WATCHDOG_MOTION or tube.stop <= tube.near:
+            self._pose, self._tick = robot.pose, robot.tick
+        elif robot.tick - self._tick > robot.stuck_ticks and abs(robot.twist.vx) < 0.02:
+            self._tick = robot.tick
+            return Proposal(holds_place=True, is_final=False)
+        return None
