@@ -30,7 +30,7 @@ from swarm_common.model.records import Pose, RobotSpec, Twist
 from swarm_nav.core.config import NavConfig
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.reservation.tube import padded
-from swarm_nav.traffic.reservation import ReservationManager
+from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.robot_state import RobotState, begin
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
@@ -120,7 +120,7 @@ class Actor:
         self.s.priority = 0
         self._next_priority = 0
         self._moved_tick = tick
-        self.reservation = ReservationManager(self.s, SingleLanes())
+        self.reservation = Arbiter(self.s, SingleLanes())
 
     def live(self, tick: int, batch: BeaconArray | None, rng: np.random.Generator) -> np.void:
         """Pass one tick and return the beacon; `batch` is None for a deaf robot."""

@@ -13,7 +13,7 @@ from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.core.config import TrafficConfig
 from swarm_nav.core.goals import Goal, GoalKind
 from swarm_nav.perception.neighbor_table import UNHEARD_PATIENCE, NeighborTable
-from swarm_nav.traffic.reservation import ReservationManager
+from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
 from tests.fakes.navigation import beacon, hear, robot_in, room
@@ -84,7 +84,7 @@ def test_who_waits_for_an_acknowledgement_is_not_expected_to_move() -> None:
     s = robot_in(HALL, Pose(4.5, 4.5, 0.0))
     s.tube.adopt(np.column_stack((np.linspace(4.5, 6.0, 31), np.full(31, 4.5))))
     s.tube.publish(s.pose, s.tick - 1)
-    reservation = ReservationManager(s, SingleLanes())
+    reservation = Arbiter(s, SingleLanes())
     silent = beacon(2, 5.5, 5.5)
     hear(s, silent)
     s.neighbors.acks[:] = -1000  # it has not acknowledged anything yet

@@ -18,12 +18,14 @@ from swarm_nav.core.priority import CLASS_DRIVING, above, base_priority
 from swarm_nav.perception.neighbor_table_kernels import HELD
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.reservation import tube_kernels
+from swarm_nav.traffic.arbiter import Arbiter
+from swarm_nav.traffic.held_space_rules import DropUnused
 from swarm_nav.traffic.lease import Lease
-from swarm_nav.traffic.reservation import ReservationManager
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
 from tests.fakes import aisle, doorway
+from tests.fakes.decisions import act, push
 from tests.fakes.navigation import RADIUS, Squad, beacon, config, hear, robot_in, room
 from tests.fakes.protocol import Crowd, Schedule
 
@@ -52,7 +54,7 @@ def path_of(s: RobotState, *corners: tuple[float, float]) -> None:
 
 def taken(s: RobotState, *others: np.void) -> int:
     """Return how many points a robot is granted beside some others."""
-    reservation = ReservationManager(s, SingleLanes())
+    reservation = Arbiter(s, SingleLanes())
     hear(s, *others)
     before = s.tube.stop
     reservation.extend()
@@ -143,7 +145,7 @@ def test_a_silent_robot_is_waited_for_however_little_it_may_have_moved(age: int)
     silent["heard"][0] = s.robot_id << 16 | (s.tick - age - 1)
     s.neighbors.receive(np.array([silent]), 3.0, 4.0)
     s.neighbors.refresh(s.tick)
-    ReservationManager(s, SingleLanes()).extend()
+    Arbiter(s, SingleLanes()).extend()
     assert s.tube.stop == (0 if age > 4 else s.tube.stop)
     assert SPACING * s.tube.stop <= 2.0 - REACH
 
@@ -225,7 +227,7 @@ def leaves(s: RobotState, pusher: np.void) -> None:
     """Push a robot; fail unless it finds a way and is granted a part once the pusher waits."""
     hear(s, pusher)
     right = RightOfWay()
-    right.update(s)
+    push(right, s)
     assert not right.is_stuck
     assert len(s.tube.points) > 3
     for tick in range(s.tick - 5, s.tick):
@@ -258,12 +260,14 @@ def test_a_claim_that_is_not_driven_is_dropped_whatever_the_robot_does() -> None
     s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     path_of(s, (5.0, 4.0))
     s.tube.stop = 7
-    reservation = ReservationManager(s, SingleLanes())
+    unused = DropUnused(s)
     dropped = False
     for _ in range(s.ticks(s.config.traffic.stuck_time) + 2):
         s.tick += 1
         s.twist = Twist(0.0, 0.0, 1.5)  # turns on the spot
-        dropped = dropped or reservation.drop_if_unused()
+        proposal = unused.propose(s)
+        act(s, proposal)
+        dropped = dropped or proposal is not None
     assert dropped
     assert len(s.tube.points) == 1
 
@@ -276,7 +280,7 @@ def test_who_is_blocked_by_a_robot_without_a_refuge_steps_back() -> None:
     right = RightOfWay()
     s.blocked_by, s.blocked_ticks = 7, 30
     hear(s, beacon(7, 4.6, 0.9, flags=FLAG_STUCK | FLAG_ACTIVE))
-    assert right.update(s)
+    assert push(right, s)
     assert right.is_retreating
     assert math.dist(s.tube.points[-1], (4.0, 0.9)) > 0.9
 
@@ -451,12 +455,12 @@ def test_a_thing_on_the_way_to_a_refuge_is_not_waited_for() -> None:
     s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     right = RightOfWay()
     hear(s, blocked_by_us(3.2, 2, intent=[(3.3 + 0.1 * k, 4.0) for k in range(20)]))
-    right.update(s)
+    push(right, s)
     first = s.tube.points.copy()
     s.tick += s.ticks(s.config.traffic.stuck_time) + 1
     s.obstacle_ticks = s.ticks(s.config.traffic.stuck_time) + 1
     hear(s, blocked_by_us(3.2, 2, intent=[(3.3 + 0.1 * k, 4.0) for k in range(20)]))
-    right.update(s)
+    push(right, s)
     assert right.is_stuck
     assert not np.array_equal(first, s.tube.points)
 
@@ -467,13 +471,13 @@ def test_a_smooth_way_to_a_refuge_that_a_robot_bars_is_not_tried_again() -> None
     right = RightOfWay()
     pusher = {"intent": [(3.3 + 0.1 * k, 4.0) for k in range(20)]}
     hear(s, blocked_by_us(3.2, 2, **pusher))
-    right.update(s)
+    push(right, s)
     first = s.tube.points.copy()
     for waited in (1, s.stuck_ticks + 1, s.retry_ticks, s.retry_ticks):
         s.tick += waited
         s.blocked_ticks += waited
         hear(s, blocked_by_us(3.2, 2, **pusher))
-        right.update(s)
+        push(right, s)
         is_the_same = np.array_equal(first, s.tube.points)
         assert is_the_same is (waited == 1)
     assert right.is_stuck

@@ -46,6 +46,7 @@ from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
+from tests.fakes.decisions import arbiter_of
 from tests.fakes.navigation import RADIUS, robot_in, room, waffle
 from tests.fakes.neighbors import deserialize_neighbors
 
@@ -65,7 +66,7 @@ def deciders(
     right: RightOfWay | None = None, single_lanes: SingleLanes | None = None,
 ) -> Deciders:  # fmt: skip
     holding = HoldingPattern({}, [])
-    state_machine = StateMachine(s, holding)
+    state_machine = StateMachine(s, holding, arbiter_of(s))
     state_machine.state, state_machine.holding_since = state, 60
     state_machine.is_waiting = state is State.HOLDING
     return Deciders(

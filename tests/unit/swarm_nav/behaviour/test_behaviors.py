@@ -11,6 +11,7 @@ from swarm_nav.behaviour.behaviors import Behavior, BehaviorEnd, recovery_goal
 from swarm_nav.control.controller import Controller
 from swarm_nav.core.config import ControllerConfig
 from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
+from tests.fakes.decisions import step
 from tests.fakes.navigation import Unicycle, robot_in, room
 
 HALL = room(6.0, 6.0)
@@ -28,7 +29,7 @@ def perform(
     for _ in range(ticks):
         s.tick += 1
         s.pose, s.twist = body.pose, body.twist
-        command = behavior.step(s, controller)
+        command = step(behavior, s, controller)
         s.tube.stop = len(s.tube.points) - 1
         if behavior.end is not None:
             return behavior.end, body, speeds
@@ -146,7 +147,7 @@ def test_a_drive_goes_on_with_the_rest_after_the_robot_made_way() -> None:
             s.tube.reset(s.pose)
             behavior.resume(s)
         s.pose, s.twist = body.pose, body.twist
-        command = behavior.step(s, controller)
+        command = step(behavior, s, controller)
         s.tube.stop = len(s.tube.points) - 1
         if behavior.end is not None:
             break
@@ -159,5 +160,5 @@ def test_a_moving_robot_stops_before_it_backs_up() -> None:
     s = robot_in(HALL, MIDDLE)
     s.twist = Twist(0.2, 0.0, 0.0)
     behavior = Behavior(Goal(kind=GoalKind.BACKUP, distance=0.3, speed=0.1), s)
-    assert behavior.step(s, Controller(ControllerConfig())) == Twist()
+    assert step(behavior, s, Controller(ControllerConfig())) == Twist()
     assert len(s.tube.points) == 1

@@ -17,12 +17,11 @@ from swarm_nav.behaviour.route import (
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.core.goals import ErrorCode, Goal, GoalEnded, GoalKind
 from swarm_nav.core.states import State
-from swarm_nav.traffic.departure import Departure
-from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.robot_state import RobotState
+from tests.fakes.decisions import arbiter_of, drive
 from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(8.0, 8.0)
@@ -32,37 +31,33 @@ QUIET = 101  # a tick that is not the robot's turn of periodic plans
 def driving(x: float = 6.0) -> tuple[RobotState, Route, GoalProgress]:
     """Return a robot at x = 2 m with a fresh plan to a goal."""
     s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
-    state_machine = StateMachine(s, HoldingPattern({}, []))
-    goal_manager = GoalManager(
-        s, state_machine, Lease(), RightOfWay(), Departure(Gate(None), Lease())
-    )
+    state_machine = StateMachine(s, HoldingPattern({}, []), arbiter_of(s))
+    goal_manager = GoalManager(s, state_machine, Lease(), RightOfWay(), arbiter_of(s))
     goal_manager.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(Pose(x, 4.0, 0.0),)))
     goal_manager.begin_pending()
     assert state_machine.state is State.DRIVING
     assert goal_manager.task is not None
     route, task = Route(s, goal_manager), goal_manager.task
     s.tick = QUIET
-    route.update(task)
+    drive(route, s, task)
     return s, route, task
 
 
 def replans(s: RobotState, route: Route, task: GoalProgress, since: int) -> bool:
     """Return whether the route is planned anew `since` ticks after the last plan."""
     route.last_plan_tick = s.tick - since
-    route.update(task)
+    drive(route, s, task)
     return route.last_plan_tick == s.tick
 
 
 def test_a_goal_without_a_way_on_the_map_fails_without_a_recovery() -> None:
     s = robot_in(room(8.0, 8.0, (4.0, 0.0, 4.15, 8.0)), Pose(2.0, 4.0, 0.0))
-    state_machine = StateMachine(s, HoldingPattern({}, []))
-    goal_manager = GoalManager(
-        s, state_machine, Lease(), RightOfWay(), Departure(Gate(None), Lease())
-    )
+    state_machine = StateMachine(s, HoldingPattern({}, []), arbiter_of(s))
+    goal_manager = GoalManager(s, state_machine, Lease(), RightOfWay(), arbiter_of(s))
     goal_manager.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(Pose(6.0, 4.0, 0.0),)))
     goal_manager.begin_pending()
     assert goal_manager.task is not None
-    Route(s, goal_manager).update(goal_manager.task)
+    drive(Route(s, goal_manager), s, goal_manager.task)
     (end,) = [event for event in state_machine.pop_events() if isinstance(event, GoalEnded)]
     assert (end.error_code, s.counters.recoveries) == (ErrorCode.NO_VALID_PATH, 0)
     assert "to (6.00, 4.00): every way is closed by walls on this map" in end.message
@@ -108,7 +103,7 @@ def test_who_waits_in_vain_tries_another_way_and_forgets_after_a_while(reason: s
     s.obstacle_ticks = s.blocked_ticks = 0
     s.tick += s.ticks(BARRED_TIME)
     task.is_planned = False
-    route.update(task)
+    drive(route, s, task)
     assert aside(s) < 0.1
 
 
@@ -143,7 +138,7 @@ def test_a_plan_back_along_held_space_starts_where_the_robot_can_stop() -> None:
     s.tube.adopt(np.column_stack((np.arange(2.0, 4.0, 0.05), np.full(40, 4.0))))
     s.tube.stop, s.twist = 30, Twist(0.26)
     task.is_planned = False
-    route.update(task)
+    drive(route, s, task)
     assert s.tube.stop == s.brake_points
     assert np.allclose(s.tube.points[-1], (1.0, 4.0))
 

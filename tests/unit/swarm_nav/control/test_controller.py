@@ -52,6 +52,7 @@ def drive(
     controller = controller or Controller(ControllerConfig())
     poses = []
     for _ in range(ticks):
+        tube.track(body.pose)
         body.step(controller.follow(tube, body.pose, body.twist))
         poses.append((body.pose.x, body.pose.y, body.pose.yaw))
     return np.array(poses)
@@ -100,6 +101,7 @@ def test_the_robot_never_leaves_the_held_end_behind(
     for tick in range(120):
         if tick == 30:  # later more is granted, and the robot goes on
             tube.stop = stop
+        tube.track(body.pose)
         body.step(controller.follow(tube, body.pose, body.twist))
         end = tube.points[tube.stop]
         ahead = tube.points[tube.stop] - tube.points[tube.stop - 1]
@@ -183,6 +185,7 @@ def test_a_reverse_path_is_driven_backwards() -> None:
     speeds = []
     controller = Controller(ControllerConfig())
     for _ in range(50):
+        tube.track(body.pose)
         command = controller.follow(tube, body.pose, body.twist)
         speeds.append(command.vx)
         body.step(command)

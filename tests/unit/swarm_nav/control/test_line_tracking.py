@@ -42,6 +42,7 @@ def tube_through(x: float, length: float = 1.5, held: int | None = None) -> Tube
 
 def follow(pose: Pose, twist: Twist | None = None, held: int | None = None) -> Twist:
     tube = tube_through(3.6, held=held)
+    tube.track(pose)
     return StraightController(ControllerConfig()).follow(tube, pose, twist or Twist(0.1))
 
 
@@ -72,6 +73,7 @@ def test_it_comes_to_the_line_and_stops_at_the_end_of_what_is_held() -> None:
     )
     tube = tube_through(3.6, held=20)
     for _ in range(150):
+        tube.track(body.pose)
         body.step(controller.follow(tube, body.pose, body.twist))
         assert abs(body.pose.yaw) < 0.1
         assert body.pose.x < 4.6 + 0.04
@@ -82,8 +84,10 @@ def test_it_comes_to_the_line_and_stops_at_the_end_of_what_is_held() -> None:
 
 def test_in_a_hall_it_is_the_usual_controller() -> None:
     pose, twist = Pose(1.0, LINE + 0.02, 0.1), Twist(0.1)
+    tube = tube_through(1.0, 0.8)
+    tube.track(pose)
     found = [
-        kind(ControllerConfig()).follow(tube_through(1.0, 0.8), pose, twist)
+        kind(ControllerConfig()).follow(tube, pose, twist)
         for kind in (StraightController, Controller)
     ]
     assert found[0] == found[1]

@@ -12,6 +12,7 @@ from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, is_inside
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.robot_state import RobotState
+from tests.fakes.decisions import leave
 from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(9.0, 9.0)
@@ -33,7 +34,7 @@ def wait(departure: Departure, s: RobotState, seconds: float) -> bool:
     """Let it be idle for some time; return whether it leaves at the end."""
     leaves = False
     for _ in range(round(seconds * 10.0)):
-        leaves = departure.update(s, True)
+        leaves = leave(departure, s, True)
         s.tick += 1
     return leaves
 
@@ -54,7 +55,7 @@ def test_who_has_left_leaves_the_floor_before_the_region_as_well(x: float, leave
     departure, gate, s = idle_robot(asking, x=x, grid=room(18.0, 9.0))
     # before the region it stays at its goal, also if it was pushed
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is (x == 4.5)
-    departure.update(s, False)
+    leave(departure, s, False)
     s.tube.reset(s.pose)
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is (x == 4.5)
     departure._has_left = True
@@ -65,7 +66,7 @@ def test_who_has_left_leaves_the_floor_before_the_region_as_well(x: float, leave
         assert forecourt is not None
         assert not is_inside(forecourt, s.planner.lattice.frame, *s.tube.points[-1])
     s.blocked_ticks = s.wait_ticks + 1  # who is only before it does not rank above those that ask
-    departure.update(s, True)
+    leave(departure, s, True)
     s.blocked_ticks = 0
     wait(departure, s, s.config.traffic.wait_time + 0.5)
     assert (departure._lease.inherited > 0) is (x == 4.5)
@@ -108,7 +109,7 @@ def test_outside_or_without_a_region_nobody_leaves() -> None:
 def test_a_goal_or_a_pusher_ends_it_and_time_begins_anew() -> None:
     departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
     assert wait(departure, s, s.config.traffic.wait_time + 0.5)
-    assert not departure.update(s, False)
+    assert not leave(departure, s, False)
     assert not wait(departure, s, s.config.traffic.wait_time - 0.2)
 
 
@@ -117,7 +118,7 @@ def test_it_is_over_where_it_wanted_to_go() -> None:
     assert wait(departure, s, s.config.traffic.wait_time + 0.5)
     x, y = s.tube.points[-1]
     s.pose = Pose(float(x), float(y), 0.0)
-    assert not departure.update(s, True)
+    assert not leave(departure, s, True)
 
 
 @pytest.mark.parametrize("why", ["blocked_ticks", "obstacle_ticks"])
@@ -127,9 +128,9 @@ def test_a_way_that_is_barred_for_long_is_given_up(why: str) -> None:
     assert wait(departure, s, s.config.traffic.wait_time + 0.5)
     hear(s, beacon(2, 2.0, 4.5))  # so that it does not set off anew at once
     setattr(s, why, s.wait_ticks)
-    assert departure.update(s, True)
+    assert leave(departure, s, True)
     setattr(s, why, s.wait_ticks + 1)
-    assert not departure.update(s, True)
+    assert not leave(departure, s, True)
 
 
 def test_on_large_single_lanes_it_leaves_unasked_and_keeps_its_turn_until_it_is_out() -> None:
@@ -137,7 +138,7 @@ def test_on_large_single_lanes_it_leaves_unasked_and_keeps_its_turn_until_it_is_
     departure, lease, s = done_at_station(LONG_AISLE)
     for _ in range(60):
         lease.update(s)
-        leaves = departure.update(s, True)
+        leaves = leave(departure, s, True)
         s.tick += 1
     assert leaves
     assert (lease.station, lease.is_leaving) == (STATION, True)
@@ -151,7 +152,7 @@ def test_on_large_single_lanes_it_leaves_unasked_and_keeps_its_turn_until_it_is_
     for blocker, goes_on in ((2, True), (3, False)):  # one that lives, one that does not
         s.blocked_by = blocker
         s.tick -= 20  # no other way is looked for
-        assert departure.update(s, True) is goes_on
+        assert leave(departure, s, True) is goes_on
         s.tick += 20
     s.pose = Pose(1.85, 11.0, 0.0)
     s.tube.reset(s.pose)
@@ -168,7 +169,7 @@ def test_a_region_that_is_all_of_the_floor_does_not_keep_a_robot_on_single_lanes
     leaves = False
     for _ in range(60):
         lease.update(s)
-        leaves = departure.update(s, True)
+        leaves = leave(departure, s, True)
         s.tick += 1
     assert leaves
     assert s.tube.points[-1][1] > 9.0
@@ -185,7 +186,7 @@ def test_a_region_is_left_for_who_asks_for_a_station_in_it(
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
     assert departure._lease.inherited == 0
     s.blocked_ticks = s.wait_ticks + 1  # now it insists
-    departure.update(s, True)
+    leave(departure, s, True)
     s.blocked_ticks = 0
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
     assert (departure._lease.inherited > rank) is leaves

@@ -12,6 +12,7 @@ from swarm_common.model.records import Pose
 from swarm_nav.core.config import NavConfig
 from swarm_nav.traffic.holding import PARKING_DISTANCE, HoldingPattern, parking_path
 from swarm_nav.traffic.robot_state import RobotState
+from tests.fakes.decisions import hold
 from tests.fakes.navigation import RADIUS, beacon, config, hear, robot_in, room
 
 HALL = room(12.0, 12.0)
@@ -36,7 +37,7 @@ def holding(
     if others:
         hear(s, *others)
     here.enter(s)
-    here.update(s, nowhere)
+    hold(here, s, nowhere)
     return s, here
 
 
@@ -56,10 +57,10 @@ def test_a_parking_place_behind_an_obstacle_is_given_up() -> None:
     s, here = holding("park")
     first = here.target
     s.tick, s.obstacle_ticks = s.tick + 100, s.wait_ticks
-    here.update(s, nowhere)
+    hold(here, s, nowhere)
     assert here.target is first
     s.obstacle_ticks += 1
-    here.update(s, nowhere)
+    hold(here, s, nowhere)
     assert here.target is not first
 
 
@@ -93,7 +94,7 @@ def test_the_circuit_goes_on_before_its_plan_ends() -> None:
     s, here = holding("circuit", Pose(6.0, 3.0, 0.0))
     s.tube.near = s.tube.stop = len(s.tube.points) - 10
     s.tick += 20
-    here.update(s, nowhere)
+    hold(here, s, nowhere)
     assert s.tube.length_ahead() > 2.0
 
 
@@ -117,7 +118,7 @@ def test_a_circuit_that_cannot_be_reached_leads_to_a_parking_place() -> None:
     here = HoldingPattern({"ring": ring}, [STATION])
     here.enter(s)
     for _ in range(5):
-        here.update(s, nowhere)
+        hold(here, s, nowhere)
         s.tick += 20
     assert not here.is_on_circuit
     assert here.target is not None

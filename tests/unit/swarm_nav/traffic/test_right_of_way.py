@@ -20,8 +20,10 @@ from swarm_nav.core.priority import (
     ID_BITS,
     base_priority,
 )
+from swarm_nav.traffic.arbiter import planned
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
 from swarm_nav.traffic.robot_state import RobotState
+from tests.fakes.decisions import act, push
 from tests.fakes.navigation import RADIUS, beacon, hear, robot_in, room
 
 REACH = 2 * RADIUS
@@ -69,7 +71,7 @@ def pushed(
     s, right = robot_in(grid, pose), RightOfWay()
     s.priority = base_priority(CLASS_DONE, 0, 1)
     hear(s, *(others or (pushing(3.2, 4.0),)))
-    right.update(s)
+    push(right, s)
     return s, right
 
 
@@ -91,7 +93,7 @@ def test_who_makes_way_gives_up_the_held_space_that_leads_the_other_way(speed: f
     s.tube.adopt(np.column_stack((np.arange(4.0, 3.0, -0.05), np.full(20, 4.0))))
     s.tube.stop, s.twist = 10, Twist(speed)
     hear(s, pushing(2.9, 4.0))
-    right.update(s)
+    push(right, s)
     assert right._is_diverted
     assert s.tube.stop == (s.brake_points if speed else 0)
 
@@ -101,7 +103,8 @@ def test_who_gives_up_space_does_not_ask_for_it_again() -> None:
     s = robot_in(HALL, MIDDLE)
     s.tube.adopt(np.column_stack((np.arange(4.0, 3.0, -0.05), np.full(20, 4.0))))
     s.tube.stop = 10
-    assert s.release_for(np.column_stack((np.arange(3.5, 4.5, 0.05), np.full(20, 4.0))))
+    path = np.column_stack((np.arange(3.5, 4.5, 0.05), np.full(20, 4.0)))
+    act(s, planned(s, lambda start: path if start == s.stop_point else None))
     assert s.tube.stop == 0
     assert s.tube.is_complete
     assert s.tube.span[1] == 0
@@ -123,7 +126,7 @@ def test_where_it_stands_in_the_way_is_no_refuge_though_the_nearest_node_is() ->
     way = [(node[0] - 1.0 + 0.1 * k, node[1] + reach + 1e-3) for k in range(16)]
     s = robot_in(HALL, Pose(node[0], node[1] + 0.04, 0.0))
     hear(s, pushing(*way[0], intent=way, wanted=way[:1]))
-    right.update(s)
+    push(right, s)
     assert right.is_yielding
     gap = np.hypot(*(s.neighbors.beacons[0]["intent"][:16] - s.tube.points[-1]).T).min()
     assert gap >= REACH
@@ -160,14 +163,14 @@ def test_who_drives_on_is_left_alone_for_a_while(ticks_blocked: int, is_pushed: 
     s, right = robot_in(HALL, MIDDLE), RightOfWay()
     s.twist = Twist(0.2, 0.0, 0.0)
     hear(s, pushing(3.2, 4.0, blocked_ticks=ticks_blocked))
-    assert right.update(s) is is_pushed
+    assert push(right, s) is is_pushed
 
 
 def test_a_gone_robot_pushes_nobody() -> None:
     s, right = robot_in(HALL, MIDDLE), RightOfWay()
     hear(s, pushing(3.2, 4.0), tick=50)
     assert s.neighbors.gone.all()
-    assert not right.update(s)
+    assert not push(right, s)
 
 
 def test_of_two_pushers_the_higher_one_counts() -> None:
@@ -183,7 +186,7 @@ def test_a_higher_pusher_replaces_a_lower_one() -> None:
     s.tick += 1
     s.priority = right.inherited
     hear(s, pushing(3.2, 4.0), pushing(4.0, 4.8, 3, priority=higher))
-    right.update(s)
+    push(right, s)
     assert s.yields_for == 3
     assert s.counters.pushes == 2
 
@@ -199,7 +202,7 @@ def run(s: RobotState, right: RightOfWay, count: int, *others: np.void) -> bool:
     for _ in range(count):
         s.tick += 1
         hear(s, *others)
-        right.update(s)
+        push(right, s)
     return right.is_yielding
 
 
@@ -251,7 +254,10 @@ def test_a_robot_without_a_refuge_says_that_it_is_stuck() -> None:
     s, right = in_a_dead_end()
     assert right.is_yielding
     assert right.is_stuck
-    assert refuge_path(s, way_of(s, 0), s.reach(0) + REFUGE_MARGIN, right.inherited) is None
+    assert (
+        refuge_path(s, s.stop_point, way_of(s, 0), s.reach(0) + REFUGE_MARGIN, right.inherited)
+        is None
+    )
 
 
 @pytest.mark.parametrize(
@@ -268,7 +274,7 @@ def test_who_has_no_refuge_is_stuck_until_it_moves_or_stands_in_one(
     is_elsewhere = place != MIDDLE
     s.tick += s.retry_ticks - (not is_elsewhere)  # in the middle just before the next search
     hear(s, pushing(3.2, 4.0))
-    right.update(s)
+    push(right, s)
     assert right.is_stuck == is_stuck
 
 
@@ -280,12 +286,12 @@ def test_who_is_blocked_on_the_way_to_its_refuge_for_long_is_stuck() -> None:
         s.blocked_ticks += 1
         s.blocked_by = 9
         hear(s, pushing(3.2, 4.0), beacon(9, 4.0, 5.0))
-        right.update(s)
+        push(right, s)
     assert right.is_stuck
     s.has_grown, s.blocked_ticks = True, 0
     s.tick += 1
     hear(s, pushing(3.2, 4.0))
-    right.update(s)
+    push(right, s)
     assert not right.is_stuck
 
 
@@ -313,7 +319,7 @@ def blocked_by_a_stuck_one(flags: int = STUCK, blocked: int = 20) -> tuple[Robot
     s, right = robot_in(HALL, MIDDLE), RightOfWay()
     s.blocked_by, s.blocked_ticks = 2, blocked
     hear(s, beacon(2, 4.7, 4.0, flags=flags))
-    right.update(s)
+    push(right, s)
     return s, right
 
 
@@ -339,7 +345,7 @@ def test_an_equal_with_a_larger_id_does_not_bar_a_retreat(behind: int, steps_bac
     s.blocked_by, s.blocked_ticks = 6, 20
     stuck = beacon(6, 1.3, 1.95, flags=STUCK)
     hear(s, stuck, beacon(behind, 2.7, 1.95, priority=9))
-    right.update(s)
+    push(right, s)
     assert right.is_retreating is steps_back
 
 
@@ -372,7 +378,7 @@ def test_being_pushed_ends_a_retreat() -> None:
     s, right = blocked_by_a_stuck_one()
     s.tick += 1
     hear(s, beacon(2, 4.7, 4.0, flags=STUCK), pushing(3.2, 4.0, 3))
-    right.update(s)
+    push(right, s)
     assert not right.is_retreating
     assert s.yields_for == 3
 
@@ -394,9 +400,9 @@ def test_in_a_blind_end_a_robot_looks_for_a_way_out_while_its_pusher_steps_back(
     s, right = in_a_dead_end()
     s.tick += s.retry_ticks + 2
     hear(s, beacon(2, 7.0, 0.45, priority=HIGH))  # the pusher has stepped back, and gives the way
-    right.update(s)
+    push(right, s)
     assert right.is_yielding
     assert s.tube.points[-1][0] > 2.0
     s.tick += s.stuck_ticks
     hear(s, beacon(2, 7.0, 0.45, priority=HIGH))
-    assert not right.update(s)
+    assert not push(right, s)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import LidarSpec, Pose, Scan, Twist
+from swarm_nav.behaviour.rules import CheckProgress
 from swarm_nav.core.config import CostmapConfig
 from swarm_nav.perception.dynamic_obstacles import CAME_TICKS, MOVER_TICKS, STILL_TICKS
 from swarm_nav.perception.obstacles import ObstacleLayer
@@ -16,6 +17,7 @@ from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.speed_near_people import (
     CREEP_SPEED,
     NOBODY_NEAR,
+    People,
     caution_distance,
     cautious_speed,
     limited,
@@ -186,12 +188,14 @@ def test_who_walks_by_again_and_again_excuses_a_stuck_robot_only_while_it_is_nea
     s.blocked_ticks, s.is_unconfirmed = 0, False
     allowance = s.ticks(s.config.progress_checker.movement_time_allowance)
     task.record_progress(s, True)
+    check = CheckProgress(robot._parts)
     alone = 0
     for _ in range(4 * allowance):
         s.tick += 1
         is_near = s.tick % 50 < 30
         alone += not is_near
-        robot._behavior_executor._check_progress(task, is_near)
+        robot._parts.people = People(0.0, is_near)
+        check.propose(s)
         assert task.recoveries == (alone > allowance)
         if task.recoveries:
             return

@@ -9,23 +9,25 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.core.localisation_config import LocalisationConfig
-from swarm_nav.traffic.reservation import GROWTH_SLACK, ReservationManager
+from swarm_nav.traffic.arbiter import Arbiter
+from swarm_nav.traffic.held_space_rules import GROWTH_SLACK, DropUnused
 from swarm_nav.traffic.robot_state import MARGIN_STEP, RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
+from tests.fakes.decisions import act, guard
 from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(8.0, 8.0)
 START = Pose(2.0, 4.0, 0.0)
 
 
-def on_a_path(held: int = 0) -> tuple[RobotState, ReservationManager]:
+def on_a_path(held: int = 0) -> tuple[RobotState, Arbiter]:
     """Return a robot on a path of 2 m eastwards that has requested its first points long enough."""
     s = robot_in(HALL, START)
     s.tube.adopt(np.column_stack((np.arange(2.0, 4.0, 0.05), np.full(40, 4.0))))
     s.tube.stop = held
     for _ in range(s.config.traffic.confirmations):
         s.tube.publish(s.pose, s.tick)
-    return s, ReservationManager(s, SingleLanes())
+    return s, Arbiter(s, SingleLanes())
 
 
 def test_requested_space_that_nobody_holds_is_taken() -> None:
@@ -64,31 +66,31 @@ def test_a_robot_ahead_blocks_and_is_named() -> None:
 
 
 def test_held_space_ends_before_what_the_lidar_sees_in_it() -> None:
-    s, reservation = on_a_path(held=30)
+    s, _ = on_a_path(held=30)
     s.obstacles.points = np.array(((3.0, 4.0),))
-    reservation.guard()
+    guard(s)
     end = s.tube.points[s.tube.stop, 0]
     assert 0.0 <= 3.0 - s.obstacle_clearance - end < 0.11
     assert s.obstacle_ticks == 1
 
 
 def test_what_the_robot_already_stands_beside_does_not_hold_it() -> None:
-    s, reservation = on_a_path(held=30)
+    s, _ = on_a_path(held=30)
     s.obstacles.points = np.array(((1.8, 4.0),))
-    reservation.guard()
+    guard(s)
     assert s.tube.stop == 30
 
 
 def test_a_radius_that_grows_gives_up_what_is_too_near_to_others() -> None:
-    s, reservation = on_a_path(held=30)
+    s, _ = on_a_path(held=30)
     s.config = dataclasses.replace(s.config, localisation=LocalisationConfig(type="amcl"))
     reach = s.radius + 0.285
     hear(s, beacon(7, 3.0, 4.0 + reach))
-    reservation.guard()
+    guard(s)
     assert s.tube.stop == 30
     s.announce_margin(s.radius - s.body_radius + 0.15)
     assert s.tube.span[2] == -1  # what was requested is requested anew
-    reservation.guard()
+    guard(s)
     assert 0 < s.tube.stop < 20
     gaps = np.hypot(*(s.tube.points[: s.tube.stop + 1] - (3.0, 4.0 + reach)).T)
     assert gaps.min() >= s.radius + 0.285 - GROWTH_SLACK
@@ -109,21 +111,23 @@ def test_the_announced_margin_grows_in_steps_and_shrinks_late() -> None:
 
 
 def test_a_claim_without_motion_is_dropped_after_a_while() -> None:
-    s, reservation = on_a_path(held=5)
+    s, _ = on_a_path(held=5)
+    unused = DropUnused(s)
     patience = s.ticks(s.config.traffic.stuck_time)
     s.tick += patience
-    assert not reservation.drop_if_unused()
+    assert unused.propose(s) is None
     s.tick += 1
-    assert reservation.drop_if_unused()
+    act(s, unused.propose(s))
     assert len(s.tube.points) == 1
 
 
 def test_a_claim_in_use_is_kept() -> None:
-    s, reservation = on_a_path(held=20)
+    s, _ = on_a_path(held=20)
+    unused = DropUnused(s)
     for _ in range(100):
         s.tick += 1
         s.pose = Pose(s.pose.x + 0.005, 4.0, 0.0)
-        assert not reservation.drop_if_unused()
+        assert unused.propose(s) is None
 
 
 def test_a_retracted_claim_is_what_stopping_needs_and_asks_for_nothing() -> None:

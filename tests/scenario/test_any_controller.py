@@ -1,0 +1,76 @@
+"""Whatever drives a robot, the stop filter keeps it in its own space: nobody is touched."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from swarm_bench.runs.episode import RunOptions
+from swarm_bench.runs.harness import Harness
+from swarm_bench.runs.scenario import load_scenario
+from swarm_common.model.records import Twist
+from swarm_nav.core.config import ControllerConfig
+
+ALLOWED = -(0.02 + 2.0 * 0.037)  # [m]: see Margin in docs/architecture/safety.md
+Make = Callable[[ControllerConfig, random.Random], Twist]
+
+
+def at_random(config: ControllerConfig, rng: random.Random) -> Twist:
+    """Return any twist that the drive reaches."""
+    return Twist(
+        rng.uniform(-1.0, 1.0) * config.max_vel_x,
+        rng.uniform(-1.0, 1.0) * config.max_vel_y,
+        rng.uniform(-1.0, 1.0) * config.max_vel_theta,
+    )
+
+
+def at_full_speed(config: ControllerConfig, rng: random.Random) -> Twist:
+    """Return the largest speed ahead."""
+    return Twist(config.max_vel_x)
+
+
+def in_circles(config: ControllerConfig, rng: random.Random) -> Twist:
+    """Return the largest speed and turning rate."""
+    return Twist(config.max_vel_x, config.max_vel_y, config.max_vel_theta)
+
+
+def not_finite(config: ControllerConfig, rng: random.Random) -> Twist:
+    """Return numbers that no drive can follow."""
+    return Twist(rng.choice((math.nan, math.inf, 1e308)), 0.0, -1e308)
+
+
+class Monkey:
+    """In place of a controller's two decisions; holds a wish for up to two seconds."""
+
+    def __init__(self, make: Make, config: ControllerConfig, seed: int) -> None:
+        self._make, self._config, self._rng = make, config, random.Random(seed)
+        self._ticks, self._wish = 0, Twist()
+
+    def decide(self, *_: Any) -> Twist:
+        """Return a wish, whatever the robot is to do."""
+        if self._ticks == 0:
+            self._ticks = self._rng.randint(1, 20)
+            self._wish = self._make(self._config, self._rng)
+        self._ticks -= 1
+        return self._wish
+
+
+@pytest.mark.parametrize("make", [at_random, at_full_speed, in_circles, not_finite])
+@pytest.mark.parametrize(("scenario", "robots"), [("crossing", 24), ("mixed_fleet", 8)])
+def test_no_controller_touches_anything(scenario: str, robots: int, make: Make) -> None:
+    harness = Harness(RunOptions(scenario=load_scenario(scenario), robots=robots, seed=5))
+    for seed, driver in enumerate(harness.stage.drivers):
+        controller = driver._controller  # type: ignore[attr-defined]
+        monkey = Monkey(make, controller.config, seed)
+        controller.follow = controller.turn_to = monkey.decide
+    try:
+        for _ in range(300):
+            harness.advance()
+        assert list(harness.stage.world.collisions) == []
+        assert harness.invariant.slack > ALLOWED
+    finally:
+        harness.stage.world.close()
