@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,7 +13,7 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Twist
 from swarm_common.model.robot_names import RobotNames
 from swarm_nav.control.tube import Tube
-from swarm_nav.core.config import NavConfig
+from swarm_nav.core.config import NavConfig, PlannerConfig
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
 from swarm_nav.planning.oblong import Oblong
@@ -21,6 +22,7 @@ from swarm_nav.planning.terrain import Terrain, as_large_as, terrain_for
 from swarm_nav.traffic.patience import Patience
 
 MARGIN_STEP = 0.02  # [m] in which the announced margin grows: each step must be confirmed
+PlannerMaker = Callable[[Terrain, PlannerConfig], Planner]
 FEWEST_BRAKE_POINTS = 2  # path points kept ahead of a robot that gives up its claim
 
 
@@ -66,6 +68,7 @@ class RobotState:
     radius: float  # [m] safety radius: `body_radius` plus the margin, by `announce_margin`
     # map and safety radius that tell where two robots pass each other, by `record_bodies`
     passing: tuple[Terrain, float]
+    make_planner: PlannerMaker = Planner  # of a terrain, by the parameters
     oblong: Oblong | None = None  # outline of a long robot, which plans with it; None for others
     stations: tuple[tuple[float, float], ...] = ()  # (x, y) in map that many robots go to
     radio: Patience = field(default_factory=Patience)  # how slow the radio is
@@ -100,7 +103,7 @@ class RobotState:
             grid, config.planner, config.costmap, self.body_radius, self.oblong
         )
         self.tube.slots = self.terrain.lattice.slots
-        self.planner = Planner(self.terrain, config.planner)
+        self.planner = self.make_planner(self.terrain, config.planner)
         self.tube.cut()
         self.record_bodies()
 
@@ -348,6 +351,7 @@ def begin(
     pose_map: Pose,
     stations: tuple[tuple[float, float], ...] = (),
     names: RobotNames | None = None,
+    make_planner: PlannerMaker = Planner,
 ) -> RobotState:
     """Return the robot of a robot that stands at a pose and knows of no other robot yet.
 
@@ -355,6 +359,7 @@ def begin(
         robot_id: From 1.
         stations: (x, y) [m] in map that many robots go to.
         names: Of all robots, for people; None for the usual ones.
+        make_planner: Makes its planner.
 
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones.
@@ -373,7 +378,8 @@ def begin(
         radius=body + traffic.safety_margin,
         passing=(terrain, body + traffic.safety_margin),
         terrain=terrain,
-        planner=Planner(terrain, config.planner),
+        planner=make_planner(terrain, config.planner),
+        make_planner=make_planner,
         neighbors=NeighborTable(robot_id, traffic),
         obstacles=ObstacleLayer(config.costmap, spec.lidar, spec.footprint),
         tube=tube,
