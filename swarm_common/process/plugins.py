@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import enum
+import functools
 import importlib
 import inspect
 import os
@@ -141,19 +142,26 @@ class Guard:
         """
         return self._run(name, getattr, (self._own, name), MOST_TIME)
 
-    def call(self, method: str, *arguments: Any, passes: tuple[type[Exception], ...] = ()) -> Any:
+    def call(
+        self,
+        method: str,
+        *arguments: Any,
+        passes: tuple[type[Exception], ...] = (),
+        **keywords: Any,
+    ) -> Any:
         """Return what a method returns.
 
         Args:
             arguments: Of the method.
             passes: Exceptions that are an answer, and no fault.
+            keywords: Of the method.
 
         Raises:
             PluginError: If it raises another one, or takes longer than `MOST_TIME`.
         """
         if self._final is not None:
             raise self._final
-        function = getattr(self._own, method, None)
+        function = functools.partial(getattr(self._own, method, _no_method), **keywords)
         return self._run(method, function, arguments, MOST_TIME, passes)
 
     def unusable(self, problem: str) -> PluginError:
@@ -238,6 +246,10 @@ def _compiles(frame: FrameType | None) -> bool:
             return True
         frame = frame.f_back
     return False
+
+
+def _no_method(*arguments: Any) -> None:
+    raise TypeError("there is no such method")
 
 
 def _told(error: BaseException) -> str:

@@ -133,11 +133,11 @@ class BrainAdapter:
             config.brain.plugin, config, spec, grid, sites, robot_id, initial_pose_map
         )
 
-    def _ask(self, method: str, *arguments: Any) -> Any:
+    def _ask(self, method: str, *arguments: Any, **keywords: Any) -> Any:
         """Return the answer of a plug-in that has a method; None if not, or if it fails."""
         if self._own.has(method):
             try:
-                return self._own.call(method, *arguments)
+                return self._own.call(method, *arguments, **keywords)
             except PluginError as error:
                 self._fault = error
         return None
@@ -286,7 +286,7 @@ class BrainAdapter:
             limit: [m/s] or [%]; 0 for none.
             is_percentage: Whether it is in percent.
         """
-        self._ask("on_speed_limit", limit, is_percentage)
+        self._ask("on_speed_limit", limit, is_percentage=is_percentage)
 
     def activate(self) -> None:
         """Start to drive."""

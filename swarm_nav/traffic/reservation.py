@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from swarm_nav.control import tube_kernels
-from swarm_nav.core.plugins import LOCALISER
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
 
@@ -93,7 +92,7 @@ class ReservationManager:
     def guard(self) -> None:
         """Shrink the tube before anything that the LiDAR sees in it."""
         s = self._s
-        if s.config.localisation.type == "amcl" or LOCALISER.is_own(s.config.localiser.plugin):
+        if s.is_corrected:
             self._part()
         tube = s.tube
         points = s.obstacle_points()

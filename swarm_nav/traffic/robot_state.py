@@ -14,6 +14,8 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSp
 from swarm_common.model.robot_names import RobotNames
 from swarm_nav.control.tube import Tube
 from swarm_nav.core.config import NavConfig, PlannerConfig
+from swarm_nav.core.localisation_config import AMCL
+from swarm_nav.core.plugins import LOCALISER
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
 from swarm_nav.planning.oblong import Oblong
@@ -69,6 +71,7 @@ class RobotState:
     # map and safety radius that tell where two robots pass each other, by `record_bodies`
     passing: tuple[Terrain, float]
     make_planner: PlannerMaker = Planner  # of a terrain, by the parameters
+    is_corrected: bool = False  # whether the pose is corrected while it drives
     oblong: Oblong | None = None  # outline of a long robot, which plans with it; None for others
     stations: tuple[tuple[float, float], ...] = ()  # (x, y) in map that many robots go to
     radio: Patience = field(default_factory=Patience)  # how slow the radio is
@@ -380,6 +383,7 @@ def begin(
         terrain=terrain,
         planner=make_planner(terrain, config.planner),
         make_planner=make_planner,
+        is_corrected=config.localisation.type == AMCL or LOCALISER.is_own(config.localiser.plugin),
         neighbors=NeighborTable(robot_id, traffic),
         obstacles=ObstacleLayer(config.costmap, spec.lidar, spec.footprint),
         tube=tube,
