@@ -40,14 +40,17 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class DriveLimits:
-    """Between which speeds a drive changes; parameters of the robot."""
+    """Largest speeds [m/s], [rad/s] and accelerations [m/s²], [rad/s²] of a drive.
 
-    max_vel_x: float  # [m/s] ahead
-    max_vel_y: float  # [m/s] sideways; 0 unless the drive is omnidirectional
-    max_vel_theta: float  # [rad/s]
-    acc_lim_x: float  # [m/s²] also when braking
-    acc_lim_y: float  # [m/s²]
-    acc_lim_theta: float  # [rad/s²]
+    Those of y are 0 unless it is omnidirectional. Accelerations hold for braking, too.
+    """
+
+    max_vel_x: float
+    max_vel_y: float
+    max_vel_theta: float
+    acc_lim_x: float
+    acc_lim_y: float
+    acc_lim_theta: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,11 +59,16 @@ class PathAhead:
 
     The piece ends at the next sharp corner, where the robot stops and turns, or at the goal. Points
     beyond the space that the robot holds belong to it too, to steer by.
+
+    Attributes:
+        points_map: (n, 2) [m], 0.05 m apart; n is 2 or more, the first is nearest to the robot.
+        length: [m] from the robot to the last point in its own space: there it must stop.
+        top_speed: [m/s] from which it stops there; faster twists are slowed down to it.
     """
 
-    points_map: FloatArray  # (n, 2) [m], 0.05 m apart; n >= 2, the first is nearest to the robot
-    length: float  # [m] from the robot to the last point in its own space: there it must stop
-    top_speed: float  # [m/s] from which it stops there; faster twists are slowed down to it
+    points_map: FloatArray
+    length: float
+    top_speed: float
 
 
 class Controller(Protocol):
@@ -99,12 +107,18 @@ class CostGrid:
     """What a metre costs where; row 0 is at the lowest y.
 
     The centre of a cell lies at x = origin_x + (column + 0.5) * step, y likewise with its row.
+
+    Attributes:
+        costs: (h, w) per metre, 1 or more; inf where the robot's centre cannot be.
+        step: [m] edge of a cell.
+        origin_x: [m] in map.
+        origin_y: [m] in map.
     """
 
-    costs: FloatArray  # (h, w) per metre, 1 or more; inf where the robot's centre cannot be
-    step: float  # [m] edge of a cell
-    origin_x: float  # [m] in map
-    origin_y: float  # [m] in map
+    costs: FloatArray
+    step: float
+    origin_x: float
+    origin_y: float
 
 
 class GlobalPlanner(Protocol):
@@ -133,7 +147,7 @@ class GlobalPlanner(Protocol):
             goal_map: (x, y) [m], where the robot has room.
 
         Returns:
-            (n, 2) [m] in map, from about the start to about the goal, with at least 2 points, any
+            (n, 2) [m] in map, from within 0.5 m of the start to within 0.5 m of the goal, any
             distance apart; it is smoothed and lifted off walls. n = 0: there is no way.
 
         Raises:
@@ -178,13 +192,21 @@ class Localiser(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A goal that is to be ranked."""
+    """A goal that is to be ranked.
 
-    robot_id: int  # from 1
-    tick: int  # now
-    last_goal_tick: int  # at which the robot reached its last target; 0 before the first
-    pose_map: Pose  # of the robot
-    target_map: Pose | None  # None without a goal
+    Attributes:
+        robot_id: From 1.
+        tick: Now.
+        last_goal_tick: Tick at which the robot reached its last target; 0 before the first.
+        pose_map: Pose of the robot.
+        target_map: Pose to drive to; None without a goal.
+    """
+
+    robot_id: int
+    tick: int
+    last_goal_tick: int
+    pose_map: Pose
+    target_map: Pose | None
 
 
 class Priority(Protocol):

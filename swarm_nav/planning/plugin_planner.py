@@ -106,9 +106,9 @@ class PluginPlanner(Planner):
             points = np.full((1, 2), np.nan)
         if points.size == 0:
             return np.zeros((0, 2))
-        if points.ndim != 2 or points.shape[1] != 2 or not 2 <= len(points) <= MOST_POINTS:
+        if points.ndim != 2 or points.shape[1] != 2 or len(points) > MOST_POINTS:
             shape = getattr(path, "shape", type(path).__name__)
-            raise self._own.unusable(f"plan returned {shape}; expected points (n, 2), n >= 2")
+            raise self._own.unusable(f"plan returned {shape}; expected points (n, 2)")
         if not np.isfinite(points).all():
             raise self._own.unusable("plan returned a point that is not finite")
         for name, point, end in (("begins", points[0], start), ("ends", points[-1], goal)):

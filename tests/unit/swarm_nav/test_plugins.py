@@ -1,6 +1,7 @@
 """Plug-ins drive robots; one that fails costs its robot the goal, and nobody else anything."""
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -16,10 +17,17 @@ from swarm_common.process import plugins
 from swarm_nav.behaviour.brain_adapter import make_brain
 from swarm_nav.control.plugin_controller import PluginController
 from swarm_nav.control.tube import Tube
-from swarm_nav.core.config import ControllerConfig, NavConfig, config_from_parameters
-from swarm_nav.core.goals import Outcome
+from swarm_nav.core.config import (
+    ControllerConfig,
+    NavConfig,
+    PlannerConfig,
+    config_from_parameters,
+)
+from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
 from swarm_nav.core.plugins import KINDS, check_plugins
+from swarm_nav.planning.plugin_planner import planner_maker
 from swarm_nav.ros.settings import parse_node_settings
+from swarm_nav.traffic.robot_state import begin
 from tests.fakes import plugins as fakes
 from tests.fakes.navigation import Squad, room, waffle
 
@@ -120,6 +128,35 @@ def test_one_that_fails_costs_its_robot_the_goal_only(
     assert capsys.readouterr().err.count(f"{kind.word} {HERE}{name}: ") == 1
 
 
+ANSWERS = {
+    "no path from": np.zeros((0, 2)),
+    "no path from (1.00, 0.80) to (5.00, 1.00): planner": [],
+    "plan returned (2,); expected points (n, 2)": np.array((1.0, 2.0)),
+    "plan returned NoneType; expected points (n, 2)": None,
+    "plan returned a path that begins 1.00 m off": np.array(((2.0, 0.8), (5.0, 1.0))),
+    "plan returned a path that ends 3.00 m off": np.array(((1.0, 0.8), (2.0, 1.0))),
+    "plan returned a path into a wall at (3.00, 1.00)": np.array(
+        ((1.0, 0.8), (3.0, 1.0), (5.0, 1.0))
+    ),
+    "plan returned a path into a wall at (90.00, 1.00)": np.array(
+        ((1.0, 0.8), (90.0, 1.0), (5.0, 1.0))
+    ),
+}
+
+
+@pytest.mark.parametrize("message", ANSWERS)
+def test_a_path_that_is_none_is_told(message: str) -> None:
+    maker = planner_maker(f"{__name__}:Answering", waffle())
+    planner = maker(begin(NavConfig(), waffle(), ROOM, 1, STARTS[0]).terrain, PlannerConfig())
+    Answering.answer = ANSWERS[message]
+    with pytest.raises(PlanError, match=re.escape(message)) as caught:
+        planner.plan((1.0, 0.8), (5.0, 1.0), planner.no_extra())
+    assert caught.value.code is ErrorCode.NO_VALID_PATH
+    assert caught.value.is_final == message.startswith("plan returned")
+    Answering.answer = [(1.0, 0.8)]
+    assert len(planner.plan((1.0, 0.8), (1.02, 0.81), planner.no_extra())) >= 2
+
+
 def test_one_that_cannot_be_made_is_one_that_raises() -> None:
     robots = squad({"controller.plugin": "Unmade"})
     robots.send(0, Pose(5.0, 1.0, 0.0))
@@ -155,6 +192,8 @@ class Answering:
 
     def follow(self, *_: object) -> Any:
         return Answering.answer
+
+    plan = follow
 
 
 NUMBERS = st.floats(width=32) | st.just(None) | st.just("fast")
