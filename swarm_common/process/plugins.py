@@ -23,6 +23,8 @@ from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 GROUPS = "swarm_workbench."  # of entry points, before controllers, planners and so on
 MOST_TIME = 1.0  # [s] of wall time that a call may take
 MOST_START_TIME = 60.0  # [s] that its construction may take
+LEAST_SHARE = 0.1  # of the processor, from which on a call computes and does not sleep
+MOST_DELAYED = 10  # times as long as allowed, at most, on a busy machine
 COMPILERS = ("numba.core.", "llvmlite.")
 
 _printed: set[str] = set()  # plug-ins of this process that have failed
@@ -214,9 +216,10 @@ class _LateError(BaseException):
 def _alarm(seconds: float) -> Iterator[None]:
     """Raise `_LateError` in the block, or at its end, if it takes too long.
 
-    Time in which numba compiles does not count. A call beside the main thread is not interrupted.
+    Time in which numba compiles does not count. On a busy machine, what computes all the time has
+    that much time of the processor. A call beside the main thread is not interrupted.
     """
-    started = time.monotonic()
+    started, used_before = time.monotonic(), time.thread_time()
     if threading.current_thread() is not threading.main_thread():
         yield
         if time.monotonic() - started > seconds:
@@ -225,9 +228,13 @@ def _alarm(seconds: float) -> Iterator[None]:
     is_armed = True
 
     def ring(number: int, frame: FrameType | None) -> None:
+        rest = seconds
         if is_armed and not _compiles(frame):
-            raise _LateError
-        signal.setitimer(signal.ITIMER_REAL, seconds)
+            used, passed = time.thread_time() - used_before, time.monotonic() - started
+            rest = seconds - used
+            if used < LEAST_SHARE * passed or rest <= 0.0 or passed > MOST_DELAYED * seconds:
+                raise _LateError
+        signal.setitimer(signal.ITIMER_REAL, rest)
 
     handler = signal.signal(signal.SIGALRM, ring)
     rest, interval = signal.setitimer(signal.ITIMER_REAL, seconds)

@@ -15,11 +15,12 @@ from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.core.plugins import PLANNER
 from swarm_nav.interfaces import CostGrid
 from swarm_nav.planning import search_kernels
-from swarm_nav.planning.planner import Planner
+from swarm_nav.planning.planner import Planner, path_length
 from swarm_nav.planning.terrain import Terrain
 
-MOST_POINTS = 100_000
+MOST_LENGTH = 10_000.0  # [m] of a path
 MOST_GAP = 0.5  # [m] of a path's ends from start and goal
+TOLERANCE = 0.02  # [m] by which a path may be nearer to a wall than the robot's circle
 
 
 def planner_maker(name: str, spec: RobotSpec) -> Callable[[Terrain, PlannerConfig], Planner]:
@@ -84,44 +85,53 @@ class PluginPlanner(Planner):
         costs = self._costs + np.where(extra < search_kernels.WALL, extra, np.inf)
         grid = CostGrid(costs, frame.step, frame.origin_x, frame.origin_y)
         try:
-            path = self._own.call("plan", grid, start, goal, passes=(PlanError,))
-            points = self._checked(path, start, goal)
+            found = self._own.call("plan", grid, start, goal, passes=(PlanError,))
+            points = self._checked(found, start, goal)
+            path = self.finish(points, start, goal, extra, True) if len(points) else points
+            self._check_walls(path)
         except PluginError as error:
             raise PlanError(PLANNER.codes[error.fault], str(error), is_final=True) from error
-        if len(points) == 0:
+        if len(path) == 0:
             raise PlanError(
                 ErrorCode.NO_VALID_PATH,
                 f"no path from ({start[0]:.2f}, {start[1]:.2f}) to ({goal[0]:.2f}, {goal[1]:.2f}):"
                 f" {self._own.what} found none",
             )
-        return self.finish(points, start, goal, extra, True)
+        return path
 
     def _checked(
-        self, path: object, start: tuple[float, float], goal: tuple[float, float]
+        self, found: object, start: tuple[float, float], goal: tuple[float, float]
     ) -> FloatArray:
-        """Return what the plug-in returned, if it is a path from start to goal off the walls."""
+        """Return what the plug-in returned, if it is a path on the map from start to goal."""
         try:
-            points = np.ascontiguousarray(path, np.float64)
+            points = np.ascontiguousarray(found, np.float64)
         except (TypeError, ValueError):
-            points = np.full((1, 2), np.nan)
+            points = np.full(1, np.nan)
         if points.size == 0:
             return np.zeros((0, 2))
-        if points.ndim != 2 or points.shape[1] != 2 or len(points) > MOST_POINTS:
-            shape = getattr(path, "shape", type(path).__name__)
+        if points.ndim != 2 or points.shape[1] != 2:
+            shape = getattr(found, "shape", type(found).__name__)
             raise self._own.unusable(f"plan returned {shape}; expected points (n, 2)")
-        if not np.isfinite(points).all():
-            raise self._own.unusable("plan returned a point that is not finite")
+        contains = self.terrain.grid.contains
+        for x, y in points.tolist():
+            if not (math.isfinite(x + y) and contains(x, y)):
+                raise self._own.unusable(f"plan returned ({x:.2f}, {y:.2f}), which is off the map")
         for name, point, end in (("begins", points[0], start), ("ends", points[-1], goal)):
             if (gap := math.hypot(*(point - end))) > MOST_GAP:
                 raise self._own.unusable(f"plan returned a path that {name} {gap:.2f} m off")
-        frame = self.lattice
-        cells = np.floor((points - (frame.origin_x, frame.origin_y)) / frame.step).astype(int)
-        height, width = self._costs.shape
-        is_off: Mask = np.any((cells < 0) | (cells >= (width, height)), axis=1)
-        is_off[~is_off] = np.isinf(self._costs[cells[~is_off, 1], cells[~is_off, 0]])
-        is_off &= np.hypot(*(points - start).T) > MOST_GAP
-        is_off &= np.hypot(*(points - goal).T) > MOST_GAP
-        if is_off.any():
-            x, y = points[is_off.argmax()]
-            raise self._own.unusable(f"plan returned a path into a wall at ({x:.2f}, {y:.2f})")
+        if (length := path_length(points)) > MOST_LENGTH:
+            raise self._own.unusable(f"plan returned a path of {length:.0f} m")
         return points
+
+    def _check_walls(self, path: FloatArray) -> None:
+        """Refuse a path that is nearer to a wall than where it begins, and than the robot fits."""
+        if len(path) == 0:
+            return
+        radius, slots = self.terrain.radius, self.lattice.slots
+        clear = self.terrain.clearances(path, radius)
+        is_bad: Mask = clear < min(radius, clear[0]) - TOLERANCE
+        if slots is not None:
+            is_bad &= ~slots.is_slot(path)
+        if is_bad.any():
+            x, y = path[is_bad.argmax()]
+            raise self._own.unusable(f"plan returned a path into a wall at ({x:.2f}, {y:.2f})")

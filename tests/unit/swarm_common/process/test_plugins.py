@@ -73,6 +73,11 @@ class Part:
     def wrong(self) -> None:
         raise KeyError("x")
 
+    def busy(self) -> None:
+        self.calls += 1
+        while True:
+            pass
+
     def endless(self) -> None:
         self.calls += 1
         while True:
@@ -118,6 +123,27 @@ def test_an_endless_call_is_ended_and_the_plug_in_left_alone() -> None:
     finally:
         signal.setitimer(signal.ITIMER_REAL, *outer)
         signal.signal(signal.SIGALRM, before)
+
+
+def test_one_that_computes_without_end_is_ended() -> None:
+    guard = Guard("controller x:Part", Part)
+    with pytest.raises(PluginError, match=r"busy took longer than 0.05 s"):
+        guard.call("busy")
+
+
+def test_on_a_busy_machine_the_time_of_the_processor_counts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    used = iter((0.0, 0.01, 0.02, 0.1))  # [s] at the start, and each time that the alarm rings
+    monkeypatch.setattr(time, "thread_time", lambda: next(used))
+    guard = Guard("controller x:Part", lambda: Part())
+    used = iter((0.0, 0.01, 0.02, 0.1))
+    started = time.monotonic()
+    with pytest.raises(PluginError, match="longer"):
+        guard.call("endless")
+    assert time.monotonic() - started > 0.05 + 0.04 + 0.03 - 0.01
+    with pytest.raises(StopIteration):
+        next(used)
 
 
 def test_one_that_cannot_be_made_fails_in_each_call() -> None:
