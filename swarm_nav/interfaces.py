@@ -31,10 +31,32 @@ from swarm_nav.core.goals import (
 )
 
 __all__ = [
-    "Brain", "Controller", "CostGrid", "DriveLimits", "ErrorCode", "FloatArray", "GlobalPlanner",
-    "Goal", "GoalEnded", "Grid", "Localiser", "NavConfig", "Odometry", "Outcome", "Output",
-    "PathAhead", "PlanError", "Pose", "Priority", "Reception", "RobotSpec", "Scan", "Sites",
-    "Status", "Task", "Twist",
+    "Brain",
+    "Controller",
+    "CostGrid",
+    "DriveLimits",
+    "ErrorCode",
+    "FloatArray",
+    "GlobalPlanner",
+    "Goal",
+    "GoalEnded",
+    "Grid",
+    "Localiser",
+    "NavConfig",
+    "Odometry",
+    "Outcome",
+    "Output",
+    "PathAhead",
+    "PlanError",
+    "Pose",
+    "Priority",
+    "RankedGoal",
+    "Reception",
+    "RobotSpec",
+    "Scan",
+    "Sites",
+    "Status",
+    "Twist",
 ]  # fmt: skip
 
 
@@ -191,7 +213,7 @@ class Localiser(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Task:
+class RankedGoal:
     """A goal that is to be ranked.
 
     Attributes:
@@ -223,7 +245,7 @@ class Priority(Protocol):
             spec: Model of the robot.
         """
 
-    def seniority(self, task: Task) -> int:
+    def seniority(self, task: RankedGoal) -> int:
         """Return the rank, which holds for the whole way to a target.
 
         Called once for each target, and once when the robot has none any more. Of equal ones

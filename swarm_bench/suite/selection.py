@@ -90,7 +90,6 @@ def select(
         delay: [s] of beacons, likewise.
         realistic: Whether sensors err and navigators localise by AMCL; needs LiDARs.
         settings: Parameters like traffic.safety_margin=0.06.
-        params: Parameter file of navigators.
 
     Raises:
         ConfigError: For the first thing that is wrong.

@@ -30,7 +30,7 @@ COMPILERS = ("numba.core.", "llvmlite.")
 _printed: set[str] = set()  # plug-ins of this process that have failed
 
 
-class Fault(enum.Enum):
+class PluginFault(enum.Enum):
     """How a plug-in failed."""
 
     RAISED = "raised"
@@ -45,7 +45,7 @@ class PluginError(SwarmError):
         fault: How.
     """
 
-    def __init__(self, fault: Fault, message: str) -> None:
+    def __init__(self, fault: PluginFault, message: str) -> None:
         """Keep how it failed.
 
         Args:
@@ -121,8 +121,6 @@ class Guard:
 
         Args:
             what: Kind and name, for messages.
-            make: Its class.
-            arguments: Of its constructor.
         """
         self.what = what
         self._own: Any = None
@@ -130,7 +128,9 @@ class Guard:
         with contextlib.suppress(PluginError):
             self._own = self._run("__init__", make, arguments, MOST_START_TIME)
         if self._own is None and self._final is None:
-            self._final = PluginError(Fault.RAISED, f"{what} could not be started; see the log")
+            self._final = PluginError(
+                PluginFault.RAISED, f"{what} could not be started; see the log"
+            )
 
     def has(self, method: str) -> bool:
         """Whether the plug-in has an optional member."""
@@ -154,9 +154,7 @@ class Guard:
         """Return what a method returns.
 
         Args:
-            arguments: Of the method.
             passes: Exceptions that are an answer, and no fault.
-            keywords: Of the method.
 
         Raises:
             PluginError: If it raises another one, or takes longer than `MOST_TIME`.
@@ -172,7 +170,7 @@ class Guard:
         Args:
             problem: What was returned, and what was expected.
         """
-        return self._noted(Fault.UNUSABLE, problem)
+        return self._noted(PluginFault.UNUSABLE, problem)
 
     def _run(
         self,
@@ -191,12 +189,14 @@ class Guard:
             raise
         except Exception as error:
             problem = f"{method} raised {_told(error)}"
-            raise self._noted(Fault.RAISED, problem, error) from error
+            raise self._noted(PluginFault.RAISED, problem, error) from error
         problem = f"{method} took longer than {most:g} s, and it is not called again"
-        self._final = self._noted(Fault.LATE, problem)
+        self._final = self._noted(PluginFault.LATE, problem)
         raise self._final
 
-    def _noted(self, fault: Fault, problem: str, error: Exception | None = None) -> PluginError:
+    def _noted(
+        self, fault: PluginFault, problem: str, error: Exception | None = None
+    ) -> PluginError:
         message = f"{self.what}: {problem}"
         if self.what not in _printed:
             _printed.add(self.what)

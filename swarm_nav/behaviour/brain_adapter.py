@@ -70,7 +70,6 @@ def make_brain(
     """Return what decides for a robot, by `brain.plugin`.
 
     Args:
-        config: All parameters.
         grid: The map, upright.
         sites: Of the world, in the same map frame.
         robot_id: From 1.
@@ -111,7 +110,6 @@ class BrainAdapter:
         """Make the plug-in of `brain.plugin`.
 
         Args:
-            config: All parameters.
             robot_id: From 1.
             initial_pose_map: Of base_footprint, at the first odometry.
 
@@ -472,9 +470,6 @@ def plain_beacon(
 
     Args:
         robot_id: From 1.
-        tick: Now.
-        pose_map: Of base_footprint.
-        twist: Measured.
         is_driving: Whether it has a goal.
     """
     beacon: np.void = np.zeros(1, BEACON_DTYPE)[0]

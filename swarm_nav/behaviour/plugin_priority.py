@@ -8,7 +8,7 @@ from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.process.plugins import PluginError
 from swarm_nav.core.plugins import PRIORITY, Report
 from swarm_nav.core.priority import TICK_BITS
-from swarm_nav.interfaces import Task
+from swarm_nav.interfaces import RankedGoal
 
 MOST = (1 << TICK_BITS) - 1
 
@@ -20,7 +20,6 @@ class PluginPriority:
         """Make the plug-in.
 
         Args:
-            name: Of the plug-in.
             report: Takes faults; the robot ranks lowest meanwhile.
 
         Raises:
@@ -38,18 +37,18 @@ class PluginPriority:
 
         Args:
             robot_id: From 1.
-            tick: Now.
             last_goal_tick: At which the last target was reached.
-            pose_map: Of the robot.
             target_map: None without a goal.
         """
         target = (last_goal_tick, target_map)
         if target != self._target:
             self._target = target
-            self._seniority = self._ask(Task(robot_id, tick, last_goal_tick, pose_map, target_map))
+            self._seniority = self._ask(
+                RankedGoal(robot_id, tick, last_goal_tick, pose_map, target_map)
+            )
         return MOST - self._seniority
 
-    def _ask(self, task: Task) -> int:
+    def _ask(self, task: RankedGoal) -> int:
         try:
             value = self._own.call("seniority", task)
             if isinstance(value, numbers.Integral) and 0 <= int(value) <= MOST:

@@ -28,7 +28,6 @@ class PluginController(Controller):
         """Make the plug-in that the parameters name.
 
         Args:
-            config: Limits of the drive.
             report: Takes faults of the plug-in; the robot stands meanwhile.
 
         Raises:
@@ -41,11 +40,7 @@ class PluginController(Controller):
         self._own = CONTROLLER.guard(config.plugin, spec)
 
     def configure(self, config: ControllerConfig) -> None:
-        """Take new limits, effective from the next tick.
-
-        Args:
-            config: Limits of the drive.
-        """
+        """Take new limits, effective from the next tick."""
         super().configure(config)
         self._limits = DriveLimits(
             config.max_vel_x, config.max_vel_y, config.max_vel_theta,

@@ -7,22 +7,22 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from swarm_common.process.plugins import Fault, Guard, load_plugin
+from swarm_common.process.plugins import Guard, PluginFault, load_plugin
 from swarm_nav.core.config import NavConfig, parameter_values
 from swarm_nav.core.goals import ErrorCode
 
 # Nav2's codes of goals that end because a plug-in failed.
 CONTROL_CODES = {
-    Fault.RAISED: ErrorCode.CONTROL_UNKNOWN,
-    Fault.LATE: ErrorCode.CONTROLLER_TIMED_OUT,
-    Fault.UNUSABLE: ErrorCode.NO_VALID_CONTROL,
+    PluginFault.RAISED: ErrorCode.CONTROL_UNKNOWN,
+    PluginFault.LATE: ErrorCode.CONTROLLER_TIMED_OUT,
+    PluginFault.UNUSABLE: ErrorCode.NO_VALID_CONTROL,
 }
 PLAN_CODES = {
-    Fault.RAISED: ErrorCode.PLAN_UNKNOWN,
-    Fault.LATE: ErrorCode.PLAN_TIMEOUT,
-    Fault.UNUSABLE: ErrorCode.NO_VALID_PATH,
+    PluginFault.RAISED: ErrorCode.PLAN_UNKNOWN,
+    PluginFault.LATE: ErrorCode.PLAN_TIMEOUT,
+    PluginFault.UNUSABLE: ErrorCode.NO_VALID_PATH,
 }
-LOCALISER_CODES = dict.fromkeys(Fault, ErrorCode.PLAN_TF_ERROR)
+LOCALISER_CODES = dict.fromkeys(PluginFault, ErrorCode.PLAN_TF_ERROR)
 Report = Callable[[ErrorCode, str], None]  # takes a fault: its code and a message
 
 
@@ -38,7 +38,7 @@ class PluginKind:
     parameter: str
     group: str  # of entry points
     built_in: Mapping[str, str]  # module:Class by name
-    codes: Mapping[Fault, ErrorCode]  # with which goals end
+    codes: Mapping[PluginFault, ErrorCode]  # with which goals end
 
     def is_own(self, name: str) -> bool:
         """Whether a name is not that of a built-in one."""

@@ -31,7 +31,6 @@ class PluginLocaliser:
         """Make the plug-in.
 
         Args:
-            name: Of the plug-in.
             config: Its margins and `lost_deviation` count.
             terrain: Of the map.
             report: Takes faults; the robot is lost meanwhile.

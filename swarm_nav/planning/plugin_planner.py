@@ -47,7 +47,6 @@ class PluginPlanner(Planner):
         Args:
             terrain: Of the map, for this size of robot.
             planner: `planner.` parameters.
-            own: The plug-in.
         """
         super().__init__(terrain, planner)
         self._own = own

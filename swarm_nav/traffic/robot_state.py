@@ -362,7 +362,6 @@ def begin(
         robot_id: From 1.
         stations: (x, y) [m] in map that many robots go to.
         names: Of all robots, for people; None for the usual ones.
-        make_planner: Makes its planner.
 
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones.

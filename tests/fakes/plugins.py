@@ -14,9 +14,9 @@ from swarm_nav.interfaces import (
     Odometry,
     PathAhead,
     Pose,
+    RankedGoal,
     RobotSpec,
     Scan,
-    Task,
     Twist,
 )
 
@@ -78,7 +78,7 @@ class HighestId:
     def __init__(self, spec: RobotSpec) -> None:
         pass
 
-    def seniority(self, task: Task) -> int:
+    def seniority(self, task: RankedGoal) -> int:
         return task.robot_id
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.process import plugins
-from swarm_common.process.plugins import Fault, Guard, PluginError, load_plugin
+from swarm_common.process.plugins import Guard, PluginError, PluginFault, load_plugin
 
 BUILT_IN = {"usual": "collections:OrderedDict"}
 
@@ -99,7 +99,7 @@ def test_what_it_raises_is_told_once(capsys: pytest.CaptureFixture[str]) -> None
     for guard in guards * 2:
         with pytest.raises(PluginError, match="controller x:Part: wrong raised KeyError") as caught:
             guard.call("wrong")
-        assert caught.value.fault is Fault.RAISED
+        assert caught.value.fault is PluginFault.RAISED
         assert guard.call("fine", 2) == 3
     assert capsys.readouterr().err.count("controller x:Part") == 1
     with pytest.raises(KeyError):
@@ -115,7 +115,7 @@ def test_an_endless_call_is_ended_and_the_plug_in_left_alone() -> None:
         for _ in range(3):
             with pytest.raises(PluginError, match=r"longer than 0.05 s") as caught:
                 guard.call("endless")
-            assert caught.value.fault is Fault.LATE
+            assert caught.value.fault is PluginFault.LATE
         assert guard._own.calls == 1
         assert not rung
         time.sleep(0.5)
