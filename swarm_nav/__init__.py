@@ -4,6 +4,7 @@ Lower folders never import higher ones; the lowest stands first:
 
     core          What every part of a navigator speaks of: its parameters, goals, states and
                   priorities
+    interfaces    The parts of a robot that users can replace: typed protocols
     planning      The way through the map: clearances and lanes, search on the lattice, paths
     perception    What a robot knows of its surroundings: the others by radio, obstacles by LiDAR
     reservation   The space that a robot holds, asks for and announces

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from swarm_nav.core.config import NavConfig
+from swarm_nav.core.limits import parameter_name
 from swarm_nav.core.parameter_table import field_comments
 
 TARGET = Path(__file__).resolve().parent.parent / "params" / "navigator.yaml"
@@ -32,13 +33,15 @@ def parameter_file() -> str:
     config = NavConfig()
     for group in dataclasses.fields(config):
         part = getattr(config, group.name)
-        is_bare = group.name == "controller"
         lines.append(f"    # {(inspect.getdoc(type(part)) or '').splitlines()[0]}\n")
-        if not is_bare:
-            lines.append(f"    {group.name}:\n")
-        indent = " " * (4 if is_bare else 6)
+        is_open = False
         comments = field_comments(type(part))
         for field in dataclasses.fields(part):
+            is_bare = parameter_name(group.name, field.name) == field.name
+            if not is_bare and not is_open:
+                is_open = True
+                lines.append(f"    {group.name}:\n")
+            indent = " " * (4 if is_bare else 6)
             comment = f"  # {comments[field.name]}" if comments.get(field.name) else ""
             lines.append(f"{indent}{field.name}: {_yaml(getattr(part, field.name))}{comment}\n")
     return "".join(lines)

@@ -10,14 +10,7 @@ import numpy as np
 
 from swarm_bench.baselines.planning import PathTrack, plain_planner
 from swarm_common.model.battery import BatteryReading
-from swarm_common.model.beacon import (
-    BEACON_DTYPE,
-    FLAG_ACTIVE,
-    FOOTPRINT_POINTS,
-    MODE_DONE,
-    MODE_DRIVE,
-    Reception,
-)
+from swarm_common.model.beacon import Reception
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import (
     CONTROL_PERIOD,
@@ -27,17 +20,16 @@ from swarm_common.model.records import (
     RobotSpec,
     Scan,
     Twist,
-    stamp_from_tick,
     wrap_angle,
 )
 from swarm_common.model.sites import Sites
+from swarm_nav.behaviour.brain_adapter import plain_beacon
 from swarm_nav.control.controller import Controller
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import ErrorCode, Event, Goal, GoalEnded, Outcome, Output, Status
 from swarm_nav.localisation.localiser import OdometryLocaliser
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
-from swarm_nav.reservation.tube import padded
 
 STOP_SHARE = 0.8  # of the goal tolerance at which a robot stops, as our navigator does
 STANDING_SPEED = 0.02  # [m/s]
@@ -58,7 +50,7 @@ class Others:
 
 
 class Baseline(ABC):
-    """A robot driven by some method; see `swarm_bench.runs.methods.Driver`."""
+    """A robot driven by some method; see `swarm_nav.interfaces.Brain`."""
 
     def __init__(
         self,
@@ -88,7 +80,6 @@ class Baseline(ABC):
         self.recoveries = 0
         self.obstacles = ObstacleLayer(config.costmap, spec.lidar)
         self.neighbors = NeighborTable(robot_id, config.traffic, remembers_absent=False)
-        self._footprint = padded(np.array(spec.footprint), FOOTPRINT_POINTS)
         self._localiser = OdometryLocaliser(initial_pose_map)
         self._turner = Controller(config.controller)
         self._goal: Goal | None = None
@@ -265,21 +256,10 @@ class Baseline(ABC):
         self._goal = None
 
     def _beacon(self) -> np.void:
-        beacon: np.void = np.zeros(1, BEACON_DTYPE)[0]
-        pose = self.pose
-        beacon["sec"], beacon["nanosec"] = stamp_from_tick(self.tick_now)
-        beacon["id"] = self.robot_id
-        beacon["tick"] = self.tick_now
-        beacon["radius"] = self.radius
-        beacon["pose"] = (pose.x, pose.y, pose.yaw)
-        beacon["twist"] = (self.twist.vx, self.twist.wz)
-        beacon["flags"] = FLAG_ACTIVE
-        beacon["mode"] = MODE_DONE if self._goal is None else MODE_DRIVE
-        beacon["target"] = beacon["station"] = (math.nan, math.nan)
-        beacon["held"][0] = (pose.x, pose.y)
-        beacon["held_size"] = 1
-        beacon["footprint"], beacon["footprint_size"] = self._footprint
-        return beacon
+        return plain_beacon(
+            self.robot_id, self.tick_now, self.spec, self.pose, self.twist,
+            is_driving=self._goal is not None,
+        )  # fmt: skip
 
 
 def _others(neighbors: NeighborTable) -> Others:

@@ -7,6 +7,7 @@ import functools
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from swarm_bench.runs.methods import Driver, load_method
@@ -15,7 +16,13 @@ from swarm_commander.mission.energy import check_energy
 from swarm_commander.mission.itinerary import Itinerary
 from swarm_commander.mission.leg import Stop
 from swarm_commander.mission.mission import Mission, load_mission
-from swarm_commander.run.input.params import REALISTIC, default_parameters
+from swarm_commander.run.input.params import (
+    REALISTIC,
+    Overrides,
+    default_parameters,
+    load_overrides,
+)
+from swarm_commander.run.input.world_params import WorldParams
 from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
@@ -26,6 +33,7 @@ from swarm_common.robots.description import RobotModel
 from swarm_common.robots.fleet import limits_of
 from swarm_common.robots.loading import load_robot, load_robot_model
 from swarm_nav.core.config import NavConfig, config_from_parameters
+from swarm_nav.core.plugins import check_plugins
 from swarm_nav.traffic.conditions import Conditions, conditions
 from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
 from swarm_sim.maps.spawn import deal_places
@@ -49,6 +57,7 @@ class RunOptions:
         method: What drives the robots.
         engine: Physics: planar or bullet.
         parameters: Of the navigators, by dotted name, in place of the defaults.
+        sections: Likewise, per pattern of node names; `parameters` win.
         realistic: Whether sensors err as the robots' models say and navigators localise by AMCL.
     """
 
@@ -58,6 +67,7 @@ class RunOptions:
     method: str = "ours"
     engine: str = "planar"
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    sections: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     realistic: bool = False
 
 
@@ -98,7 +108,8 @@ def check(options: RunOptions) -> None:
     checked(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
     _actors(options.scenario.world, options.scenario.actors)
     load_method(options.method)
-    nav_config(options, specs[0])
+    for number, spec in enumerate(specs, 1):
+        check_plugins(nav_config(options, spec, number))
 
 
 def build(
@@ -193,9 +204,8 @@ def make_drivers(
         homes: Start poses in map, one per robot.
     """
     method = load_method(options.method)
-    configs = {spec: nav_config(options, spec) for spec in set(specs)}
     return [
-        method(configs[spec], spec, grid, sites, number, home)
+        method(nav_config(options, spec, number), spec, grid, sites, number, home)
         for number, (spec, home) in enumerate(zip(specs, homes, strict=True), 1)
     ]
 
@@ -225,7 +235,7 @@ def room_for(
         for home, route in zip(homes, stops, strict=True)
     ]
     starts = [(home.x, home.y) for home in homes]
-    robots = [(spec, nav_config(options, spec)) for spec in specs]
+    robots = [(spec, nav_config(options, spec, number)) for number, spec in enumerate(specs, 1)]
     found = conditions(robots, grid, starts, goals)
     unseen = tuple(_unseen(options, specs, dead))
     return dataclasses.replace(found, findings=(*unseen, *found.findings))
@@ -274,12 +284,13 @@ def _cast(options: RunOptions) -> tuple[Scene, Mission, list[Pose], list[RobotSp
     return scene, mission, _homes(scenario, specs, mission.spawn), specs
 
 
-def nav_config(options: RunOptions, spec: RobotSpec) -> NavConfig:
+def nav_config(options: RunOptions, spec: RobotSpec, number: int = 1) -> NavConfig:
     """Return the parameters of a navigator, as `swarm-up` would write them.
 
     Args:
         options: Its parameters count more than the defaults and what the model says.
         spec: Of the robot.
+        number: Of the robot, from 1.
 
     Raises:
         ConfigError: If a parameter is unknown or wrong.
@@ -289,9 +300,15 @@ def nav_config(options: RunOptions, spec: RobotSpec) -> NavConfig:
         **limits_of(spec),
         **({} if options.scenario.with_lidar else {"costmap.scan_timeout": 0.0}),
         **(REALISTIC if options.realistic else {}),
+        **Overrides(options.sections).for_robot(RobotNames().name_of(number)),
         **options.parameters,
     }
-    return config_from_parameters(values, where="--set")
+    return _config(tuple(values.items()))
+
+
+@functools.lru_cache(maxsize=64)  # robots of one model share it
+def _config(values: tuple[tuple[str, Any], ...]) -> NavConfig:
+    return config_from_parameters(dict(values), where="--params or --set")
 
 
 def parse_parameters(settings: list[str]) -> dict[str, Any]:
@@ -315,6 +332,25 @@ def parse_parameters(settings: list[str]) -> dict[str, Any]:
         values[name] = _parsed(text, known.get(name))
     config_from_parameters(values, where="--set")
     return values
+
+
+def parameter_sections(path: Path, robots: int) -> Mapping[str, Mapping[str, Any]]:
+    """Return the sections of a parameter file, of which every one is for some robot of a run.
+
+    Args:
+        path: As of `swarm-up --params`.
+        robots: Size of the swarm.
+
+    Raises:
+        ConfigError: If it is unusable, or tells of the world, which a scenario does here.
+    """
+    names = [RobotNames().name_of(number) for number in range(1, robots + 1)]
+    found = load_overrides(path, names, _defaults())
+    if found.world != WorldParams():
+        raise ConfigError(f"{path}: in the bench the world is that of the scenario; drop /world")
+    for pattern, values in found.sections.items():
+        config_from_parameters(values, where=f"{path}: {pattern}")
+    return found.sections
 
 
 def _parsed(text: str, default: Any) -> Any:

@@ -1,66 +1,29 @@
-"""What drives a robot in the bench: our navigator, or a baseline with the same face."""
+"""What drives a robot in the bench: our navigator, a baseline, or the brain of a user."""
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 import importlib
 from collections.abc import Iterator
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from swarm_common.model.battery import BatteryReading
-from swarm_common.model.beacon import Reception
-from swarm_common.model.errors import UnknownNameError
 from swarm_common.model.grid import Grid
-from swarm_common.model.records import Odometry, Pose, RobotSpec, Scan
+from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.sites import Sites
-from swarm_nav.core.config import NavConfig
-from swarm_nav.core.goals import Goal, Output, Status
+from swarm_nav.behaviour.brain_adapter import make_brain
+from swarm_nav.core.config import BrainConfig, NavConfig
+from swarm_nav.core.goals import Output
+from swarm_nav.core.plugins import BRAIN
+from swarm_nav.interfaces import Brain
 
 
-class Driver(Protocol):
-    """One robot's decisions; `swarm_nav.behaviour.navigator.Navigator` is one.
-
-    In each tick `on_odom` and `on_reception` come first, `on_scan` when a scan is due, then
-    `tick`. The output's beacon must be filled in: at least id, tick, radius, pose, twist and
-    one held point (the pose), since bench and radio read them. A goal has ended when a `GoalEnded`
-    is among the output's events.
-    """
-
-    def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry of this tick."""
-
-    def on_scan(self, scan: Scan) -> None:
-        """Take a scan."""
+class Driver(Brain, Protocol):
+    """A brain that also takes the readings of a battery."""
 
     def on_battery(self, reading: BatteryReading) -> None:
         """Take a reading of the battery, once a second where the robot has one."""
-
-    def on_reception(self, reception: Reception) -> None:
-        """Take the beacons heard in this tick.
-
-        Args:
-            reception: Beacons as words, and the rows that are heard; it does not change in this
-                tick.
-        """
-
-    def set_goal(self, goal: Goal) -> None:
-        """Take a goal of kind NAVIGATE, for its start tick.
-
-        Args:
-            goal: It replaces one that has not ended.
-        """
-
-    def tick(self, tick: int) -> Output:
-        """Decide.
-
-        Args:
-            tick: Now, later than at the last call.
-
-        Returns:
-            The twist to drive, the beacon to send, and what happened since the last tick.
-        """
-
-    def status(self) -> Status:
-        """Return counters for the result."""
 
 
 @runtime_checkable
@@ -94,7 +57,7 @@ class Method(Protocol):
 
 
 METHODS = {
-    "ours": "swarm_nav.behaviour.navigator:Navigator",
+    "ours": "swarm_nav.behaviour.brain_adapter:make_brain",
     "dwa": "swarm_bench.baselines.dwa:DwaDriver",
     "orca": "swarm_bench.baselines.orca:OrcaDriver",
 }
@@ -104,13 +67,18 @@ def load_method(name: str) -> Method:
     """Return a method by name.
 
     Args:
-        name: One of `METHODS`.
+        name: One of `METHODS`, or a brain of one's own: `module:Class`, or an entry point's name.
 
     Raises:
-        UnknownNameError: If there is none.
+        ConfigError: If there is none.
     """
     if name not in METHODS:
-        raise UnknownNameError("method", name, METHODS)
+        BRAIN.load(name)
+        return functools.partial(_make_own, BrainConfig(plugin=name))
     module, _, attribute = METHODS[name].partition(":")
     method: Method = getattr(importlib.import_module(module), attribute)
     return method
+
+
+def _make_own(brain: BrainConfig, config: NavConfig, *rest: Any) -> Driver:
+    return make_brain(dataclasses.replace(config, brain=brain), *rest)

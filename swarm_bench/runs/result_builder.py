@@ -137,6 +137,11 @@ def conditions(options: RunOptions) -> dict[str, Any]:
         "lidar": scenario.with_lidar,
         "noise": scenario.noise,
         **({"realistic": True} if options.realistic else {}),
+        **{
+            name if pattern == "/**" else f"{pattern} {name}": value
+            for pattern, values in options.sections.items()
+            for name, value in values.items()
+        },
         **options.parameters,
     }
 

@@ -14,6 +14,7 @@ from typing import Any
 import yaml
 
 from swarm_bench.runs.episode import RunOptions
+from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.result import RobotResult, RunResult
 from swarm_bench.runs.result_builder import COUNTERS, identity
 from swarm_common.files.resources import find_resource
@@ -24,6 +25,7 @@ from swarm_common.process.lifetime import die_with
 
 SWARM_UP = (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()")
 ENGINE = "ros"  # what a result's engine is called: rigid bodies behind the ROS graph
+LAST = "/*/navigator"  # section of all robots, whose values win: it comes last
 LAST_LINES = 5  # of swarm-up's output, in an error
 
 
@@ -35,7 +37,7 @@ def run_on_graph(options: RunOptions) -> RunResult:
     """Run a scenario once with `swarm-up`: processes, DDS, rigid bodies, LiDARs.
 
     Args:
-        options: What to run; the method has to be ours.
+        options: What to run; the method has to be ours, or a plug-in.
 
     Raises:
         SwarmUpError: If it left no report; the message ends with what it said last.
@@ -44,7 +46,8 @@ def run_on_graph(options: RunOptions) -> RunResult:
         folder = Path(name)
         command, parent = (*SWARM_UP, *up_flags(options, folder)), os.getpid()
         with subprocess.Popen(
-            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            command, cwd=folder, env=_with_plugins(), stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True,
             preexec_fn=lambda: die_with(parent),
         ) as process:  # fmt: skip
             try:
@@ -61,6 +64,12 @@ def run_on_graph(options: RunOptions) -> RunResult:
             )
         report = json.loads(report_path.read_text(encoding="utf-8"))
     return result_of_report(options, report)
+
+
+def _with_plugins() -> dict[str, str]:
+    """Return the environment of a run that finds the modules of the present folder, too."""
+    path = [os.environ["PYTHONPATH"]] if os.environ.get("PYTHONPATH") else []
+    return {**os.environ, "PYTHONPATH": os.pathsep.join([*path, os.getcwd()])}
 
 
 def last_lines(said: str) -> str:
@@ -121,7 +130,9 @@ def _parameters(options: RunOptions) -> dict[str, Any]:
     robots = dict(options.parameters)
     if not scenario.with_lidar:
         robots["costmap.scan_timeout"] = 0.0
-    sections = {"/world": world, "/**": robots}
+    if options.method not in METHODS:
+        robots["brain.plugin"] = options.method
+    sections = {"/world": world, **options.sections, LAST: robots}
     return {name: {"ros__parameters": values} for name, values in sections.items() if values}
 
 

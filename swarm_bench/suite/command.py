@@ -82,7 +82,8 @@ def traffic(
             "--realistic/--ideal", help="Noisy sensors with LiDARs, and localisation by AMCL."
         ),
     ] = False,
-    method: Annotated[str, typer.Option(help="ours, dwa or orca.")] = "ours",
+    method: Annotated[str, typer.Option(help="ours, dwa, orca, or module:Class.")] = "ours",
+    params: Annotated[Path | None, typer.Option(help="Parameter file of the navigators.")] = None,
     set_: Settings = None,
     jobs: Jobs = 1,
     ros: Annotated[bool, typer.Option("--ros", help="Run swarm-up on the real ROS graph.")] = False,
@@ -103,6 +104,7 @@ def traffic(
         lidar=True if (ros or realistic) and lidar is None else lidar,
         realistic=realistic,
         settings=set_ or [],
+        params=params,
     )
     check_jobs(jobs, ros=ros, method=method)
     sweep = Sweep(options, jobs, ros)

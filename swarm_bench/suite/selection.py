@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
-from swarm_bench.runs.episode import RunOptions, parse_parameters
-from swarm_bench.runs.methods import METHODS
+from swarm_bench.runs.episode import RunOptions, parameter_sections, parse_parameters
+from swarm_bench.runs.methods import METHODS, load_method
 from swarm_bench.runs.scenario import check_size, load_scenario, scenario_names
 from swarm_bench.suite.sweep import Sweep
 from swarm_common.model.engines import usual_engine
@@ -76,6 +78,7 @@ def select(
     lidar: bool | None = None,
     realistic: bool = False,
     settings: Sequence[str] = (),
+    params: Path | None = None,
 ) -> list[RunOptions]:
     """Return the runs asked for, scenario by scenario, size by size, seed by seed.
 
@@ -91,8 +94,7 @@ def select(
     Raises:
         ConfigError: For the first thing that is wrong.
     """
-    if method not in METHODS:
-        raise UnknownNameError("method", method, METHODS)
+    load_method(method)
     if engine not in ENGINES:
         raise UnknownNameError("engine", engine, ENGINES)
     if realistic and (lidar is False or method != "ours"):
@@ -109,8 +111,9 @@ def select(
     }
     chosen = scenario_names() if names == ALL else [name.strip() for name in names.split(",")]
     scenarios = [dataclasses.replace(load_scenario(name), **changes) for name in chosen]
+    sections = functools.cache(lambda size: parameter_sections(params, size) if params else {})
     return [
-        RunOptions(scenario=scenario, robots=size, seed=seed, **common)
+        RunOptions(scenario=scenario, robots=size, seed=seed, sections=sections(size), **common)
         for scenario in scenarios
         for size in (sizes or scenario.robots)
         for seed in (range(scenario.seeds_of(size)) if seeds is None else seeds)
@@ -130,7 +133,7 @@ def check_jobs(jobs: int, *, ros: bool, method: str) -> None:
         raise ConfigError(f"--jobs is {jobs}; expected 1 to {MOST_JOBS}")
     if ros and jobs > 1:
         raise ConfigError("--ros takes all cores for each run; leave out --jobs")
-    if ros and method != "ours":
+    if ros and method != "ours" and method in METHODS:
         raise ConfigError(f"--ros runs our navigators; --method {method} needs the bench")
 
 

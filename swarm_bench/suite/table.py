@@ -38,8 +38,11 @@ def run_line(result: RunResult) -> str:
             f"at most {error['max']:.3f} m"
         )
     warning = f"no guarantee: {result.no_guarantee}" if result.no_guarantee else ""
-    notes = [note for note in (warning, result.first_collision, result.first_miss) if note]
-    return "; ".join([text, *notes])
+    plugins = [
+        f"{name} {value}" for name, value in result.conditions.items() if name.endswith("plugin")
+    ]
+    notes = (*plugins, warning, result.first_collision, result.first_miss)
+    return "; ".join([text, *filter(None, notes)])
 
 
 def summary_table(results: Sequence[RunResult]) -> Table:

@@ -9,6 +9,7 @@ What a module imports of its folder stands above it:
     messages       Messages between swarm-up and the processes that it starts
     numba_compat   The private part of numba that we use: its cache on disk
     pipes          Pipes between swarm-up and its processes; one message per line
+    plugins        Plug-ins of users, found by name and kept from harming anybody else
     private_parts  Parts of libraries that are private to them: one that moved is told
     quick_start    What a process does before its work begins costs time that its user waits for
     single_thread  Forking is safe only in a process of one thread; this keeps it so

@@ -11,9 +11,11 @@ What a module imports of its folder stands above it:
     charging           When the robot goes to charge, to which station, and until when
     goal_manager       Begins goals, goes from target to target, recovers, and ends them
     route              The route to the current target: when and from where it is replanned
-    behavior_executor  Which path each state follows, and which twist overrides that
+    rules              The rules in the order in which the arbiter asks them
+    plugin_priority    A rule of who goes first that a user brings
     navigator          The brain: observations in, one twist and one beacon per tick out. No I/O
+    brain_adapter      A brain that a user brings, with the face that bench and ROS node need
 
-May import of swarm_nav: `traffic`, `localisation`, `control`, `perception`, `planning`, `core`;
-and swarm_common.
+May import of swarm_nav: `traffic`, `localisation`, `control`, `perception`, `planning`,
+`interfaces`, `core`; and swarm_common.
 """

@@ -27,14 +27,17 @@ from swarm_nav.behaviour.charging import ChargingTrip
 from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
+from swarm_nav.behaviour.plugin_priority import PluginPriority
 from swarm_nav.behaviour.rules import RULES, Parts
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.control.omni import make_controller
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import ErrorCode, Feedback, Goal, GoalKind, Outcome, Output, Status
+from swarm_nav.core.plugins import PRIORITY
 from swarm_nav.core.priority import CLASS_DRIVING, base_priority
 from swarm_nav.core.states import State
 from swarm_nav.localisation.localiser import START_DEVIATION, make_localiser
+from swarm_nav.planning.plugin_planner import planner_maker
 from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, narrow_region
@@ -55,6 +58,8 @@ class Navigator:
     A facade: what the robot is told goes to the parts, `tick` lets them decide in order, and what
     it tells is composed from them. The parts share one `RobotState`.
     """
+
+    goal_kinds = tuple(GoalKind)  # that it takes
 
     def __init__(
         self,
@@ -83,15 +88,25 @@ class Navigator:
         self.spec = spec
         self.sites = sites
         self.is_active = True
-        self._controller = make_controller(spec, config.controller)
+        self._faults: list[tuple[ErrorCode, str]] = []  # of plug-ins since the last tick
+        self._controller = make_controller(spec, config.controller, self._receive_fault)
         stations = [(p.x, p.y) for p in sites.stations.values()]
         self._holding = HoldingPattern(sites.circuits, stations)
         self._lease = Lease()
         self._right = RightOfWay()
-        self._s = s = begin(config, spec, grid, robot_id, initial_pose_map, tuple(stations), names)
-        self._localiser = make_localiser(
-            initial_pose_map, config.localisation, spec, s.terrain, s.neighbors, robot_id
+        make_planner = planner_maker(config.planner.plugin, spec)
+        self._s = s = begin(
+            config, spec, grid, robot_id, initial_pose_map, tuple(stations), names, make_planner
         )
+        self._localiser = make_localiser(
+            initial_pose_map, config.localisation, spec, s.terrain, s.neighbors, robot_id,
+            config.localiser.plugin, self._receive_fault,
+        )  # fmt: skip
+        self._priority: PluginPriority | None = None
+        if PRIORITY.is_own(config.traffic.priority_plugin):
+            self._priority = PluginPriority(
+                config.traffic.priority_plugin, spec, self._receive_fault
+            )
         self._gate = Gate(self._narrow_region())
         self._single_lanes = SingleLanes()
         self._arbiter = arbiter = Arbiter(s, self._single_lanes)
@@ -116,6 +131,18 @@ class Navigator:
 
     def _narrow_region(self) -> NDArray[np.int16] | None:
         return narrow_region(self._s.terrain, self._s.stations, self._s.usual_radius)
+
+    def _receive_fault(self, code: ErrorCode, message: str) -> None:
+        self._faults.append((code, message))
+
+    def _give_up(self) -> None:
+        """End the current goal because a plug-in failed."""
+        code, message = self._faults[0]
+        self._faults.clear()
+        if self._task is not None:
+            self._goal_manager.fail_target(self._task, code, message)
+        else:
+            self._goal_manager.end(Outcome.ABORTED, code, message)
 
     @property
     def config(self) -> NavConfig:
@@ -391,6 +418,8 @@ class Navigator:
         """Begin a goal that is due; queue for its station and at the gate before it."""
         s, goal_manager = self._s, self._goal_manager
         goal_manager.begin_pending()
+        if self._faults:
+            self._give_up()
         if self.is_active:
             goal_manager.see_to_battery()
         self._lease.update(s)
@@ -409,8 +438,19 @@ class Navigator:
 
     def _driving_priority(self) -> int:
         """Return the robot's priority while it drives, with what it inherits for its lease."""
-        own = base_priority(CLASS_DRIVING, self._goal_manager.last_goal_tick, self._s.robot_id)
+        own = base_priority(CLASS_DRIVING, self._rank_tick, self._s.robot_id)
         return max(own, self._lease.inherited)
+
+    @property
+    def _rank_tick(self) -> int:
+        """Tick at which the last target was reached, or what a plug-in ranks the robot by."""
+        last = self._goal_manager.last_goal_tick
+        if self._priority is None:
+            return last
+        target = None if self._task is None else self._task.target
+        return self._priority.last_goal_tick(
+            self._s.robot_id, self._s.tick, last, self._s.pose, target
+        )
 
     def _follow(self) -> Twist:
         """Return the twist that follows the arbiter's decision, slowed down near people."""
@@ -434,9 +474,7 @@ class Navigator:
         if self._state_machine.is_waiting or not goal_manager.has_goal:
             self._single_lanes.forget()
         s.announce_priorities(
-            *priorities(
-                s.robot_id, self._deciders, goal_manager.last_goal_tick, goal_manager.has_goal
-            )
+            *priorities(s.robot_id, self._deciders, self._rank_tick, goal_manager.has_goal)
         )
         s.tube.publish(s.pose, s.tick)
         return compose_beacon(

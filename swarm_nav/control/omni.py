@@ -21,18 +21,28 @@ from swarm_nav.control.controller import (
     scored_window,
 )
 from swarm_nav.control.line_tracking import StraightController
+from swarm_nav.control.plugin_controller import PluginController
 from swarm_nav.core.config import ControllerConfig
+from swarm_nav.core.plugins import CONTROLLER, Report, ignore
 from swarm_nav.reservation.tube import Tube
 
 TURN_SAMPLES = 5  # of the turning rate at most: the course does not depend on it
 
 
-def make_controller(spec: RobotSpec, config: ControllerConfig) -> Controller:
-    """Return the controller for a robot's drive and shape.
+def make_controller(
+    spec: RobotSpec, config: ControllerConfig, report: Report = ignore
+) -> Controller:
+    """Return the controller for a robot's drive and shape, or the plug-in that is named.
 
     Args:
         config: Limits of the drive, samples and critics.
+        report: Takes faults of a plug-in.
+
+    Raises:
+        ConfigError: If the plug-in is missing.
     """
+    if CONTROLLER.is_own(config.plugin):
+        return PluginController(spec, config, report)
     if spec.is_omni:
         return OmniController(config)
     return StraightController(config) if spec.is_oblong else Controller(config)

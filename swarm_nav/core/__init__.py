@@ -11,6 +11,7 @@ What a module imports of its folder stands above it:
     states               The navigator's states as a table
     localisation_config  Parameters of localisation, named as AMCL's
     config               Parameters of a navigator: each field is a ROS parameter
+    plugins              Which plug-ins a navigator takes, and the built-in ones
     parameter_table      What each parameter is: unit, effect, range
 
 May import swarm_common only.

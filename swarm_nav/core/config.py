@@ -16,6 +16,7 @@ from swarm_nav.core import limits
 from swarm_nav.core.checks import at_most as _at_most
 from swarm_nav.core.checks import not_negative as _not_negative
 from swarm_nav.core.checks import positive as _positive
+from swarm_nav.core.limits import parameter_name
 from swarm_nav.core.localisation_config import LocalisationConfig
 
 
@@ -39,6 +40,7 @@ class ControllerConfig:
     oscillation_scale: float = 0.05  # Oscillation: change of turning rate
     rotate_to_heading_angle: float = 0.4  # [rad] off the path beyond which it turns in place first
     corner_angle: float = 0.7  # [rad] bend of the path that is turned on the spot
+    plugin: str = "dwb"  # follows paths: dwb or module:Class
 
     def __post_init__(self) -> None:
         _positive("", self, "max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "sim_time")
@@ -68,6 +70,7 @@ class PlannerConfig:
     replan_period: float = 8.0  # [s] between two plans while driving
     lane_weight: float = 3.0  # extra cost of driving with the nearer wall on the left
     lane_width: float = 2.2  # [m] from a wall within which lanes exist
+    plugin: str = "astar"  # finds paths: astar or module:Class
 
     def __post_init__(self) -> None:
         _positive("planner.", self, "resolution", "replan_period", "lane_width")
@@ -143,7 +146,11 @@ class BehaviorConfig:
 # All robots must agree on these: the safety argument counts on them. Not changeable while running.
 PROTOCOL_PARAMETERS = ("traffic.confirmations", "traffic.wanted_length", "traffic.lost_ticks")
 # Read once, at the start.
-FIXED_PARAMETERS = (*PROTOCOL_PARAMETERS, "localisation.type", "localisation.random_seed")
+FIXED_PARAMETERS = (
+    *PROTOCOL_PARAMETERS, "localisation.type", "localisation.random_seed",
+    "controller.plugin", "planner.plugin", "localiser.plugin", "traffic.priority_plugin",
+    "brain.plugin",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,6 +171,7 @@ class TrafficConfig:
     wait_time: float = 2.0  # [s] before a blocker that drives makes way, or a pusher steps back
     stuck_time: float = 4.0  # [s] without moving before a refuge or a claim is given up
     patience: float = 600.0  # [s] without any progress before a goal is given up
+    priority_plugin: str = "oldest_goal"  # ranks robots: oldest_goal or module:Class
 
     def __post_init__(self) -> None:
         _positive("traffic.", self, "safety_margin", "held_length", "wanted_length", "radio_range")
@@ -219,6 +227,20 @@ class BatteryConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LocaliserConfig:
+    """`localiser.` parameters."""
+
+    plugin: str = "by_type"  # finds the pose: by_type or module:Class
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BrainConfig:
+    """`brain.` parameters."""
+
+    plugin: str = "navigator"  # decides: navigator or module:Class
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class NavConfig:
     """All parameters of one navigator."""
 
@@ -232,6 +254,8 @@ class NavConfig:
     holding: HoldingConfig = field(default_factory=HoldingConfig)
     battery: BatteryConfig = field(default_factory=BatteryConfig)
     localisation: LocalisationConfig = field(default_factory=LocalisationConfig)
+    localiser: LocaliserConfig = field(default_factory=LocaliserConfig)
+    brain: BrainConfig = field(default_factory=BrainConfig)
 
     def __post_init__(self) -> None:
         limits.check(self)
@@ -241,14 +265,13 @@ def parameter_values(config: NavConfig) -> dict[str, Any]:
     """Return the flat ROS parameters {name: value} of a configuration.
 
     Returns:
-        Values by name, in the order of the classes. The groups are prefixes (`traffic.patience`),
-        but for those of `controller`, which have none, as in Nav2.
+        Values by name, in the order of the classes; see `limits.parameter_name`.
     """
     values: dict[str, Any] = {}
     for group in dataclasses.fields(config):
-        prefix = "" if group.name == "controller" else f"{group.name}."
         for item in dataclasses.fields(getattr(config, group.name)):
-            values[prefix + item.name] = getattr(getattr(config, group.name), item.name)
+            name = parameter_name(group.name, item.name)
+            values[name] = getattr(getattr(config, group.name), item.name)
     return values
 
 

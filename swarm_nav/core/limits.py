@@ -72,6 +72,20 @@ RANGES: Mapping[str, tuple[float, float]] = {
 }
 
 
+def parameter_name(group: str, field: str) -> str:
+    """Return the ROS name of a parameter.
+
+    The groups are prefixes (`traffic.patience`). Those of `controller` have none, as in Nav2, but
+    for `controller.plugin`.
+
+    Args:
+        group: Field of `NavConfig`.
+        field: Of the class of that group.
+    """
+    is_bare = group == "controller" and field != "plugin"
+    return field if is_bare else f"{group}.{field}"
+
+
 def check(config: Any) -> None:
     """Refuse a configuration with a number beyond its limits.
 
@@ -79,13 +93,12 @@ def check(config: Any) -> None:
         ConfigError: Naming the parameter.
     """
     for group in dataclasses.fields(config):
-        prefix = "" if group.name == "controller" else f"{group.name}."
         values = getattr(config, group.name)
         for item in dataclasses.fields(values):
             value = getattr(values, item.name)
             if isinstance(value, (bool, str)):
                 continue
-            name = prefix + item.name
+            name = parameter_name(group.name, item.name)
             low, high = RANGES.get(name, ANY)
             if not low <= value <= high or not math.isfinite(value):
                 between = _between(type(values)(), item.name, low, high)

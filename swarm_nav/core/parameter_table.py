@@ -15,7 +15,7 @@ from functools import cache
 from typing import Any
 
 from swarm_nav.core.config import FIXED_PARAMETERS, NavConfig
-from swarm_nav.core.limits import ANY, RANGES, takes
+from swarm_nav.core.limits import ANY, RANGES, parameter_name, takes
 
 Value = bool | int | float | str
 
@@ -99,7 +99,7 @@ def unit_and_effect(comment: str) -> tuple[str, str]:
 
 
 def _row(group: str, part: Any, field: str, comment: str) -> ParameterRow:
-    name = field if group == "controller" else f"{group}.{field}"
+    name = parameter_name(group, field)
     default = getattr(part, field)
     unit, effect = unit_and_effect(comment)
     row = ParameterRow(name, group, default, unit, effect, is_fixed=name in FIXED_PARAMETERS)

@@ -8,11 +8,13 @@ import numpy as np
 
 from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan
 from swarm_nav.core.localisation_config import AMCL, LocalisationConfig
+from swarm_nav.core.plugins import LOCALISER, Report, ignore
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.planning.terrain import Terrain
 
 if TYPE_CHECKING:
     from swarm_nav.localisation.amcl import AmclLocaliser
+    from swarm_nav.localisation.plugin_localiser import PluginLocaliser
 
 START_DEVIATION = (0.05, 0.05)  # [m] and [rad] of a pose that the operator gave
 DRIFT = (0.002, 0.001)  # [m] and [rad] by which odometry is off per metre driven
@@ -87,7 +89,7 @@ class OdometryLocaliser:
         return place, place, yaw
 
 
-Localiser: TypeAlias = "OdometryLocaliser | AmclLocaliser"  # a scan matcher would be a third
+Localiser: TypeAlias = "OdometryLocaliser | AmclLocaliser | PluginLocaliser"
 
 
 def make_localiser(
@@ -97,12 +99,23 @@ def make_localiser(
     terrain: Terrain,
     neighbors: NeighborTable,
     robot_id: int,
+    plugin: str = "by_type",
+    report: Report = ignore,
 ) -> Localiser:
     """Return the localiser that the parameters ask for.
 
     Args:
         config: `localisation.` parameters.
+        plugin: `localiser.plugin`.
+        report: Takes faults of a plug-in.
+
+    Raises:
+        ConfigError: If the plug-in is missing.
     """
+    if LOCALISER.is_own(plugin):
+        from swarm_nav.localisation.plugin_localiser import PluginLocaliser
+
+        return PluginLocaliser(plugin, pose_map, config, spec, terrain, report)
     if config.type == AMCL:
         # its kernels are loaded only where they are needed
         from swarm_nav.localisation.amcl import AmclLocaliser

@@ -12,6 +12,7 @@ What a module imports of its folder stands above it:
     search             The lattice and the work arrays as the search kernels take them
     terrain            What a robot derives from the map once: clearances, lanes, parking places
     planner            Global planner: A* on the lattice, smoothed to a drivable path
+    plugin_planner     A global planner that a user brings, behind the face of the built-in one
 
-May import of swarm_nav: `core`; and swarm_common.
+May import of swarm_nav: `interfaces`, `core`; and swarm_common.
 """

@@ -23,7 +23,7 @@ from swarm_common.model.errors import MapError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_common.process.pipes import EventWriter
-from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.behaviour.brain_adapter import RobotBrain, make_brain
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import GoalEnded, Output
 from swarm_nav.core.lifecycle import Lifecycle
@@ -76,7 +76,7 @@ class NavigatorNode:
         self._settings = settings
         self._config: NavConfig = settings.config
         self._on_active: Callable[[], None] | None = on_active
-        self._brain: Navigator | None = None
+        self._brain: RobotBrain | None = None
         self.lifecycle = Lifecycle()
         self.tick = 0
         scan_rate = settings.spec.lidar.rate if settings.fixed["with_lidar"] else 0.0
@@ -120,7 +120,7 @@ class NavigatorNode:
     def _begin(self, grid: Grid) -> None:
         """Create the brain and everything that needs it."""
         settings = self._settings
-        brain = Navigator(
+        brain = make_brain(
             self._config,
             settings.spec,
             grid,
@@ -263,7 +263,7 @@ class NavigatorNode:
         self._answers.give(tick, output, has_goal=has_goal, has_ended=bool(ended))
         self._tell(output, ended)
 
-    def _rejoin(self, brain: Navigator, pose_odom: Pose) -> None:
+    def _rejoin(self, brain: RobotBrain, pose_odom: Pose) -> None:
         """Go on where the odometry is: it began at the initial pose, with another navigator."""
         pose_map = self._settings.initial_pose_map.compose(pose_odom)
         brain.on_initial_pose(pose_map)

@@ -16,6 +16,7 @@ from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.model.sites import Sites
 from swarm_common.robots.params import frames_from_parameter, robot_from_parameters
 from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
+from swarm_nav.core.plugins import check_plugins
 
 NODE = "navigator"
 USE_SIM_TIME = "use_sim_time"
@@ -146,6 +147,7 @@ def parse_node_settings(name: str, values: Mapping[str, Any], where: str) -> Nod
     try:
         config = config_from_parameters(rest, where=where)
         check_limits(config, spec)
+        check_plugins(config)
     except UnknownNameError:
         raise
     except ConfigError as error:

@@ -13,12 +13,12 @@ WATCHDOG_MOTION = 0.06  # [m]
 
 
 class KeepApart:
-    """Gives up points that are too near to another tube since a radius has grown (AMCL)."""
+    """Gives up points that are too near to another tube since a radius has grown (localisation)."""
 
     def propose(self, robot: RobotState) -> Proposal | None:
         """Keep what lies before the first point that is too near."""
         tube = robot.tube
-        if robot.config.localisation.type != "amcl":
+        if not robot.is_corrected:
             return None
         first = tube_kernels.first_overlap(
             tube.points, tube.near, tube.stop, robot.radius, GROWTH_SLACK,

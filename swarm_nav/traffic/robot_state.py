@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +12,9 @@ import numpy as np
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Twist
 from swarm_common.model.robot_names import RobotNames
-from swarm_nav.core.config import NavConfig
+from swarm_nav.core.config import NavConfig, PlannerConfig
+from swarm_nav.core.localisation_config import AMCL
+from swarm_nav.core.plugins import LOCALISER
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
 from swarm_nav.planning.oblong import Oblong
@@ -22,6 +25,7 @@ from swarm_nav.reservation.tube import Tube
 from swarm_nav.traffic.patience import Patience
 
 MARGIN_STEP = 0.02  # [m] in which the announced margin grows: each step must be confirmed
+PlannerMaker = Callable[[Terrain, PlannerConfig], Planner]
 FEWEST_BRAKE_POINTS = 2  # path points kept ahead of a robot that gives up its claim
 
 
@@ -67,6 +71,8 @@ class RobotState:
     radius: float  # [m] safety radius: `body_radius` plus the margin, by `announce_margin`
     # map and safety radius that tell where two robots pass each other, by `record_bodies`
     passing: tuple[Terrain, float]
+    make_planner: PlannerMaker = Planner  # of a terrain, by the parameters
+    is_corrected: bool = False  # whether the pose is corrected while it drives
     oblong: Oblong | None = None  # outline of a long robot, which plans with it; None for others
     stations: tuple[tuple[float, float], ...] = ()  # (x, y) in map that many robots go to
     radio: Patience = field(default_factory=Patience)  # how slow the radio is
@@ -102,7 +108,7 @@ class RobotState:
             grid, config.planner, config.costmap, self.body_radius, self.oblong
         )
         self.tube.slots = self.terrain.lattice.slots
-        self.planner = Planner(self.terrain, config.planner)
+        self.planner = self.make_planner(self.terrain, config.planner)
         self.tube.cut()
         self.record_bodies()
 
@@ -357,6 +363,7 @@ def begin(
     pose_map: Pose,
     stations: tuple[tuple[float, float], ...] = (),
     names: RobotNames | None = None,
+    make_planner: PlannerMaker = Planner,
 ) -> RobotState:
     """Return the robot of a robot that stands at a pose and knows of no other robot yet.
 
@@ -382,7 +389,9 @@ def begin(
         radius=body + traffic.safety_margin,
         passing=(terrain, body + traffic.safety_margin),
         terrain=terrain,
-        planner=Planner(terrain, config.planner),
+        planner=make_planner(terrain, config.planner),
+        make_planner=make_planner,
+        is_corrected=config.localisation.type == AMCL or LOCALISER.is_own(config.localiser.plugin),
         neighbors=NeighborTable(robot_id, traffic),
         obstacles=ObstacleLayer(config.costmap, spec.lidar, spec.footprint),
         tube=tube,

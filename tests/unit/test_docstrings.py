@@ -24,6 +24,7 @@ PUBLIC = (
     "swarm_bench/runs/episode.py",
     "swarm_commander/mission/client.py",
     "swarm_commander/mission/task.py",
+    "swarm_nav/interfaces.py",
 )
 FEWEST_WORDS = 5  # of an entry; fewer only with a unit, a shape, a value or what None means
 SAYS_MORE = re.compile(r"[`\[(\d]|None|if |whether|frame|map|default", re.IGNORECASE)

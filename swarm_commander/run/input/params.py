@@ -60,11 +60,15 @@ class Overrides:
 
     Attributes:
         world: Its section about the world.
+        sections: Parameters by dotted name, per pattern of node names, in the order of the file.
         source: The file and what it sets, for messages.
     """
 
     def __init__(
-        self, sections: Mapping[str, Flat], world: WorldParams | None = None, path: Path = Path()
+        self,
+        sections: Mapping[str, Mapping[str, Any]],
+        world: WorldParams | None = None,
+        path: Path = Path(),
     ) -> None:
         """Keep the sections of a file that has been checked.
 
@@ -74,14 +78,14 @@ class Overrides:
             world: None for the defaults.
         """
         self.world = world or WorldParams()
-        self._sections = dict(sections)
+        self.sections = dict(sections)
         names = {pattern: tuple(values) for pattern, values in sections.items()}
         self.source = ParameterSource(str(path), names)
 
     def for_robot(self, robot: str) -> Flat:
         """Return the parameters that the file sets for a robot; later sections win."""
         merged: Flat = {}
-        for pattern, values in self._sections.items():
+        for pattern, values in self.sections.items():
             if is_for(pattern, f"/{robot}/{NODE}"):
                 merged.update(values)
         return merged

@@ -17,7 +17,7 @@ from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import path_msg, pose_msg
 from swarm_common.middleware.tick_action import GoalHandle, TickActionServer
 from swarm_common.model.records import FloatArray, Pose
-from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.behaviour.brain_adapter import RobotBrain
 from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
 from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.goals import (
@@ -59,7 +59,7 @@ class Job:
 class Plans:
     """The servers of both actions, and the plans that wait."""
 
-    def __init__(self, body: ServedNode, brain: Navigator, on_demand: OnDemand) -> None:
+    def __init__(self, body: ServedNode, brain: RobotBrain, on_demand: OnDemand) -> None:
         """Offer the servers; none is created yet."""
         self._body = body
         self._brain = brain

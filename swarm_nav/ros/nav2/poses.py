@@ -12,7 +12,7 @@ from geometry_msgs.msg import PoseStamped
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import pose_from_msg
 from swarm_common.model.records import FloatArray, Pose
-from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.behaviour.brain_adapter import RobotBrain
 from swarm_nav.localisation.localiser import START_DEVIATION
 from swarm_nav.ros.nav2.goals import UnknownFrameError
 
@@ -25,7 +25,7 @@ Quaternion = tuple[float, float, float, float]  # x, y, z, w
 
 
 def pose_in_map(
-    brain: Navigator, name: str, links: Mapping[str, Sequence[float]], stamped: PoseStamped
+    brain: RobotBrain, name: str, links: Mapping[str, Sequence[float]], stamped: PoseStamped
 ) -> Pose:
     """Return a pose of one of the robot's frames in map.
 

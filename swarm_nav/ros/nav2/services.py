@@ -22,8 +22,8 @@ from swarm_common.files.map_io import load_map
 from swarm_common.files.resources import file_of
 from swarm_common.middleware import ros_io
 from swarm_common.model.errors import MapError, MapImageError, SwarmError
+from swarm_nav.behaviour.brain_adapter import RobotBrain
 from swarm_nav.behaviour.costmap import Costmap
-from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.ros.nav2.costmaps import costmap_msg
 from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.served_node import ServedNode
@@ -35,7 +35,7 @@ COMMANDS = ("startup", "pause", "resume", "reset", "shutdown", "configure", "cle
 class Services:
     """All services of one navigator beside its parameters'."""
 
-    def __init__(self, body: ServedNode, brain: Navigator, on_demand: OnDemand) -> None:
+    def __init__(self, body: ServedNode, brain: RobotBrain, on_demand: OnDemand) -> None:
         """Offer the services; none is created yet."""
         self._body = body
         self._brain = brain

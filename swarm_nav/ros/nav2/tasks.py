@@ -17,7 +17,7 @@ from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import RELIABLE, unpacked
 from swarm_common.middleware.tick_action import GoalHandle, TickActionServer
 from swarm_common.model.records import CONTROL_PERIOD
-from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.behaviour.brain_adapter import RobotBrain
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome
 from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.goals import (
@@ -69,7 +69,7 @@ class Tasks:
     def __init__(
         self,
         body: ServedNode,
-        brain: Navigator,
+        brain: RobotBrain,
         on_goal: Callable[[], None],
         on_demand: OnDemand,
     ) -> None:

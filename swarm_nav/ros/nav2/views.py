@@ -12,7 +12,7 @@ from tf2_msgs.msg import TFMessage
 
 from swarm_common.middleware import cdr, ros_io
 from swarm_common.model.records import Pose
-from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.behaviour.brain_adapter import RobotBrain
 from swarm_nav.ros.nav2.costmaps import CostmapTopics
 from swarm_nav.ros.nav2.demand import OnDemand
 
@@ -26,7 +26,7 @@ POSE_TICKS = 10
 class Views:
     """The publishers for RViz and its like, on one node."""
 
-    def __init__(self, node: Node, brain: Navigator, on_demand: OnDemand) -> None:
+    def __init__(self, node: Node, brain: RobotBrain, on_demand: OnDemand) -> None:
         """Create the publishers, but for what few listen to.
 
         Args:

@@ -6,21 +6,21 @@ from pathlib import Path
 
 import pytest
 
-from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.json_lines import append_json_line, open_to_append
-from swarm_bench.runs.methods import METHODS
-from swarm_bench.runs.scenario import load_scenario
+from swarm_bench.suite.selection import select
+from swarm_bench.suite.table import run_line
+from swarm_common.model.errors import ConfigError
 from tests.document_blocks import blocks_of
 from tests.fakes.results import result
 
 ROOT = Path(__file__).parents[4]
 
 
-def save(name: str, folder: Path) -> Path:
+def save(name: str, folder: Path, page: str = "bench.md") -> Path:
     (block,) = [
         block
-        for block in blocks_of((ROOT / "docs" / "bench.md").read_text("utf-8"))
+        for block in blocks_of((ROOT / "docs" / page).read_text("utf-8"))
         if block.name == name
     ]
     path = folder / name
@@ -33,9 +33,31 @@ def test_the_method_of_the_document_drives_two_robots(
 ) -> None:
     save("polite.py", tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setitem(METHODS, "polite", "polite:PoliteDriver")
-    options = RunOptions(scenario=load_scenario("corridor"), robots=2, method="polite")
-    assert Harness(options).run().is_flawless
+    (options,) = select("corridor", [2], [0], method="polite:PoliteDriver")
+    result = Harness(options).run()
+    assert result.is_flawless
+    assert "polite:PoliteDriver" in run_line(result)
+
+
+def test_the_parts_of_the_document_drive_three_robots(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save("parts.py", tmp_path, "plugins.md")
+    monkeypatch.syspath_prepend(tmp_path)
+    params = save("parts.yaml", tmp_path, "plugins.md")
+    (options,) = select("circle", [3], [0], params=params)
+    result = Harness(options).run()
+    assert result.is_flawless
+    assert "; controller.plugin parts:Pursuit; " in run_line(result)
+
+
+def test_the_world_is_the_scenarios(tmp_path: Path) -> None:
+    params = tmp_path / "world.yaml"
+    params.write_text("/world:\n  ros__parameters:\n    radio.loss: 0.3\n", "utf-8")
+    with pytest.raises(ConfigError, match="the world is that of the scenario"):
+        select("circle", [3], [0], params=params)
+    with pytest.raises(ConfigError, match="no module 'nowhere'"):
+        select("circle", [3], [0], method="nowhere:Brain")
 
 
 def test_the_interval_of_the_document_is_around_the_median(

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from swarm_common.model.records import Pose, Twist
-from swarm_nav.core.localisation_config import LocalisationConfig
 from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.held_space_rules import GROWTH_SLACK, DropUnused
 from swarm_nav.traffic.robot_state import MARGIN_STEP, RobotState
@@ -83,7 +80,7 @@ def test_what_the_robot_already_stands_beside_does_not_hold_it() -> None:
 
 def test_a_radius_that_grows_gives_up_what_is_too_near_to_others() -> None:
     s, _ = on_a_path(held=30)
-    s.config = dataclasses.replace(s.config, localisation=LocalisationConfig(type="amcl"))
+    s.is_corrected = True
     reach = s.radius + 0.285
     hear(s, beacon(7, 3.0, 4.0 + reach))
     guard(s)

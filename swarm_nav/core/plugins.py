@@ -1,0 +1,102 @@
+"""Which plug-ins a navigator takes: their parameters, entry points, and the built-in ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from swarm_common.process.plugins import Guard, PluginFault, load_plugin
+from swarm_nav.core.config import NavConfig, parameter_values
+from swarm_nav.core.goals import ErrorCode
+
+# Nav2's codes of goals that end because a plug-in failed.
+CONTROL_CODES = {
+    PluginFault.RAISED: ErrorCode.CONTROL_UNKNOWN,
+    PluginFault.LATE: ErrorCode.CONTROLLER_TIMED_OUT,
+    PluginFault.UNUSABLE: ErrorCode.NO_VALID_CONTROL,
+}
+PLAN_CODES = {
+    PluginFault.RAISED: ErrorCode.PLAN_UNKNOWN,
+    PluginFault.LATE: ErrorCode.PLAN_TIMEOUT,
+    PluginFault.UNUSABLE: ErrorCode.NO_VALID_PATH,
+}
+LOCALISER_CODES = dict.fromkeys(PluginFault, ErrorCode.PLAN_TF_ERROR)
+Report = Callable[[ErrorCode, str], None]  # takes a fault: its code and a message
+
+
+def ignore(code: ErrorCode, message: str) -> None:
+    """Take a fault that nobody waits for; it was printed."""
+
+
+@dataclass(frozen=True, slots=True)
+class PluginKind:
+    """One part of a robot that can be replaced."""
+
+    word: str  # for messages
+    parameter: str
+    group: str  # of entry points
+    built_in: Mapping[str, str]  # module:Class by name
+    codes: Mapping[PluginFault, ErrorCode]  # with which goals end
+
+    def is_own(self, name: str) -> bool:
+        """Whether a name is not that of a built-in one."""
+        return name not in self.built_in
+
+    def guard(self, name: str, *arguments: Any) -> Guard:
+        """Return a plug-in that was made from the arguments of its constructor.
+
+        Raises:
+            ConfigError: If there is none of this name.
+        """
+        return Guard(f"{self.word} {name}", self.load(name), *arguments)
+
+    def load(self, name: str) -> Callable[..., Any]:
+        """Return the class of a name.
+
+        Raises:
+            ConfigError: If there is none.
+        """
+        return load_plugin(self.group, name, self.built_in, self.parameter)
+
+
+CONTROLLER = PluginKind(
+    "controller", "controller.plugin", "controllers",
+    {"dwb": "swarm_nav.control.omni:make_controller"}, CONTROL_CODES,
+)  # fmt: skip
+PLANNER = PluginKind(
+    "planner", "planner.plugin", "planners",
+    {"astar": "swarm_nav.planning.planner:Planner"}, PLAN_CODES,
+)  # fmt: skip
+LOCALISER = PluginKind(
+    "localiser", "localiser.plugin", "localisers",
+    {"by_type": "swarm_nav.localisation.localiser:make_localiser"}, LOCALISER_CODES,
+)  # fmt: skip
+PRIORITY = PluginKind(
+    "priority", "traffic.priority_plugin", "priorities",
+    {"oldest_goal": "swarm_nav.core.priority:base_priority"}, CONTROL_CODES,
+)  # fmt: skip
+BRAIN = PluginKind(
+    "brain", "brain.plugin", "brains",
+    {"navigator": "swarm_nav.behaviour.navigator:Navigator"}, CONTROL_CODES,
+)  # fmt: skip
+KINDS = (CONTROLLER, PLANNER, LOCALISER, PRIORITY, BRAIN)
+
+
+def check_plugins(config: NavConfig) -> None:
+    """Find the plug-ins of a robot, and import their modules.
+
+    Raises:
+        ConfigError: If one is missing.
+    """
+    values = parameter_values(config)
+    for kind in KINDS:
+        if kind.is_own(name := values[kind.parameter]):
+            _found(kind.parameter, name)
+
+
+@cache  # once per process, before it forks
+def _found(parameter: str, name: str) -> Callable[..., Any]:
+    (kind,) = (kind for kind in KINDS if kind.parameter == parameter)
+    return kind.load(name)

@@ -1,0 +1,334 @@
+"""The parts of a robot that can be replaced: what each gets, what it must return, and when.
+
+A class needs the methods of its protocol, and no base class. A parameter names it, like
+`controller.plugin: my_module:MyController`. Lengths are in metres, angles in radians, times in
+seconds; points and poses are in the frame that ends their name. Simulated time counts in ticks of
+0.1 s. Arrays that a method gets are to be read only.
+
+A method that raises, returns NaN or another shape, or takes longer than 1 s makes the robot's goal
+fail, and the robot stand; one that was late is not called again. Time in which numba compiles does
+not count, and the constructor may take 60 s.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from swarm_common.model.beacon import Reception
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
+from swarm_common.model.sites import Sites
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.goals import (
+    ErrorCode,
+    Goal,
+    GoalEnded,
+    Outcome,
+    Output,
+    PlanError,
+    Status,
+)
+
+__all__ = [
+    "Brain",
+    "Controller",
+    "CostGrid",
+    "DriveLimits",
+    "ErrorCode",
+    "FloatArray",
+    "GlobalPlanner",
+    "Goal",
+    "GoalEnded",
+    "Grid",
+    "Localiser",
+    "NavConfig",
+    "Odometry",
+    "Outcome",
+    "Output",
+    "PathAhead",
+    "PlanError",
+    "Pose",
+    "Priority",
+    "RankedGoal",
+    "Reception",
+    "RobotSpec",
+    "Scan",
+    "Sites",
+    "Status",
+    "Twist",
+]  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class DriveLimits:
+    """Largest speeds [m/s], [rad/s] and accelerations [m/s²], [rad/s²] of a drive.
+
+    Those of y are 0 unless it is omnidirectional. Accelerations hold for braking, too.
+    """
+
+    max_vel_x: float
+    max_vel_y: float
+    max_vel_theta: float
+    acc_lim_x: float
+    acc_lim_y: float
+    acc_lim_theta: float
+
+
+@dataclass(frozen=True, slots=True)
+class PathAhead:
+    """The piece of path that a robot follows now, and how fast it may be on it.
+
+    The piece ends at the next sharp corner, where the robot stops and turns, or at the goal. Points
+    beyond the space that the robot holds belong to it too, to steer by.
+
+    Attributes:
+        points_map: (n, 2) [m], 0.05 m apart; n is 2 or more, the first is nearest to the robot.
+        length: [m] from the robot to the last point in its own space: there it must stop.
+        top_speed: [m/s] from which it stops there; faster twists are slowed down to it.
+    """
+
+    points_map: FloatArray
+    length: float
+    top_speed: float
+
+
+class Controller(Protocol):
+    """Follows paths; `controller.plugin`. One per robot, made as `Controller(spec)`.
+
+    A recovery, or a robot that backs out of the way, uses it too: backwards it gets pose and twist
+    turned by half a turn, and its answer is turned back.
+    """
+
+    def __init__(self, spec: RobotSpec) -> None:
+        """Start at standstill.
+
+        Args:
+            spec: Model of the robot: drive, footprint, wheels.
+        """
+
+    def follow(self, path: PathAhead, pose_map: Pose, twist: Twist, limits: DriveLimits) -> Twist:
+        """Return the twist of the next tick.
+
+        Called in each tick in which the robot may move along a path, also while it waits for
+        space (`length` is 0): it may turn then. Heading at the goal is not its matter.
+
+        Args:
+            path: Where to go.
+            pose_map: Of base_footprint, now.
+            twist: Measured, in base_footprint.
+            limits: Of the drive; the result is clipped to them.
+
+        Returns:
+            In base_footprint; vy counts for omnidirectional drives only.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class CostGrid:
+    """What a metre costs where; row 0 is at the lowest y.
+
+    The centre of a cell lies at x = origin_x + (column + 0.5) * step, y likewise with its row.
+
+    Attributes:
+        costs: (h, w) per metre, 1 or more; inf where the robot's centre cannot be.
+        step: [m] edge of a cell.
+        origin_x: [m] in map.
+        origin_y: [m] in map.
+    """
+
+    costs: FloatArray
+    step: float
+    origin_x: float
+    origin_y: float
+
+
+class GlobalPlanner(Protocol):
+    """Finds paths to goals; `planner.plugin`. One per robot, made as `GlobalPlanner(spec)`.
+
+    Places where robots wait or make way are still found by the built-in search.
+    """
+
+    def __init__(self, spec: RobotSpec) -> None:
+        """Start without a map.
+
+        Args:
+            spec: Model of the robot.
+        """
+
+    def plan(
+        self, grid: CostGrid, start_map: tuple[float, float], goal_map: tuple[float, float]
+    ) -> FloatArray:
+        """Return a path.
+
+        Called when a goal begins, every `planner.replan_period`, and when the way is blocked.
+
+        Args:
+            grid: Walls, keepout zones, distance from walls, and what other robots add at present.
+            start_map: (x, y) [m] where the path begins; its cell may be closed.
+            goal_map: (x, y) [m], where the robot has room.
+
+        Returns:
+            (n, 2) [m] in map, from within 0.5 m of the start to within 0.5 m of the goal, any
+            distance apart; it is smoothed and lifted off walls. n = 0: there is no way.
+
+        Raises:
+            PlanError: With Nav2's code, in place of n = 0.
+        """
+
+
+class Localiser(Protocol):
+    """Finds the pose; `localiser.plugin`. One per robot, made as `Localiser(spec, grid, pose_map)`.
+
+    The robot follows the estimate by 5 mm per tick, and a large correction once it stands.
+    """
+
+    def __init__(self, spec: RobotSpec, grid: Grid, pose_map: Pose) -> None:
+        """Start at a pose; anew with another map, and when an operator says where the robot is.
+
+        Args:
+            spec: Model of the robot; `spec.lidar` has the place of base_scan.
+            grid: The map.
+            pose_map: Of base_footprint.
+        """
+
+    def on_scan(self, scan: Scan) -> None:
+        """Take a scan, after the odometry of its tick.
+
+        Args:
+            scan: One revolution; ranges [m] of angles that rise counter-clockwise.
+        """
+
+    def on_odom(self, odom: Odometry) -> tuple[Pose, float]:
+        """Return where the robot is; called in each tick.
+
+        Args:
+            odom: Pose in odom, and measured twist. The first one belongs to the given pose.
+
+        Returns:
+            Pose of base_footprint in map, and the standard deviation of its position [m], 0 or
+            more. With it grows the distance that the robot keeps; above
+            `localisation.lost_deviation` it stands.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class RankedGoal:
+    """A goal that is to be ranked.
+
+    Attributes:
+        robot_id: From 1.
+        tick: Now.
+        last_goal_tick: Tick at which the robot reached its last target; 0 before the first.
+        pose_map: Pose of the robot.
+        target_map: Pose to drive to; None without a goal.
+    """
+
+    robot_id: int
+    tick: int
+    last_goal_tick: int
+    pose_map: Pose
+    target_map: Pose | None
+
+
+class Priority(Protocol):
+    """Ranks robots; `traffic.priority_plugin`. One per robot, made as `Priority(spec)`.
+
+    All robots of a swarm need the same. The higher one goes first, and others make way for it. A
+    robot that waits for a station ranks below those that drive, one without a goal below both.
+    """
+
+    def __init__(self, spec: RobotSpec) -> None:
+        """Start.
+
+        Args:
+            spec: Model of the robot.
+        """
+
+    def seniority(self, task: RankedGoal) -> int:
+        """Return the rank, which holds for the whole way to a target.
+
+        Called once for each target, and once when the robot has none any more. Of equal ones
+        the smaller id goes first. The rank of a robot that waits has to rise in the long run, by
+        its goals or those of others, or it may wait forever.
+
+        Args:
+            task: The target, and when the last one was reached.
+
+        Returns:
+            From 0 to 2**32 - 1. The built-in one is 2**32 - 1 - last_goal_tick.
+        """
+
+
+class Brain(Protocol):
+    """Decides for a whole robot; `brain.plugin`, or `--method` of the bench. One per robot.
+
+    In each tick `on_odom` and `on_reception` come first, `on_scan` when a scan is due, then
+    `tick`. A brain may have any other public method of `swarm_nav.behaviour.navigator.Navigator`,
+    such as `cancel_goal`, `load_map` or `make_plan`. Without them `BrainAdapter` answers in
+    `swarm_nav.behaviour.brain_adapter`.
+    """
+
+    def __init__(
+        self,
+        config: NavConfig,
+        spec: RobotSpec,
+        grid: Grid,
+        sites: Sites,
+        robot_id: int,
+        initial_pose_map: Pose,
+    ) -> None:
+        """Stand at a pose without a goal.
+
+        Args:
+            config: All parameters of the robot.
+            spec: Its model.
+            grid: The map.
+            sites: Stations, circuits and zones of the world, in map.
+            robot_id: From 1.
+            initial_pose_map: Of base_footprint, at the first odometry.
+        """
+
+    def on_odom(self, odom: Odometry) -> None:
+        """Take the odometry of this tick.
+
+        Args:
+            odom: Pose in odom, and twist in base_footprint.
+        """
+
+    def on_scan(self, scan: Scan) -> None:
+        """Take a scan.
+
+        Args:
+            scan: In base_scan, as the LiDAR is mounted.
+        """
+
+    def on_reception(self, reception: Reception) -> None:
+        """Take the beacons heard in this tick.
+
+        Args:
+            reception: `reception.beacons` is (k,) of `BEACON_DTYPE`, ascending by id; it does not
+                change in this tick.
+        """
+
+    def set_goal(self, goal: Goal) -> None:
+        """Take a goal from its start tick on.
+
+        Args:
+            goal: It replaces one that has not ended, which ends as canceled.
+        """
+
+    def tick(self, tick: int) -> Output:
+        """Decide.
+
+        Args:
+            tick: Now, later than at the last call.
+
+        Returns:
+            The twist to drive, the beacon to send, and what happened since the last tick: a goal
+            has ended when a `GoalEnded` is among the events. `brain_adapter.plain_beacon` makes a
+            beacon; bench and radio read at least id, tick, radius, pose, twist and one held point.
+        """
+
+    def status(self) -> Status:
+        """Return the state with its counters, for the operator and the result."""
