@@ -14,7 +14,7 @@ from typing import Any, get_type_hints
 
 import typer
 
-from benchmarks.app import load as load_benchmarks
+from benchmarks.__main__ import load as load_benchmarks
 from swarm_bench import cli as bench_cli
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
@@ -46,9 +46,9 @@ APPS = {
     "swarm-commander": lambda: commander_app,
     "swarm-commander ": lambda: fleet_app,
     "swarm-teleop": lambda: commander_cli.load_app("swarm-teleop"),
-    "swarm-view": lambda: view_cli._load(),
+    "swarm-view": view_cli.load_view,
     "swarm-report": lambda: commander_cli.load_app("swarm-report"),
-    "swarm-replay": lambda: commander_cli.load_app("swarm-replay"),
+    "swarm-replay": view_cli.load_replay,
     "swarm-map": lambda: map_cli._load(),
     "swarm-bench": lambda: bench_cli._load(),
     "swarm-doctor": lambda: commander_cli.load_app("swarm-doctor"),

@@ -17,12 +17,13 @@ LONGEST = 64  # letters of a name: the longest topic in its namespace stays belo
 DEFAULT = "Srobot{}"
 FIELD = re.compile(r"\{(?::0[1-9]d?)?\}")  # for the number in a pattern
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # ROS hides what begins with an underscore
+# Commands of swarm-commander that change the swarm.
+FLEET_COMMANDS = ("spawn", "remove", "move", "list", "reset", "restart", "record", "frames")
 # What else has a name at the root of a swarm's topics, frames, files of a run and commands.
-RESERVED = frozenset(
+RESERVED = frozenset(FLEET_COMMANDS) | frozenset(
     "clock diagnostics map parameter_events rosout sim tf tf_static"  # topics and frames
     " all merged swarm"  # windows of RViz, and their files
-    " client distributor mission navigators recorder server viewer world"  # logs
-    " frames list move record remove reset restart spawn".split()  # of swarm-commander
+    " client distributor mission navigators recorder server viewer world".split()  # logs
 )
 
 

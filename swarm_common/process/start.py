@@ -1,7 +1,7 @@
 """The start of our own processes: `python -P -m swarm_common.process.start MODULE [ARGUMENT ...]`.
 
-Importing a package of ours changes nothing outside of it. What has to be changed in Python and
-numba, since a damaged file on disk would end every later start, a process of ours asks for here.
+Importing a package of ours changes nothing outside of it. A damaged file of compiled code would
+end every later start, so our processes have Python's loader changed here.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from typing import Any
 
 MODULE = "swarm_common.process.start"
 _usual = SourceFileLoader.get_code
-is_own_process = False  # numba_compat reads it when it is imported
 
 
 def command(module: str, *arguments: str) -> tuple[str, ...]:
@@ -32,8 +31,6 @@ def prepare() -> None:
     and 3.13.1 keeps it (https://github.com/python/cpython/issues/126606). Every import of the
     module raises EOFError or ValueError from then on.
     """
-    global is_own_process
-    is_own_process = True
     SourceFileLoader.get_code = _code_of  # type: ignore[assignment]
 
 
@@ -49,8 +46,6 @@ def _code_of(loader: SourceFileLoader, name: str) -> CodeType | Any | None:
 
 
 if __name__ == "__main__":
-    from swarm_common.process import start  # the module that others import, not this copy
-
-    start.prepare()
+    prepare()
     sys.argv = sys.argv[1:]
     runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)

@@ -32,9 +32,10 @@ from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.control.omni import make_controller
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import ErrorCode, Feedback, Goal, GoalKind, Outcome, Output, Status
+from swarm_nav.core.localisation_config import START_DEVIATION
 from swarm_nav.core.priority import CLASS_DRIVING, base_priority
 from swarm_nav.core.states import State
-from swarm_nav.localisation.localiser import START_DEVIATION, make_localiser
+from swarm_nav.localisation.localiser import make_localiser
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, narrow_region
 from swarm_nav.traffic.holding import HoldingPattern

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan
-from swarm_nav.core.localisation_config import AMCL, LocalisationConfig
+from swarm_nav.core.localisation_config import AMCL, START_DEVIATION, LocalisationConfig
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.planning.terrain import Terrain
 
 if TYPE_CHECKING:
     from swarm_nav.localisation.amcl import AmclLocaliser
 
-START_DEVIATION = (0.05, 0.05)  # [m] and [rad] of a pose that the operator gave
 DRIFT = (0.002, 0.001)  # [m] and [rad] by which odometry is off per metre driven
 
 

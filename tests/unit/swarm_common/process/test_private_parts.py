@@ -7,11 +7,13 @@ from types import ModuleType
 import pytest
 
 from swarm_common.middleware import rclpy_compat
+from swarm_common.process import numba_compat
 from swarm_common.process.private_parts import MovedPartError, require
 from swarm_common.robots import xacro_compat
 from swarm_view.scene import viser_compat
 
 COMPATS = (
+    ("numba", numba_compat),
     ("ros-jazzy-rclpy", rclpy_compat),
     ("viser", viser_compat),
     ("xacro", xacro_compat),
