@@ -18,13 +18,7 @@ def load_nav2_map(path: Path, wall_height: float, drop: float = 0.0) -> tuple[Fl
     """Return the plan that a map is, in the frame of the map, and the map's resolution [m].
 
     Args:
-        path: The map's YAML file.
-        wall_height: [m]
         drop: [m]; occupied spots that are no longer and no wider are left out.
-
-    Raises:
-        MapError: If the map cannot be read.
-        ConfigError: If it shows no wall, or is too large.
     """
     turned = load_map(path)
     if turned.cells.size > MAX_PIXELS:

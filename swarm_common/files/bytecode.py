@@ -24,9 +24,6 @@ def ensure_bytecode(folders: Iterable[Path]) -> None:
     """Compile the modules in folders whose byte code is missing or out of date.
 
     Does nothing if Python keeps byte code itself.
-
-    Args:
-        folders: With the folders below them; those that cannot be written are left out.
     """
     if not sys.dont_write_bytecode:
         return

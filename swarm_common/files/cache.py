@@ -34,7 +34,6 @@ def kept(kind: str, parts: Iterable[str | bytes], make: Callable[[], Result]) ->
 
     Args:
         parts: All that the result depends on, the code included.
-        make: Makes the result, which pickle must be able to keep.
     """
     digest = hashlib.sha256()
     for part in parts:

@@ -63,10 +63,6 @@ def load_map(path: str | Path) -> Grid:
 
     Args:
         path: Of the YAML file; `~/` in front means home, as it does to map_server.
-
-    Raises:
-        MapImageError: If its image is missing or unusable.
-        MapError: If the file is.
     """
     path = file_of(str(path))
     written = read_yaml(path, MapError, as_written=("*", "origin.*"))

@@ -18,11 +18,7 @@ THINNEST = 1e-4  # [m] that a flat mesh is given as thickness
 
 
 def load_hull(path: Path, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Hull:
-    """Return the convex hull of the mesh in a file, scaled.
-
-    Raises:
-        MeshError: If the file cannot be read, or holds no body.
-    """
+    """Return the convex hull of the mesh in a file, scaled."""
     return hull_of(_corners(path.absolute()) * np.array(scale), str(path))
 
 
@@ -35,9 +31,6 @@ def hull_of(points: FloatArray, where: str) -> Hull:
 
     Returns:
         The hull; one of more than `MAX_FACES` faces is approximated from inside.
-
-    Raises:
-        MeshError: If they span no body; the message names `where`.
     """
     from scipy.spatial import ConvexHull, QhullError  # slow to import
 

@@ -33,10 +33,6 @@ def load_sites(path: str | Path, masks: Mapping[str, Path] | None = None) -> Sit
     Args:
         path: Of the YAML file; with masks it may be missing.
         masks: Filter masks by their key in `zones:`, which replace those of the file.
-
-    Raises:
-        SwarmError: If the file or a mask is malformed, or a place lies in a keepout zone; the
-            message names file and key.
     """
     path = Path(path)
     data = (
@@ -142,11 +138,7 @@ def _charging(value: object, stations: list[str], what: str) -> tuple[str, ...]:
 
 
 def parse_spawn(value: object, what: str) -> Spawn:
-    """Return a spawn: an area, a list of areas, or a circle.
-
-    Raises:
-        ConfigError: If it is none; the message names `what`.
-    """
+    """Return a spawn: an area, a list of areas, or a circle."""
     if isinstance(value, list) and value:
         return SpawnAreas(tuple(_area(item, f"{what}[{i}]") for i, item in enumerate(value)))
     if isinstance(value, dict) and "radius" in value:

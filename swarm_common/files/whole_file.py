@@ -10,10 +10,6 @@ from pathlib import Path
 def write_whole(path: Path, text: str) -> None:
     """Replace a file; the old contents stay until all of the new ones are on disk.
 
-    Args:
-        path: Of the file; its folder is there.
-        text: Written as UTF-8.
-
     Raises:
         OSError: If it cannot be written; the old contents are then unchanged.
     """

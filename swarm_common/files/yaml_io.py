@@ -227,14 +227,7 @@ def _shown(value: object) -> str:
 
 
 def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
-    """Refuse keys that are not known.
-
-    Args:
-        where: File and place in it, for messages.
-
-    Raises:
-        UnknownNameError: For the first key that is not among the known ones.
-    """
+    """Refuse keys that are not known."""
     names = list(known)
     for key in data:
         if key not in names:
@@ -255,11 +248,7 @@ def name_in(value: object, what: str, error: type[SwarmError] = ConfigError) -> 
 
 
 def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
-    """Return a finite number; true and false are none.
-
-    Raises:
-        SwarmError: `error`, saying what was expected.
-    """
+    """Return a finite number; true and false are none."""
     if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > LARGEST:
         raise error(f"{what} is {_shown(value)}; expected a number")
     if not math.isfinite(value):
@@ -268,11 +257,7 @@ def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> f
 
 
 def yaw_number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
-    """Return an angle [rad] of at most a turn to either side: a larger one may be in degrees.
-
-    Raises:
-        SwarmError: `error`, saying what was expected.
-    """
+    """Return an angle [rad] of at most a turn to either side: a larger one may be in degrees."""
     angle = number(value, what, error)
     if abs(angle) > math.tau + 1e-6:
         raise error(f"{what}: yaw is {angle:g}; expected -2 pi to 2 pi, in radians")
@@ -282,11 +267,7 @@ def yaw_number(value: object, what: str, error: type[SwarmError] = ConfigError) 
 def pose_numbers(
     value: object, what: str, error: type[SwarmError] = ConfigError
 ) -> tuple[float, float, float]:
-    """Return x, y [m] and yaw [rad].
-
-    Raises:
-        SwarmError: `error`, saying what was expected.
-    """
+    """Return x, y [m] and yaw [rad]."""
     x, y, angle = numbers(value, 3, f"{what} [x, y, yaw]", error)
     return x, y, yaw_number(angle, what, error)
 
@@ -294,14 +275,7 @@ def pose_numbers(
 def numbers(
     value: object, count: int, what: str, error: type[SwarmError] = ConfigError
 ) -> tuple[float, ...]:
-    """Return a tuple of finite numbers.
-
-    Args:
-        count: How many there must be.
-
-    Raises:
-        SwarmError: `error`, saying what was expected.
-    """
+    """Return a tuple of finite numbers."""
     if not isinstance(value, list) or len(value) != count:
         raise error(f"{what} is {value!r}; expected a list of {count} numbers")
     return tuple(number(item, what, error) for item in value)

@@ -29,12 +29,8 @@ def parse_zones(value: object, path: Path, masks: Mapping[str, Path]) -> Zones:
     """Return the zones of a sites file.
 
     Args:
-        value: Of the key `zones`; None without one.
         path: Of the sites file; masks are relative to its folder.
         masks: Files of masks, by key, that replace those of the sites file.
-
-    Raises:
-        SwarmError: If a zone or a mask is malformed; the message names file and key.
     """
     where = f"{path}: zones"
     if value is None and not masks:
@@ -73,8 +69,6 @@ def copy_masks(path: Path, masks: Mapping[str, Path], folder: Path) -> dict[str,
     """Copy the masks of a sites file, so that nobody edits them while a swarm reads them.
 
     Args:
-        path: Of the sites file; with masks it may be missing.
-        masks: Files of masks, by key, that replace those of the sites file.
         folder: For the copies, beside the copy of the sites file.
 
     Returns:
@@ -104,9 +98,6 @@ def mask_file(entry: object, path: Path) -> Path:
     Args:
         entry: Of `keepout_mask` or `speed_mask`: a file name, or a mapping with one.
         path: Of the sites file; the name is relative to its folder.
-
-    Raises:
-        ConfigError: If it is neither.
     """
     name = entry.get("mask") if isinstance(entry, dict) else entry
     if not isinstance(name, str) or not name:

@@ -45,7 +45,6 @@ class BatchWriter:
 
         Args:
             secret: Shared by the hosts; seals the batches.
-            host: Name of the start of its swarm-up.
         """
         self._secret = secret
         self._for = (KIND.encode(), run.encode(), host.encode())
@@ -69,12 +68,7 @@ class BatchReader:
     """Decodes them, each once."""
 
     def __init__(self, secret: str, run: str, host: str) -> None:
-        """Begin before batch 1.
-
-        Args:
-            secret: Shared by the hosts; seals the batches.
-            host: Name of the start of its swarm-up.
-        """
+        """Begin before batch 1."""
         self._secret = secret
         self._for = (KIND.encode(), run.encode(), host.encode())
         self._newest = 0

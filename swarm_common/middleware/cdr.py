@@ -51,11 +51,7 @@ def encode_string(text: str) -> bytes:
 
 
 def read_tick(data: bytes) -> int:
-    """Return the control tick in the stamp of a message that starts with one.
-
-    Raises:
-        RejectedError: If there is no sensible stamp.
-    """
+    """Return the control tick in the stamp of a message that starts with one."""
     return tick_from_stamp(*read_stamp(data))
 
 
@@ -106,7 +102,6 @@ class OdometryWriter:
         """Return the message of one tick.
 
         Args:
-            tick: Control tick, for the stamp.
             pose: Of the child frame in the parent frame.
             twist: In the child frame.
         """
@@ -133,11 +128,7 @@ class OdometryReader:
         self._reach = reach
 
     def read(self, data: bytes) -> Odometry:
-        """Return what a message says.
-
-        Raises:
-            RejectedError: If it is not odometry, or has an impossible number.
-        """
+        """Return what a message says."""
         sec, nanosec, x, y, _, qx, qy, qz, qw, vx, vy, _, _, _, wz = self._layout.unpack(data)
         reach, speed = self._reach, MOST_SPEED
         if not (-reach <= x <= reach and -reach <= y <= reach):  # also of NaN
@@ -157,11 +148,7 @@ class CovariantPoseWriter:
     _DIAGONAL = (0, 7, 35)  # x, y, yaw in the 6 x 6 covariance
 
     def __init__(self, frame: str) -> None:
-        """Lay out the message.
-
-        Args:
-            frame: Frame id of all messages.
-        """
+        """Lay out the message."""
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
         data += bytes(aligned(len(data), 8) - len(data))
         self._pose_at = len(data)
@@ -171,8 +158,6 @@ class CovariantPoseWriter:
         """Return the message of one tick.
 
         Args:
-            tick: Control tick, for the stamp.
-            pose: In the frame of the message.
             variances: Of x, y [m²] and yaw [rad²].
         """
         data = self._data
@@ -191,12 +176,7 @@ class TransformsWriter:
     """Encodes tf2_msgs/TFMessage: one frame to many others, all in the plane."""
 
     def __init__(self, parent: str, children: Sequence[str]) -> None:
-        """Lay out the message.
-
-        Args:
-            parent: Frame id of all transforms.
-            children: Frame ids of the others.
-        """
+        """Lay out the message."""
         data = bytearray(LITTLE_ENDIAN + struct.pack("<I", len(children)))
         stamps, poses = [], []
         for child in children:
@@ -218,7 +198,6 @@ class TransformsWriter:
         """Return the message of one tick.
 
         Args:
-            tick: Control tick, for the stamp.
             poses: x, y, yaw (n, 3) [m, rad] of each child in the parent frame.
         """
         sec, nanosec = stamp_from_tick(tick)
@@ -243,11 +222,7 @@ class TransformsReader:
         self._stamp_at = 0
 
     def read(self, data: bytes) -> tuple[int, list[str], NDArray[np.float64]]:
-        """Return (tick, child frames, their x, y, yaw (n, 3)) of a message.
-
-        Raises:
-            RejectedError: If it is not such a message, or big-endian.
-        """
+        """Return (tick, child frames, their x, y, yaw (n, 3)) of a message."""
         if byte_order(data) != LITTLE or len(data) < HEAD + 4:
             raise RejectedError(f"{len(data)} bytes are no little-endian CDR")
         if not struct.unpack_from("<I", data, HEAD)[0]:
@@ -295,7 +270,6 @@ class ScanWriter:
         """Keep what never changes.
 
         Args:
-            frame: Frame id of the LiDAR.
             scan_time: [s] between two scans.
         """
         head = LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame)
@@ -330,9 +304,6 @@ def read_scan(data: bytes) -> Scan:
 
     A view would be read-only, for which numba would compile every kernel once more. A range may be
     anything, as in the message's definition: only those within the LiDAR's limits count.
-
-    Raises:
-        RejectedError: If it is not a scan, or its geometry makes no sense.
     """
     order = byte_order(data)
     tick = read_tick(data)
@@ -358,11 +329,7 @@ class CommandWriter:
     _TWIST = struct.Struct("<6d")
 
     def __init__(self, frame: str) -> None:
-        """Lay out the message.
-
-        Args:
-            frame: Frame id of all messages.
-        """
+        """Lay out the message."""
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
         data += bytes(aligned(len(data), 8) - len(data))
         self._twist_at = len(data)
@@ -388,21 +355,13 @@ class CommandReader:
         self._layout = Layout(1, 8, "6d")
 
     def read(self, data: bytes) -> tuple[int, Twist]:
-        """Return (tick, twist) of a message.
-
-        Raises:
-            RejectedError: If it is not a command, or asks for more than any robot can do.
-        """
+        """Return (tick, twist) of a message."""
         sec, nanosec, vx, vy, _, _, _, wz = self._layout.unpack(data)
         return tick_from_stamp(sec, nanosec), _checked_twist(vx, vy, wz)
 
 
 def read_plain_command(data: bytes) -> Twist:
-    """Return the twist of a geometry_msgs/Twist message.
-
-    Raises:
-        RejectedError: If it is not a command, or asks for more than any robot can do.
-    """
+    """Return the twist of a geometry_msgs/Twist message."""
     order = byte_order(data)
     if len(data) < HEAD + 6 * 8:
         raise RejectedError(f"{len(data)} bytes are too few for a twist")

@@ -80,7 +80,6 @@ def peers_of_tools(own_address: str, world_address: str) -> list[Peers]:
     """Return the peers of a tool that looks at the graph from one of its hosts.
 
     Args:
-        own_address: IPv4 address of this host.
         world_address: IPv4 address of the world's host; may be the same.
     """
     own = Peers(own_address)
@@ -95,8 +94,6 @@ def peers_of_robots(own_address: str, world_address: str, processes: int) -> lis
     Robots need not know each other in DDS: their beacons go through the world's radio.
 
     Args:
-        own_address: IPv4 address of this host.
-        world_address: IPv4 address of the world's host; may be the same.
         processes: That the navigators of this host are in.
     """
     if world_address == own_address:

@@ -77,11 +77,7 @@ def is_own_ros() -> bool:
 
 
 def unusable_packages(environ: Mapping[str, str], version: str) -> list[str]:
-    """Return the folders on PYTHONPATH that belong to a ROS 2 for another Python.
-
-    Args:
-        version: Of this Python, like 3.11.
-    """
+    """Return the folders on PYTHONPATH that belong to a ROS 2 for another Python."""
     folders = environ.get(PACKAGES, "").split(os.pathsep)
     return [folder for folder in folders if _is_unusable(folder, version)]
 

@@ -24,11 +24,7 @@ class RejectedError(SwarmError, ValueError):
 
 
 class Rejections:
-    """The inputs that the doors of one process turned away.
-
-    Attributes:
-        counts: By kind, since the start.
-    """
+    """The inputs that the doors of one process turned away."""
 
     def __init__(self, events: EventWriter, say: Callable[[str], object]) -> None:
         """Begin with none.
@@ -51,7 +47,6 @@ class Rejections:
             kind: The input, like `odom`, `goal` or `/sim/spawn_entity`. As few as there are doors:
                 never a part of the input itself.
             source: Who sent it, as far as that is known: a robot, a node, a client.
-            reason: What was found, and what is expected.
         """
         self.counts[kind] += 1
         sources = self._sources.setdefault(kind, set())
@@ -63,11 +58,7 @@ class Rejections:
         self._say(_line(kind, source, reason))
 
     def tell(self, now: float) -> None:
-        """Send new rejections to swarm-up, no more often than it reads them.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Send new rejections to swarm-up, no more often than it reads them."""
         if now >= self._due and self.counts != self._told:
             self._due = now + TELL_PERIOD
             self.flush()

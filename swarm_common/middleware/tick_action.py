@@ -50,13 +50,7 @@ class GoalHandle:
     """
 
     def __init__(self, request: Any, info: GoalInfo, accepted_at: int) -> None:
-        """Take it as executing: goals begin when they are accepted.
-
-        Args:
-            request: The goal as its client sent it.
-            info: Its id and when it was accepted.
-            accepted_at: [ns] of the node's clock.
-        """
+        """Take it as executing: goals begin when they are accepted."""
         self.request = request
         self.info = info
         self.status = GoalStatus.STATUS_EXECUTING

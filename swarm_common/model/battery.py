@@ -52,7 +52,6 @@ class BatterySpec:
         """Return the share of the capacity that a way takes.
 
         Args:
-            way: [m]
             speed: [m/s] at which it is driven; more than 0.
         """
         return way / speed * (self.idle_power + self.drive_power * speed) / self.joules

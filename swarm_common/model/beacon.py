@@ -132,11 +132,7 @@ def empty_beacons(count: int) -> BeaconArray:
 
 
 def word_of(member: str) -> int:
-    """Return the index of a member's first 4-byte word, for kernels that read beacons as words.
-
-    Args:
-        member: Name in `BEACON_DTYPE`.
-    """
+    """Return the index of a member's first 4-byte word, for kernels that read beacons as words."""
     assert BEACON_DTYPE.fields is not None
     return int(BEACON_DTYPE.fields[member][1]) // 4
 
@@ -180,11 +176,7 @@ def reception_of(beacons: BeaconArray) -> Reception:
 
 
 def serialize_beacon(beacon: np.void) -> bytes:
-    """Return the CDR message of one beacon, ready for `publisher.publish`.
-
-    Args:
-        beacon: Of `BEACON_DTYPE`.
-    """
+    """Return the CDR message of one beacon, ready for `publisher.publish`."""
     return ENCAPSULATION + beacon.tobytes()
 
 
@@ -209,8 +201,6 @@ def serialize_neighbors(sec: int, nanosec: int, beacons: BeaconArray) -> bytes:
     """Return the CDR message of a NeighborArray.
 
     Args:
-        sec: [s] of the stamp.
-        nanosec: [ns] of the stamp beyond that.
         beacons: (n,) by ascending id.
     """
     head = np.array([sec, nanosec, len(beacons)], "<u4")

@@ -60,10 +60,6 @@ class RobotNames:
 
         Args:
             words: A name for each robot; or a pattern, which may have names before it.
-            where: Source of the words, for the message.
-
-        Raises:
-            ConfigError: If they are not enough, too many, equal, or no names in ROS.
         """
         has_pattern = bool(words) and "{" in words[-1]
         listed = tuple(words[:-1] if has_pattern else words)
@@ -83,14 +79,7 @@ class RobotNames:
 
     @classmethod
     def parse(cls, text: str) -> RobotNames:
-        """Return the names that a process was told as `str` gives them.
-
-        Args:
-            text: Listed names and the pattern, with commas between them.
-
-        Raises:
-            ConfigError: If there is no pattern at the end, or a name is unusable.
-        """
+        """Return the names that a process was told as `str` gives them."""
         *listed, pattern = text.split(",")
         return cls(tuple(listed), pattern)
 

@@ -105,9 +105,6 @@ def transform_from_xyz_rpy(x: float, y: float, z: float, r: float, p: float, w: 
     """Return the transform (4, 4) of an SDF or URDF pose: fixed-axis roll, pitch, yaw.
 
     Args:
-        x: [m]
-        y: [m]
-        z: [m]
         r: [rad] roll, about the x axis, first.
         p: [rad] pitch, about the y axis.
         w: [rad] yaw, about the z axis, last.

@@ -23,7 +23,6 @@ def watched(
 
     Args:
         tell: Takes the number of kernels that are ready, and of all that are known.
-        clock: Wall clock [s].
     """
     from numba.core import event
 

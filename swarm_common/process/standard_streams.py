@@ -39,11 +39,7 @@ def finish_output(name: str, code: int, failed: int = CANNOT_WRITE) -> int:
     """Write what is still in the buffers of stdout and stderr, before the interpreter would.
 
     Args:
-        code: Exit code of the command so far.
         failed: Exit code of a command that did well, but whose output cannot be written.
-
-    Returns:
-        The exit code.
     """
     failure = _flush(sys.stdout)
     if failure is not None and code == 0:
@@ -57,9 +53,6 @@ def end_of_output(name: str, error: OSError, failed: int = CANNOT_WRITE) -> int:
 
     Args:
         failed: Exit code if it is not the reader who left.
-
-    Returns:
-        The exit code.
     """
     _forget(sys.stdout)
     if error.errno == errno.EPIPE:

@@ -24,9 +24,6 @@ def parse_battery(
 
     Args:
         base: Battery of the robot's model; None if it has none.
-
-    Raises:
-        SwarmError: If a key is unknown or missing, or a value impossible.
     """
     if not isinstance(data, dict):
         raise error(f"{where} is {data!r}; expected {', '.join(REQUIRED)}")

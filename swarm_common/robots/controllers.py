@@ -66,10 +66,6 @@ def read_controllers(
 
     Args:
         root: Of the URDF, whose ros2_control plugin names files in `<parameters>`.
-        finder: Of packages in the names of files.
-
-    Raises:
-        RobotModelError: If a file that robot.yaml names cannot be read.
     """
     found = _Found()
     for path in given:

@@ -189,11 +189,7 @@ def _guesses(
 
 
 def place_meshes(root: ET.Element, finder: PackageFinder, directory: Path) -> None:
-    """Let every mesh that is found be named by its file: viewers need not know the packages.
-
-    Args:
-        directory: From which relative paths of meshes start.
-    """
+    """Let every mesh that is found be named by its file: viewers need not know the packages."""
     for mesh in root.iter("mesh"):
         try:
             path = finder.resolve(mesh.get("filename", ""), directory)
@@ -225,11 +221,7 @@ def _with_base(root: ET.Element, center: FloatArray) -> str:
 
 
 def scan_place(lidar: LidarSpec) -> Transform:
-    """Return base_footprint_from_scan.
-
-    Args:
-        lidar: Its place in base_footprint; rays of one upside down turn clockwise.
-    """
+    """Return base_footprint_from_scan."""
     roll = math.pi if lidar.upside_down else 0.0
     return transform_from_xyz_rpy(lidar.x, lidar.y, lidar.z, roll, 0.0, lidar.yaw)
 

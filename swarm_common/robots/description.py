@@ -95,12 +95,8 @@ def parse_urdf(
     Args:
         moving: Joints that move; the others are held at zero. None: all that can.
         finder: Of the packages of meshes. None: one that looks where ROS would.
-        directory: From which relative paths of meshes start.
         inertia: One of `INERTIA`.
         faults: Takes what is wrong with single links, which are left out then; None: raise it.
-
-    Raises:
-        RobotModelError: If the text is malformed; the message names `where` and the elements.
     """
     root = read_tree(text, where)
 

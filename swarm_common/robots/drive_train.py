@@ -86,9 +86,6 @@ def find_drive(
         drive: Asked for in robot.yaml; None if it is not.
         joints: Left and right ones, asked for there; None if they are not.
         radius: Of the wheels [m], asked for there; None if it is not.
-
-    Raises:
-        RobotModelError: If there are no wheels to drive on, or the robot steers like a car.
     """
     wheels = _wheels(model)
     is_asked = joints is not None

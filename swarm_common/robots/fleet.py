@@ -74,15 +74,7 @@ class Fleet:
 
 
 def uniform_fleet(model: str, count: int) -> Fleet:
-    """Return a fleet of one model.
-
-    Args:
-        model: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or `robot.yaml`.
-
-    Raises:
-        UnknownNameError: If there is no such model, or robot.yaml has an unknown key.
-        RobotModelError: If a value is missing or impossible; all that is wrong is told at once.
-    """
+    """Return a fleet of one model."""
     if Path(model).exists() and model not in robot_names():
         model = str(Path(model).absolute())
     return Fleet((Member(model, load_robot(model)),) * count)
@@ -93,9 +85,6 @@ def load_fleet(name_or_path: str | Path) -> Fleet:
 
     Args:
         name_or_path: A path has folders in it, or ends in `.yaml` or `.yml`; else it is a name.
-
-    Raises:
-        SwarmError: If the file, a key, a model, a count or a limit in it is unusable.
     """
     path = _fleet_path(name_or_path)
     data = read_yaml(path, as_written=NAMES)

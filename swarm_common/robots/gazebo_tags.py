@@ -68,14 +68,7 @@ class RaySensor:
 
 
 def read_drive(root: ET.Element, where: str, notes: list[str]) -> DriveTags | None:
-    """Return what the first drive plugin says, None if there is none.
-
-    Args:
-        notes: Takes what of the plugins is not used.
-
-    Raises:
-        RobotModelError: If a parameter of the plugin is not a number.
-    """
+    """Return what the first drive plugin says, None if there is none."""
     found: DriveTags | None = None
     for plugin in root.findall("gazebo//plugin"):
         name = plugin_name(plugin)
@@ -104,9 +97,6 @@ def plugin_name(plugin: ET.Element) -> str:
     """Return the class of a plugin if it names one, else its file.
 
     In Gazebo Classic `name` is of the user's choice, and says nothing of what the plugin does.
-
-    Args:
-        plugin: With `filename` and `name`.
     """
     name = plugin.get("name", "")
     file = plugin.get("filename", "").rpartition("/")[2]
@@ -134,14 +124,7 @@ def read_steering(root: ET.Element) -> str | None:
 
 
 def read_ray_sensors(root: ET.Element, where: str, notes: list[str]) -> list[RaySensor]:
-    """Return all ray sensors on links, in the order of the file.
-
-    Args:
-        notes: Takes which ray sensors are not used, and why.
-
-    Raises:
-        RobotModelError: If a number of a sensor is none, or its pose is not six of them.
-    """
+    """Return all ray sensors on links, in the order of the file."""
     sensors = []
     links = {link.get("name") for link in root.findall("link")}
     for gazebo in root.findall("gazebo"):

@@ -86,9 +86,6 @@ def choose_lidar(
 
     Args:
         asked: The section `lidar:` of robot.yaml, which wins.
-
-    Raises:
-        RobotModelError: If there are sensors, and none is a LiDAR without further word.
     """
     frame = asked.get("frame")
     if frame is not None and frame not in model.fixed and not _is_posed(asked):

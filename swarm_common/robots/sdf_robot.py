@@ -28,14 +28,7 @@ MODEL = ("", "__model__")  # names of the model's own frame
 
 
 def find_model_file(folder: Path) -> Path | None:
-    """Return the SDF file of a model's folder: the newest that model.config names; None without.
-
-    Args:
-        folder: With a `model.config`, or a `model.sdf`.
-
-    Raises:
-        RobotModelError: If model.config is malformed or names a file that is not there.
-    """
+    """Return the SDF file of a model's folder: the newest that model.config names; None without."""
     config = folder / "model.config"
     if not config.is_file():
         return folder / "model.sdf" if (folder / "model.sdf").is_file() else None
@@ -60,12 +53,6 @@ def urdf_of(root: ET.Element, where: str) -> str:
     """Return an SDF model as URDF text.
 
     What its elements hold that nothing reads, `grammar` tells.
-
-    Args:
-        root: `<sdf>` with one model.
-
-    Raises:
-        RobotModelError: If it is no single robot, or a pose, number or joint of it is unusable.
     """
     if root.find("world") is not None:
         raise RobotModelError(f"{where} is a world; a robot is an <sdf> with one <model>")

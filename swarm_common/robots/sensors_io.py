@@ -26,11 +26,7 @@ def sensor_errors(
     """Return `base` with the values that a tree of keys overrides.
 
     Args:
-        data: Groups of keys, as in robot.yaml; it is checked.
         base: Values of the keys that are missing.
-
-    Raises:
-        SwarmError: If a key is unknown or a value impossible.
     """
     groups = _mapping(data, where, error)
     check_keys(dict(groups), [item.name for item in dataclasses.fields(SensorErrors)], where)

@@ -83,36 +83,21 @@ def _sideways(values: Mapping[str, Any], drive: str, where: str) -> dict[str, An
 
 
 def parse_drive(value: object, where: str) -> str:
-    """Return a drive.
-
-    Raises:
-        RobotModelError: If it is none of `DRIVES`.
-    """
+    """Return a drive."""
     if value not in DRIVES:
         raise RobotModelError(f"{where}: drive is {value!r}; expected one of {DRIVES}")
     return str(value)
 
 
 def parse_inertia(value: object, where: str) -> str:
-    """Return where inertias come from.
-
-    Raises:
-        RobotModelError: If it is none of `INERTIA`.
-    """
+    """Return where inertias come from."""
     if value not in INERTIA:
         raise RobotModelError(f"{where}: inertia is {value!r}; expected one of {INERTIA}")
     return str(value)
 
 
 def parse_files(value: object, settings: Path, key: str) -> tuple[Path, ...]:
-    """Return files that a key of robot.yaml lists.
-
-    Args:
-        settings: That robot.yaml, beside which relative paths start.
-
-    Raises:
-        RobotModelError: If it is no list of names, or one is of no file.
-    """
+    """Return files that a key of robot.yaml lists."""
     if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
         raise RobotModelError(f"{settings}: {key} is {value!r}; expected a list of files")
     paths = tuple(settings.parent / name for name in value)
@@ -129,12 +114,7 @@ def _name(value: object, what: str) -> str:
 
 
 def parse_wheels(value: object, where: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the left and the right driven joints.
-
-    Raises:
-        UnknownNameError: If there are other keys than `left` and `right`.
-        RobotModelError: If a side is not a list of names.
-    """
+    """Return the left and the right driven joints."""
     what = f"{where}: wheels"
     if not isinstance(value, dict):
         raise RobotModelError(f"{what} is {value!r}; expected left: [joint], right: [joint]")
@@ -147,11 +127,7 @@ def parse_wheels(value: object, where: str) -> tuple[tuple[str, ...], tuple[str,
 
 
 def positive(value: object, what: str) -> float:
-    """Return a positive number of sensible size.
-
-    Raises:
-        RobotModelError: If it is no number, or not from `SMALLEST` to `LARGEST`.
-    """
+    """Return a positive number of sensible size."""
     result = number(value, what, RobotModelError)
     if not SMALLEST <= result <= LARGEST:
         raise RobotModelError(

@@ -28,12 +28,7 @@ JOINTS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
 def read_tree(text: str, where: str) -> ET.Element:
-    """Return the checked tree of a URDF text; placeholders of namespaces are taken out.
-
-    Raises:
-        RobotModelError: If the text is malformed; the message names `where` and every element
-            that is wrong.
-    """
+    """Return the checked tree of a URDF text; placeholders of namespaces are taken out."""
     try:
         root = ET.fromstring(PLACEHOLDER.sub("", text).encode())
     except (ET.ParseError, ValueError) as cause:
@@ -55,21 +50,13 @@ def read_tree(text: str, where: str) -> ET.Element:
 
 
 def root_link(root: ET.Element) -> str:
-    """Return the name of the link without a parent.
-
-    Args:
-        root: Of the URDF, as `read_tree` returns it.
-    """
+    """Return the name of the link without a parent."""
     children = {child_of(joint) for joint in root.findall("joint")}
     return next(n for link in root.findall("link") if (n := link.get("name", "")) not in children)
 
 
 def fixed_places(root: ET.Element) -> dict[str, Transform]:
-    """Return root_from_link of every link that no moving joint parts from the root.
-
-    Args:
-        root: Of the URDF, as `read_tree` returns it.
-    """
+    """Return root_from_link of every link that no moving joint parts from the root."""
     places: dict[str, Transform] = {root_link(root): np.eye(4)}
     waiting = [joint for joint in root.findall("joint") if joint.get("type") == "fixed"]
     while ready := [joint for joint in waiting if _end(joint, "parent") in places]:

@@ -34,7 +34,6 @@ def expand(path: Path, arguments: Mapping[str, str], prepare: Callable[[Any], No
     """Return a xacro file as URDF text.
 
     Args:
-        arguments: Values of `xacro:arg`s by name.
         prepare: Changes the parsed document before it is expanded.
 
     Raises:

@@ -42,12 +42,7 @@ def expand(
     """Return a xacro file as URDF text.
 
     Args:
-        arguments: Values of `xacro:arg`s by name.
-        finder: Of the packages in `$(find package)`.
         advice: What to do about an argument without a value; empty for robots.
-
-    Raises:
-        RobotModelError: If xacro refuses it; the message names the file and, if it can, the line.
     """
     from swarm_common.robots import xacro_compat  # slow to import, not needed for plain URDF
 
@@ -135,8 +130,6 @@ def unresolved(
 
     Args:
         path: Of the file; the files that it includes are searched, too.
-        arguments: Values of `xacro:arg`s by name.
-        finder: Of the packages in `$(find package)`.
 
     Returns:
         Names of packages that are missing, and of arguments that are used without a value.

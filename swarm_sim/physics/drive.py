@@ -62,11 +62,7 @@ class Wheels:
     """How fast a robot's driven wheels turn when it moves, and how it moves when they turn."""
 
     def __init__(self, spec: RobotSpec) -> None:
-        """Lay out the wheels: the left ones from front to rear, then the right ones.
-
-        Args:
-            spec: Names, radius and places of the wheels; a drive may have none.
-        """
+        """Lay out the wheels: the left ones from front to rear, then the right ones."""
         self.names = (*spec.wheels_left, *spec.wheels_right)
         self._radius = spec.wheel_radius
         half = spec.wheel_separation / 2.0
@@ -85,8 +81,6 @@ class Wheels:
         With distances in place of speeds, the angles are returned.
 
         Args:
-            vx: [m/s] forwards.
-            wz: [rad/s] counter-clockwise.
             vy: [m/s] to the left; drives that cannot move sideways ignore it.
 
         Returns:
@@ -96,13 +90,7 @@ class Wheels:
         return rates
 
     def plain_rates(self, vx: float, wz: float, vy: float) -> list[float]:
-        """Return the same as `rates`, to the bit, in less time for plain numbers.
-
-        Args:
-            vx: [m/s] forwards.
-            wz: [rad/s] counter-clockwise.
-            vy: [m/s] to the left; drives that cannot move sideways ignore it.
-        """
+        """Return the same as `rates`, to the bit, in less time for plain numbers."""
         return [(vx + arm * wz + slide * vy) / self._radius for arm, slide in self._levers]
 
     def travel(self, angles: FloatArray) -> tuple[float, float]:

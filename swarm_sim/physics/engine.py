@@ -80,16 +80,11 @@ class Engine(Protocol):
 
         Args:
             model: Its bodies; None for an engine that needs none.
-            pose: x, y, yaw [m, rad] in the map frame.
         """
         ...
 
     def place(self, robot: int, pose: FloatArray) -> None:
-        """Put a robot elsewhere, where it stands; wheels and gyro do not notice.
-
-        Args:
-            pose: x, y, yaw [m, rad] in the map frame.
-        """
+        """Put a robot elsewhere, where it stands; wheels and gyro do not notice."""
         ...
 
     def restart(self, robot: int) -> None:
@@ -114,11 +109,7 @@ class Engine(Protocol):
         ...
 
     def remove_object(self, index: int) -> None:
-        """Take a thing out; those behind it move up.
-
-        Args:
-            index: Of the thing among `Objects.loose`.
-        """
+        """Take a thing out; those behind it move up."""
         ...
 
     def close(self) -> None:

@@ -66,29 +66,16 @@ class Objects:
         self._places.append(body.world_from_body)
 
     def remove(self, index: int) -> None:
-        """Take a loose body out; those behind it move up.
-
-        Args:
-            index: Of the body among `loose`.
-        """
+        """Take a loose body out; those behind it move up."""
         self.loose = (*self.loose[:index], *self.loose[index + 1 :])
         del self._places[index]
 
     def place(self, index: int, world_from_body: Transform) -> None:
-        """Note where a loose body is now.
-
-        Args:
-            index: Of the body among `loose`.
-            world_from_body: (4, 4).
-        """
+        """Note where a loose body is now."""
         self._places[index] = world_from_body
 
     def place_of(self, index: int) -> Transform:
-        """Return where a loose body is now.
-
-        Args:
-            index: Of the body among `loose`.
-        """
+        """Return where a loose body is now."""
         return self._places[index]
 
     def bodies(self) -> list[Body]:
@@ -111,11 +98,7 @@ class Objects:
         return packed
 
     def section(self, height: float) -> Section:
-        """Return what a plane at a height cuts.
-
-        Args:
-            height: [m] above the ground.
-        """
+        """Return what a plane at a height cuts."""
         return section_between(self.bodies(), height, height)
 
 

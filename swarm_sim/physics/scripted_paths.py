@@ -23,11 +23,7 @@ Spec = TypeVar("Spec", bound=WalkerSpec | VehicleSpec)
 
 
 class ScriptedPaths(ABC, Generic[Spec]):
-    """Everybody of one kind on their closed paths.
-
-    Attributes:
-        specs: One for each.
-    """
+    """Everybody of one kind on their closed paths."""
 
     def __init__(
         self,
@@ -44,9 +40,6 @@ class ScriptedPaths(ABC, Generic[Spec]):
             seed: Of starts that are not given, and of pauses.
             words: What the random numbers of starts and pauses are for.
             search_step: [m] along a path when looking for a place that is free of robots.
-
-        Raises:
-            ConfigError: If somebody has no such place on its path.
         """
         self.specs: tuple[Spec, ...] = tuple(specs)
         count = len(specs)
@@ -86,7 +79,6 @@ class ScriptedPaths(ABC, Generic[Spec]):
             poses: True x, y, yaw (n, 3) of the robots in the map frame.
             speeds: Forward speeds (n,) [m/s].
             hulls: Footprints (n, k, 2) in base_footprint.
-            period: [s] of the step.
         """
         if not len(self.specs) or not len(hulls):
             return False

@@ -102,12 +102,6 @@ class Trial:
 def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
     """Let a robot model drive once, or take the result of its last trial from the cache.
 
-    Args:
-        period: [s] of a physics step.
-
-    Returns:
-        What it did; nothing in it is out of bounds.
-
     Raises:
         RobotModelError: If it does not do what it is told; the message names cause and cure.
     """
@@ -146,15 +140,7 @@ def _sideways(trial: Trial) -> str:
 
 
 def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
-    """Drive a robot that is alone on the ground; return what it did.
-
-    Args:
-        period: [s] of a physics step.
-
-    Raises:
-        ConfigError: If pybullet is not installed.
-        RobotModelError: If the model lacks one of the wheels that the specification names.
-    """
+    """Drive a robot that is alone on the ground; return what it did."""
     check_engine(BULLET, "a trial of a robot model")
     from swarm_sim.physics.bullet.bullet_engine import BulletEngine
 
@@ -169,9 +155,6 @@ def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
         """Drive, and note how the robot stands.
 
         Args:
-            speed: [m/s] forwards.
-            rate: [rad/s] counter-clockwise.
-            seconds: [s] of simulated time.
             side: [m/s] to the left.
         """
         nonlocal tilt

@@ -32,14 +32,7 @@ class Vehicles(ScriptedPaths[VehicleSpec]):
         poses_map: Sequence[Pose],
         seed: int,
     ) -> None:
-        """Place the vehicles on their paths, away from the robots.
-
-        Args:
-            seed: Of starts that are not given, and of pauses.
-
-        Raises:
-            ConfigError: If a vehicle has no free place on its path.
-        """
+        """Place the vehicles on their paths, away from the robots."""
         super().__init__(specs, robots, poses_map, seed, WORDS, SEARCH_STEP)
         self._traits = np.array(
             [[s.speed, s.turn_speed, s.step_length, s.patience, s.length, s.width] for s in specs]

@@ -19,7 +19,6 @@ class Walkers(ScriptedPaths[WalkerSpec]):
     """All walkers of a world.
 
     Attributes:
-        names: As collisions name them.
         discs: (m, 3) x, y, radius [m] in map.
         speeds: (m,) [m/s] of each.
     """
@@ -31,14 +30,7 @@ class Walkers(ScriptedPaths[WalkerSpec]):
         poses_map: Sequence[Pose],
         seed: int,
     ) -> None:
-        """Place the walkers on their paths, away from the robots.
-
-        Args:
-            seed: Of starts that are not given, and of pauses.
-
-        Raises:
-            ConfigError: If a walker has no free place on its path.
-        """
+        """Place the walkers on their paths, away from the robots."""
         super().__init__(specs, robots, poses_map, seed, WORDS, SEARCH_STEP)
         self.names = [spec.name for spec in specs]
         self.speeds = np.array([spec.speed for spec in specs])

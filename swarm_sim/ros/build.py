@@ -44,14 +44,7 @@ class WorldSetup:
 
 
 def build(settings: Settings) -> WorldSetup:
-    """Return the world that the settings ask for.
-
-    Args:
-        settings: With names or paths of world, map and models.
-
-    Raises:
-        SwarmError: If a file or a value is unusable.
-    """
+    """Return the world that the settings ask for."""
     scene = load_world(
         settings.world,
         skip_missing=settings.skip_missing,

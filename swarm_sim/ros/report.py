@@ -44,20 +44,12 @@ class Reporter:
         self._verdict = node.create_publisher(VerdictMsg, "/sim/verdict", ros_io.RELIABLE)
 
     def start(self, now: float) -> None:
-        """Begin to count the time of the run.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Begin to count the time of the run."""
         self._started = now
         self._meter.start(now, self._world.sim_time)
 
     def report(self, tick: int, robots: int, *, is_paused: bool) -> None:
-        """Say how things are.
-
-        Args:
-            is_paused: Whether time stands still on request.
-        """
+        """Say how things are."""
         self._meter.update(time.monotonic(), self._world.sim_time)
         verdict = self._world.verdict
         message = VerdictMsg(stamp=ros_io.time_msg(tick))

@@ -94,9 +94,6 @@ def load_actors(path: str | Path) -> Actors:
 
     Args:
         path: Of the YAML file; its paths are in the map frame.
-
-    Raises:
-        ConfigError: If the file is malformed; the message names file and key.
     """
     path = Path(path)
     data = read_yaml(path, as_written=("walkers.*.name", "forklifts.*.name"))
@@ -108,22 +105,12 @@ def load_actors(path: str | Path) -> Actors:
 
 
 def parse_walkers(value: object, where: str) -> tuple[WalkerSpec, ...]:
-    """Return the walkers in a YAML list; each item needs `path`, all else has a default.
-
-    Args:
-        where: What the value is in a file, for the message.
-
-    Raises:
-        ConfigError: If an item is unusable; the message begins with `where`.
-    """
+    """Return the walkers in a YAML list; each item needs `path`, all else has a default."""
     return _parse_all(value, where, WalkerSpec)
 
 
 def check_names(specs: Sequence[WalkerSpec | VehicleSpec], where: str) -> None:
     """Refuse a name that occurs twice.
-
-    Args:
-        specs: Of walkers and vehicles, whose names share one space.
 
     Raises:
         ConfigError: Naming it.

@@ -44,8 +44,6 @@ def tiles_between(triangles: FloatArray, low: float, high: float) -> FloatArray:
 
     Args:
         triangles: (m, 3, 3) [m] corners in the world.
-        low: [m] height of the lower end.
-        high: [m] height of the upper end.
 
     Returns:
         (k, 4) [m]: x_min, y_min, x_max, y_max.
@@ -70,7 +68,6 @@ def cuts(triangles: FloatArray, level: float) -> FloatArray:
 
     Args:
         triangles: (m, 3, 3) [m] corners in the world.
-        level: [m] height of the plane.
     """
     above = triangles[:, :, 2] > level
     crossing = triangles[above.any(axis=1) & ~above.all(axis=1)]
@@ -95,8 +92,6 @@ def triangles_between(triangles: FloatArray, low: float, high: float) -> FloatAr
 
     Args:
         triangles: (m, 3, 3) [m] corners in the world.
-        low: [m] height of the lower end.
-        high: [m] height of the upper end.
     """
     heights = triangles[:, :, 2]
     near = triangles[(heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)]
@@ -117,12 +112,7 @@ def triangles_between(triangles: FloatArray, low: float, high: float) -> FloatAr
 
 
 def points_along(segments: FloatArray, step: float) -> FloatArray:
-    """Return points (k, 2) at most `step` apart on segments (n, 2, 2), their ends among them.
-
-    Args:
-        segments: In any frame.
-        step: [m]
-    """
+    """Return points (k, 2) at most `step` apart on segments (n, 2, 2), their ends among them."""
     if not len(segments):
         return np.zeros((0, 2))
     along = segments[:, 1] - segments[:, 0]

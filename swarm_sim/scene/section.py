@@ -52,11 +52,7 @@ class Section:
 
 
 def joined(*sections: Section) -> Section:
-    """Return what any of several sections has.
-
-    Args:
-        *sections: In the same frame.
-    """
+    """Return what any of several sections has."""
     polygons = [(p, n) for s in sections for p, n in zip(s.polygons, s.names, strict=False)]
     discs = [n for s in sections for n in s.names[len(s.polygons) :]]
     return Section(
@@ -81,7 +77,6 @@ def section_between(bodies: Iterable[Body], low: float, high: float) -> Section:
 
     Args:
         bodies: At their places; the section is in their frame.
-        low: [m] height of the lower end.
         high: [m] height of the upper end; may equal `low` for the cut of a plane.
 
     Returns:

@@ -22,10 +22,6 @@ def actors_of(world: ET.Element, source: Source) -> Actors:
 
     Args:
         world: `<world>`, or `<sdf>` without one.
-        source: Takes notes of actors that are left out.
-
-    Raises:
-        WorldError: If one is malformed.
     """
     walkers: list[WalkerSpec] = []
     vehicles: list[VehicleSpec] = []

@@ -29,10 +29,6 @@ def load_mesh(path: Path, scale: tuple[float, ...], submesh: str = "") -> Mesh:
 
     Args:
         submesh: Name of the only part of the file that is wanted; empty for all.
-
-    Raises:
-        WorldError: If the file is damaged, or of an absurd scale; without triangles it is a mesh
-            of nothing.
     """
     vertices, faces = _triangles(path, path.stat().st_mtime_ns, submesh)
     if not len(faces):
@@ -54,14 +50,7 @@ def load_mesh(path: Path, scale: tuple[float, ...], submesh: str = "") -> Mesh:
 
 
 def hull_of(mesh: Mesh) -> Hull:
-    """Return the convex hull of a mesh.
-
-    Args:
-        mesh: With at least four vertices that are not in one plane.
-
-    Raises:
-        WorldError: If the mesh is flat.
-    """
+    """Return the convex hull of a mesh."""
     import trimesh
 
     try:

@@ -23,30 +23,17 @@ def text_of(element: ET.Element, tag: str, default: str = "") -> str:
 
     Args:
         tag: Of the child; a path like `submesh/name` is possible.
-        default: Where there is no child, or no text in it.
     """
     return (element.findtext(tag) or default).strip()
 
 
 def flag_of(element: ET.Element, tag: str) -> bool:
-    """Return whether a child says true.
-
-    Args:
-        tag: Of the child; one that is missing says false.
-    """
+    """Return whether a child says true."""
     return text_of(element, tag).lower() in TRUE_WORDS
 
 
 def floats_of(element: ET.Element | None, count: int, default: str, where: str) -> list[float]:
-    """Return the numbers in an element's text.
-
-    Args:
-        element: None for the default.
-        where: What the element belongs to, for the message.
-
-    Raises:
-        WorldError: If there is another number of words, or one is not a finite number.
-    """
+    """Return the numbers in an element's text."""
     text = default if element is None else (element.text or "")
     values = [value for word in text.split() for value in _values_in(word)]
     if len(values) != count or not all(math.isfinite(value) for value in values):
@@ -64,14 +51,7 @@ def _values_in(word: str) -> list[float]:
 
 
 def sizes_of(element: ET.Element, tag: str, count: int, where: str) -> list[float]:
-    """Return the lengths [m] in a child, which must be there.
-
-    Args:
-        where: What the element belongs to, for the message.
-
-    Raises:
-        WorldError: If it is missing, or a length is not positive or of an absurd scale.
-    """
+    """Return the lengths [m] in a child, which must be there."""
     child = element.find(tag)
     if child is None:
         raise WorldError(f"<{element.tag}> of {where} has no <{tag}>")
@@ -89,15 +69,8 @@ def sizes_of(element: ET.Element, tag: str, count: int, where: str) -> list[floa
 def pose_of(element: ET.Element, where: str) -> Transform:
     """Return the `<pose>` of an element; the identity if it has none.
 
-    Args:
-        element: The parent of the `<pose>`.
-        where: What the element belongs to, for the message.
-
     Returns:
         (4, 4), in the frame that the pose refers to.
-
-    Raises:
-        WorldError: If it is malformed, or farther away than `MAX_PLACE`.
     """
     return transform_of(element.find("pose"), where)
 
@@ -107,13 +80,6 @@ def transform_of(pose: ET.Element | None, where: str) -> Transform:
 
     Args:
         pose: None for the identity, as is one without text.
-        where: What the element belongs to, for the message.
-
-    Returns:
-        (4, 4) [m].
-
-    Raises:
-        WorldError: If it is malformed, or farther away than `MAX_PLACE`.
     """
     if pose is None or not (pose.text or "").strip():
         return transform_from_xyz_rpy(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -140,10 +106,6 @@ def color_of(element: ET.Element | None, where: str) -> Color | None:
 
     Args:
         element: With 3 or 4 numbers, which are clipped to 0 to 1.
-        where: What the element belongs to, for the message.
-
-    Raises:
-        WorldError: If it has other than 3 or 4 numbers.
     """
     if element is None:
         return None

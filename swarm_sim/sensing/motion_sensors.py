@@ -150,11 +150,7 @@ class MotionSensors:
         )
 
     def imu(self, robot: int, tick: int) -> Imu:
-        """Return the reading of one robot's IMU.
-
-        Args:
-            tick: Current tick, which the noise depends on.
-        """
+        """Return the reading of one robot's IMU."""
         noises = self._draw(ACCEL_WORD, tick, robot, np.arange(3))
         noise = self._accel_noises[robot] / np.sqrt(CONTROL_PERIOD) * noises
         x, y, z = (

@@ -86,7 +86,6 @@ class Radio:
         """Take the beacons that robots send at a tick; ends the tick.
 
         Args:
-            tick: Tick at which they are sent.
             beacons: One per robot; None from a robot that sends nothing.
             positions: True positions (n, 2) at that tick.
         """

@@ -21,7 +21,6 @@ def overlooked(
     """Yield a sentence on each model of which another one's LiDAR sees nothing, or too little.
 
     Args:
-        models: Bodies of these, by the name of the model.
         margin: [m] that a robot allows for what its LiDAR does not see of a body.
     """
     bodies = {other: bodies_of(models[other.model]) for other in dict.fromkeys(others)}

@@ -67,11 +67,7 @@ class Batteries:
         return len(self._robots)
 
     def add(self, robot: int, spec: BatterySpec | None) -> None:
-        """Take another robot.
-
-        Args:
-            spec: Its battery; None if it has none.
-        """
+        """Take another robot."""
         if spec is None:
             return
         low, high = spec.initial
@@ -94,11 +90,7 @@ class Batteries:
         self._is_present = np.append(self._is_present, True)
 
     def set_present(self, robot: int, is_present: bool) -> None:
-        """Take note that a robot was taken out of the world, or has come back as it went.
-
-        Args:
-            is_present: Whether it is there.
-        """
+        """Take note that a robot was taken out of the world, or has come back as it went."""
         if robot in self._rows:
             self._is_present[self._rows[robot]] = is_present
 

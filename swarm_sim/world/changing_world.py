@@ -65,11 +65,7 @@ class ChangingWorld(World):
         return self._objects.heights
 
     def overlooked(self, margin: float) -> list[str]:
-        """Return whose LiDAR sees nothing, or too little, of which other model, a sentence each.
-
-        Args:
-            margin: [m] that a robot allows for what its LiDAR does not see of a body.
-        """
+        """Return whose LiDAR sees nothing, or too little, of which other model, a sentence each."""
         specs = [self.specs[robot] for robot in self.present]
         if self._lidars is None or len(specs) == 1:
             return []
@@ -83,9 +79,6 @@ class ChangingWorld(World):
         Args:
             commands: One per robot, present or not; None if it sent none. Those of absent robots do
                 not count.
-
-        Returns:
-            The collisions that began in it.
         """
         if self.absent:
             commands = [Twist() if i in self.absent else c for i, c in enumerate(commands)]
@@ -134,11 +127,7 @@ class ChangingWorld(World):
         self._renew_lidars()
 
     def readmit(self, robot: int, robot_id: int, pose: Pose) -> None:
-        """Return a removed robot to the world; its odometry begins again at 0.
-
-        Args:
-            pose: In the map frame; whether there is room is not checked here.
-        """
+        """Return a removed robot to the world; its odometry begins again at 0."""
         self.absent.discard(robot)
         self._batteries.set_present(robot, True)
         self._engine.restart(robot)
@@ -149,11 +138,7 @@ class ChangingWorld(World):
         self._renew_lidars()
 
     def place(self, robot: int, pose: Pose) -> None:
-        """Put a robot elsewhere, where it stands; its odometry does not notice.
-
-        Args:
-            pose: In the map frame; whether there is room is not checked here.
-        """
+        """Put a robot elsewhere, where it stands; its odometry does not notice."""
         place = _array(pose)
         self._engine.place(robot, place)
         self._commands.stop(robot)
@@ -175,46 +160,24 @@ class ChangingWorld(World):
         return self._objects.loose
 
     def place_of(self, index: int) -> Transform:
-        """Return where something loose is now.
-
-        Args:
-            index: Among `loose`.
-
-        Returns:
-            World from body (4, 4).
-        """
+        """Return where something loose is now."""
         return self._objects.place_of(index)
 
     def place_object(self, index: int, place: Transform) -> None:
-        """Put something loose elsewhere.
-
-        Args:
-            index: Among `loose`.
-            place: World from body (4, 4); whether there is room is not checked here.
-        """
+        """Put something loose elsewhere."""
         self._engine.place_object(index, place)
 
     def add_object(self, body: Body) -> int:
         """Take another thing, which can be pushed unless it is static; return its index.
 
         Whether there is room is not checked here.
-
-        Args:
-            body: Where it is to be.
-
-        Raises:
-            WorldError: If the physics engine refuses one of its meshes.
         """
         self._engine.add_object(body)
         self._watch_objects()
         return len(self.loose) - 1
 
     def remove_object(self, index: int) -> None:
-        """Take something loose out; those behind it move up.
-
-        Args:
-            index: Among `loose`.
-        """
+        """Take something loose out; those behind it move up."""
         self._engine.remove_object(index)
         self._watch_objects()
 

@@ -38,11 +38,7 @@ class CloseCalls:
     """Collects near misses tick by tick."""
 
     def __init__(self, names: Sequence[str]) -> None:
-        """Begin without episodes.
-
-        Args:
-            names: Of the robots, in the order of their indices.
-        """
+        """Begin without episodes."""
         self._names = list(names)
         self._open: dict[Key, _Episode] = {}
         self._last_touch: dict[Key, float] = {}
@@ -53,11 +49,7 @@ class CloseCalls:
         self._names.append(name)
 
     def touch(self, key: Key, time: float) -> None:
-        """Note a contact: the episode is a collision, and no near miss.
-
-        Args:
-            time: [s] simulated.
-        """
+        """Note a contact: the episode is a collision, and no near miss."""
         self._last_touch[key] = time
         self._open.pop(key, None)
 
@@ -65,7 +57,6 @@ class CloseCalls:
         """Take the near pairs at the end of a control period.
 
         Args:
-            time: [s] simulated.
             approaches: Pairs closer than `engine.NEAR_MISS`.
             poses: True poses (n, 3).
         """

@@ -56,9 +56,6 @@ class ModelRequest:
 def read_model(request: ModelRequest) -> Model:
     """Return an object or a robot from its description, if its size is acceptable.
 
-    Args:
-        request: From any client; nothing in it is trusted.
-
     Raises:
         RefusedError: With the reason, whatever is wrong with the description.
     """
@@ -91,9 +88,6 @@ def read_robot(name_or_path: str) -> Robot:
 
     Args:
         name_or_path: Name of a model of `robots/`, or a path to a description or its folder.
-
-    Raises:
-        RefusedError: If there is none of that name, or it is unusable.
     """
     if not name_or_path:
         raise RefusedError(Reason.NO_MODEL, "no robot model is named")

@@ -53,14 +53,7 @@ class ObjectRegistry:
         return self._robots.looks_like_one(name.removeprefix("/"))
 
     def place_of(self, name: str) -> Transform:
-        """Return where a thing is.
-
-        Returns:
-            World from body (4, 4).
-
-        Raises:
-            RefusedError: If there is none of that name.
-        """
+        """Return where a thing is."""
         return self._world.place_of(self._index(name))
 
     def spawn(
@@ -74,9 +67,6 @@ class ObjectRegistry:
             body: The thing in its model's frame, see `read_object`.
             place: Its model's frame in the map frame.
             is_floored: Whether it is put on the ground, whatever the height of the place.
-
-        Raises:
-            RefusedError: With the reason.
         """
         if len(self.names) >= LIMIT:
             raise RefusedError(Reason.FAILED, f"there are {LIMIT} things, which is the most")
@@ -99,23 +89,12 @@ class ObjectRegistry:
         return body.name
 
     def remove(self, name: str) -> None:
-        """Take a thing out.
-
-        Raises:
-            RefusedError: If there is no such thing.
-        """
+        """Take a thing out."""
         self._world.remove_object(self._index(name))
         self._spawned.discard(name)
 
     def move(self, name: str, place: Transform) -> None:
-        """Put a thing elsewhere.
-
-        Args:
-            place: World from body (4, 4).
-
-        Raises:
-            RefusedError: If there is no such thing, or something is there.
-        """
+        """Put a thing elsewhere."""
         index = self._index(name)
         self._check_finite(name, place)
         self._check_room(replace(self._world.loose[index], world_from_body=place), index)

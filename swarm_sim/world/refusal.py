@@ -35,7 +35,6 @@ class RefusedError(SwarmError):
         """Keep the reason beside the message.
 
         Args:
-            reason: Code for clients that do not read the message.
             message: For people; it is made fit to be shown, as it may quote a client.
         """
         super().__init__(shown(message))

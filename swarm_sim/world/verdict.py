@@ -81,11 +81,7 @@ class Judge:
         self._note(poses, clearances)
 
     def add(self, name: str, pose: FloatArray) -> None:
-        """Take another robot, which stands at a pose (3,).
-
-        Args:
-            pose: x, y, yaw [m, rad] in the map frame.
-        """
+        """Take another robot, which stands at a pose (3,)."""
         self._names.append(name)
         self._close_calls.add(name)
         self._distances = np.append(self._distances, 0.0)
@@ -94,11 +90,7 @@ class Judge:
         self._positions = np.vstack([self._positions, pose[:2]])
 
     def place(self, robot: int, pose: FloatArray) -> None:
-        """Take note that a robot has been put elsewhere; that is no way driven.
-
-        Args:
-            pose: x, y, yaw [m, rad] in the map frame.
-        """
+        """Take note that a robot has been put elsewhere; that is no way driven."""
         self._positions[robot] = pose[:2]
 
     @property
@@ -124,7 +116,6 @@ class Judge:
 
         Args:
             start: [s] simulated time at which it began.
-            physics_period: [s] of the steps that touches count in.
             touches: Contacts in it, in order of steps; one pair may occur several times.
             poses: True x, y, yaw (n, 3) in the map frame at its end.
             clearances: (n, 2) [m] to the nearest robot, obstacle, at its end.
@@ -160,7 +151,6 @@ class Judge:
         """Return the verdict so far.
 
         Args:
-            sim_time: [s] for the verdict to carry.
             battery: Tells what became of the battery of a robot by its index.
         """
         close_calls = self._close_calls.near_misses()

@@ -121,9 +121,6 @@ class World:
             models: Descriptions by `RobotSpec.model`; default those in `robots/`.
 
         Raises:
-            RobotModelError: If a model does not drive; the message names cause and cure.
-            WorldError: If something loose is deep inside something else, or a mesh cannot be used.
-            ConfigError: If a walker or a vehicle has no free place on its path.
             ValueError: If there are not as many models as poses.
         """
         if len(specs) != len(poses):
@@ -172,11 +169,7 @@ class World:
             check_trial(spec, model, self._config.physics_period)
 
     def errors_of(self, spec: RobotSpec) -> SensorErrors:
-        """Return how the sensors of a robot model err in this world.
-
-        Raises:
-            ConfigError: If `sensors` of the world's configuration is wrong.
-        """
+        """Return how the sensors of a robot model err in this world."""
         config = self._config
         own = spec.sensors if config.realistic else IDEAL
         return sensor_errors(config.sensors, "sensors", own)

@@ -49,7 +49,6 @@ class ZoneWatch:
         """Take the state at the end of a control period.
 
         Args:
-            time: [s] simulated.
             poses: True x, y, yaw (n, 3) in map.
             speeds: (n,) [m/s] of their centres.
         """

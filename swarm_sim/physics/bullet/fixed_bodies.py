@@ -71,22 +71,13 @@ def add_obstacle(client: int, body: Body) -> int:
 
 
 def let_robots_pass(client: int, bodies: Sequence[int]) -> None:
-    """Let bodies meet only what can be pushed.
-
-    Args:
-        bodies: pybullet's ids of what robots drive on, or under.
-    """
+    """Let bodies meet only what can be pushed."""
     for body in bodies:
         pybullet.setCollisionFilterGroupMask(body, -1, OBSTACLE, LOOSE, physicsClientId=client)
 
 
 def add_walker(client: int, radius: float, height: float) -> int:
-    """Add an upright cylinder that robots can touch and that is moved by hand; return its id.
-
-    Args:
-        radius: [m]
-        height: [m]
-    """
+    """Add an upright cylinder that robots can touch and that is moved by hand; return its id."""
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_CYLINDER, radius=radius, height=height, physicsClientId=client
     )
@@ -97,10 +88,6 @@ def solid_bodies(bodies: Sequence[Body], low: float, high: float) -> list[Body]:
     """Return the bodies of which something lies between two heights.
 
     Of meshes each triangle counts, whatever their section shows.
-
-    Args:
-        low: [m] height of the lower end.
-        high: [m] height of the upper end.
     """
     return [
         body
@@ -114,8 +101,6 @@ def mesh_tiles(body: Body, low: float, high: float) -> FloatArray:
 
     Args:
         body: Its parts that are no meshes do not count.
-        low: [m] height of the lower end.
-        high: [m] height of the upper end.
 
     Returns:
         Bounds (k, 4) [m] in the map frame: x_min, y_min, x_max, y_max; see `tiles_between`.

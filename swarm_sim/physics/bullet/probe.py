@@ -29,8 +29,6 @@ def lacking(body: Body, low: float, high: float, reach: float) -> FloatArray:
 
     Args:
         body: In the world; its planes do not count.
-        low: [m] height of the lower end of what is looked at.
-        high: [m] height of its upper end.
         reach: [m] within which the engine has to have something.
 
     Returns:
@@ -54,9 +52,6 @@ def lacking_of_robot(model: RobotModel, spec: RobotSpec) -> tuple[str, FloatArra
 
     Returns:
         Name of the link, point (3,) [m] in base_footprint.
-
-    Raises:
-        RobotModelError: If the model lacks one of the wheels that the specification names.
     """
     base, wheels = base_and_wheels(model, spec)
     supports = find_supports(base, wheels, spec)

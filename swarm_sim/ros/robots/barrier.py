@@ -46,11 +46,7 @@ class Barrier:
         return sum(self._expected) if self._expects else self._last_answers
 
     def open(self, now: float) -> None:
-        """Begin a tick.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Begin a tick."""
         self._answered = [False] * len(self._answered)
         self._opened_at = self._looked_at = now
 
@@ -110,11 +106,7 @@ class Barrier:
         ]
 
     def is_complete(self, now: float) -> bool:
-        """Whether the tick may be executed; robots whose limit has passed are late from now on.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Whether the tick may be executed; robots whose limit has passed are late from now on."""
         missing = self.missing()
         self._look(now)
         if not self._has_started:

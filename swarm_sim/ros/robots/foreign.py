@@ -20,11 +20,7 @@ ROBOTS = ("cmd_vel", "beacon")  # what only a robot's navigator does
 
 
 class Foreigners:
-    """Reports foreign publishers on topics that belong to the world or to a robot's navigator.
-
-    Attributes:
-        rejections: Of the world's doors.
-    """
+    """Reports foreign publishers on topics that belong to the world or to a robot's navigator."""
 
     def __init__(self, rejections: Rejections, events: EventWriter) -> None:
         self.rejections = rejections

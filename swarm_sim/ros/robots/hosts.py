@@ -23,11 +23,7 @@ class Hosts:
         self._place_of: dict[int, tuple[str, int]] = {}  # host and robot's number, by index
 
     def assign(self, host: str, robots: Mapping[int, int], run: str, secret: str) -> None:
-        """Send the beacons of some robots to a host from now on.
-
-        Args:
-            host: Name of the start of its swarm-up.
-        """
+        """Send the beacons of some robots to a host from now on."""
         publisher = self._node.create_publisher(UInt8MultiArray, topic_of(host), ros_io.RELIABLE)
         self._batches[host] = publisher, BatchWriter(secret, run, host)
         self._place_of |= {robot: (host, number) for robot, number in robots.items()}

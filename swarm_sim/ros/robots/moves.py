@@ -149,11 +149,6 @@ class Moves:
 
 
 def is_near(pose: Pose, other: Pose) -> bool:
-    """Whether a pose may be taken for another.
-
-    Args:
-        pose: In the map frame.
-        other: In the map frame.
-    """
+    """Whether a pose may be taken for another."""
     turn = abs(wrap_angle(pose.yaw - other.yaw))
     return pose.distance(other) < SAME_PLACE and turn < SAME_TURN

@@ -109,7 +109,6 @@ class Links:
         """Take note that the navigators of some robots are on another host.
 
         Args:
-            host: Name of the start of its swarm-up.
             names: Of the robots; unknown ones are ignored.
         """
         robots = {
@@ -120,11 +119,7 @@ class Links:
             self._links[robot].move_out()
 
     def open(self, tick: int, observations: Sequence[Observation], now: float) -> None:
-        """Begin a tick: forget the last answers, publish what robots sense.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Begin a tick: forget the last answers, publish what robots sense."""
         self._opened_at = self._answer_at = now
         for link in self._links:
             link.open(tick)
@@ -133,9 +128,6 @@ class Links:
 
     def repeat(self, observations: Sequence[Observation], now: float) -> bool:
         """Publish once more for robots whose answer takes longer than usual.
-
-        Args:
-            now: Wall time [s].
 
         Returns:
             Whether there are any.
@@ -176,7 +168,6 @@ class Links:
         """Publish once more for robots that were not there.
 
         Args:
-            now: Wall time [s].
             to_newcomers: Only for those that have been there for few repeats.
         """
         newcomers = []
@@ -203,7 +194,6 @@ class Links:
 
         Args:
             timeout: [s] at most; less if an answer is to be asked for again before.
-            now: Wall time [s].
         """
         due_times = self._due_times()
         due, missing = min(due_times.values()), list(due_times)
@@ -228,12 +218,7 @@ class Links:
         return commands, [link.beacon for link in self._links]
 
     def publish_for_viewers(self, observations: Sequence[Observation], world: World) -> None:
-        """Publish what somebody looks at.
-
-        Args:
-            observations: One per robot, of the present tick.
-            world: Asked for what is wanted only.
-        """
+        """Publish what somebody looks at."""
         for robot, link in enumerate(self._links):
             if link.wants_tf or link.wants_joints:
                 pose_odom = observations[robot].odom.pose_odom

@@ -136,11 +136,7 @@ class Control:
                 server.publish_feedback(handle, feedback)
 
         def end(are_done: bool, reason: str = "the steps were cancelled") -> None:
-            """End the action.
-
-            Args:
-                are_done: Whether its steps are done.
-            """
+            """End the action."""
             result = SimulateSteps.Result()
             _fill(result.result, are_done, reason)
             server.finish(handle, result, succeeded=are_done)

@@ -248,7 +248,6 @@ def _named_poses(sites: Sites) -> dict[str, tuple[NamedPose, Bounds]]:
         """Add a pose.
 
         Args:
-            pose: In the map frame.
             tags: The first one is the description, too.
             bounds: Room around it, in its frame; empty for a mere point.
         """

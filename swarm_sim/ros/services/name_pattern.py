@@ -29,9 +29,6 @@ class NamePattern:
 
         Args:
             text: In POSIX's syntax for extended regular expressions, with `\d`, `\w` and `\s`.
-
-        Raises:
-            PatternError: If it is not valid, or too large.
         """
         if len(text) > LONGEST:
             raise PatternError(f"it has {len(text)} letters; expected at most {LONGEST}")

@@ -53,9 +53,6 @@ class Door:
     def admit(self, request: Any, handle: Callable[[Any], None]) -> None:
         """Go on with a request that passes the door.
 
-        Args:
-            handle: Called with the request if it passes.
-
         Raises:
             RefusedError: If it does not pass, or `handle` refuses it.
         """

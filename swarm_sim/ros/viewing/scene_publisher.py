@@ -41,11 +41,7 @@ class ScenePublisher:
         self._tf_readers = self._mover_readers = 0
 
     def renew(self, present: Sequence[str]) -> None:
-        """Show these robots from now on.
-
-        Args:
-            present: Names of the robots that are there.
-        """
+        """Show these robots from now on."""
         self._rows = [self._world.names.index(name) for name in present]
         self._writer = TransformsWriter("map", [f"{name}/{BASE}" for name in present])
         self._is_stale = True
