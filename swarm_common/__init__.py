@@ -11,11 +11,11 @@ Lower folders never import higher ones; the lowest stands first:
 
 What holds for every function here and in `swarm_sim`, unless its docstring says otherwise:
 
-    units   Metres, radians, seconds and kilograms.
-    frames  Places and poses (x, y, yaw) are in the map frame.
-    time    `now` is wall time; `tick` is the current control tick.
-    places  `where` and `what` name the file and key, or the element, that a message is about.
-    errors  What cannot be used raises the `SwarmError` of its kind (`model/errors.py`). The message
-            says what was found, where, and what to do. A client's request raises RefusedError, a
-            message from the network RejectedError.
+- Lengths are in metres, angles in radians, times in seconds, masses in kilograms.
+- Places and poses (x, y, yaw) are in the map frame.
+- `now` is wall time, `tick` the current control tick.
+- `where` and `what` name the file and key, or the element, that a message is about.
+- What cannot be used raises the `SwarmError` of its kind (`model/errors.py`); the message says what
+  was found, where, and what to do. Requests of clients raise RefusedError, messages from the
+  network RejectedError.
 """
