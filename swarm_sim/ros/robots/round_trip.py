@@ -38,7 +38,7 @@ class RoundTrip:
         self.is_hurried = False
 
     def hurry(self, now: float) -> None:
-        """Note that it was sent again before its time, as most others have answered; once at most."""
+        """Record that it was sent again before its time, as most others have answered."""
         self._sent_at = now
         self.is_hurried = True
 
