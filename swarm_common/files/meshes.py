@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import functools
+import logging
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.files.quiet import quiet_trimesh
 from swarm_common.model.errors import MeshError
 from swarm_common.model.shapes import FloatArray, Hull
 
@@ -100,3 +100,8 @@ def _corners(path: Path) -> FloatArray:
     if corners.ndim != 2 or corners.shape[0] == 0:
         raise MeshError(f"{path}: the mesh is empty")
     return corners
+
+
+def quiet_trimesh() -> None:
+    """Keep trimesh from printing exceptions that it handles (a missing texture, a bad file)."""
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL + 1)

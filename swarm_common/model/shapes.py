@@ -120,6 +120,17 @@ def transform_from_xyz_rpy(x: float, y: float, z: float, r: float, p: float, w: 
     )
 
 
+def rotation_of(x: float, y: float, z: float, w: float) -> FloatArray:
+    """Return the rotation (3, 3) of a unit quaternion."""
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
 def quaternion_of(rotation: FloatArray) -> tuple[float, float, float, float]:
     """Return the unit quaternion x, y, z, w of a rotation.
 

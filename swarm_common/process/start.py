@@ -10,11 +10,14 @@ import contextlib
 import os
 import runpy
 import sys
+from collections.abc import Iterable
 from importlib.machinery import SourceFileLoader
 from importlib.util import cache_from_source
+from pathlib import Path
 from types import CodeType
 from typing import Any
 
+HERE = Path(__file__).resolve().parents[2]
 MODULE = "swarm_common.process.start"
 _usual = SourceFileLoader.get_code
 
@@ -43,6 +46,26 @@ def _code_of(loader: SourceFileLoader, name: str) -> CodeType | Any | None:
         with contextlib.suppress(OSError):  # not ours to remove
             os.unlink(cache_from_source(path))
         return loader.source_to_code(loader.get_data(path), path)
+
+
+def own_packages() -> list[Path]:
+    """Return the folders of our own packages."""
+    return [file.parent for file in sorted(HERE.glob("swarm_*/__init__.py"))]
+
+
+def ensure_bytecode(folders: Iterable[Path]) -> None:
+    """Compile the modules in folders whose byte code is missing or out of date.
+
+    Does nothing unless PYTHONDONTWRITEBYTECODE is set. pip compiles what it installs all the same,
+    but not the interface packages that are built here, nor an editable installation.
+    """
+    if not sys.dont_write_bytecode:
+        return
+    import compileall  # needed by few
+
+    for folder in folders:
+        if folder.is_dir() and os.access(folder, os.W_OK):
+            compileall.compile_dir(folder, quiet=2)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,8 @@ from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import RobotSpec
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.robots.battery_io import parse_battery
-from swarm_common.robots.loading import load_robot, robot_names
+from swarm_common.robots.loading import load_robot
+from swarm_common.robots.source import robot_names
 
 LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")  # of a robot model
 SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of an omnidirectional one

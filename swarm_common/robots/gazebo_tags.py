@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 from swarm_common.model.errors import RobotModelError
 from swarm_common.robots.drive_tags import DriveTags, drive_of, is_mover, is_steered
+from swarm_common.robots.urdf_tree import number_in
 
 LEFT = (
     "left_joint", "leftJoint", "leftFrontJoint", "leftRearJoint", "front_left_joint",
@@ -201,13 +202,4 @@ def _texts(plugin: ET.Element, tags: Iterable[str]) -> tuple[str, ...]:
 
 
 def _number(element: ET.Element, path: str, where: str) -> float | None:
-    text = element.findtext(path)
-    if text is None or not text.strip():
-        return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise RobotModelError(f"{where}: <gazebo>: <{path}> is '{text.strip()}'; a number")
-    return value
+    return number_in(element, path, f"{where}: <gazebo>", is_finite=True)

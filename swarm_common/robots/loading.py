@@ -29,7 +29,7 @@ from swarm_common.robots.derived import (
     with_scan_frame,
 )
 from swarm_common.robots.description import Origin, RobotModel, parse_urdf
-from swarm_common.robots.source import ROBOT_FILE, RobotSource, find_robot, robot_names
+from swarm_common.robots.source import RobotSource, find_robot
 from swarm_common.robots.spec import (
     KNOWN,
     LIDAR_REQUIRED,
@@ -44,20 +44,6 @@ from swarm_common.robots.spec import (
     spec_of,
 )
 from swarm_common.robots.urdf_tree import fixed_places, read_tree
-
-__all__ = [
-    "ROBOT_FILE",
-    "Account",
-    "Robot",
-    "account_of",
-    "description",
-    "fixed_frames",
-    "load_robot",
-    "load_robot_model",
-    "open_robot",
-    "robot_names",
-    "taken_for",
-]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,16 +174,6 @@ def fixed_frames(name_or_path: str | Path) -> dict[str, Transform]:
     spec, described = _specified(source, Faults(source.where, RobotModelError))
     root = read_tree(source.text() if described is None else described.urdf, source.where)
     return {BASE: np.eye(4)} | fixed_places(root) | {SCAN: scan_place(spec.lidar)}
-
-
-def description(name_or_path: str | Path) -> str:
-    """Return a robot's description as URDF text."""
-    return open_robot(name_or_path).urdf
-
-
-def load_robot_model(name_or_path: str | Path) -> RobotModel:
-    """Return the bodies of a robot."""
-    return open_robot(name_or_path).model
 
 
 def _specified(source: RobotSource, faults: Faults) -> tuple[RobotSpec, Described | None]:

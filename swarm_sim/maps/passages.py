@@ -38,9 +38,6 @@ class Passage:
 def check_ways(scene: Scene, specs: Sequence[RobotSpec], poses: Sequence[Pose]) -> None:
     """Check that the widest robot of each height gets from its start to every station and place.
 
-    Args:
-        poses: Where each starts, in the map frame.
-
     Raises:
         WorldError: Naming the station, and the passage that is too narrow for which robot.
     """

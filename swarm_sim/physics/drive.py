@@ -147,7 +147,6 @@ class Odometer:
 
         Args:
             travels: (n, 2) [m] forwards and to the left, that the wheels report since the start.
-            yaws: (n,) [rad] that the gyro reports since the start, not wrapped.
         """
         turned = yaws - self._yaws
         chords = (travels - self._travels) * np.sinc(turned / (2.0 * np.pi))[:, None]
@@ -164,7 +163,6 @@ class Odometer:
 
         Args:
             tick: Current tick, for the stamps.
-            twists: (n, 3) vx [m/s], wz [rad/s], vy [m/s], as the sensors report them.
         """
         return [
             Odometry(tick, Pose(x, y, wrap_angle(yaw)), Twist(vx, vy, wz))

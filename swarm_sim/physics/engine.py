@@ -92,12 +92,7 @@ class Engine(Protocol):
         ...
 
     def place_object(self, index: int, place: Transform) -> None:
-        """Put something that can be pushed elsewhere.
-
-        Args:
-            index: Of the thing among `Objects.loose`.
-            place: World from body (4, 4).
-        """
+        """Put something that can be pushed elsewhere."""
         ...
 
     def add_object(self, body: Body) -> None:

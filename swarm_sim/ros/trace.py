@@ -55,8 +55,6 @@ class Trace:
         """Take in a tick.
 
         Args:
-            poses: True x, y, yaw (n, 3) in the map frame.
-            clearances: (n, 2) to the nearest robot, obstacle; inf where there is none.
             absent: Indices of robots that are not there; null is written for them.
         """
         if len(poses) > len(self._clearances):

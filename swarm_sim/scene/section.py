@@ -13,7 +13,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from swarm_common.model.records import FloatArray
-from swarm_sim.scene.scene import Body, Box, Cylinder, Hull, Mesh, Scene, Shape, Sphere, Transform
+from swarm_sim.scene.scene import Body, Box, Cylinder, Hull, Mesh, Shape, Sphere, Transform
 
 GROUND_GAP = 0.005  # [m] above ground from which something is an obstacle
 RIM_POINTS = 24  # corners that stand for the rim of a cylinder that is not upright
@@ -60,16 +60,6 @@ def joined(*sections: Section) -> Section:
         np.vstack([np.zeros((0, 3)), *(s.discs for s in sections)]),
         (*(name for _, name in polygons), *discs),
     )
-
-
-def section_at(scene: Scene, height: float) -> Section:
-    """Return what a horizontal plane at this height cuts.
-
-    Args:
-        scene: Its movable bodies count where they are at the start.
-        height: [m] above the ground.
-    """
-    return section_between(scene.bodies, height, height)
 
 
 def section_between(bodies: Iterable[Body], low: float, high: float) -> Section:

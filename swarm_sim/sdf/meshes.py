@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.files.quiet import quiet_trimesh
+from swarm_common.files.meshes import quiet_trimesh
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import FloatArray
 from swarm_sim.scene.scene import Hull, Mesh

@@ -90,11 +90,6 @@ def load_world(
     return on_floor(scene)
 
 
-def read_bodies(path: Path) -> list[Body]:
-    """Return the links with collisions of all models in an SDF file, in file order."""
-    return [body for body in read_world(path).bodies if body.parts]
-
-
 def read_world(path: Path, *, skip_missing: bool = False, skip_broken: bool = False) -> WorldFile:
     """Return what is in an SDF file, and in those that it includes."""
     source = Source(path, ModelPaths(path.resolve().parent), skip_missing, skip_broken)

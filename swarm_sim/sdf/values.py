@@ -9,6 +9,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from swarm_common.model.errors import WorldError
+from swarm_common.model.shapes import rotation_of
 from swarm_sim.scene.scene import Color, Transform, transform_from_xyz_rpy
 
 MIN_SIZE = 1e-5  # [m] of a shape; smaller ones are a slip of the unit
@@ -120,12 +121,7 @@ def _from_quaternion(values: list[float], where: str) -> Transform:
     length = float(np.linalg.norm(quaternion))
     if length < 1e-6:
         raise WorldError(f"<pose> of {where} has a quaternion of length 0")
-    x, y, z, w = quaternion / length
     matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
+    matrix[:3, :3] = rotation_of(*(quaternion / length))
     matrix[:3, 3] = place
     return matrix

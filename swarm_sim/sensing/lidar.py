@@ -102,7 +102,6 @@ class LidarGroup:
         """Remember where the robots were, for rays that are older than their scan.
 
         Args:
-            poses: True x, y, yaw (n, 3) of all robots in the map frame.
             tick: Current tick; a second call in one tick does nothing.
         """
         if self._errors.ray_time and (not self._past or self._past[-1][0] < tick):
@@ -293,7 +292,6 @@ def compose(poses: FloatArray, offset: FloatArray) -> FloatArray:
     """Return poses (n, 3) moved by an offset (3,) in each one's own frame.
 
     Args:
-        poses: x, y, yaw (n, 3).
         offset: x, y, yaw (3,), the same for all.
     """
     points = moved(poses, np.broadcast_to(offset[:2], (len(poses), 2)))
@@ -304,7 +302,6 @@ def moved(poses: FloatArray, points: FloatArray) -> FloatArray:
     """Return points (n, 2), each given in the frame of its pose (n, 3), in the poses' frame.
 
     Args:
-        poses: x, y, yaw (n, 3).
         points: (n, 2), one for each pose.
     """
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])

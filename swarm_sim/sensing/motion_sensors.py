@@ -78,7 +78,6 @@ class MotionSensors:
 
         Args:
             travels: (n, 2) [m] that perfect wheels of those so far report.
-            yaws: (n,) [rad] likewise.
         """
         longer = MotionSensors(specs, errors, self._seed)
         known = len(self._robots)
@@ -101,7 +100,6 @@ class MotionSensors:
 
         Args:
             travels: (n, 2) [m] forwards and to the left, as perfect wheels report it.
-            yaws: (n,) [rad] turned, not wrapped.
             twists: (n, 3) true vx, wz, vy at the end of the period.
 
         Returns:

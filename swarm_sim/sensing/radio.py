@@ -87,7 +87,6 @@ class Radio:
 
         Args:
             beacons: One per robot; None from a robot that sends nothing.
-            positions: True positions (n, 2) at that tick.
         """
         senders = np.array([i for i, b in enumerate(beacons) if b is not None], np.int64)
         joined = b"".join([b.tobytes() for b in beacons if b is not None])

@@ -95,12 +95,7 @@ class Batteries:
             self._is_present[self._rows[robot]] = is_present
 
     def update(self, tick: int, poses: FloatArray, twists: FloatArray) -> None:
-        """Let one control period pass.
-
-        Args:
-            poses: True x, y, yaw (n, 3) in map of all robots.
-            twists: vx, wz, vy (n, 3) [m/s, rad/s, m/s] of all robots.
-        """
+        """Let one control period pass."""
         places, twist = poses[self._robots, :2], twists[self._robots]
         speed, turn = np.hypot(twist[:, 0], twist[:, 2]), np.abs(twist[:, 1])
         stands = self._is_present & (speed <= STANDING[0]) & (turn <= STANDING[1])

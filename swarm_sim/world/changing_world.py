@@ -6,7 +6,7 @@ where nothing senses it and it senses nothing; the others' state is carried over
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -14,45 +14,16 @@ from swarm_common.model.breaches import Collision
 from swarm_common.model.records import FloatArray, Pose, RobotSpec, Twist
 from swarm_common.model.shapes import Transform
 from swarm_sim.scene.robot_model import RobotModel
-from swarm_sim.scene.scene import Body, Scene
+from swarm_sim.scene.scene import Body
 from swarm_sim.sensing.visibility import overlooked
-from swarm_sim.world.world import World, WorldConfig
+from swarm_sim.world.world import World
 
 PARKED = 1e6  # [m] from the origin
 PARKING_PITCH = 100.0  # [m] between two that are parked
 
 
 class ChangingWorld(World):
-    """See `World`; call what changes it only between `step` and `observe`.
-
-    Attributes:
-        scene: Where the robots are.
-        absent: Indices of robots that were taken out.
-        last_beacons: Newest beacon of each robot; None before its first one.
-    """
-
-    def __init__(
-        self,
-        scene: Scene,
-        specs: Sequence[RobotSpec],
-        poses: Sequence[Pose],
-        config: WorldConfig | None = None,
-        seed: int = 0,
-        names: Sequence[str] | None = None,
-        models: Mapping[str, RobotModel] | None = None,
-    ) -> None:
-        """Place the robots and begin at tick 0; see `World`.
-
-        Args:
-            poses: Start pose of each robot in the map frame.
-            config: How to simulate; None for the defaults.
-            names: Of the robots, for verdicts; None for the usual ones.
-            models: Descriptions by `RobotSpec.model`; default those in `robots/`.
-        """
-        super().__init__(scene, specs, poses, config, seed, names, models)
-        self.scene = scene
-        self.absent: set[int] = set()
-        self.last_beacons: list[np.void | None] = [None] * len(specs)
+    """See `World`; call what changes it only between `step` and `observe`."""
 
     @property
     def present(self) -> list[int]:
@@ -187,7 +158,7 @@ class ChangingWorld(World):
 
     def _renew_lidars(self) -> None:
         if self._lidars is not None:
-            lidars = self._make_lidars(self.absent)
+            lidars = self._make_lidars()
             lidars.remember(self._lidars, self._engine.poses)
             self._lidars = lidars
 

@@ -58,7 +58,6 @@ class CloseCalls:
 
         Args:
             approaches: Pairs closer than `engine.NEAR_MISS`.
-            poses: True poses (n, 3).
         """
         for key in [k for k, e in self._open.items() if time - e.last > EPISODE_GAP + 1e-9]:
             self._over.append((key, self._open.pop(key)))

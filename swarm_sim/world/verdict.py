@@ -63,12 +63,7 @@ class Judge:
     """Collects what a verdict needs, tick by tick."""
 
     def __init__(self, names: Sequence[str], poses: FloatArray, clearances: FloatArray) -> None:
-        """Begin with the state at tick 0.
-
-        Args:
-            poses: True x, y, yaw (n, 3) in the map frame.
-            clearances: (n, 2) [m] to the nearest robot, obstacle; inf where all is far.
-        """
+        """Begin with the state at tick 0."""
         self._names = list(names)
         self._collisions: list[Collision] = []
         self._last_touch: dict[tuple[int, int, str], float] = {}
@@ -117,8 +112,6 @@ class Judge:
         Args:
             start: [s] simulated time at which it began.
             touches: Contacts in it, in order of steps; one pair may occur several times.
-            poses: True x, y, yaw (n, 3) in the map frame at its end.
-            clearances: (n, 2) [m] to the nearest robot, obstacle, at its end.
         """
         for touch in touches:
             self._touch(touch, start + (touch.step + 1) * physics_period)

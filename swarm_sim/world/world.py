@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -25,7 +25,7 @@ from swarm_common.model.records import (
 )
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sensors import IDEAL, SensorErrors
-from swarm_common.robots.loading import load_robot_model, taken_for
+from swarm_common.robots.loading import open_robot, taken_for
 from swarm_common.robots.sensors_io import sensor_errors
 from swarm_sim.physics.drive import CommandBuffer, Odometer
 from swarm_sim.physics.engine import Engine
@@ -100,7 +100,13 @@ class Observation:
 
 
 class World:
-    """Physics, sensors, radio and ground truth of a swarm; knows no ROS."""
+    """Physics, sensors, radio and ground truth of a swarm; knows no ROS.
+
+    Attributes:
+        scene: Where the robots are.
+        absent: Indices of robots that were taken out.
+        last_beacons: Newest beacon of each robot, kept where the world changes; None without one.
+    """
 
     def __init__(
         self,
@@ -115,7 +121,6 @@ class World:
         """Place the robots and begin at tick 0.
 
         Args:
-            poses: Start pose of each robot in the map frame.
             config: How to simulate; None for the defaults.
             names: Of the robots, for verdicts; None for the usual ones.
             models: Descriptions by `RobotSpec.model`; default those in `robots/`.
@@ -132,14 +137,16 @@ class World:
         self._tick = 0
         self._seed = seed
         if models is None and (config.with_lidar or config.engine == "bullet"):
-            models = {spec.model: load_robot_model(spec.model) for spec in specs}
+            models = {spec.model: open_robot(spec.model).model for spec in specs}
         models = models or {}
         walkers = scene.walkers if config.walkers is None else config.walkers
         self._walkers = Walkers(walkers, specs, poses, seed)
         vehicles = scene.vehicles if config.vehicles is None else config.vehicles
         heights = (GROUND_GAP, max([spec.height for spec in specs], default=1.0))
         self._objects = Objects(scene.loose, Vehicles(vehicles, specs, poses, seed), heights)
-        self._scene, self._models = scene, dict(models)
+        self.scene, self._models = scene, dict(models)
+        self.absent: set[int] = set()
+        self.last_beacons: list[np.void | None] = [None] * len(specs)
         for name, spec in {spec.model: spec for spec in specs}.items():
             if name in models:
                 self.check_model(spec, models[name])
@@ -177,12 +184,12 @@ class World:
     def _errors(self) -> list[SensorErrors]:
         return [self.errors_of(spec) for spec in self.specs]
 
-    def _make_lidars(self, absent: Collection[int] = ()) -> Lidars:
+    def _make_lidars(self) -> Lidars:
         bodies = {name: bodies_of(model) for name, model in self._models.items()}
         carried = [bodies[spec.model] for spec in self.specs]
         walkers = len(self._walkers)
         lidars = Lidars(
-            self._scene, self.specs, carried, self._seed, walkers, self._errors(), absent
+            self.scene, self.specs, carried, self._seed, walkers, self._errors(), self.absent
         )
         lidars.watch(self._objects)
         return lidars

@@ -95,12 +95,7 @@ class Contacts:
         self._bounds[self._first_object :] = bounds_of(outlines)
 
     def measure(self, poses: FloatArray, walkers: FloatArray) -> None:
-        """Find near pairs, and the clearance of each robot.
-
-        Args:
-            poses: x, y, yaw (n, 3) of the robots in the map frame.
-            walkers: x, y, radius (d, 3) [m] in the map frame.
-        """
+        """Find near pairs, and the clearance of each robot."""
         counts = near_pairs(
             poses,
             self.radii,

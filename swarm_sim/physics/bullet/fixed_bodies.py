@@ -33,7 +33,6 @@ def add_body(
     Args:
         shape: Id of its collision shape.
         groups: Its own collision group, and the groups that it meets.
-        place: World from body (4, 4).
     """
     position, quaternion = position_quaternion(place)
     body = int(

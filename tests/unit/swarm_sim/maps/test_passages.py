@@ -13,7 +13,8 @@ from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.sites import SpawnArea, SpawnCircle
 from swarm_common.model.zones import KeepoutZone, Zones
 from swarm_common.robots.fleet import load_fleet
-from swarm_common.robots.loading import load_robot, robot_names
+from swarm_common.robots.loading import load_robot
+from swarm_common.robots.source import robot_names
 from swarm_sim.maps.check import check_sites
 from swarm_sim.maps.passages import Ways, check_ways, needed_width
 from swarm_sim.maps.spawn import deal_places
