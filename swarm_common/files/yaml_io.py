@@ -6,8 +6,10 @@ import contextlib
 import itertools
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import MISSING, fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import yaml
@@ -232,6 +234,51 @@ def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
     for key in data:
         if key not in names:
             raise UnknownNameError("key", str(key), names, where)
+
+
+def field_values(
+    kind: type[Any],
+    value: object,
+    where: str,
+    error: type[SwarmError] = ConfigError,
+    *,
+    readers: Mapping[str, Callable[[Any, str], Any]] = MappingProxyType({}),
+    may_lack: bool = False,
+) -> dict[str, Any]:
+    """Return the values in a mapping whose keys are the fields of a dataclass.
+
+    A field with a truth value as its default takes true or false, any other one a number.
+
+    Args:
+        readers: Readers of other fields by name; each takes the value and its place.
+        may_lack: Whether fields without a default may be missing, too.
+    """
+    known = {item.name: item.default for item in fields(kind)}
+    required = [
+        item.name
+        for item in fields(kind)
+        if item.default is MISSING and item.default_factory is MISSING
+    ]
+    if not isinstance(value, Mapping):
+        expected = ", ".join(required) or "'key: value' lines"
+        raise error(f"{where} is {value!r}; expected {expected}")
+    data = dict(value)
+    check_keys(data, known, where)
+    missing = [name for name in required if name not in data]
+    if missing and not may_lack:
+        raise error(f"{where} lacks {', '.join(missing)}")
+    values = {}
+    for key, given in data.items():
+        what = f"{where}.{key}"
+        if key in readers:
+            values[key] = readers[key](given, what)
+        elif not isinstance(known[key], bool):
+            values[key] = number(given, what, error)
+        elif isinstance(given, bool):
+            values[key] = given
+        else:
+            raise error(f"{what} is {given!r}; expected true or false")
+    return values
 
 
 def name_in(value: object, what: str, error: type[SwarmError] = ConfigError) -> str:

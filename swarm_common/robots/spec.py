@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from swarm_common.files.yaml_io import check_keys, number, numbers
+from swarm_common.files.yaml_io import check_keys, field_values, number, numbers
 from swarm_common.model.beacon import FOOTPRINT_POINTS
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.faults import Faults
@@ -159,31 +158,16 @@ def _footprint(value: object, what: str) -> tuple[tuple[float, float], ...]:
 
 
 def _lidar(value: object, what: str) -> LidarSpec:
-    if not isinstance(value, dict):
-        raise RobotModelError(f"{what} is {value!r}; expected x, y, z, rays, rate, ...")
-    data: dict[str, Any] = value
-    check_keys(data, [field.name for field in fields(LidarSpec)], what)
-    missing = [name for name in LIDAR_REQUIRED if name not in data]
-    if missing:
-        raise RobotModelError(f"{what} lacks {', '.join(missing)}")
-    frame = _name(data.get("frame", "base_scan"), f"{what}.frame")
-    upside_down = data.get("upside_down", False)
-    if not isinstance(upside_down, bool):
-        raise RobotModelError(f"{what}.upside_down is {upside_down!r}; expected true or false")
-    values = {
-        key: number(item, f"{what}.{key}", RobotModelError)
-        for key, item in data.items()
-        if key not in ("frame", "upside_down")
-    }
+    readers = {"frame": _name}
+    values = field_values(LidarSpec, value, what, RobotModelError, readers=readers)
     if values["z"] < LOWEST_SCAN:
         raise RobotModelError(
             f"{what}.z is {values['z']:.3g} m: the LiDAR would look along the ground; write how "
             "high its scan plane is into robot.yaml, lidar: {z: ...}"
         )
-    rays = int(values.pop("rays", 360))
-    if rays != data.get("rays", rays):
-        raise RobotModelError(f"{what}.rays is {data['rays']}; expected a whole number")
-    spec = LidarSpec(rays=rays, frame=frame, upside_down=upside_down, **values)
+    if (rays := values.get("rays", 360)) != int(rays):
+        raise RobotModelError(f"{what}.rays is {rays}; expected a whole number")
+    spec = LidarSpec(**{**values, "rays": int(rays)})
     if (
         not 1 <= rays <= 100_000
         or not 0.01 <= spec.rate <= 1000.0

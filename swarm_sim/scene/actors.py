@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from swarm_common.files.yaml_io import check_keys, name_in, number, numbers, read_yaml
+from swarm_common.files.yaml_io import check_keys, field_values, name_in, numbers, read_yaml
 from swarm_common.model.errors import ConfigError
 
 ACTORS_FILE = "actors.yaml"
@@ -130,20 +130,12 @@ def _parse_all(value: object, where: str, kind: type[Spec]) -> tuple[Spec, ...]:
 
 
 def _spec(item: object, index: int, where: str, kind: type[Spec]) -> Spec:
-    if not isinstance(item, dict):
-        raise ConfigError(f"{where} is {item!r}; expected path, speed, ...")
-    data: dict[str, Any] = item
-    known = [field.name for field in fields(kind)]
-    check_keys(data, known, where)
-    values = {
-        key: number(given, f"{where}.{key}")
-        for key, given in data.items()
-        if key not in ("name", "path")
-    }
-    name = name_in(data.get("name", f"{_DEFAULT_NAMES[kind]}_{index + 1}"), f"{where}.name")
-    path = _path(data.get("path"), f"{where}.path")
+    defaults = {"name": f"{_DEFAULT_NAMES[kind]}_{index + 1}", "path": None}
+    data = {**defaults, **item} if isinstance(item, dict) else item
+    readers: dict[str, Callable[[Any, str], Any]] = {"name": name_in, "path": _path}
+    values = field_values(kind, data, where, readers=readers)
     try:
-        return kind(name=name, path=path, **values)
+        return kind(**values)
     except ConfigError as cause:
         raise ConfigError(f"{where}: {cause}") from cause
 
