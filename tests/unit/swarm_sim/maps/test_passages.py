@@ -87,10 +87,11 @@ def test_starts_of_a_fleet_are_checked(tmp_path_factory: pytest.TempPathFactory)
 
 def test_the_document_has_the_widths_that_the_models_need() -> None:
     text = (Path(__file__).parents[4] / "docs" / "robots.md").read_text("utf-8")
-    table = text.split("### Doors")[1].split("\n## ")[0]
+    head, _, *rows = text.split("\n\n")[1].splitlines()
+    column = [name.strip() for name in head.split("|")].index("door [m]")
     told = {
-        name: float(row.split("|")[2])
-        for row in table.splitlines()
+        name: float(row.split("|")[column])
+        for row in rows
         for name in re.findall(r"`(\w+)`", row)
     }
     assert set(told) == set(robot_names())
