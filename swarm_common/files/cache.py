@@ -32,7 +32,7 @@ def kept(kind: str, parts: Iterable[str | bytes], make: Callable[[], Result]) ->
     A cache that can't be read or written counts as empty.
 
     Args:
-        parts: All that the result depends on, the code included.
+        parts: Everything that the result depends on, the code included.
     """
     digest = hashlib.sha256()
     for part in parts:

@@ -62,7 +62,7 @@ def set_defaults(environment: MutableMapping[str, str]) -> None:
     which numba finds no place.
 
     Args:
-        environment: Of this process, changed before ROS, numba and matplotlib are loaded.
+        environment: Environment of this process, before ROS, numba and matplotlib are loaded.
     """
     ros = environment.get("ROS_HOME") or Path(environment.get("HOME") or os.devnull) / ".ros"
     cache, config = _base("XDG_CACHE_HOME", ".cache"), _base("XDG_CONFIG_HOME", ".config")

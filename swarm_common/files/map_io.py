@@ -62,7 +62,7 @@ def load_map(path: str | Path) -> Grid:
     `Grid.upright` turns such a map.
 
     Args:
-        path: Of the YAML file; `~/` in front means home, as it does to map_server.
+        path: YAML file; `~/` in front means home, as it does to map_server.
     """
     path = file_of(str(path))
     written = read_yaml(path, MapError, as_written=("*", "origin.*"))
@@ -88,7 +88,7 @@ def save_map(grid: Grid, path: str | Path) -> None:
     """Write a grid as a YAML file and a PGM of the same name beside it.
 
     Args:
-        grid: Of free, occupied and unknown cells; values between free and occupied become free.
+        grid: Cells between free and occupied become free.
 
     Raises:
         OSError: If a file cannot be written.

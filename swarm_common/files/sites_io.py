@@ -30,7 +30,7 @@ def load_sites(path: str | Path, masks: Mapping[str, Path] | None = None) -> Sit
     """Return the sites in a file, which may name none.
 
     Args:
-        path: Of the YAML file; with masks it may be missing.
+        path: YAML file; with masks it may be missing.
         masks: Filter masks by their key in `zones:`, which replace those of the file.
     """
     path = Path(path)

@@ -29,7 +29,7 @@ def parse_zones(value: object, path: Path, masks: Mapping[str, Path]) -> Zones:
     """Return the zones of a sites file.
 
     Args:
-        path: Of the sites file; masks are relative to its folder.
+        path: Sites file; masks are relative to its folder.
         masks: Files of masks, by key, that replace those of the sites file.
     """
     where = f"{path}: zones"
@@ -96,8 +96,7 @@ def mask_file(entry: object, path: Path) -> Path:
     """Return the map file of a mask.
 
     Args:
-        entry: Of `keepout_mask` or `speed_mask`: a file name, or a mapping with one.
-        path: Of the sites file; the name is relative to its folder.
+        entry: Value of `keepout_mask` or `speed_mask`: a file name, or a mapping with one.
     """
     name = entry.get("mask") if isinstance(entry, dict) else entry
     if not isinstance(name, str) or not name:

@@ -54,7 +54,8 @@ class BatchWriter:
         """Return the message of one tick.
 
         Args:
-            receptions: What each robot of the host hears, by its number; all share their words.
+            receptions: Beacons that each robot of the host hears, by its number; all share their
+                words.
         """
         self._number += 1
         number = _NUMBER.pack(self._number)

@@ -77,7 +77,6 @@ class OdometryWriter:
 
         Args:
             frame: Parent frame, like `odom`.
-            child_frame: Like `base_footprint`.
         """
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
         data += bytes(aligned(len(data), 4) - len(data)) + encode_string(child_frame)
@@ -91,8 +90,8 @@ class OdometryWriter:
         """Let the next messages have these variances.
 
         Args:
-            of_pose: Of x, y [m²] and yaw [rad²].
-            of_twist: Of vx, vy [m²/s²] and wz [rad²/s²].
+            of_pose: Variances of x, y [m²] and yaw [rad²].
+            of_twist: Variances of vx, vy [m²/s²] and wz [rad²/s²].
         """
         for at, variances in ((self._pose_at + 56, of_pose), (self._twist_at + 48, of_twist)):
             for place, variance in zip(self._DIAGONAL, variances, strict=True):
@@ -102,7 +101,6 @@ class OdometryWriter:
         """Return the message of one tick.
 
         Args:
-            pose: Of the child frame in the parent frame.
             twist: In the child frame.
         """
         data = self._data
@@ -158,7 +156,7 @@ class CovariantPoseWriter:
         """Return the message of one tick.
 
         Args:
-            variances: Of x, y [m²] and yaw [rad²].
+            variances: Variances of x, y [m²] and yaw [rad²].
         """
         data = self._data
         STAMP.pack_into(data, HEAD, *stamp_from_tick(tick))
@@ -339,7 +337,7 @@ class CommandWriter:
         """Return the command that answers a tick.
 
         Args:
-            tick: That is answered; the stamp of the command.
+            tick: Tick that is answered; the stamp of the command.
         """
         STAMP.pack_into(self._data, HEAD, *stamp_from_tick(tick))
         self._TWIST.pack_into(

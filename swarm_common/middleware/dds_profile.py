@@ -94,7 +94,7 @@ def peers_of_robots(own_address: str, world_address: str, processes: int) -> lis
     Robots need not know each other in DDS: their beacons go through the world's radio.
 
     Args:
-        processes: That the navigators of this host are in.
+        processes: Number of processes with the navigators of this host.
     """
     if world_address == own_address:
         return [Peers(own_address)]

@@ -56,7 +56,7 @@ class Hubs:
         """Create the hubs, before anybody is there to be told.
 
         Args:
-            is_large: What `prepare` returned.
+            is_large: Result of `prepare`.
             with_gallery: Whether `gallery` is to be a participant of its own, too.
         """
         self._own = own

@@ -49,7 +49,7 @@ def read_neighbors(data: bytes, own_id: int) -> tuple[int, BeaconArray, str]:
     """Return the sound beacons of a NeighborArray message.
 
     Args:
-        own_id: Of the receiver, which does not hear itself.
+        own_id: Id of the receiver, which does not hear itself.
 
     Returns:
         The tick, the beacons (n,) ascending by id, writable; why others were left out, or nothing.

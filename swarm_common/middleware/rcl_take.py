@@ -75,7 +75,7 @@ class Taker:
     """Takes messages into a buffer of its own.
 
     Attributes:
-        sender: Of the message taken last.
+        sender: Sender of the latest message.
         received: [ns] of wall time at which that message came.
         sequence: Number of that message among those of its sender on the topic.
     """

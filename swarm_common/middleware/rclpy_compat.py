@@ -91,8 +91,8 @@ def service_of_name(
     """Offer a service of a node that exists in name only; a real node's executor answers.
 
     Args:
-        owner: What `name_in_graph` returned.
-        answer: Takes request and response, returns the response.
+        owner: Result of `name_in_graph`.
+        answer: Gets request and response, returns the response.
     """
     check_for_type_support(kind)
     quality = qos_profile_services_default
@@ -241,7 +241,7 @@ def time_source_without_topic(node: Node) -> TimeSource:
     rclpy offers no other way to have `use_sim_time` without the subscription.
 
     Args:
-        node: That was created without `use_sim_time`.
+        node: A node without `use_sim_time`.
     """
     source = node._time_source
     source._subscribe_to_clock_topic = lambda: None

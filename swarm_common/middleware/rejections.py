@@ -30,7 +30,7 @@ class Rejections:
         """Begin with none.
 
         Args:
-            say: Takes the line that is said once per kind and source, for the log.
+            say: Receives a line for the log, once per kind and source.
         """
         self.counts: Counter[str] = Counter()
         self._events = events
@@ -46,7 +46,7 @@ class Rejections:
         Args:
             kind: The input, like `odom`, `goal` or `/sim/spawn_entity`. As few as there are doors:
                 never a part of the input itself.
-            source: Who sent it, as far as that is known: a robot, a node, a client.
+            source: Sender as far as it is known: a robot, a node, a client.
         """
         self.counts[kind] += 1
         sources = self._sources.setdefault(kind, set())

@@ -198,7 +198,7 @@ def unicast_port(domain: int, participant: int) -> int:
     """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1).
 
     Args:
-        participant: Its id, from 0 on each host.
+        participant: Participant id, from 0 on each host.
     """
     return FIRST_PORT + 10 + DOMAIN_PORTS * domain + 2 * participant
 

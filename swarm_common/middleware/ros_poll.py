@@ -39,7 +39,7 @@ class PolledTopic:
     rclpy does not say who sent a message; rcl does, so messages are taken from there.
 
     Attributes:
-        sender: Of the message taken last: the id that the graph lists its publisher with.
+        sender: Id of the latest message's publisher in the graph.
         received: [ns] of wall time at which that message came.
     """
 
@@ -47,7 +47,7 @@ class PolledTopic:
         """Subscribe.
 
         Args:
-            quality: Its depth is how many messages wait.
+            quality: Its depth is the number of messages that can wait.
         """
         self.sender = NOBODY
         self.received = 0
@@ -98,7 +98,7 @@ class SoleTopic(PolledTopic):
 
         Args:
             is_rightful: Whether a node, by its full name, is to be heard before all others.
-            on_foreign: Told of each message that is ignored, with the name of its node.
+            on_foreign: Receives the node's name for each message that is ignored.
             is_shared: Whether all rightful nodes are heard, not one of them.
         """
         super().__init__(node, kind, name, quality)
@@ -174,7 +174,7 @@ def full_name(info: TopicEndpointInfo) -> str:
     """Return a publisher's node with its namespace.
 
     Args:
-        info: Of the graph, which may not know the node yet (`UNKNOWN_NODE`).
+        info: Entry of the graph, which may not know the node yet (`UNKNOWN_NODE`).
     """
     return f"{info.node_namespace.rstrip('/')}/{info.node_name}"
 
@@ -231,8 +231,7 @@ def drain(executor: Executor, on_fault: Callable[[Exception], object] | None = N
     portions: what is left has its turn with the next call.
 
     Args:
-        on_fault: Takes what a callback raises, rclpy's own included; then the others go on. None:
-            it is raised.
+        on_fault: Receives what a callback raises; then the others go on. None: it is raised.
     """
     done: list[bool] = []
     faults = 0

@@ -48,7 +48,7 @@ class Sealer:
         """Begin with message 1.
 
         Args:
-            kind: What the messages are; one of another kind is not accepted.
+            kind: Kind of the messages; one of another kind is not accepted.
             sender: Different for each process that ever speaks.
         """
         self._secret = secret

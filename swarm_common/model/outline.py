@@ -22,7 +22,7 @@ def corners(shape: Shape) -> FloatArray:
     """Return points in a shape's frame whose hull, seen from above, holds the shape.
 
     Args:
-        shape: Of any kind; planes and meshes have no such points.
+        shape: Planes and meshes have no corners.
 
     Returns:
         (n, 3) [m].
@@ -67,7 +67,7 @@ def bounds(parts: Sequence[Part]) -> tuple[FloatArray, FloatArray]:
     """Return the lowest and the highest x, y, z [m] of parts.
 
     Args:
-        parts: Of one body; at least one of them has corners, see `corners`.
+        parts: Parts of one body; at least one of them has corners.
 
     Returns:
         (3,) and (3,), in the body's frame.
@@ -80,7 +80,7 @@ def volume(shape: Shape) -> float:
     """Return a shape's volume [m³]; of a hull, half that of the box around it.
 
     Args:
-        shape: Of any kind; planes and meshes count as nothing.
+        shape: Planes and meshes count as nothing.
     """
     if isinstance(shape, Box):
         return math.prod(shape.size)

@@ -33,7 +33,7 @@ class RobotNames:
 
     Attributes:
         listed: Names of robots 1, 2, ...; may be empty.
-        pattern: With one field `{}` or `{:02}` for the number.
+        pattern: Has one field `{}` or `{:02}` for the number.
     """
 
     listed: tuple[str, ...] = ()

@@ -39,7 +39,7 @@ class EventWriter:
         """Start to write.
 
         Args:
-            descriptor: Of the pipe; None for none.
+            descriptor: Descriptor of the pipe; None for none.
         """
         self._descriptor = descriptor
 
@@ -59,7 +59,7 @@ def child_options(about: str, arguments: list[str] | None = None) -> argparse.Na
     """Return what swarm-up starts a process with.
 
     Args:
-        arguments: Of the command line; None for this process's own.
+        arguments: Command line; None for this process's own.
 
     Returns:
         `config` (a path), `event_fd`, `control_fd` (None without) and `wait`.

@@ -75,7 +75,7 @@ def is_of_output(error: OSError) -> bool:
     """True if an error is that stdout cannot be written, or that the disk of a file is full.
 
     Args:
-        error: Of a write; one that names a file is not of the output.
+        error: Error of a write; one that names a file is not of the output.
     """
     return error.filename is None and (error.errno in FULL or _has_no_reader())
 

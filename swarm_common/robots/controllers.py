@@ -65,7 +65,7 @@ def read_controllers(
     """Return what the parameter files of ros2_control say that a robot names.
 
     Args:
-        root: Of the URDF, whose ros2_control plugin names files in `<parameters>`.
+        root: URDF, whose ros2_control plugin names files in `<parameters>`.
     """
     found = _Found()
     for path in given:

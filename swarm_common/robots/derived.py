@@ -74,7 +74,7 @@ def describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | N
     """Return what follows from a description; None if something of it is unusable.
 
     Args:
-        faults: Takes all that is wrong with the description.
+        faults: Receives all that is wrong with the description.
     """
     try:
         return _describe(source, asked, faults)

@@ -44,11 +44,7 @@ def frames_parameter(frames: Mapping[str, Transform]) -> str:
 
 
 def frames_from_parameter(text: str) -> dict[str, tuple[float, ...]]:
-    """Return what `frames_parameter` has written: seven numbers by the name of the link.
-
-    Args:
-        text: Of the parameter; empty for no links.
-    """
+    """Return what `frames_parameter` has written: seven numbers by the name of the link."""
     try:
         frames = {
             str(name): tuple(float(value) for value in place)

@@ -42,9 +42,8 @@ def spec_of(source: RobotSource, values: Mapping[str, Any], faults: Faults) -> R
     """Return the model that values by name describe; None if something is wrong with one.
 
     Args:
-        values: As many of `REQUIRED` as there are, and what else there is; without all of them
-            the others are checked all the same.
-        faults: Takes what is wrong; the messages name file and key.
+        values: Values known so far; without all of `REQUIRED` the others are checked all the same.
+        faults: Receives what is wrong; the messages name file and key.
     """
     where = str(source.settings if source.settings.is_file() else source.where)
     read: dict[str, Any] = {"model": source.name}

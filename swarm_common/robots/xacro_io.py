@@ -42,7 +42,7 @@ def expand(
     """Return a xacro file as URDF text.
 
     Args:
-        advice: What to do about an argument without a value; empty for robots.
+        advice: Advice about an argument without a value; empty for robots.
     """
     from swarm_common.robots import xacro_compat  # slow to import, not needed for plain URDF
 
@@ -129,7 +129,7 @@ def unresolved(
     """Look for all that a xacro file lacks; xacro itself stops at the first.
 
     Args:
-        path: Of the file; the files that it includes are searched, too.
+        path: The files that it includes are searched, too.
 
     Returns:
         Names of packages that are missing, and of arguments that are used without a value.

@@ -79,7 +79,7 @@ class Engine(Protocol):
         """Take another robot, which stands at a pose (3,).
 
         Args:
-            model: Its bodies; None for an engine that needs none.
+            model: None for an engine that needs no bodies.
         """
         ...
 

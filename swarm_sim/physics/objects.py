@@ -23,7 +23,7 @@ class Objects:
     Attributes:
         loose: Bodies that can be pushed, and those that came at run time, as they were at first.
         vehicles: Vehicles on scripted paths.
-        heights: Between which a body is an obstacle to robots.
+        heights: [m] lower and upper end between which a body is an obstacle to robots.
     """
 
     def __init__(

@@ -26,7 +26,7 @@ class ScriptedPaths(ABC, Generic[Spec]):
     """Everybody of one kind on their closed paths.
 
     Attributes:
-        words: What the random numbers of starts and pauses are for.
+        words: Words that draw the random numbers of starts and of pauses.
         search_step: [m] along a path when looking for a place that is free of robots.
     """
 
@@ -40,11 +40,7 @@ class ScriptedPaths(ABC, Generic[Spec]):
         poses_map: Sequence[Pose],
         seed: int,
     ) -> None:
-        """Place them on their paths, away from the robots.
-
-        Args:
-            seed: Of starts that are not given, and of pauses.
-        """
+        """Place them on their paths, away from the robots."""
         self.specs: tuple[Spec, ...] = tuple(specs)
         count = len(specs)
         corners = max([len(spec.path) for spec in specs], default=1) + 1

@@ -29,7 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the world until it is told to stop.
 
     Args:
-        arguments: Of the command line; None for those of the process.
+        arguments: Command line; None for that of the process.
 
     Returns:
         The exit code: 0, or 2 if the settings are refused.

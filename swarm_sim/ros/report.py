@@ -81,7 +81,7 @@ class Reporter:
         """Return the verdict of the run, and write it if `path` says where.
 
         Args:
-            path: Of the file to write; None for none. A disk that is full is no error.
+            path: File to write; None for none. A disk that is full is no error.
         """
         wall_time = time.monotonic() - self._started
         usage = resource.getrusage(resource.RUSAGE_SELF)

@@ -32,7 +32,7 @@ class Trace:
         """Begin; the names of the robots are written first.
 
         Args:
-            names: Of the robots; the list may grow while the run goes on.
+            names: The list may grow while the run goes on.
         """
         self._journal = journal
         self._names = names

@@ -69,11 +69,7 @@ class WorldNode:
     def __init__(
         self, stage: WorldSetup, settings: Settings, events: EventWriter, *, is_large: bool = False
     ) -> None:
-        """Create all topics; rclpy must be initialised.
-
-        Args:
-            is_large: What `participants.prepare` returned.
-        """
+        """Create all topics; rclpy must be initialised."""
         self._world = stage.world
         self._settings = settings
         self._events = events

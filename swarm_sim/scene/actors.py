@@ -93,7 +93,7 @@ def load_actors(path: str | Path) -> Actors:
     """Return the actors in a file with lists `walkers:` and `forklifts:`.
 
     Args:
-        path: Of the YAML file; its paths are in the map frame.
+        path: A YAML file; its paths are in the map frame.
     """
     path = Path(path)
     data = read_yaml(path, as_written=("walkers.*.name", "forklifts.*.name"))

@@ -32,7 +32,7 @@ class Scope:
         """Add the frame of an element with a name and a pose.
 
         Args:
-            base: What its pose refers to unless it says so itself.
+            base: Frame that the pose refers to unless it names another.
         """
         name = element.get("name", "")
         where = f"{self.where}::{name}" if self.where else name

@@ -61,7 +61,7 @@ class Source:
         """Count an element that has no place where it stands.
 
         Args:
-            kind: What it is in; equal tags in elements of one kind are one note.
+            kind: Kind of the parent; equal tags in elements of one kind are one note.
         """
         self.rejected[tag, kind].append(f"{what} is ignored; {advice}")
 

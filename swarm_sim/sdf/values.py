@@ -23,7 +23,7 @@ def text_of(element: ET.Element, tag: str, default: str = "") -> str:
     """Return the text of a child, or the default.
 
     Args:
-        tag: Of the child; a path like `submesh/name` is possible.
+        tag: May be a path like `submesh/name`.
     """
     return (element.findtext(tag) or default).strip()
 
@@ -106,7 +106,7 @@ def color_of(element: ET.Element | None, where: str) -> Color | None:
     """Return red, green, blue and opacity from 0 to 1; None without an element.
 
     Args:
-        element: With 3 or 4 numbers, which are clipped to 0 to 1.
+        element: Holds 3 or 4 numbers, which are clipped to 0 to 1.
     """
     if element is None:
         return None

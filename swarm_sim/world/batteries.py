@@ -48,7 +48,6 @@ class Batteries:
         Args:
             batteries: One per robot, None for a robot without.
             chargers: Charging stations in map.
-            seed: Of the charges at the start that are ranges.
         """
         self._chargers = np.array([(pose.x, pose.y) for pose in chargers]).reshape(-1, 2)
         self._seed = seed

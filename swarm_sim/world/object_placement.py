@@ -27,7 +27,7 @@ def check_object_place(world: ChangingWorld, body: Body, index: int | None = Non
     (`robot_placement`): only there can it drive before it sees the newcomer.
 
     Args:
-        index: Among `world.loose`, if it is in the world already.
+        index: Given if it is in the world already.
 
     Raises:
         WorldError: Saying what is in the way.

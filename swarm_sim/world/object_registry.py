@@ -62,10 +62,10 @@ class ObjectRegistry:
         """Take a thing in; return its name.
 
         Args:
-            name: That it is to have; empty for its model's.
+            name: Wanted name; empty for its model's.
             rename: Whether another name will do if that one is taken.
             body: The thing in its model's frame, see `read_object`.
-            place: Its model's frame in the map frame.
+            place: Place of its model's frame in the map frame.
             is_floored: Whether it is put on the ground, whatever the height of the place.
         """
         if len(self.names) >= LIMIT:

@@ -28,7 +28,7 @@ def check_robot_place(
     can it drive before it hears of the newcomer.
 
     Args:
-        robot: Its index, if it is in the world already.
+        robot: Index, if it is in the world already.
 
     Raises:
         WorldError: Saying what is in the way.

@@ -50,7 +50,7 @@ class RobotRegistry:
 
         Args:
             spawn: Name of the spawn in the world's sites, empty for the default one.
-            names: Of all robots, also of those that come; None for the usual ones.
+            names: Names of all robots, also of those that come; None for the usual ones.
         """
         self._world = world
         self._grid = grid

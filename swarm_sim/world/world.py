@@ -122,7 +122,7 @@ class World:
 
         Args:
             config: How to simulate; None for the defaults.
-            names: Of the robots, for verdicts; None for the usual ones.
+            names: Names of the robots, for verdicts; None for the usual ones.
             models: Descriptions by `RobotSpec.model`; default those in `robots/`.
 
         Raises:

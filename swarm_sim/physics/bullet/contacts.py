@@ -154,7 +154,6 @@ class Contacts:
         """Return the contact of a pair after a physics step, None if there is none.
 
         Args:
-            suspect: Of `suspects`, from the start of the control period.
             step: Number of the physics step within the period, for the result.
 
         Returns:

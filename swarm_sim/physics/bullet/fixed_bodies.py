@@ -32,7 +32,7 @@ def add_body(
 
     Args:
         shape: Id of its collision shape.
-        groups: Its own collision group, and the groups that it meets.
+        groups: Collision group of the body, and the groups that it meets.
     """
     position, quaternion = position_quaternion(place)
     body = int(
@@ -99,7 +99,7 @@ def mesh_tiles(body: Body, low: float, high: float) -> FloatArray:
     """Return the squares that the triangles of a body's meshes cover between two heights.
 
     Args:
-        body: Its parts that are no meshes do not count.
+        body: Parts that are no meshes are left out.
 
     Returns:
         Bounds (k, 4) [m] in the map frame: x_min, y_min, x_max, y_max; see `tiles_between`.

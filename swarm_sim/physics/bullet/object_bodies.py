@@ -121,11 +121,7 @@ class BulletObjects:
     """The bodies of `Objects`: loose ones follow physics, vehicles their script."""
 
     def __init__(self, client: int, objects: Objects) -> None:
-        """Add the bodies of all objects.
-
-        Args:
-            objects: What is added; it is told of every place that `read` finds.
-        """
+        """Add the bodies of all objects."""
         self._client = client
         self._objects = objects
         self._has_floor = False

@@ -31,9 +31,7 @@ class Surroundings:
     """The bodies beside the robots, and their outlines for the broad phase.
 
     Attributes:
-        objects: What can be pushed, and vehicles; may be empty.
         bodies: pybullet's bodies of the objects.
-        walkers: Who moves beside the robots.
     """
 
     def __init__(

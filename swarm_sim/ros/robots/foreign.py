@@ -43,7 +43,7 @@ class Foreigners:
         """Look for foreign publishers that have sent nothing yet; each time at a few robots.
 
         Args:
-            seats: Of each robot that is there, the world's node for it and its name.
+            seats: World's node and name of each robot that is there.
             is_free_run: Whether anybody may command robots.
         """
         for _ in range(min(AT_A_TIME, len(seats))):

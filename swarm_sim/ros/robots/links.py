@@ -49,7 +49,7 @@ class RobotLink:
     Attributes:
         command: Twist of the answer to the present tick, None until it is there.
         beacon: Beacon of that answer.
-        newest_tick: That a command of the robot has answered.
+        newest_tick: Newest tick that a command of the robot has answered.
         is_gone: Whether the robot was taken out of the world.
         trip: How long its answers take.
     """
@@ -70,9 +70,9 @@ class RobotLink:
         """Create the topics of `/name`.
 
         Args:
-            robot_id: That its beacons have to bear; 0 for any.
+            robot_id: Id that the robot's beacons must have; 0 for any.
             on_answer: Called when command and beacon of the present tick are both there.
-            foreigners: Told of what is not the robot's, and of what makes no sense.
+            foreigners: Receives what is not the robot's, and what makes no sense.
         """
         self.name = name
         self.is_gone = False

@@ -45,7 +45,6 @@ class Links:
         """Create all topics.
 
         Args:
-            foreigners: Told of what is not a robot's own.
             is_large: Whether the topics are spread over hubs, see `participants`.
         """
         self._settings = settings
@@ -113,7 +112,7 @@ class Links:
         """Take note that the navigators of some robots are on another host.
 
         Args:
-            names: Of the robots; unknown ones are ignored.
+            names: Robots that are not here are ignored.
         """
         robots = {
             self.names.index(name): self._number_of(name) for name in names if name in self.names

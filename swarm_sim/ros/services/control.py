@@ -115,7 +115,7 @@ class Control:
 
                 Args:
                     are_done: Whether its steps are done; else they were cancelled.
-                    response: Of this request, not of the loop's last one.
+                    response: Response to this request, not to the loop's last one.
                 """
                 _fill(response.result, are_done, "the steps were cancelled")
                 self._steps.answer(response, request_id)

@@ -30,7 +30,7 @@ class Door:
         """Do what is asked; whatever goes wrong becomes the answer.
 
         Args:
-            response: Its field `result` is filled in.
+            response: The field `result` is filled in.
             codes: Result codes of this service by reason; OPERATION_FAILED for all others.
 
         Returns:

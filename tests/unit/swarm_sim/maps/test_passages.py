@@ -90,9 +90,7 @@ def test_the_document_has_the_widths_that_the_models_need() -> None:
     head, _, *rows = text.split("\n\n")[1].splitlines()
     column = [name.strip() for name in head.split("|")].index("door [m]")
     told = {
-        name: float(row.split("|")[column])
-        for row in rows
-        for name in re.findall(r"`(\w+)`", row)
+        name: float(row.split("|")[column]) for row in rows for name in re.findall(r"`(\w+)`", row)
     }
     assert set(told) == set(robot_names())
     for name, width in told.items():
