@@ -281,15 +281,11 @@ def field_values(
     return values
 
 
-def name_in(value: object, what: str, error: type[SwarmError] = ConfigError) -> str:
-    """Return a name that messages, tables and commands can show: one line, not empty.
-
-    Raises:
-        SwarmError: `error`, saying what was expected.
-    """
+def name_in(value: object, what: str) -> str:
+    """Return a name that messages, tables and commands can show: one line, not empty."""
     if isinstance(value, str) and value and value == value.strip() and value.isprintable():
         return value
-    raise error(
+    raise ConfigError(
         f"{what}: the name is {_shown(value)}; expected text on one line, without blanks around it"
     )
 
@@ -303,20 +299,18 @@ def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> f
     return float(value)
 
 
-def yaw_number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
+def yaw_number(value: object, what: str) -> float:
     """Return an angle [rad] of at most a turn to either side: a larger one may be in degrees."""
-    angle = number(value, what, error)
+    angle = number(value, what)
     if abs(angle) > math.tau + 1e-6:
-        raise error(f"{what}: yaw is {angle:g}; expected -2 pi to 2 pi, in radians")
+        raise ConfigError(f"{what}: yaw is {angle:g}; expected -2 pi to 2 pi, in radians")
     return angle
 
 
-def pose_numbers(
-    value: object, what: str, error: type[SwarmError] = ConfigError
-) -> tuple[float, float, float]:
+def pose_numbers(value: object, what: str) -> tuple[float, float, float]:
     """Return x, y [m] and yaw [rad]."""
-    x, y, angle = numbers(value, 3, f"{what} [x, y, yaw]", error)
-    return x, y, yaw_number(angle, what, error)
+    x, y, angle = numbers(value, 3, f"{what} [x, y, yaw]")
+    return x, y, yaw_number(angle, what)
 
 
 def numbers(

@@ -38,18 +38,17 @@ class Peers:
     ids: tuple[int, ...] | None = None  # participant ids on it; None for all that are possible
 
 
-def profile(own_address: str, peers: Sequence[Peers], domain: int, lease: int = LEASE) -> str:
+def profile(own_address: str, peers: Sequence[Peers], domain: int) -> str:
     """Return the profile of participants that bind to one address and use no multicast.
 
     Args:
         own_address: IPv4 address of this host; the only one that is bound to and announced.
-        lease: [s] of silence after which a participant counts as gone.
     """
     root = ElementTree.parse(TEMPLATE).getroot()
     _only(root, "interfaceWhiteList/d:address").text = own_address
     transport = _only(root, "transport_descriptor")
     ElementTree.SubElement(transport, f"{{{NAMESPACE}}}maxMessageSize").text = str(DATAGRAM)
-    _only(root, "leaseDuration/d:sec").text = str(lease)
+    _only(root, "leaseDuration/d:sec").text = str(LEASE)
     _only(root, "leaseAnnouncement/d:sec").text = str(ANNOUNCEMENT)
     known = _only(root, "initialPeersList")
     known.clear()

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from swarm_common.model.records import FloatArray, RobotSpec
 from swarm_common.model.shapes import Transform
-from swarm_sim.scene.robot_model import RobotModel
+from swarm_common.robots.description import RobotModel
 from swarm_sim.scene.scene import Body
 
 NEAR = 0.5  # [m] clearances beyond this are not measured

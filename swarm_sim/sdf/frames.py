@@ -38,10 +38,10 @@ class Scope:
         where = f"{self.where}::{name}" if self.where else name
         self.frames[name] = (pose_of(element, where), base_of(element, self, base))
 
-    def placed(self, element: ET.Element, where: str, base: str = "") -> Transform:
+    def placed(self, element: ET.Element, where: str) -> Transform:
         """Return an element's pose in the frame of this scope."""
         pose = pose_of(element, where)
-        base = base_of(element, self, base)
+        base = base_of(element, self, "")
         return pose if base in OWN_NAMES else self.frame(base) @ pose
 
     def frame(self, name: str) -> Transform:

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import shapely
 
 from swarm_common.model.records import RobotSpec
-from swarm_sim.scene.robot_model import RobotModel, bodies_of
+from swarm_common.robots.description import RobotModel
+from swarm_sim.scene.scene import bodies_of
 from swarm_sim.scene.section import Section, section_between
 
 

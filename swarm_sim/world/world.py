@@ -25,6 +25,7 @@ from swarm_common.model.records import (
 )
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sensors import IDEAL, SensorErrors
+from swarm_common.robots.description import RobotModel
 from swarm_common.robots.loading import open_robot, taken_for
 from swarm_common.robots.sensors_io import sensor_errors
 from swarm_sim.physics.drive import CommandBuffer, Odometer
@@ -35,8 +36,7 @@ from swarm_sim.physics.vehicles import Vehicles
 from swarm_sim.physics.walkers import Walkers
 from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
 from swarm_sim.scene.randomness import normal
-from swarm_sim.scene.robot_model import RobotModel, bodies_of
-from swarm_sim.scene.scene import Body, Scene
+from swarm_sim.scene.scene import Body, Scene, bodies_of
 from swarm_sim.scene.section import GROUND_GAP, section_between
 from swarm_sim.sensing import radio_kernels
 from swarm_sim.sensing.lidar import Lidars

@@ -10,6 +10,7 @@ import pybullet
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec
 from swarm_common.model.shapes import Transform
+from swarm_common.robots.description import RobotModel
 from swarm_sim.physics.bullet.bullet_kernels import ramp_all
 from swarm_sim.physics.bullet.contacts import Contacts
 from swarm_sim.physics.bullet.fixed_bodies import add_ground
@@ -19,7 +20,6 @@ from swarm_sim.physics.drive import Wheels, travelled
 from swarm_sim.physics.engine import NearPair, Touch
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.walkers import Walkers
-from swarm_sim.scene.robot_model import RobotModel
 from swarm_sim.scene.scene import Body
 
 REST_TICKS = 3  # of standstill before a robot is left out of the simulation

@@ -21,6 +21,7 @@ import pybullet
 
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
+from swarm_common.robots.description import RigidGroup, RobotModel
 from swarm_sim.physics.bullet.collision_shapes import BallLink, add_multi_body
 from swarm_sim.physics.bullet.fixed_bodies import (
     GROUND,
@@ -31,7 +32,6 @@ from swarm_sim.physics.bullet.fixed_bodies import (
     WHEEL,
 )
 from swarm_sim.physics.bullet.supports import Supports, find_supports
-from swarm_sim.scene.robot_model import RigidGroup, RobotModel
 from swarm_sim.scene.scene import Transform
 
 ROTOR_INERTIA = 1e-3  # [kg m²] of the motor's rotor, seen through its gear; steadies the solver

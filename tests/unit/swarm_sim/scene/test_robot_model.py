@@ -11,8 +11,7 @@ from swarm_common.model.errors import RobotModelError
 from swarm_common.robots.description import parse_urdf
 from swarm_common.robots.loading import load_robot, open_robot
 from swarm_common.robots.source import robot_names
-from swarm_sim.scene.robot_model import bodies_of
-from swarm_sim.scene.scene import Box, Sphere
+from swarm_sim.scene.scene import Box, Sphere, bodies_of
 from swarm_sim.scene.section import section_between
 
 URDF = """<robot name="r">
