@@ -40,11 +40,7 @@ def map_path(name: str) -> Path:
 
 
 def map_of_world(world: Path) -> Path | None:
-    """Return the map that belongs to a world file: ours, or `map.yaml` beside a `world.sdf`.
-
-    Returns:
-        None if there is no map; it is drawn from the world then.
-    """
+    """Return the map of a world file: ours, or `map.yaml` beside a `world.sdf`; or None."""
     folder = world.absolute().parent
     if world.name != WORLD_FILE:
         return None

@@ -66,13 +66,10 @@ def parse_zones(value: object, path: Path, masks: Mapping[str, Path]) -> Zones:
 
 
 def copy_masks(path: Path, masks: Mapping[str, Path], folder: Path) -> dict[str, Any] | None:
-    """Copy the masks of a sites file, so that nobody edits them while a swarm reads them.
+    """Copy the masks of a sites file; return its content with the copies in it, None without masks.
 
     Args:
         folder: For the copies, beside the copy of the sites file.
-
-    Returns:
-        The content of the sites file with the copies in it; None if it has no masks.
     """
     data = read_yaml(path, may_be_empty=True) if path.is_file() else {}
     zones = dict(data.get("zones") or {}) | {k: str(mask.absolute()) for k, mask in masks.items()}

@@ -56,11 +56,7 @@ def read_tick(data: bytes) -> int:
 
 
 def yaw_of(qx: float, qy: float, qz: float, qw: float) -> float:
-    """Return the yaw of a unit quaternion.
-
-    Returns:
-        [rad] in [-π, π].
-    """
+    """Return the yaw, -π to π, of a unit quaternion."""
     return math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
 
 

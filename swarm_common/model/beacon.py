@@ -138,15 +138,12 @@ def word_of(member: str) -> int:
 
 
 def words_of(beacons: BeaconArray) -> NDArray[np.uint32]:
-    """Return beacons as words, writable and aligned; a view if the beacons are.
+    """Return beacons as words (n, BEACON_WORDS), writable and aligned; a view if the beacons are.
 
     numpy copies records member by member; words it copies at once.
 
     Args:
         beacons: (n,).
-
-    Returns:
-        (n, BEACON_WORDS).
     """
     words = np.ndarray((len(beacons), BEACON_WORDS), np.uint32, np.ascontiguousarray(beacons))
     is_fit = words.flags.writeable and words.flags.aligned

@@ -227,12 +227,9 @@ def scan_place(lidar: LidarSpec) -> Transform:
 
 
 def with_scan_frame(urdf: str, model: RobotModel, lidar: LidarSpec) -> str:
-    """Return a description in which the link base_scan is where the LiDAR is.
+    """Return a description, perhaps the same, in which the link base_scan is where the LiDAR is.
 
     That is the frame of the scans. Viewers read from the description where it is.
-
-    Returns:
-        The URDF; the text itself if the link is there already.
     """
     roll = math.pi if lidar.upside_down else 0.0
     place = scan_place(lidar)

@@ -126,13 +126,10 @@ def _check_used(path: Path, arguments: Mapping[str, str], files: Sequence[str]) 
 def unresolved(
     path: Path, arguments: Mapping[str, str], finder: PackageFinder
 ) -> tuple[list[str], list[str]]:
-    """Look for all that a xacro file lacks; xacro itself stops at the first.
+    """Return packages that are missing to a xacro file, and arguments that it uses without a value.
 
     Args:
         path: The files that it includes are searched, too.
-
-    Returns:
-        Names of packages that are missing, and of arguments that are used without a value.
     """
     packages: dict[str, None] = {}
     used: dict[str, None] = {}

@@ -202,11 +202,7 @@ def _points(area: SpawnArea, pitch: float) -> FloatArray:
 
 
 def wall_distance(points: FloatArray, section: Section) -> FloatArray:
-    """Return the distance of each point (n, 2) to the nearest obstacle; 0 inside one.
-
-    Returns:
-        (n,) [m]; inf where there is no obstacle at all.
-    """
+    """Return each point's distance (n,) to the nearest obstacle; 0 inside one, inf without any."""
     nearest = np.full(len(points), np.inf)
     outlines = pack_polygons(section.outlines())
     nearest_outline(np.ascontiguousarray(points), outlines, bounds_of(outlines), nearest)
@@ -214,11 +210,7 @@ def wall_distance(points: FloatArray, section: Section) -> FloatArray:
 
 
 def keepout_distance(points: FloatArray, sites: Sites) -> FloatArray:
-    """Return the distance of each point (n, 2) to the nearest keepout zone; 0 inside one.
-
-    Returns:
-        (n,) [m]; inf where there is no zone at all.
-    """
+    """Return each point's distance (n,) to a keepout zone; 0 inside one, inf without any."""
     if not sites.zones.has_keepout:
         return np.full(len(points), np.inf)
     import shapely  # slow to import

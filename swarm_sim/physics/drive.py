@@ -76,15 +76,12 @@ class Wheels:
         self._levers = list(zip(self._arms.tolist(), self._slides.tolist(), strict=True))
 
     def rates(self, vx: float, wz: float, vy: float) -> FloatArray:
-        """Return the turning rates [rad/s] of the wheels at a motion of base_footprint.
+        """Return the turning rates (w,) [rad/s] of the wheels at a motion of base_footprint.
 
         With distances in place of speeds, the angles are returned.
 
         Args:
             vy: [m/s] to the left; drives that cannot move sideways ignore it.
-
-        Returns:
-            (w,) in the order of `names`.
         """
         rates: FloatArray = (vx + self._arms * wz + self._slides * vy) / self._radius
         return rates

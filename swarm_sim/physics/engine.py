@@ -55,14 +55,11 @@ class Engine(Protocol):
         ...
 
     def advance(self, targets: FloatArray) -> list[Touch]:
-        """Run one control period towards target speeds.
+        """Run one control period; return its contacts, also those that have lasted since before.
 
         Args:
             targets: Forward, turning and leftward speed [m/s, rad/s, m/s] of base_footprint, one
                 row per robot.
-
-        Returns:
-            The contacts in it, also those that have lasted since before.
         """
         ...
 

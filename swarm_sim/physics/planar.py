@@ -227,13 +227,10 @@ def pad_polygon(polygon: FloatArray, corners: int) -> FloatArray:
 
 
 def pack_polygons(polygons: Sequence[FloatArray]) -> FloatArray:
-    """Return polygons as one array (m, k, 2).
+    """Return polygons as one array (m, k, 2); those with fewer corners repeat their last one.
 
     Args:
         polygons: (k, 2) each, with different numbers of corners; may be none.
-
-    Returns:
-        k is the largest number of corners; polygons with fewer repeat their last one.
     """
     corners = max([len(polygon) for polygon in polygons], default=3)
     if not polygons:

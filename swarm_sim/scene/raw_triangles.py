@@ -40,13 +40,10 @@ def triangles_of_part(part: Part, body: Body) -> FloatArray:
 
 
 def tiles_between(triangles: FloatArray, low: float, high: float) -> FloatArray:
-    """Return bounds of the triangles that reach into a slab, those of each square of `TILE` joined.
+    """Return x_min, y_min, x_max, y_max (k, 4) of triangles in a slab, those in a `TILE` joined.
 
     Args:
         triangles: (m, 3, 3) [m] corners in the world.
-
-    Returns:
-        (k, 4) [m]: x_min, y_min, x_max, y_max.
     """
     heights = triangles[:, :, 2]
     near = triangles[(heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)]

@@ -56,11 +56,7 @@ def is_known(tag: str) -> bool:
 
 
 def material_color(visual: ET.Element, where: str) -> Color | None:
-    """Return the colour of a visual's material; None if it has none that we know.
-
-    Returns:
-        Red, green, blue and opacity from 0 to 1.
-    """
+    """Return red, green, blue, opacity (0 to 1) of a visual's material; None if there is none."""
     material = visual.find("material")
     if material is None:
         return None

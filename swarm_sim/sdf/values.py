@@ -68,11 +68,7 @@ def sizes_of(element: ET.Element, tag: str, count: int, where: str) -> list[floa
 
 
 def pose_of(element: ET.Element, where: str) -> Transform:
-    """Return the `<pose>` of an element; the identity if it has none.
-
-    Returns:
-        (4, 4), in the frame that the pose refers to.
-    """
+    """Return the `<pose>` (4, 4) of an element in the frame it names; the identity without one."""
     return transform_of(element.find("pose"), where)
 
 

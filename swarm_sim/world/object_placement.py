@@ -94,11 +94,7 @@ def height_range(body: Body) -> tuple[float, float]:
 
 
 def outline_of(body: Body, heights: tuple[float, float]) -> Any:
-    """Return the part of a body between two heights, from above, as a shapely geometry.
-
-    Returns:
-        In the map frame; empty if nothing lies between the heights.
-    """
+    """Return a body between two heights, from above, as a shapely geometry, which may be empty."""
     polygons = section_between([body], *heights).outlines()
     return shapely.union_all([shapely.Polygon(polygon) for polygon in polygons])
 

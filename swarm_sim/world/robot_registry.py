@@ -85,15 +85,12 @@ class RobotRegistry:
     def spawn(
         self, name: str, rename: bool, model: str, robot: Robot, pose: Pose | None
     ) -> Arrival:
-        """Take a robot in.
+        """Take a robot in; return its index, name, model and place.
 
         Args:
             name: One of the run, or empty for that with the next free number.
             rename: Whether another name will do if that one is taken.
             pose: Place in the map frame, None for a free one of the world's start area.
-
-        Returns:
-            Its index, name, model and place.
         """
         if len(self._world.present) >= LIMIT:
             raise RefusedError(Reason.FAILED, f"there are {LIMIT} robots, which is the most")

@@ -96,13 +96,10 @@ def solid_bodies(bodies: Sequence[Body], low: float, high: float) -> list[Body]:
 
 
 def mesh_tiles(body: Body, low: float, high: float) -> FloatArray:
-    """Return the squares that the triangles of a body's meshes cover between two heights.
+    """Return bounds (k, 4) of squares that triangles of a body's meshes cover, see `tiles_between`.
 
     Args:
         body: Parts that are no meshes are left out.
-
-    Returns:
-        Bounds (k, 4) [m] in the map frame: x_min, y_min, x_max, y_max; see `tiles_between`.
     """
     meshes = tuple(part for part in body.parts if isinstance(part.shape, Mesh))
     return tiles_between(triangles_of([replace(body, parts=meshes)]), low, high)

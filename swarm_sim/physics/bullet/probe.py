@@ -25,14 +25,11 @@ ROBOT_REACH = 0.01  # [m] from a robot's triangles within which the engine has t
 
 
 def lacking(body: Body, low: float, high: float, reach: float) -> FloatArray:
-    """Return points on a body's triangles where the physics engine has nothing of it.
+    """Return points (k, 3) on a body's triangles where the physics engine has nothing of it.
 
     Args:
         body: In the world; its planes do not count.
         reach: [m] within which the engine has to have something.
-
-    Returns:
-        (k, 3) [m] in the map frame.
     """
     client = pybullet.connect(pybullet.DIRECT)
     try:

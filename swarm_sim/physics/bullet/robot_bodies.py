@@ -69,11 +69,7 @@ class Stance:
 
 
 def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> RobotBody:
-    """Add a robot on its driven wheels, its base_footprint at a pose on the ground.
-
-    Returns:
-        Its ids in the engine, and what its motors need.
-    """
+    """Add a robot on its driven wheels, its base_footprint at a pose on the ground; return it."""
     base, wheels = base_and_wheels(model, spec)
     supports = find_supports(base, wheels, spec)
     center = base.center

@@ -65,13 +65,10 @@ def depths(base: RigidGroup, level: float) -> list[tuple[str, float]]:
 
 
 def heights(wheels: Sequence[RigidGroup], radius: float) -> FloatArray:
-    """Return by how much [m] the tyre of each driven wheel ends above the lowest one.
+    """Return by how much (n,) [m] the tyre of each driven wheel ends above the lowest one.
 
     Args:
         radius: [m] of a wheel whose shape does not tell it.
-
-    Returns:
-        (n,) in the order of `wheels`.
     """
     ends = [w.parent_from_group[2, 3] - tyre_radius(w, radius) for w in wheels]
     return np.array(ends) - min(ends, default=0.0)

@@ -73,11 +73,7 @@ class Links:
         return {name: [*self._hubs.own_ports, port] for name, port in ports.items()}
 
     def add(self, robot: int, name: str, spec: RobotSpec, urdf: str) -> bool:
-        """Create the topics of a robot, a new one or in place of one that is gone.
-
-        Returns:
-            Whether it is a new one.
-        """
+        """Create the topics of a robot; return whether it is a new one, not one that comes back."""
 
         def record_answer() -> None:
             self._barrier.answer(robot)

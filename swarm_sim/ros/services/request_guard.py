@@ -27,14 +27,11 @@ class Door:
         self._faults = FaultLog("request")
 
     def attempt(self, response: Any, codes: Codes, do: Callable[[], None]) -> bool:
-        """Do what is asked; whatever goes wrong becomes the answer.
+        """Do what is asked; whatever goes wrong becomes the answer. Return whether it was done.
 
         Args:
             response: The field `result` is filled in.
             codes: Result codes of this service by reason; OPERATION_FAILED for all others.
-
-        Returns:
-            Whether it was done.
         """
         try:
             do()

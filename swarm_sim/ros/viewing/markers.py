@@ -28,13 +28,10 @@ WALL_HEIGHT = 1.5  # [m] from which a body counts as a wall
 
 
 def body_markers(body: Body, space: str, first: int) -> Iterator[Marker]:
-    """Yield the markers of a body; one without visuals looks like what it collides with.
+    """Yield markers, named like the body; one without visuals looks like what it collides with.
 
     Args:
         first: Id of the first marker; the others follow.
-
-    Yields:
-        Markers in the map frame, with the name of the body as their text.
     """
     shapes: list[tuple[Shape | MeshFile, Transform, Color | None]] = [
         (item.shape, item.body_from_visual, item.color) for item in body.visuals
