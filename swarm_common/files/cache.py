@@ -30,9 +30,6 @@ def kept(kind: str, parts: Iterable[str | bytes], make: Callable[[], Result]) ->
     """Return the result of `make` for these parts; only the first call with them runs it.
 
     A cache that can't be read or written counts as empty.
-
-    Args:
-        parts: Everything that the result depends on, the code included.
     """
     digest = hashlib.sha256()
     for part in parts:

@@ -22,9 +22,6 @@ def share_directory(kind: str = "worlds") -> Path:
     `SWARM_SHARE` overrides; then an installed wheel's `swarm_common/data`; then the checkout that
     this file is in.
 
-    Args:
-        kind: Sub-folder that must be there.
-
     Raises:
         SwarmError: If no such folder exists.
     """

@@ -66,11 +66,7 @@ def parse_zones(value: object, path: Path, masks: Mapping[str, Path]) -> Zones:
 
 
 def copy_masks(path: Path, masks: Mapping[str, Path], folder: Path) -> dict[str, Any] | None:
-    """Copy the masks of a sites file; return its content with the copies in it, None without masks.
-
-    Args:
-        folder: For the copies, beside the copy of the sites file.
-    """
+    """Copy the masks of a sites file; return its content with the copies, None without masks."""
     data = read_yaml(path, may_be_empty=True) if path.is_file() else {}
     zones = dict(data.get("zones") or {}) | {k: str(mask.absolute()) for k, mask in masks.items()}
     entries = {key: zones[key] for key in MASKS if zones.get(key) is not None}

@@ -29,11 +29,7 @@ _HEAD = struct.Struct("<IIII")  # stamp, robots, beacons
 
 
 def topic_of(host: str) -> str:
-    """Return the topic of a host's batches.
-
-    Args:
-        host: Name of the start of its swarm-up.
-    """
+    """Return the topic of a host's batches."""
     return f"/sim/beacons/h{host}"
 
 
@@ -41,11 +37,7 @@ class BatchWriter:
     """Encodes the batches for one host."""
 
     def __init__(self, secret: str, run: str, host: str) -> None:
-        """Begin with batch 1.
-
-        Args:
-            secret: Shared by the hosts; seals the batches.
-        """
+        """Begin with batch 1."""
         self._secret = secret
         self._for = (KIND.encode(), run.encode(), host.encode())
         self._number = 0
@@ -76,9 +68,6 @@ class BatchReader:
 
     def decode(self, message: bytes) -> list[tuple[int, bytes]]:
         """Return the NeighborArray message of each robot, by its number; none of an old batch.
-
-        Args:
-            message: Whole, in CDR, as it came from the topic.
 
         Raises:
             ForgedError: If the seal is not right.

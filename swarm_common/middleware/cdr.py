@@ -69,11 +69,7 @@ class OdometryWriter:
     _VARIANCE = struct.Struct("<d")
 
     def __init__(self, frame: str, child_frame: str) -> None:
-        """Lay out the message; all variances are 0.
-
-        Args:
-            frame: Parent frame, like `odom`.
-        """
+        """Lay out the message; all variances are 0."""
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
         data += bytes(aligned(len(data), 4) - len(data)) + encode_string(child_frame)
         data += bytes(aligned(len(data), 8) - len(data))
@@ -94,11 +90,7 @@ class OdometryWriter:
                 self._VARIANCE.pack_into(self._data, at + 8 * place, variance)
 
     def encode(self, tick: int, pose: Pose, twist: Twist) -> bytes:
-        """Return the message of one tick.
-
-        Args:
-            twist: In the child frame.
-        """
+        """Return the message of one tick."""
         data = self._data
         STAMP.pack_into(data, HEAD, *stamp_from_tick(tick))
         half = 0.5 * pose.yaw
@@ -149,11 +141,7 @@ class CovariantPoseWriter:
         self._data = data + bytes(self._POSE.size) + COVARIANCE
 
     def encode(self, tick: int, pose: Pose, variances: Sequence[float]) -> bytes:
-        """Return the message of one tick.
-
-        Args:
-            variances: Variances of x, y [m²] and yaw [rad²].
-        """
+        """Return the message of one tick."""
         data = self._data
         STAMP.pack_into(data, HEAD, *stamp_from_tick(tick))
         half = 0.5 * pose.yaw
@@ -261,11 +249,7 @@ class ScanWriter:
     """Encodes sensor_msgs/LaserScan with a fixed frame id and rate."""
 
     def __init__(self, frame: str, scan_time: float) -> None:
-        """Keep what never changes.
-
-        Args:
-            scan_time: [s] between two scans.
-        """
+        """Keep what never changes."""
         head = LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame)
         self._head = bytearray(head + bytes(aligned(len(head), 4) - len(head)))
         self._scan_time = scan_time

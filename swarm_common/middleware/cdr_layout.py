@@ -32,11 +32,7 @@ def aligned(offset: int, size: int) -> int:
 
 
 def after_string(data: bytes, offset: int, order: str = LITTLE) -> int:
-    """Return the offset behind the CDR string that starts at `offset` (4-aligned).
-
-    Args:
-        order: `LITTLE` or `BIG`.
-    """
+    """Return the offset behind the CDR string that starts at `offset` (4-aligned)."""
     offset = aligned(offset, 4)
     size = int.from_bytes(data[offset : offset + 4], "little" if order == LITTLE else "big")
     end = offset + 4 + size

@@ -39,11 +39,7 @@ class Peers:
 
 
 def profile(own_address: str, peers: Sequence[Peers], domain: int) -> str:
-    """Return the profile of participants that bind to one address and use no multicast.
-
-    Args:
-        own_address: IPv4 address of this host; the only one that is bound to and announced.
-    """
+    """Return the profile of participants that bind to one address and use no multicast."""
     root = ElementTree.parse(TEMPLATE).getroot()
     _only(root, "interfaceWhiteList/d:address").text = own_address
     transport = _only(root, "transport_descriptor")

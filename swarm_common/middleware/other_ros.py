@@ -99,9 +99,6 @@ def libraries_of_others(folders: str, own: set[Path]) -> list[str]:
 
     These are `ros_*.libs` of its packages and `lib` of the environment, where messages that were
     built for it are.
-
-    Args:
-        own: Folders `ros_*.libs` of this environment, resolved.
     """
     parts = {folder: Path(folder).resolve() for folder in folders.split(os.pathsep) if folder}
     packages = {path for path in parts.values() if path.match(WHEELS)} - own

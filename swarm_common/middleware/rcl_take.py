@@ -62,11 +62,7 @@ def _libraries() -> tuple[Any, Any]:
 
 
 def sender_of(gid: Sequence[int]) -> Sender:
-    """Return a publisher's id from the bytes that the graph lists.
-
-    Args:
-        gid: Bytes of `endpoint_gid`; 16 of them count.
-    """
+    """Return a publisher's id from the bytes that the graph lists."""
     raw = bytes(gid)[:GID_SIZE].ljust(GID_SIZE, b"\x00")
     return int.from_bytes(raw[:8], "little"), int.from_bytes(raw[8:], "little")
 

@@ -130,11 +130,7 @@ def is_large(robots: int) -> bool:
 
 
 def participants_of(robots: int, navigators: int) -> int:
-    """Return the DDS participants of a large swarm.
-
-    Args:
-        navigators: Processes with navigators, on the same host.
-    """
+    """Return the DDS participants of a large swarm."""
     return PROCESSES + 2 * -(-robots // HUB_SIZE) + navigators
 
 
@@ -195,11 +191,7 @@ def participant_id(port: int) -> int:
 
 
 def unicast_port(domain: int, participant: int) -> int:
-    """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1).
-
-    Args:
-        participant: Participant id, from 0 on each host.
-    """
+    """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1)."""
     return FIRST_PORT + 10 + DOMAIN_PORTS * domain + 2 * participant
 
 

@@ -118,11 +118,7 @@ def pose_stamped(pose: Pose, tick: int) -> PoseStamped:
 
 
 def path_msg(points_map: FloatArray, tick: int) -> Path:
-    """Return nav_msgs/Path of points (n, 2) or (n, 3); without a yaw it follows the path.
-
-    Args:
-        points_map: x, y [m] and perhaps yaw [rad] of each point in the map frame.
-    """
+    """Return nav_msgs/Path of points (n, 2) or (n, 3); without a yaw it follows the path."""
     message = Path(header=header(tick, "map"))
     if len(points_map) == 0:
         return message

@@ -164,11 +164,7 @@ class Reception:
 
 
 def reception_of(beacons: BeaconArray) -> Reception:
-    """Return the reception of all of some beacons, of which it may be a view.
-
-    Args:
-        beacons: (n,) by ascending id.
-    """
+    """Return the reception of all of some beacons, of which it may be a view."""
     return Reception(words_of(beacons), np.arange(len(beacons)))
 
 
@@ -195,10 +191,6 @@ def deserialize_beacon(data: bytes) -> np.void:
 
 
 def serialize_neighbors(sec: int, nanosec: int, beacons: BeaconArray) -> bytes:
-    """Return the CDR message of a NeighborArray.
-
-    Args:
-        beacons: (n,) by ascending id.
-    """
+    """Return the CDR message of a NeighborArray."""
     head = np.array([sec, nanosec, len(beacons)], "<u4")
     return ENCAPSULATION + head.tobytes() + beacons.tobytes()

@@ -61,11 +61,7 @@ class MissingPackageError(RobotModelError):
     """ROS packages are nowhere to be found."""
 
     def __init__(self, packages: Iterable[str], searched: str) -> None:
-        """Compose the message, which says how to name the packages' folders.
-
-        Args:
-            packages: Their names; one that occurs twice counts once.
-        """
+        """Compose the message, which says how to name the packages' folders."""
         self.packages = tuple(dict.fromkeys(packages))
         self.searched = searched
         names = " and ".join(f"'{name}'" for name in self.packages)

@@ -56,11 +56,7 @@ class RobotNames:
 
     @classmethod
     def of(cls, words: Sequence[str], count: int, where: str) -> RobotNames:
-        """Return the names of a run's robots.
-
-        Args:
-            words: A name for each robot; or a pattern, which may have names before it.
-        """
+        """Return the names of a run's robots."""
         has_pattern = bool(words) and "{" in words[-1]
         listed = tuple(words[:-1] if has_pattern else words)
         try:

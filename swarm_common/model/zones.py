@@ -104,11 +104,7 @@ class Zones:
         return ""
 
     def limit_at(self, x: float, y: float, max_speed: float) -> float:
-        """Return the speed limit [m/s] of a robot at a place [m] in map; inf without one.
-
-        Args:
-            max_speed: [m/s] of which percentages are.
-        """
+        """Return the speed limit [m/s] of a robot at a place [m] in map; inf without one."""
         limits = [
             _in_metres(zone.limit, zone.is_percentage, max_speed)
             for zone in self.speed
@@ -128,11 +124,7 @@ class Zones:
         return replace(grid, keepout=layers.keepout) if layers.keepout is not None else grid
 
     def limits(self, geometry: Geometry, max_speed: float) -> NDArray[np.float64]:
-        """Return the speed limit (h, w) [m/s] of each cell of a map; inf where there is none.
-
-        Args:
-            max_speed: [m/s] of the robot, of which percentages are.
-        """
+        """Return the speed limit (h, w) [m/s] of each cell of a map; inf where there is none."""
         layers = _layers(self, geometry)
         limits: NDArray[np.float64] = np.minimum(
             layers.absolute, 0.01 * layers.percentage * max_speed

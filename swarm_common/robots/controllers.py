@@ -62,11 +62,7 @@ class _Found:
 def read_controllers(
     root: ET.Element, given: Sequence[Path], finder: PackageFinder, directory: Path
 ) -> Controllers:
-    """Return what the parameter files of ros2_control say that a robot names.
-
-    Args:
-        root: URDF, whose ros2_control plugin names files in `<parameters>`.
-    """
+    """Return what the parameter files of ros2_control say that a robot names."""
     found = _Found()
     for path in given:
         _take(read_yaml(path, RobotModelError), path, found)

@@ -71,11 +71,7 @@ class Asked:
 
 
 def describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | None:
-    """Return what follows from a description; None if something of it is unusable.
-
-    Args:
-        faults: Receives all that is wrong with the description.
-    """
+    """Return what follows from a description; None if something of it is unusable."""
     try:
         return _describe(source, asked, faults)
     except SwarmError as error:

@@ -192,11 +192,7 @@ def _hint(truth: Mask, drawn: Mask, grid: Grid) -> str:
 
 
 def grown(mask: Mask, reach: int) -> Mask:
-    """Return a mask grown by `reach` cells in the eight directions.
-
-    Args:
-        mask: (height, width).
-    """
+    """Return a mask grown by `reach` cells in the eight directions."""
     from scipy.ndimage import maximum_filter  # slow to import
 
     grown: Mask = maximum_filter(mask, 2 * reach + 1, mode="constant")

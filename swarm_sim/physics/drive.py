@@ -140,11 +140,7 @@ class Odometer:
         self._yaws[robot] = 0.0
 
     def update(self, travels: FloatArray, yaws: FloatArray) -> None:
-        """Take in a control period, in which each robot drove an arc.
-
-        Args:
-            travels: (n, 2) [m] forwards and to the left, that the wheels report since the start.
-        """
+        """Take in a control period, in which each robot drove an arc."""
         turned = yaws - self._yaws
         chords = (travels - self._travels) * np.sinc(turned / (2.0 * np.pi))[:, None]
         headings = self._yaws + 0.5 * turned
@@ -156,11 +152,7 @@ class Odometer:
         self._yaws[:] = yaws
 
     def readings(self, tick: int, twists: FloatArray) -> list[Odometry]:
-        """Return the odometry of all robots.
-
-        Args:
-            tick: Current tick, for the stamps.
-        """
+        """Return the odometry of all robots."""
         return [
             Odometry(tick, Pose(x, y, wrap_angle(yaw)), Twist(vx, vy, wz))
             for (x, y, yaw), (vx, wz, vy) in zip(self._poses.tolist(), twists.tolist(), strict=True)

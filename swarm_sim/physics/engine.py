@@ -93,11 +93,7 @@ class Engine(Protocol):
         ...
 
     def add_object(self, body: Body) -> None:
-        """Take another thing, behind all that can be pushed; a static one stays where it is.
-
-        Args:
-            body: Where it is to be; whether there is room is not checked.
-        """
+        """Take another thing, behind all that can be pushed; a static one stays where it is."""
         ...
 
     def remove_object(self, index: int) -> None:

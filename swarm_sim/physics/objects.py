@@ -29,11 +29,7 @@ class Objects:
     def __init__(
         self, loose: Sequence[Body], vehicles: Vehicles, heights: tuple[float, float]
     ) -> None:
-        """Put all where their bodies say.
-
-        Args:
-            heights: [m] lower and upper end of what robots can touch.
-        """
+        """Put all where their bodies say."""
         self.loose = tuple(loose)
         self.vehicles = vehicles
         self.heights = heights

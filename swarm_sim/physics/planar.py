@@ -218,20 +218,12 @@ class PlanarEngine:
 
 
 def pad_polygon(polygon: FloatArray, corners: int) -> FloatArray:
-    """Return a polygon with its last corner repeated up to a number of corners.
-
-    Args:
-        polygon: (k, 2) with at most `corners` corners.
-    """
+    """Return a polygon with its last corner repeated up to a number of corners."""
     return np.vstack([polygon, np.repeat(polygon[-1:], corners - len(polygon), axis=0)])
 
 
 def pack_polygons(polygons: Sequence[FloatArray]) -> FloatArray:
-    """Return polygons as one array (m, k, 2); those with fewer corners repeat their last one.
-
-    Args:
-        polygons: (k, 2) each, with different numbers of corners; may be none.
-    """
+    """Return polygons as one array (m, k, 2); those with fewer corners repeat their last one."""
     corners = max([len(polygon) for polygon in polygons], default=3)
     if not polygons:
         return np.zeros((0, corners, 2))
@@ -239,21 +231,13 @@ def pack_polygons(polygons: Sequence[FloatArray]) -> FloatArray:
 
 
 def pack_like(polygons: FloatArray, corners: int) -> FloatArray:
-    """Return packed polygons (m, k, 2) with more corners, the last ones repeated.
-
-    Args:
-        polygons: Packed, with at most `corners` corners.
-    """
+    """Return packed polygons (m, k, 2) with more corners, the last ones repeated."""
     missing = corners - polygons.shape[1]
     return np.concatenate([polygons, np.repeat(polygons[:, -1:], missing, axis=1)], axis=1)
 
 
 def bounds_of(polygons: FloatArray) -> FloatArray:
-    """Return the bounding boxes (m, 4) of packed polygons: x_min, y_min, x_max, y_max.
-
-    Args:
-        polygons: (m, k, 2).
-    """
+    """Return the bounding boxes (m, 4) of packed polygons: x_min, y_min, x_max, y_max."""
     if not len(polygons):
         return np.zeros((0, 4))
     return np.hstack([polygons.min(axis=1), polygons.max(axis=1)])

@@ -78,11 +78,7 @@ class ScriptedPaths(ABC, Generic[Spec]):
     def step(
         self, poses: FloatArray, speeds: FloatArray, hulls: FloatArray, period: float, step: int
     ) -> bool:
-        """Go on for one physics step; return whether somebody ran into a robot.
-
-        Args:
-            hulls: Footprints (n, k, 2) in base_footprint.
-        """
+        """Go on for one physics step; return whether somebody ran into a robot."""
         if not len(self.specs) or not len(hulls):
             return False
         contiguous = np.ascontiguousarray(poses), np.ascontiguousarray(speeds)

@@ -152,11 +152,7 @@ def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
     loads, tilt = [], 0.0
 
     def move(speed: float, rate: float, seconds: float, side: float = 0.0) -> None:
-        """Drive, and note how the robot stands.
-
-        Args:
-            side: [m/s] to the left.
-        """
+        """Drive, and note how the robot stands."""
         nonlocal tilt
         for _ in range(round(seconds / CONTROL_PERIOD)):
             engine.advance(np.array([[speed, rate, side]]))

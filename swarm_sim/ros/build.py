@@ -121,11 +121,7 @@ def _spec_of(entry: RobotEntry, robots: Mapping[str, Robot]) -> RobotSpec:
 
 
 def silent_notes(world: ChangingWorld, margin: float) -> list[str]:
-    """Return whose LiDAR would see too little of one that falls silent, a sentence each.
-
-    Args:
-        margin: [m] that robots allow for what their LiDARs do not see of a body.
-    """
+    """Return whose LiDAR would see too little of one that falls silent, a sentence each."""
     end = "it may hit one that falls silent and that it never heard"
     return [f"{sentence}: {end}" for sentence in world.overlooked(margin)]
 

@@ -31,11 +31,7 @@ class Reporter:
     """The topic /sim/verdict, and events for swarm-up."""
 
     def __init__(self, node: Node, world: World, barrier: Barrier, events: EventWriter) -> None:
-        """Create the topic.
-
-        Args:
-            barrier: Knows who answers, and how often nobody did.
-        """
+        """Create the topic."""
         self._world = world
         self._barrier = barrier
         self._events = events

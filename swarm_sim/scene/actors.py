@@ -90,11 +90,7 @@ class Actors:
 
 
 def load_actors(path: str | Path) -> Actors:
-    """Return the actors in a file with lists `walkers:` and `forklifts:`.
-
-    Args:
-        path: A YAML file; its paths are in the map frame.
-    """
+    """Return the actors in a file with lists `walkers:` and `forklifts:`."""
     path = Path(path)
     data = read_yaml(path, as_written=("walkers.*.name", "forklifts.*.name"))
     check_keys(data, ["walkers", "forklifts"], str(path))

@@ -40,11 +40,7 @@ def triangles_of_part(part: Part, body: Body) -> FloatArray:
 
 
 def tiles_between(triangles: FloatArray, low: float, high: float) -> FloatArray:
-    """Return x_min, y_min, x_max, y_max (k, 4) of triangles in a slab, those in a `TILE` joined.
-
-    Args:
-        triangles: (m, 3, 3) [m] corners in the world.
-    """
+    """Return x_min, y_min, x_max, y_max (k, 4) of triangles in a slab, those in a `TILE` joined."""
     heights = triangles[:, :, 2]
     near = triangles[(heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)]
     if not len(near):
@@ -61,11 +57,7 @@ def tiles_between(triangles: FloatArray, low: float, high: float) -> FloatArray:
 
 
 def cuts(triangles: FloatArray, level: float) -> FloatArray:
-    """Return the segments (n, 2, 2) in which a horizontal plane cuts triangles (m, 3, 3).
-
-    Args:
-        triangles: (m, 3, 3) [m] corners in the world.
-    """
+    """Return the segments (n, 2, 2) in which a horizontal plane cuts triangles (m, 3, 3)."""
     above = triangles[:, :, 2] > level
     crossing = triangles[above.any(axis=1) & ~above.all(axis=1)]
     # The corner that is alone on its side of the plane is in both edges that are cut.
@@ -86,9 +78,6 @@ def triangles_between(triangles: FloatArray, low: float, high: float) -> FloatAr
     """Return the outline (k, 2, 2), from above, of the parts of triangles between two heights.
 
     It consists of the clipped edges and of the cuts at both heights.
-
-    Args:
-        triangles: (m, 3, 3) [m] corners in the world.
     """
     heights = triangles[:, :, 2]
     near = triangles[(heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)]

@@ -156,9 +156,6 @@ def _hull_between(
 def convex_hull(points: FloatArray) -> FloatArray:
     """Return the corners of the convex hull, counter-clockwise (Andrew's monotone chain).
 
-    Args:
-        points: (n, 2), in any order.
-
     Returns:
         (k, 2), rounded to 1e-9; fewer than 3 corners if all points lie on a line.
     """

@@ -248,11 +248,7 @@ def convex(body: Body, source: Source) -> Body:
 
 
 def welded(group: list[Body], is_fixed: bool) -> Body:
-    """Return bodies as one, in the frame of the first, which stands if one of them does.
-
-    Args:
-        is_fixed: Whether a joint holds them to the world.
-    """
+    """Return bodies as one, in the frame of the first, which stands if one of them does."""
     first = replace(group[0], is_static=group[0].is_static or is_fixed)
     if len(group) == 1:
         return first

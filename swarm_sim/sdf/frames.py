@@ -89,11 +89,7 @@ class Scope:
 
 
 def base_of(element: ET.Element, scope: Scope, default: str) -> str:
-    """Return the name of the frame that an element's pose refers to.
-
-    Args:
-        default: Where the pose names no frame.
-    """
+    """Return the name of the frame that an element's pose refers to."""
     pose = element.find("pose")
     if pose is None:
         return default

@@ -39,11 +39,7 @@ class Model:
 def models_in(
     parent: ET.Element, here: Path, source: Source, scope: Scope, trail: tuple[Path, ...] = ()
 ) -> list[Model]:
-    """Return the models in an element, in file order, and enter them into its scope.
-
-    Args:
-        trail: Files and models that are open, to find circles.
-    """
+    """Return the models in an element, in file order, and enter them into its scope."""
     if len(trail) > MAX_DEPTH:
         raise WorldError(f"models are nested more than {MAX_DEPTH} deep at {scope.where}")
     models = []

@@ -90,11 +90,7 @@ class LidarGroup:
             self._past.append((tick, np.vstack([known, poses[len(known) :]])))
 
     def forget(self, robot: int, pose: FloatArray) -> None:
-        """Take a robot to have stood where it has been put.
-
-        Args:
-            pose: x, y, yaw (3,) in the map frame.
-        """
+        """Take a robot to have stood where it has been put."""
         for _, known in self._past:
             known[robot] = pose
 
@@ -289,21 +285,13 @@ class Lidars:
 
 
 def compose(poses: FloatArray, offset: FloatArray) -> FloatArray:
-    """Return poses (n, 3) moved by an offset (3,) in each one's own frame.
-
-    Args:
-        offset: x, y, yaw (3,), the same for all.
-    """
+    """Return poses (n, 3) moved by an offset (3,) in each one's own frame."""
     points = moved(poses, np.broadcast_to(offset[:2], (len(poses), 2)))
     return np.column_stack([points, poses[:, 2] + offset[2]])
 
 
 def moved(poses: FloatArray, points: FloatArray) -> FloatArray:
-    """Return points (n, 2), each given in the frame of its pose (n, 3), in the poses' frame.
-
-    Args:
-        points: (n, 2), one for each pose.
-    """
+    """Return points (n, 2), each given in the frame of its pose (n, 3), in the poses' frame."""
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     return np.column_stack(
         [

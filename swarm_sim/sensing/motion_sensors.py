@@ -74,11 +74,7 @@ class MotionSensors:
         travels: FloatArray,
         yaws: FloatArray,
     ) -> MotionSensors:
-        """Return these sensors, as they are now, followed by those of further robots.
-
-        Args:
-            travels: (n, 2) [m] that perfect wheels of those so far report.
-        """
+        """Return these sensors, as they are now, followed by those of further robots."""
         longer = MotionSensors(specs, errors, self._seed)
         known = len(self._robots)
         for name in STATE:
@@ -130,9 +126,6 @@ class MotionSensors:
 
     def twists(self, true: FloatArray) -> FloatArray:
         """Return the twists that odometry reports.
-
-        Args:
-            true: (n, 3) vx [m/s], wz [rad/s], vy [m/s] of base_footprint.
 
         Returns:
             (n, 3) likewise; `true` itself without errors.

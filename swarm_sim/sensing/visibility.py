@@ -19,11 +19,7 @@ def overlooked(
     models: Mapping[str, RobotModel],
     margin: float,
 ) -> Iterator[str]:
-    """Yield a sentence on each model of which another one's LiDAR sees nothing, or too little.
-
-    Args:
-        margin: [m] that a robot allows for what its LiDAR does not see of a body.
-    """
+    """Yield a sentence on each model of which another one's LiDAR sees nothing, or too little."""
     bodies = {other: bodies_of(models[other.model]) for other in dict.fromkeys(others)}
     for seer in dict.fromkeys(seers):
         for other, parts in bodies.items():

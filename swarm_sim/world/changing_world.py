@@ -60,11 +60,7 @@ class ChangingWorld(World):
         return super().step(commands, beacons)
 
     def add(self, name: str, robot_id: int, spec: RobotSpec, model: RobotModel, pose: Pose) -> int:
-        """Take another robot; return its index.
-
-        Args:
-            pose: Where it stands, in the map frame; whether there is room is not checked here.
-        """
+        """Take another robot; return its index."""
         place = _array(pose)
         engine = self._engine
         self.names.append(name)

@@ -54,11 +54,7 @@ class CloseCalls:
         self._open.pop(key, None)
 
     def observe(self, time: float, approaches: Iterable[NearPair], poses: FloatArray) -> None:
-        """Take the near pairs at the end of a control period.
-
-        Args:
-            approaches: Pairs closer than `engine.NEAR_MISS`.
-        """
+        """Take the near pairs at the end of a control period."""
         for key in [k for k, e in self._open.items() if time - e.last > EPISODE_GAP + 1e-9]:
             self._over.append((key, self._open.pop(key)))
         for approach in approaches:

@@ -84,11 +84,7 @@ def read_model(request: ModelRequest) -> Model:
 
 
 def read_robot(name_or_path: str) -> Robot:
-    """Return a robot model.
-
-    Args:
-        name_or_path: Name of a model of `robots/`, or a path to a description or its folder.
-    """
+    """Return a robot model."""
     if not name_or_path:
         raise RefusedError(Reason.NO_MODEL, "no robot model is named")
     try:

@@ -54,9 +54,6 @@ def check_object_place(world: ChangingWorld, body: Body, index: int | None = Non
 def check_apart(body: Body, others: Iterable[Body]) -> None:
     """Refuse an object that intersects another one; touching it, or standing on it, is allowed.
 
-    Args:
-        others: Where they are; their outlines between the body's heights count.
-
     Raises:
         WorldError: Naming the other.
     """

@@ -24,11 +24,7 @@ class ObjectRegistry:
     """Lets things come and go; call what changes the world only between two ticks."""
 
     def __init__(self, world: ChangingWorld, robots: RobotNames | None = None) -> None:
-        """Begin with the things that are there.
-
-        Args:
-            robots: Names that are kept for robots; None for the usual ones.
-        """
+        """Begin with the things that are there."""
         self._world = world
         self._robots = robots or RobotNames()
         self._spawned: set[str] = set()

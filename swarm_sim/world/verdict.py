@@ -141,11 +141,7 @@ class Judge:
     def verdict(
         self, sim_time: float, battery: Callable[[int], BatteryVerdict | None] = lambda _: None
     ) -> Verdict:
-        """Return the verdict so far.
-
-        Args:
-            battery: Tells what became of the battery of a robot by its index.
-        """
+        """Return the verdict so far."""
         close_calls = self._close_calls.near_misses()
         shares = Counter(name for call in close_calls for name in call.robots)
         between_robots = sum(len(collision.robots) == 2 for collision in self._collisions)

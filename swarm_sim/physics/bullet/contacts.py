@@ -86,11 +86,7 @@ class Contacts:
         self._make_room(len(self._robots))
 
     def move_objects(self, outlines: FloatArray) -> None:
-        """Take over where the objects' outlines (k, c, 2) are.
-
-        Args:
-            outlines: Convex polygons [m] in the map frame, as many as there were in `surround`.
-        """
+        """Take over where the objects' outlines (k, c, 2) are."""
         self._walls[self._first_object :] = pack_like(outlines, self._walls.shape[1])
         self._bounds[self._first_object :] = bounds_of(outlines)
 
@@ -152,9 +148,6 @@ class Contacts:
 
     def touch(self, suspect: Suspect, step: int) -> Touch | None:
         """Return the contact of a pair after a physics step, None if there is none.
-
-        Args:
-            step: Number of the physics step within the period, for the result.
 
         Returns:
             The first contact point of the pair, None if there is none. What touches no higher than

@@ -160,9 +160,6 @@ class BulletObjects:
         """Push loose bodies out of bodies that they overlap by centimetres; refuse deeper overlaps.
 
         Bodies move without gathering speed, so that nothing is thrown about.
-
-        Args:
-            others: pybullet's ids and names of the fixed bodies.
         """
         if self._deepest(others) <= OVERLAP:
             return

@@ -41,22 +41,14 @@ class Supports:
 
 
 def find_supports(base: RigidGroup, wheels: Sequence[RigidGroup], spec: RobotSpec) -> Supports:
-    """Return what a robot stands on.
-
-    Args:
-        wheels: The driven ones; none of a drive without wheels of its own.
-    """
+    """Return what a robot stands on."""
     level, centers = _wheel_balls(wheels, spec.wheel_radius)
     casters, hull = _split_base(base, level, spec.wheel_radius)
     return Supports(level, centers, casters + _props(base, wheels, casters, spec, level), hull)
 
 
 def depths(base: RigidGroup, level: float) -> list[tuple[str, float]]:
-    """Return the links that reach below the wheels' plane, and by how much [m], deepest first.
-
-    Args:
-        level: [m] height of the wheels' plane in base_footprint, see `Supports`.
-    """
+    """Return the links that reach below the wheels' plane, and by how much [m], deepest first."""
     found: dict[str, float] = {}
     for part, link in zip(base.parts, base.links, strict=True):
         low = _lowest(part)

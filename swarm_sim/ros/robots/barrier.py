@@ -16,11 +16,7 @@ class Barrier:
     """
 
     def __init__(self, count: int, wall_limit: float, expects: bool = True) -> None:
-        """Begin before tick 0.
-
-        Args:
-            wall_limit: [s] of wall time that a robot may take.
-        """
+        """Begin before tick 0."""
         self._wall_limit = wall_limit
         self._expected = [expects] * count
         self._answered = [False] * count
@@ -80,11 +76,7 @@ class Barrier:
         self._expected[robot] = self._expects and not self._is_dead[robot]
 
     def record_silence(self, robot: int, since: float) -> None:
-        """Let the limit of a robot run from a wall time on, not anew from each tick.
-
-        Args:
-            since: Wall time [s] at which its host was heard last.
-        """
+        """Let the limit of a robot run from a wall time on, not anew from each tick."""
         self._silent_since[robot] = since
 
     def end_silence(self, robot: int) -> None:

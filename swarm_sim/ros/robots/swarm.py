@@ -267,11 +267,7 @@ class Hosts:
         return robot in self._place_of
 
     def publish(self, tick: int, receptions: Mapping[int, Reception]) -> None:
-        """Send to other hosts what their robots hear.
-
-        Args:
-            receptions: By index of the robot; only of robots on other hosts.
-        """
+        """Send to other hosts what their robots hear."""
         by_host: dict[str, dict[int, Reception]] = {}
         for robot, reception in receptions.items():
             host, number = self._place_of[robot]

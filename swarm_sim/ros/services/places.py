@@ -75,11 +75,7 @@ def message_of(place: Transform) -> PoseMsg:
 
 
 def twist_in_map(twist: Twist, yaw: float) -> TwistMsg:
-    """Return a robot's twist as seen in the map frame.
-
-    Args:
-        yaw: [rad] of base_footprint in the map frame.
-    """
+    """Return a robot's twist as seen in the map frame."""
     speed = Pose(0.0, 0.0, yaw).compose(Pose(twist.vx, twist.vy, 0.0))
     message = TwistMsg()
     message.linear.x, message.linear.y, message.angular.z = speed.x, speed.y, twist.wz

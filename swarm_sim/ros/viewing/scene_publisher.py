@@ -136,11 +136,7 @@ class Movers:
 
 
 def walker_marker(number: int, disc: FloatArray, tick: int) -> Marker:
-    """Return the marker of a walker.
-
-    Args:
-        disc: x, y, radius (3,) [m] in the map frame.
-    """
+    """Return the marker of a walker."""
     marker = marker_of("walker", number, Marker.CYLINDER, WALKER, tick)
     marker.pose = ros_io.pose_msg(Pose(float(disc[0]), float(disc[1]), 0.0))
     marker.pose.position.z = 0.5 * WALKER_HEIGHT
