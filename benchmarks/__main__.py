@@ -10,11 +10,20 @@ if TYPE_CHECKING:
     import typer
 
 
-def _load() -> typer.Typer:
-    from benchmarks.app import load
+def load() -> typer.Typer:
+    """Return the command with all of its parts."""
+    import benchmarks.ablation.command  # each adds its command
+    import benchmarks.decisions
+    import benchmarks.floor
+    import benchmarks.peers_command
+    import benchmarks.profile_parts
+    import benchmarks.results_page
+    import benchmarks.scale.command
+    import benchmarks.storm.command  # noqa: F401
+    from benchmarks.app import benchmarks_app
 
-    return load()
+    return benchmarks_app
 
 
 if __name__ == "__main__":
-    run_command("python -m benchmarks", _load)
+    run_command("python -m benchmarks", load)

@@ -14,17 +14,3 @@ benchmarks_app = typer.Typer(add_completion=False, rich_markup_mode=None, no_arg
 @benchmarks_app.callback()
 def benchmarks() -> None:
     """Measure ourselves against others, and what things cost."""
-
-
-def load() -> typer.Typer:
-    """Return the command with all of its parts."""
-    import benchmarks.ablation.command  # each adds its command
-    import benchmarks.decisions
-    import benchmarks.floor
-    import benchmarks.peers_command
-    import benchmarks.profile_parts
-    import benchmarks.results_page
-    import benchmarks.scale.command
-    import benchmarks.storm.command  # noqa: F401
-
-    return benchmarks_app

@@ -77,11 +77,7 @@ OURS_INCLUDES = (
 
 
 def run_peer(job: ScaleJob, python: Path, machine: str) -> ScaleResult:
-    """Run a peer once, with the interpreter of an environment that has it.
-
-    Raises:
-        ScaleRunError: If it left no result; the message ends with its last output.
-    """
+    """Run a peer once, with the interpreter of an environment that has it."""
     system = PEERS[job.system]
     with _import_path() as folder:
         script = Path(folder) / "benchmarks" / "peers" / f"{system.module}.py"

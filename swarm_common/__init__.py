@@ -8,4 +8,14 @@ Lower folders never import higher ones; the lowest stands first:
                 project
     robots      Robot models: from a description or robot.yaml to a RobotSpec
     middleware  ROS 2 and DDS as all processes use them
+
+What holds for every function here and in `swarm_sim`, unless its docstring says otherwise:
+
+- Lengths are in metres, angles in radians, times in seconds, masses in kilograms.
+- Places and poses (x, y, yaw) are in the map frame.
+- `now` is wall time, `tick` the current control tick.
+- `where` and `what` name the file and key, or the element, that a message is about.
+- What cannot be used raises the `SwarmError` of its kind (`model/errors.py`); the message says what
+  was found, where, and what to do. Requests of clients raise RefusedError, messages from the
+  network RejectedError.
 """

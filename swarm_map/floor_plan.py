@@ -49,11 +49,7 @@ class FloorPlan:
 
 
 def load_plan(path: Path) -> FloorPlan:
-    """Return the plan in a YAML file; docs/creating.md describes the format.
-
-    Raises:
-        ConfigError: If something in it is malformed; the message names file and key.
-    """
+    """Return the plan in a YAML file; docs/creating.md describes the format."""
     data = read_yaml(path, as_written=NAMES)
     check_keys(data, (*KEYS, *SITE_KEYS), str(path))
     things = [*_walls(data, path), *_boxes(data, path), *_posts(data, path)]

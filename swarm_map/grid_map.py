@@ -39,12 +39,7 @@ def load_grid_map(
     """Return the plan in a `.map` file, its middle at (0, 0), with a wall around it.
 
     Args:
-        cell: [m] of a cell's side.
         scenario: `.scen` file; robot k starts and has its place where the k-th usable line says.
-        wall_height: [m]
-
-    Raises:
-        ConfigError: If a file is malformed; the message names it and the line.
     """
     if not MIN_CELL <= cell <= MAX_CELL:
         raise ConfigError(f"--cell is {cell:g}; expected {MIN_CELL:g} to {MAX_CELL:g} m")

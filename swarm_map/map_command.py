@@ -8,6 +8,7 @@ import shlex
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 from rich.console import Console
 
@@ -15,19 +16,19 @@ from swarm_common.files.map_io import load_map, save_map
 from swarm_common.files.other_worlds import YAML, YamlKind, check_plan_kind, yaml_kind
 from swarm_common.model.engines import BULLET, usual_engine
 from swarm_common.model.errors import ConfigError, MapError
+from swarm_common.model.grid import FREE, OCCUPIED, UNKNOWN
 from swarm_common.model.records import RobotSpec
 from swarm_common.robots.loading import load_robot
-from swarm_map.floor_plan import load_plan
+from swarm_map.floor_plan import FloorPlan, load_plan
 from swarm_map.grid_map import load_grid_map
-from swarm_map.nav2_map import load_nav2_map
-from swarm_map.plan_image import PlanScale, load_picture
+from swarm_map.plan_image import MAX_PIXELS, PlanScale, WallRaster, load_picture
 from swarm_map.remarks import (
     close_stations,
     size_of,
     stations_in_words,
     with_known_stations,
 )
-from swarm_map.start import USUAL_SIZE, start_area, startable
+from swarm_map.start import USUAL_SIZE, open_area, start_area, startable
 from swarm_map.world_writer import ROBOT, write_world
 from swarm_sim.maps.draw_map import SCAN_HEIGHT, draw_world, reach_of
 from swarm_sim.maps.map_difference import MAX_SHARE, compare
@@ -283,3 +284,28 @@ def _load(world: str, skip_missing: bool, skip_broken: bool) -> Scene:
 def _check(is_fine: bool, message: str) -> None:
     if not is_fine:
         raise ConfigError(message)
+
+
+def load_nav2_map(path: Path, wall_height: float, drop: float = 0.0) -> tuple[FloorPlan, float]:
+    """Return the plan that a map is, in the frame of the map, and the map's resolution [m].
+
+    Args:
+        drop: [m]; occupied spots that are no longer and no wider are left out.
+    """
+    turned = load_map(path)
+    if turned.cells.size > MAX_PIXELS:
+        raise ConfigError(f"{path}: {turned.cells.size} cells; expected at most {MAX_PIXELS:.0e}")
+    grid = turned.upright()
+    raster = WallRaster(path, grid.cells == OCCUPIED, grid.resolution, grid.origin_x, grid.origin_y)
+    if not raster.walls.any():
+        raise ConfigError(f"{path}: no cell is occupied, by its image, thresholds and negate")
+    notes = raster.drop_specks(drop)
+    others = np.count_nonzero(turned.cells == UNKNOWN)
+    if others:
+        notes.append(f"unknown cells of {path} are floor: {others} of {turned.cells.size}")
+    if np.any((turned.cells > FREE) & (turned.cells < OCCUPIED)):
+        notes.append(f"cells of {path} between free and occupied are floor")
+    if turned.origin_yaw:
+        notes.append(f"{path} is turned by {turned.origin_yaw:g} rad; its walls are stairs here")
+    sites = {"spawn": spawn} if (spawn := open_area(grid)) else {}
+    return FloorPlan(path.stem, raster.things(wall_height), sites, tuple(notes)), grid.resolution

@@ -51,11 +51,7 @@ class PlanScale:
 
 
 def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
-    """Return the plan in a picture.
-
-    Raises:
-        ConfigError: If it cannot be read, is too large, shows no wall, or a station lies on one.
-    """
+    """Return the plan in a picture."""
     pixels = _pixels(path)[::-1].astype(np.int16)  # row 0 is the lowest y
     height, width = pixels.shape[:2]
     left, low = scale.origin or (
@@ -131,11 +127,7 @@ class WallRaster:
         )
 
     def drop_specks(self, drop: float) -> list[str]:
-        """Clear dark spots no longer and no wider than `drop` [m]; return notes on small ones.
-
-        Raises:
-            ConfigError: If no wall is left.
-        """
+        """Clear dark spots no longer and no wider than `drop` [m]; return notes on small ones."""
         dropped = _drop(self.walls, drop / self.size + 1e-6)
         if not self.walls.any():
             raise ConfigError(f"{self.path}: --drop {drop:g} leaves no wall")

@@ -63,9 +63,6 @@ def write_world(plan: FloorPlan, folder: Path, resolution: float = 0.05) -> Scen
 
     They are written beside the folder first: it changes only if all of them are usable. Cells of
     the map have `resolution` [m], or less if navigation needs it.
-
-    Raises:
-        SwarmError: If a file cannot be written, or the result is not a usable world.
     """
     home = next(parent for parent in folder.absolute().parents if parent.is_dir())
     try:

@@ -7,7 +7,7 @@ import importlib
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +22,8 @@ from swarm_common.process.standard_streams import (
     open_standard_streams,
 )
 from swarm_ros2 import launcher
-from swarm_ros2.handover import clean_environment, find_real_ros2
 
+MARKER = b"swarm_ros2"  # in the script that pip writes for our entry point
 COMMANDS = {
     "action": "Various action related sub-commands",
     "bag": "Various rosbag related sub-commands",
@@ -119,3 +119,34 @@ def _add_ros2clis_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--spin-time", type=float, metavar="N", help=vain)
     verb.add_argument("--no-daemon", action="store_true", help=vain)
     verb.add_argument("--include-hidden-nodes", action="store_true", help=vain)
+
+
+def find_real_ros2(environ: Mapping[str, str]) -> Path | None:
+    """Return the first `ros2` on PATH that is not this one."""
+    for folder in environ.get("PATH", "").split(os.pathsep):
+        candidate = Path(folder or ".") / "ros2"
+        if os.access(candidate, os.X_OK) and candidate.is_file() and not _is_ours(candidate):
+            return candidate
+    return None
+
+
+def clean_environment(environ: Mapping[str, str], prefix: Path) -> dict[str, str]:
+    """Return the environment without what the ROS 2 wheels put there at start-up.
+
+    The libraries of this environment must not get in the way of those of the real ROS 2.
+    """
+    cleaned = dict(environ)
+    cleaned.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
+    folders = cleaned.pop("LD_LIBRARY_PATH", "").split(os.pathsep)
+    kept = [folder for folder in folders if folder and not Path(folder).is_relative_to(prefix)]
+    if kept:
+        cleaned["LD_LIBRARY_PATH"] = os.pathsep.join(kept)
+    return cleaned
+
+
+def _is_ours(script: Path) -> bool:
+    try:
+        with script.open("rb") as file:
+            return MARKER in file.read(4096)
+    except OSError:
+        return True

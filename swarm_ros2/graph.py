@@ -151,9 +151,9 @@ def topic_type(node: Node, topic: str, timeout: float = MOST) -> str | None:
     return _type_of(topic, lambda: node.get_topic_names_and_types(), timeout)
 
 
-def service_type(node: Node, service: str, timeout: float = MOST) -> str | None:
+def service_type(node: Node, service: str) -> str | None:
     """Return the type of a service, None if nobody is known to offer it in time."""
-    return _type_of(service, lambda: node.get_service_names_and_types(), timeout)
+    return _type_of(service, lambda: node.get_service_names_and_types(), MOST)
 
 
 def _type_of(name: str, listing: Callable[[], NamesAndTypes], timeout: float) -> str | None:

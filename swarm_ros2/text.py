@@ -143,9 +143,6 @@ def fill(message: Any, values: dict[str, Any], stamps: list[Stamp] | None = None
         values: Field names to numbers, strings, lists or nested mappings.
         stamps: Receives what sets the times to be set at sending: a Header given as ``auto``, a
             Time given as ``now``. None: these words mean nothing.
-
-    Raises:
-        SwarmError: A field does not exist or a value does not fit.
     """
     slots = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
     for name, value in values.items():

@@ -36,11 +36,7 @@ VERSION = re.compile(r"<version>\s*(\d+)\.(\d+)[\d.]*\s*</version>")
 
 
 def ensure_interfaces(*, quiet: bool = False) -> list[str]:
-    """Build and install interface packages that are missing or out of date; return their names.
-
-    Raises:
-        SwarmError: A tool is missing or the build failed.
-    """
+    """Build and install interface packages that are missing or out of date; return their names."""
     environment = install.Environment.current()
     wanted = _wanted()
     stale = _stale(wanted, environment)
@@ -79,11 +75,7 @@ def interface_packages() -> list[Path]:
 
 
 def foreign_interfaces() -> dict[str, Path]:
-    """Return the interface packages that somebody else installed, and where.
-
-    Raises:
-        SwarmError: If a release lacks something that is used here.
-    """
+    """Return the interface packages that somebody else installed, and where."""
     environment = install.Environment.current()
     names = [package.name for package in _packages()]
     found = {name: prefix for name in names if (prefix := _provider(name, environment))}

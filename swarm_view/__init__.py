@@ -10,5 +10,6 @@ What imports nothing of the rows below it stands first:
     live          A live swarm in the viewer
     process       The process that swarm-up starts
     view_command  The command `swarm-view`: its options
-    cli           Its entry point
+    replay_command  The command `swarm-replay`: a recorded run in the viewer, or on the ROS graph
+    cli           The entry points of both
 """

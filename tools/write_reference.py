@@ -14,7 +14,6 @@ from typing import Any, get_type_hints
 
 import typer
 
-from benchmarks.app import load as load_benchmarks
 from swarm_bench import cli as bench_cli
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
@@ -46,14 +45,13 @@ APPS = {
     "swarm-commander": lambda: commander_app,
     "swarm-commander ": lambda: fleet_app,
     "swarm-teleop": lambda: commander_cli.load_app("swarm-teleop"),
-    "swarm-view": lambda: view_cli._load(),
+    "swarm-view": view_cli.load_view,
     "swarm-report": lambda: commander_cli.load_app("swarm-report"),
-    "swarm-replay": lambda: commander_cli.load_app("swarm-replay"),
+    "swarm-replay": view_cli.load_replay,
     "swarm-map": lambda: map_cli._load(),
     "swarm-bench": lambda: bench_cli._load(),
     "swarm-doctor": lambda: commander_cli.load_app("swarm-doctor"),
     "swarm-setup": lambda: commander_cli.load_app("swarm-setup"),
-    "python -m benchmarks": load_benchmarks,
 }
 
 
@@ -77,7 +75,9 @@ def cli_page() -> str:
         WRITTEN,
         "Each command prints the same with `--help`, and its release with `--version`."
         " `swarm-up --install-completion` (likewise the others) teaches your shell to complete"
-        " options and names with Tab. `ros2` takes ros2cli's options.\n",
+        " options and names with Tab. `ros2` takes ros2cli's options. In a checkout,"
+        " `python -m benchmarks --help` lists what measures the project itself. Defaults are in"
+        " parentheses.\n",
     ]
     for name, load in APPS.items():
         for path, command in _commands(name.strip(), typer.main.get_command(load())):
@@ -97,18 +97,24 @@ def _section(path: str, command: Any) -> Iterator[str]:
     yield f"\n## {path}\n\n{_cell_free(inspect.cleandoc(command.help or ''))}\n"
     shown = [item for item in command.params if item.name not in COMPLETION and not item.hidden]
     if shown:
-        yield "\n| argument or option | default | what it does |\n|---|---|---|\n"
+        yield "\n"
     for item in shown:
         names = ", ".join(f"`{name}`" for name in (*item.opts, *item.secondary_opts))
         if item.param_type_name == "argument":
             names = f"`{item.name.upper()}`" + (" …" if item.nargs == -1 else "")
         text, stated = _help(item)
-        yield f"| {names} | {stated or _default(item)} | {text} |\n"
+        yield _item(names, stated or _default(item), text)
+
+
+def _item(name: str, stated: str, text: str) -> str:
+    """Return an item of a list: a name, what is stated of it in parentheses, and its meaning."""
+    head = f"{name} ({stated})" if stated else name
+    return f"- {head}: {text}\n" if text else f"- {head}\n"
 
 
 def _help(item: Any) -> tuple[str, str]:
     """Return what an option does, and the default that its text states."""
-    text = _cell(getattr(item, "help", "") or "")
+    text = _text(getattr(item, "help", "") or "")
     if isinstance(getattr(item, "show_default", None), str):
         return text, item.show_default
     match = re.fullmatch(r"(.*?) ?\[(?:default: )?([^\]]*)\]", text)
@@ -138,29 +144,27 @@ def parameter_page() -> str:
         " `ros2 param set /Srobot3/navigator traffic.patience 300.0`. `params/navigator.yaml` has"
         " all of them to copy from. Limits of speed and acceleration follow the robot model"
         " unless your file sets them.\n\nBeyond its range a parameter is refused, with a message"
-        " that names it. A group may refuse more, where values do not make sense together.\n",
+        " that names it. A group may refuse more, where values do not make sense together."
+        " In parentheses: default; range.\n",
     ]
     rows = parameter_table().values()
     for group, kind in get_type_hints(NavConfig).items():
         summary = (inspect.getdoc(kind) or "").splitlines()[0]
         parts.append(f"\n## {group}\n\n{summary}\n\n")
-        parts.append("| parameter | default | unit | range | effect |\n|---|---|---|---|---|\n")
         parts += [_parameter(row) for row in rows if row.group == group]
     parts.append(
         "\n## Read once\n\nOf one robot, written by `swarm-up`; `robot.` and what follows are those"
-        " of its model.\n\n| parameter | default | effect |\n|---|---|---|\n"
+        " of its model.\n\n"
     )
     for name, effect in FIXED_EFFECTS.items():
-        parts.append(f"| `{name}` | {_shown(FIXED[name])} | {_cell(effect)} |\n")
+        parts.append(_item(f"`{name}`", _shown(FIXED[name]), _text(effect)))
     return "".join(parts)
 
 
 def _parameter(row: ParameterRow) -> str:
     note = " (read once)" if row.is_fixed else ""
-    return (
-        f"| `{row.name}` | {_shown(row.default)} | {row.unit} | {_range(row)}"
-        f" | {_cell(row.effect)}{note} |\n"
-    )
+    default = f"{_shown(row.default)} {row.unit}".strip()
+    return _item(f"`{row.name}`", f"{default}; {_range(row)}", _text(row.effect) + note)
 
 
 def _shown(value: Any) -> str:
@@ -193,8 +197,8 @@ def topic_page() -> str:
         ("Of a robot", (*ROBOT_TOPICS, *COSTMAP_TOPICS)),
         ("Taken by a robot", ORDERS),
     ):
-        parts.append(f"\n## {title}\n\n| topic | type | quality |\n|---|---|---|\n")
-        parts += [f"| `{topic.name}` | `{topic.type}` | {_quality(topic)} |\n" for topic in topics]
+        parts.append(f"\n## {title}\n\n")
+        parts += [_item(f"`{t.name}`", "", f"`{t.type}`, {_quality(t)}") for t in topics]
     return "".join(parts) + SERVICES
 
 
@@ -216,27 +220,22 @@ those of [Nav2](../ros.md) that a robot refuses are there, too.
 
 ## Services of a robot
 
-| service | type |
-|---|---|
-| `lifecycle_manager_navigation/manage_nodes` | `nav2_msgs/srv/ManageLifecycleNodes` |
-| `lifecycle_manager_navigation/is_active` | `std_srvs/srv/Trigger` |
-| `N/get_state`, N: [Nav2's nodes](../ros.md) | `lifecycle_msgs/srv/GetState` |
-| `N/change_state`, `N/get_available_states`, … | `lifecycle_msgs/srv` |
-| `map_server/load_map` | `nav2_msgs/srv/LoadMap` |
-| `X/clear_entirely_X`, X: `global_costmap`, `local_costmap` | `nav2_msgs/srv/ClearEntireCostmap` |
-| `X/clear_around_X`, `X/clear_around_pose_X`, `X/clear_except_X` | `nav2_msgs/srv/ClearCostmap…` |
-| `X/get_costmap` | `nav2_msgs/srv/GetCostmap` |
+- `lifecycle_manager_navigation/manage_nodes`: `nav2_msgs/srv/ManageLifecycleNodes`
+- `lifecycle_manager_navigation/is_active`: `std_srvs/srv/Trigger`
+- `N/get_state`, N: [Nav2's nodes](../ros.md): `lifecycle_msgs/srv/GetState`
+- `N/change_state`, `N/get_available_states`, …: `lifecycle_msgs/srv`
+- `map_server/load_map`: `nav2_msgs/srv/LoadMap`
+- `X/clear_entirely_X`, X: `global_costmap`, `local_costmap`: `nav2_msgs/srv/ClearEntireCostmap`
+- `X/clear_around_X`, `X/clear_around_pose_X`, `X/clear_except_X`: `nav2_msgs/srv/ClearCostmap…`
+- `X/get_costmap`: `nav2_msgs/srv/GetCostmap`
 
 In a large swarm a server appears when its first client does; rarely used ones do so in any swarm.
 
 ## Services of the world
 
-Those of `simulation_interfaces` under `/sim/`: `get_simulation_state`, `set_simulation_state`,
-`step_simulation`, `simulate_steps` (an action), `spawn_entity`, `spawn_entities`,
-`delete_entity`, `get_entities`, `get_entities_states`,
-`get_entity_state`, `set_entity_state`, `reset_simulation`; limits and refusals are in
-[runtime](../runtime.md). The parameter `speed` of the node `/sim/world` is in times real time
-(0: as fast as possible).
+Those of [simulation_interfaces](../ros.md#simulation_interfaces) under `/sim/`; limits and refusals
+are in [runtime](../runtime.md). The parameter `speed` of the node `/sim/world` is in times real
+time (0: as fast as possible).
 """
 
 
@@ -291,8 +290,8 @@ def _docstring(item: Any) -> str:
     return "\n".join(lines)
 
 
-def _cell(text: str) -> str:
-    return " ".join(_cell_free(text).split()).replace("|", "\\|")
+def _text(text: str) -> str:
+    return " ".join(_cell_free(text).split())
 
 
 def _cell_free(text: str) -> str:

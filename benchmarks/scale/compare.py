@@ -45,11 +45,7 @@ class Side:
 def compare(
     names: tuple[str, str], jobs: Sequence[ScaleJob], console: Console
 ) -> tuple[Side, Side]:
-    """Return two sides: result files as they are, or commits that are run now, in turn.
-
-    Raises:
-        ConfigError: If a name is neither a file nor a commit.
-    """
+    """Return two sides: result files as they are, or commits that are run now, in turn."""
     first, second = names
     if all(Path(name).is_file() for name in names):
         one, other = (Side(name, read_scale_results(Path(name))) for name in names)

@@ -26,11 +26,7 @@ USAGE = Path("trace") / "usage.jsonl"  # of a run's folder
 
 
 def run_graph(job: ScaleJob, code: str, machine: str) -> ScaleResult:
-    """Run `swarm-up` once.
-
-    Raises:
-        SwarmUpError: If it left no report; the message ends with its last output.
-    """
+    """Run `swarm-up` once."""
     with tempfile.TemporaryDirectory(prefix="swarm-scale-") as name:
         folder = Path(name)
         log, parent = folder / "said.txt", os.getpid()

@@ -103,9 +103,6 @@ def plan_jobs(
         goals: Per robot; 0 for all of the mission.
         pack: Navigators per process; None for one, and for ten in swarms of more than 100.
         engine: None for bullet on the graph and planar in the harness.
-
-    Raises:
-        ConfigError: If an argument is out of its range.
     """
     if workload != AUTO and workload not in WORKLOADS:
         raise UnknownNameError("workload", workload, (AUTO, *WORKLOADS))

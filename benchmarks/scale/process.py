@@ -43,11 +43,7 @@ def run_harness(job: ScaleJob, code: str, machine: str) -> ScaleResult:
 
 
 def run_program(command: Sequence[str], env: Mapping[str, str]) -> tuple[dict[str, Any], float]:
-    """Run a program; return its last line of JSON and the share, 0 to 1, of the CPU others used.
-
-    Raises:
-        ScaleRunError: If there is no such line; the message ends with the last output.
-    """
+    """Run a program; return its last line of JSON and the share, 0 to 1, of the CPU others used."""
     neighbours, before = Neighbours(), _children_cpu()
     parent = os.getpid()
     ended = subprocess.run(

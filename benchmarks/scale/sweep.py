@@ -28,9 +28,6 @@ def run_scale(
     Args:
         file: JSON lines; None to keep nothing.
         runner: Runs peers; None for our own systems.
-
-    Raises:
-        SwarmError: For bad input, before anything runs, or for a run without a result.
     """
     for job in {(job.workload, job.robots): job for job in jobs}.values():
         check(RunOptions(scenario=job.scenario, robots=job.robots))

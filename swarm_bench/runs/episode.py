@@ -31,7 +31,7 @@ from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
 from swarm_common.robots.description import RobotModel
 from swarm_common.robots.fleet import limits_of
-from swarm_common.robots.loading import load_robot, load_robot_model
+from swarm_common.robots.loading import load_robot, open_robot
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.core.plugins import check_plugins
 from swarm_nav.traffic.conditions import Conditions, conditions
@@ -383,7 +383,7 @@ def _homes(scenario: Scenario, specs: list[RobotSpec], spawn: str) -> list[Pose]
 
 _scene = functools.lru_cache(maxsize=4)(load_world)
 _mission = functools.lru_cache(maxsize=4)(load_mission)
-_bodies = functools.lru_cache(maxsize=8)(load_robot_model)
+_robots = functools.lru_cache(maxsize=8)(open_robot)
 robot_named = functools.lru_cache(maxsize=8)(load_robot)
 
 
@@ -406,7 +406,9 @@ def _models(scenario: Scenario, options: RunOptions) -> dict[str, RobotModel] | 
     """Return the bodies of the robots by model, None if nobody looks at them."""
     if not scenario.with_lidar and options.engine == "planar":
         return None
-    return {robot_named(name).model: _bodies(name) for name in scenario.models(options.robots)}
+    return {
+        robot_named(name).model: _robots(name).model for name in scenario.models(options.robots)
+    }
 
 
 @functools.lru_cache(maxsize=8)

@@ -10,7 +10,6 @@ What a module imports of its folder stands above it:
     listing            What `swarm-up --list` shows: worlds, missions, robots and fleets
     doctor             Is this machine fit for a swarm of some size? If not, what to change
     console            What `swarm-commander` prints about a robot on its way
-    replay_command     The command `swarm-replay`: a recorded run in the viewer, or on the ROS graph
     session            A session of `swarm-up`: from a checked plan to report and exit code
     thing_request      The request with which `swarm-commander spawn` adds an object to the world
     commander_command  The command `swarm-commander`: drives robots of a running swarm

@@ -15,7 +15,6 @@ from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.cli.command_node import command_node
 from swarm_commander.cli.console import Moment, StatusConsole
-from swarm_commander.cli.main import FLEET_COMMANDS
 from swarm_commander.mission.discovery import (
     find_robots,
     read_home,
@@ -38,6 +37,7 @@ from swarm_commander.run.processes.signals import SignalCounter
 from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
+from swarm_common.model.robot_names import FLEET_COMMANDS
 
 CANCEL_LIMIT = 2.0  # [s] of wall time for cancelled goals to end
 READY_LIMIT = 20.0  # [s] of wall time for a robot to say where it is and to take goals

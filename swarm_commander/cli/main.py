@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 CTRL_C = 128 + signal.SIGINT
 LONGEST_NAME = 200  # letters of a file's name that are shown
-# Commands of swarm-commander that change the swarm.
-FLEET_COMMANDS = ("spawn", "remove", "move", "list", "reset", "restart", "record", "frames")
 
 
 def swarm_up() -> None:
@@ -39,11 +37,6 @@ def teleop() -> None:
 def report() -> None:
     """Run `swarm-report`."""
     _run("swarm-report")
-
-
-def replay() -> None:
-    """Run `swarm-replay`."""
-    _run("swarm-replay")
 
 
 def doctor() -> None:
@@ -86,6 +79,8 @@ def _end_quietly() -> None:
 
 def load_app(name: str) -> typer.Typer:
     """Import the command line of a command, and before it what it needs."""
+    from swarm_common.model.robot_names import FLEET_COMMANDS
+
     if name in ("swarm-commander", "swarm-teleop"):
         prepare_ros()
     match name:
@@ -99,8 +94,6 @@ def load_app(name: str) -> typer.Typer:
             from swarm_commander.cli.teleop_command import teleop_app as app
         case "swarm-report":
             from swarm_report.report_command import report_app as app
-        case "swarm-replay":
-            from swarm_commander.cli.replay_command import replay_app as app
         case "swarm-doctor":
             from swarm_commander.cli.doctor_command import doctor_app as app
         case _:

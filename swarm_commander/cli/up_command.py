@@ -27,14 +27,14 @@ from swarm_commander.run.input.options import (
 )
 from swarm_commander.run.input.plan import check_plan
 from swarm_commander.viewers.rviz import windows
-from swarm_common.files.bytecode import ensure_bytecode, own_packages
 from swarm_common.middleware.addresses import check_address, check_port, own_address
 from swarm_common.middleware.secret import given_secret
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.robot_names import DEFAULT, RobotNames
+from swarm_common.process.start import ensure_bytecode, own_packages
 from swarm_common.robots.fleet import fleet_names, load_fleet
-from swarm_common.robots.loading import robot_names as robot_models
 from swarm_common.robots.packages import add_package_paths
+from swarm_common.robots.source import robot_names as robot_models
 from swarm_setup.build import ensure_interfaces, interface_packages
 
 # Options by their panel of the help text.

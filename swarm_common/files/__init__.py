@@ -2,13 +2,11 @@
 
 What a module imports of its folder stands above it:
 
-    bytecode    Byte code of our modules where Python is told not to keep any
     edition     Which edition of the software this is: hosts of one swarm must run the same
     fuel        Models and worlds of Gazebo Fuel in the user's cache
     home        Where things are kept if there is no home folder, or a read-only one
     journal     Append-only files of JSON lines that stay readable if the writer is killed
     map_image   Images of maps as Nav2's map_server sees them
-    quiet       Libraries that write on the terminal what our own messages say better
     whole_file  Files that are there whole or not at all
     yaml_io     Strict reading of YAML files
     other_worlds  Floor plans, maps and worlds of other programs: how to make a world of them

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import os
 import pickle
-import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
 from swarm_common.files.home import NAME, cache_base
+from swarm_common.files.whole_file import write_whole
 
 MOST_KEPT = 100  # results of a kind; the oldest go first
 
@@ -31,10 +30,6 @@ def kept(kind: str, parts: Iterable[str | bytes], make: Callable[[], Result]) ->
     """Return the result of `make` for these parts; only the first call with them runs it.
 
     A cache that can't be read or written counts as empty.
-
-    Args:
-        parts: All that the result depends on, the code included.
-        make: Makes the result, which pickle must be able to keep.
     """
     digest = hashlib.sha256()
     for part in parts:
@@ -46,21 +41,9 @@ def kept(kind: str, parts: Iterable[str | bytes], make: Callable[[], Result]) ->
         return result
     result = make()
     with contextlib.suppress(OSError):
-        _write(path, pickle.dumps(result))
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, pickle.dumps(result))
+        results = sorted(path.parent.iterdir(), key=lambda file: file.stat().st_mtime)
+        for old in results[:-MOST_KEPT]:
+            old.unlink(missing_ok=True)
     return result
-
-
-def _write(path: Path, data: bytes) -> None:
-    """Write a file completely or not at all, even if another process writes it at the same time."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, name = tempfile.mkstemp(dir=path.parent)
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(data)
-        Path(name).replace(path)
-    except OSError:
-        Path(name).unlink(missing_ok=True)
-        raise
-    results = sorted(path.parent.iterdir(), key=lambda file: file.stat().st_mtime)
-    for old in results[:-MOST_KEPT]:
-        old.unlink(missing_ok=True)

@@ -14,11 +14,7 @@ DIGITS = 10  # of the digest that are shown
 
 
 def edition(packages: Sequence[str] = DECIDING) -> str:
-    """Return the version and a digest of the code that hosts must have in common.
-
-    Args:
-        packages: Names of the packages whose code that is.
-    """
+    """Return the version and a digest of the code that hosts must have in common."""
     root = Path(__file__).resolve().parents[2]
     digest = hashlib.sha256()
     for package in packages:

@@ -24,11 +24,7 @@ def home_folder() -> Path:
 
 
 def cache_base() -> Path:
-    """Return the folder for caches: the user's, or a private one among the temporary files.
-
-    Raises:
-        ConfigError: If nothing can be written where temporary files are kept, either.
-    """
+    """Return the folder for caches: the user's, or a private one among the temporary files."""
     base = _base("XDG_CACHE_HOME", ".cache")
     return base if can_be_written(base / NAME) else temporary_base()
 
@@ -42,11 +38,7 @@ def can_be_written(folder: Path) -> bool:
 
 
 def temporary_base() -> Path:
-    """Return a folder that belongs to this user alone; the same at each call.
-
-    Raises:
-        ConfigError: If nothing can be written where temporary files are kept.
-    """
+    """Return a folder that belongs to this user alone; the same at each call."""
     try:
         path = Path(tempfile.gettempdir()) / f"{NAME}-{os.getuid()}"
         with contextlib.suppress(FileExistsError):
@@ -70,10 +62,7 @@ def set_defaults(environment: MutableMapping[str, str]) -> None:
     which numba finds no place.
 
     Args:
-        environment: Of this process, changed before ROS, numba and matplotlib are loaded.
-
-    Raises:
-        ConfigError: If nothing can be written where temporary files are kept, either.
+        environment: Environment of this process, before ROS, numba and matplotlib are loaded.
     """
     ros = environment.get("ROS_HOME") or Path(environment.get("HOME") or os.devnull) / ".ros"
     cache, config = _base("XDG_CACHE_HOME", ".cache"), _base("XDG_CONFIG_HOME", ".config")
@@ -86,11 +75,7 @@ def set_defaults(environment: MutableMapping[str, str]) -> None:
 
 
 def log_to(folder: Path, environment: MutableMapping[str, str]) -> None:
-    """Let ROS log to a folder, unless the user has chosen another one that can be written.
-
-    Args:
-        environment: Of this process, after `set_defaults`.
-    """
+    """Let ROS log to a folder, unless the user has chosen another one that can be written."""
     chosen = Path(environment.get("ROS_LOG_DIR", ""))
     is_makeshift = chosen.name == "ros" and chosen.parent.name.startswith(f"{NAME}-")
     if is_makeshift or not environment.get("ROS_LOG_DIR"):

@@ -20,7 +20,7 @@ class Journal:
         """Begin an empty file.
 
         Args:
-            path: Of the file; what was in it is lost.
+            path: An old file is overwritten.
 
         Raises:
             OSError: If it cannot be written.

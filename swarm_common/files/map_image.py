@@ -43,11 +43,7 @@ class MapImage:
 
 
 def read_image(image: Path) -> MapImage:
-    """Return the pixels in a file.
-
-    Raises:
-        MapImageError: If it cannot be read, or is too large.
-    """
+    """Return the pixels in a file."""
     try:
         data = image.read_bytes()
     except OSError as cause:

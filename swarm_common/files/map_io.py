@@ -40,11 +40,7 @@ def map_path(name: str) -> Path:
 
 
 def map_of_world(world: Path) -> Path | None:
-    """Return the map that belongs to a world file: ours, or `map.yaml` beside a `world.sdf`.
-
-    Returns:
-        None if there is no map; it is drawn from the world then.
-    """
+    """Return the map of a world file: ours, or `map.yaml` beside a `world.sdf`; or None."""
     folder = world.absolute().parent
     if world.name != WORLD_FILE:
         return None
@@ -62,11 +58,7 @@ def load_map(path: str | Path) -> Grid:
     `Grid.upright` turns such a map.
 
     Args:
-        path: Of the YAML file; `~/` in front means home, as it does to map_server.
-
-    Raises:
-        MapImageError: If its image is missing or unusable.
-        MapError: If the file is.
+        path: YAML file; `~/` in front means home, as it does to map_server.
     """
     path = file_of(str(path))
     written = read_yaml(path, MapError, as_written=("*", "origin.*"))
@@ -92,7 +84,7 @@ def save_map(grid: Grid, path: str | Path) -> None:
     """Write a grid as a YAML file and a PGM of the same name beside it.
 
     Args:
-        grid: Of free, occupied and unknown cells; values between free and occupied become free.
+        grid: Cells between free and occupied become free.
 
     Raises:
         OSError: If a file cannot be written.

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import functools
+import logging
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.files.quiet import quiet_trimesh
 from swarm_common.model.errors import MeshError
 from swarm_common.model.shapes import FloatArray, Hull
 
@@ -18,11 +18,7 @@ THINNEST = 1e-4  # [m] that a flat mesh is given as thickness
 
 
 def load_hull(path: Path, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Hull:
-    """Return the convex hull of the mesh in a file, scaled.
-
-    Raises:
-        MeshError: If the file cannot be read, or holds no body.
-    """
+    """Return the convex hull of the mesh in a file, scaled."""
     return hull_of(_corners(path.absolute()) * np.array(scale), str(path))
 
 
@@ -35,9 +31,6 @@ def hull_of(points: FloatArray, where: str) -> Hull:
 
     Returns:
         The hull; one of more than `MAX_FACES` faces is approximated from inside.
-
-    Raises:
-        MeshError: If they span no body; the message names `where`.
     """
     from scipy.spatial import ConvexHull, QhullError  # slow to import
 
@@ -107,3 +100,8 @@ def _corners(path: Path) -> FloatArray:
     if corners.ndim != 2 or corners.shape[0] == 0:
         raise MeshError(f"{path}: the mesh is empty")
     return corners
+
+
+def quiet_trimesh() -> None:
+    """Keep trimesh from printing exceptions that it handles (a missing texture, a bad file)."""
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL + 1)

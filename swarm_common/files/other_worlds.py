@@ -47,9 +47,6 @@ def yaml_kind(path: Path) -> YamlKind:
 def check_plan_kind(path: Path) -> None:
     """Raise if a YAML file is no floor plan, with the way from it to a world.
 
-    Args:
-        path: Of a YAML file that is not a map of Nav2's.
-
     Raises:
         ConfigError: If it is a world or a building of another program.
     """

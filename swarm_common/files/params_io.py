@@ -23,9 +23,6 @@ def read_parameter_file(path: Path) -> dict[str, Flat]:
 
     Returns:
         Parameters by dotted name; names of nodes begin with a slash and may have wildcards.
-
-    Raises:
-        ConfigError: If a key has no place in such a file, or a parameter is given twice.
     """
     found: dict[str, Flat] = {}
     for pattern, body in _sections(read_yaml(path), "", path):
@@ -79,14 +76,7 @@ def _sections(
 
 
 def flatten(tree: Mapping[str, Any], where: str = "", prefix: str = "") -> Flat:
-    """Return nested parameters under their dotted names.
-
-    Args:
-        tree: Mappings in mappings; a list is a value.
-
-    Raises:
-        ConfigError: If two spellings, `a.b` and `b` below `a`, give one parameter twice.
-    """
+    """Return nested parameters under their dotted names."""
     flat: Flat = {}
     for key, value in tree.items():
         name = f"{prefix}{key}"

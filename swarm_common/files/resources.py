@@ -22,9 +22,6 @@ def share_directory(kind: str = "worlds") -> Path:
     `SWARM_SHARE` overrides; then an installed wheel's `swarm_common/data`; then the checkout that
     this file is in.
 
-    Args:
-        kind: Sub-folder that must be there.
-
     Raises:
         SwarmError: If no such folder exists.
     """
@@ -45,11 +42,6 @@ def find_resource(kind: str, name_or_path: str | Path, file_name: str) -> Path:
     Args:
         kind: ``robot`` or ``world``.
         name_or_path: Name of a shipped folder, a path to a folder or file, or a URI of Fuel.
-        file_name: File to look for in a folder.
-
-    Raises:
-        UnknownNameError: If it is neither a shipped name nor an existing path.
-        ConfigError: If a world is a floor plan, or a URI of Gazebo Fuel that is in no cache.
     """
     path = Path(name_or_path)
     if kind == "world" and "://" in str(name_or_path):
@@ -99,9 +91,6 @@ def file_of(text: str) -> Path:
 
     A path is taken as written (`#`, `?` and `%20` are part of it); `~/` in front means home. A URL
     that nobody quoted is taken as written, too, if only that file is there.
-
-    Args:
-        text: As the user or a client wrote it.
     """
     if not text.startswith("file://"):
         return Path(os.path.expanduser(text) if text.startswith("~/") else text)
@@ -112,21 +101,12 @@ def file_of(text: str) -> Path:
 
 
 def names_to_propose(name: str, shipped: Iterable[str]) -> list[str]:
-    """Return the YAML file of that name in the current folder; without one, what ships with us.
-
-    Args:
-        name: As given, of a file that was not found.
-        shipped: Names of those that ship with us.
-    """
+    """Return the YAML file of that name in the current folder; without one, what ships with us."""
     own = [f"./{name}{suffix}" for suffix in (".yaml", ".yml") if Path(f"{name}{suffix}").is_file()]
     return own or sorted(shipped)
 
 
 def resource_names(kind: str, file_name: str) -> list[str]:
-    """Return the names of all shipped folders of a kind, sorted.
-
-    Args:
-        kind: ``robot`` or ``world``.
-    """
+    """Return the names of all shipped folders of a kind, sorted."""
     home = share_directory() / f"{kind}s"
     return sorted(path.parent.name for path in home.glob(f"*/{file_name}"))

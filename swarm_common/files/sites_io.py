@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from swarm_common.files.yaml_io import (
     check_keys,
+    field_values,
     name_in,
-    number,
     numbers,
     pose_numbers,
     read_yaml,
@@ -31,12 +30,8 @@ def load_sites(path: str | Path, masks: Mapping[str, Path] | None = None) -> Sit
     """Return the sites in a file, which may name none.
 
     Args:
-        path: Of the YAML file; with masks it may be missing.
+        path: YAML file; with masks it may be missing.
         masks: Filter masks by their key in `zones:`, which replace those of the file.
-
-    Raises:
-        SwarmError: If the file or a mask is malformed, or a place lies in a keepout zone; the
-            message names file and key.
     """
     path = Path(path)
     data = (
@@ -142,11 +137,7 @@ def _charging(value: object, stations: list[str], what: str) -> tuple[str, ...]:
 
 
 def parse_spawn(value: object, what: str) -> Spawn:
-    """Return a spawn: an area, a list of areas, or a circle.
-
-    Raises:
-        ConfigError: If it is none; the message names `what`.
-    """
+    """Return a spawn: an area, a list of areas, or a circle."""
     if isinstance(value, list) and value:
         return SpawnAreas(tuple(_area(item, f"{what}[{i}]") for i, item in enumerate(value)))
     if isinstance(value, dict) and "radius" in value:
@@ -155,27 +146,15 @@ def parse_spawn(value: object, what: str) -> Spawn:
 
 
 def _circle(value: dict[str, Any], what: str) -> SpawnCircle:
-    circle = SpawnCircle(**_filled(value, SpawnCircle, 3, what))
+    circle = SpawnCircle(**field_values(SpawnCircle, value, what))
     if circle.radius <= 0.0:
         raise ConfigError(f"{what}.radius is {circle.radius} m; it must be positive")
     return circle
 
 
 def _area(value: object, what: str) -> SpawnArea:
-    if not isinstance(value, dict):
-        raise ConfigError(f"{what} is {value!r}; expected x_min, y_min, x_max, y_max")
-    area = SpawnArea(**_filled(value, SpawnArea, 4, what))
+    area = SpawnArea(**field_values(SpawnArea, value, what))
     yaw_number(area.yaw, what)
     if area.x_max < area.x_min or area.y_max < area.y_min or area.pitch <= 0.0:
         raise ConfigError(f"{what} is empty: {area}; expected x_min <= x_max, y_min <= y_max")
     return area
-
-
-def _filled(value: dict[str, Any], kind: type[Any], required: int, what: str) -> dict[str, float]:
-    """Return the numbers in a mapping, whose keys must be a dataclass's fields."""
-    known = [field.name for field in fields(kind)]
-    check_keys(value, known, what)
-    missing = [name for name in known[:required] if name not in value]
-    if missing:
-        raise ConfigError(f"{what} lacks {', '.join(missing)}")
-    return {key: number(item, f"{what}.{key}") for key, item in value.items()}

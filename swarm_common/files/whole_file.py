@@ -7,12 +7,8 @@ import tempfile
 from pathlib import Path
 
 
-def write_whole(path: Path, text: str) -> None:
+def write_whole(path: Path, content: str | bytes) -> None:
     """Replace a file; the old contents stay until all of the new ones are on disk.
-
-    Args:
-        path: Of the file; its folder is there.
-        text: Written as UTF-8.
 
     Raises:
         OSError: If it cannot be written; the old contents are then unchanged.
@@ -20,7 +16,7 @@ def write_whole(path: Path, text: str) -> None:
     descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
     try:
         with os.fdopen(descriptor, "wb") as file:
-            file.write(text.encode())
+            file.write(content.encode() if isinstance(content, str) else content)
             file.flush()
             os.fchmod(file.fileno(), 0o644)
             os.fsync(file.fileno())

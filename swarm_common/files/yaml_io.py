@@ -6,8 +6,10 @@ import contextlib
 import itertools
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import MISSING, fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import yaml
@@ -227,39 +229,69 @@ def _shown(value: object) -> str:
 
 
 def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
-    """Refuse keys that are not known.
-
-    Args:
-        where: File and place in it, for messages.
-
-    Raises:
-        UnknownNameError: For the first key that is not among the known ones.
-    """
+    """Refuse keys that are not known."""
     names = list(known)
     for key in data:
         if key not in names:
             raise UnknownNameError("key", str(key), names, where)
 
 
-def name_in(value: object, what: str, error: type[SwarmError] = ConfigError) -> str:
-    """Return a name that messages, tables and commands can show: one line, not empty.
+def field_values(
+    kind: type[Any],
+    value: object,
+    where: str,
+    error: type[SwarmError] = ConfigError,
+    *,
+    readers: Mapping[str, Callable[[Any, str], Any]] = MappingProxyType({}),
+    may_lack: bool = False,
+) -> dict[str, Any]:
+    """Return the values in a mapping whose keys are the fields of a dataclass.
 
-    Raises:
-        SwarmError: `error`, saying what was expected.
+    A field with a truth value as its default takes true or false, any other one a number.
+
+    Args:
+        readers: Readers of other fields by name; each takes the value and its place.
+        may_lack: Whether fields without a default may be missing, too.
     """
+    known = {item.name: item.default for item in fields(kind)}
+    required = [
+        item.name
+        for item in fields(kind)
+        if item.default is MISSING and item.default_factory is MISSING
+    ]
+    if not isinstance(value, Mapping):
+        expected = ", ".join(required) or "'key: value' lines"
+        raise error(f"{where} is {value!r}; expected {expected}")
+    data = dict(value)
+    check_keys(data, known, where)
+    missing = [name for name in required if name not in data]
+    if missing and not may_lack:
+        raise error(f"{where} lacks {', '.join(missing)}")
+    values = {}
+    for key, given in data.items():
+        what = f"{where}.{key}"
+        if key in readers:
+            values[key] = readers[key](given, what)
+        elif not isinstance(known[key], bool):
+            values[key] = number(given, what, error)
+        elif isinstance(given, bool):
+            values[key] = given
+        else:
+            raise error(f"{what} is {given!r}; expected true or false")
+    return values
+
+
+def name_in(value: object, what: str) -> str:
+    """Return a name that messages, tables and commands can show: one line, not empty."""
     if isinstance(value, str) and value and value == value.strip() and value.isprintable():
         return value
-    raise error(
+    raise ConfigError(
         f"{what}: the name is {_shown(value)}; expected text on one line, without blanks around it"
     )
 
 
 def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
-    """Return a finite number; true and false are none.
-
-    Raises:
-        SwarmError: `error`, saying what was expected.
-    """
+    """Return a finite number; true and false are none."""
     if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > LARGEST:
         raise error(f"{what} is {_shown(value)}; expected a number")
     if not math.isfinite(value):
@@ -267,41 +299,24 @@ def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> f
     return float(value)
 
 
-def yaw_number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
-    """Return an angle [rad] of at most a turn to either side: a larger one may be in degrees.
-
-    Raises:
-        SwarmError: `error`, saying what was expected.
-    """
-    angle = number(value, what, error)
+def yaw_number(value: object, what: str) -> float:
+    """Return an angle [rad] of at most a turn to either side: a larger one may be in degrees."""
+    angle = number(value, what)
     if abs(angle) > math.tau + 1e-6:
-        raise error(f"{what}: yaw is {angle:g}; expected -2 pi to 2 pi, in radians")
+        raise ConfigError(f"{what}: yaw is {angle:g}; expected -2 pi to 2 pi, in radians")
     return angle
 
 
-def pose_numbers(
-    value: object, what: str, error: type[SwarmError] = ConfigError
-) -> tuple[float, float, float]:
-    """Return x, y [m] and yaw [rad].
-
-    Raises:
-        SwarmError: `error`, saying what was expected.
-    """
-    x, y, angle = numbers(value, 3, f"{what} [x, y, yaw]", error)
-    return x, y, yaw_number(angle, what, error)
+def pose_numbers(value: object, what: str) -> tuple[float, float, float]:
+    """Return x, y [m] and yaw [rad]."""
+    x, y, angle = numbers(value, 3, f"{what} [x, y, yaw]")
+    return x, y, yaw_number(angle, what)
 
 
 def numbers(
     value: object, count: int, what: str, error: type[SwarmError] = ConfigError
 ) -> tuple[float, ...]:
-    """Return a tuple of finite numbers.
-
-    Args:
-        count: How many there must be.
-
-    Raises:
-        SwarmError: `error`, saying what was expected.
-    """
+    """Return a tuple of finite numbers."""
     if not isinstance(value, list) or len(value) != count:
         raise error(f"{what} is {value!r}; expected a list of {count} numbers")
     return tuple(number(item, what, error) for item in value)

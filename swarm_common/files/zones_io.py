@@ -29,12 +29,8 @@ def parse_zones(value: object, path: Path, masks: Mapping[str, Path]) -> Zones:
     """Return the zones of a sites file.
 
     Args:
-        value: Of the key `zones`; None without one.
-        path: Of the sites file; masks are relative to its folder.
+        path: Sites file; masks are relative to its folder.
         masks: Files of masks, by key, that replace those of the sites file.
-
-    Raises:
-        SwarmError: If a zone or a mask is malformed; the message names file and key.
     """
     where = f"{path}: zones"
     if value is None and not masks:
@@ -70,16 +66,7 @@ def parse_zones(value: object, path: Path, masks: Mapping[str, Path]) -> Zones:
 
 
 def copy_masks(path: Path, masks: Mapping[str, Path], folder: Path) -> dict[str, Any] | None:
-    """Copy the masks of a sites file, so that nobody edits them while a swarm reads them.
-
-    Args:
-        path: Of the sites file; with masks it may be missing.
-        masks: Files of masks, by key, that replace those of the sites file.
-        folder: For the copies, beside the copy of the sites file.
-
-    Returns:
-        The content of the sites file with the copies in it; None if it has no masks.
-    """
+    """Copy the masks of a sites file; return its content with the copies, None without masks."""
     data = read_yaml(path, may_be_empty=True) if path.is_file() else {}
     zones = dict(data.get("zones") or {}) | {k: str(mask.absolute()) for k, mask in masks.items()}
     entries = {key: zones[key] for key in MASKS if zones.get(key) is not None}
@@ -102,11 +89,7 @@ def mask_file(entry: object, path: Path) -> Path:
     """Return the map file of a mask.
 
     Args:
-        entry: Of `keepout_mask` or `speed_mask`: a file name, or a mapping with one.
-        path: Of the sites file; the name is relative to its folder.
-
-    Raises:
-        ConfigError: If it is neither.
+        entry: Value of `keepout_mask` or `speed_mask`: a file name, or a mapping with one.
     """
     name = entry.get("mask") if isinstance(entry, dict) else entry
     if not isinstance(name, str) or not name:

@@ -56,11 +56,7 @@ def own_addresses() -> dict[str, str]:
 
 
 def own_address(text: str) -> str:
-    """Return the address that --bind names: an IPv4 address of this host, or its interface.
-
-    Raises:
-        ConfigError: If this host has neither.
-    """
+    """Return the address that --bind names: an IPv4 address of this host, or its interface."""
     known = own_addresses()
     if text in known:
         return text
@@ -74,11 +70,7 @@ def own_address(text: str) -> str:
 
 
 def address_of(host: str) -> str:
-    """Return the IPv4 address of a host by name or address.
-
-    Raises:
-        ConfigError: If it has none.
-    """
+    """Return the IPv4 address of a host by name or address."""
     try:
         found = socket.getaddrinfo(host, None, socket.AF_INET, socket.SOCK_DGRAM)[0][4][0]
     except (OSError, UnicodeError) as error:
@@ -91,14 +83,7 @@ def address_of(host: str) -> str:
 
 
 def address_towards(address: str) -> str:
-    """Return the own address from which this host reaches another; nothing is sent.
-
-    Args:
-        address: IPv4, of the other host.
-
-    Raises:
-        ConfigError: If there is no way to it.
-    """
+    """Return the own address from which this host reaches another; nothing is sent."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect((address, DISCARD))

@@ -30,11 +30,7 @@ def battery_message(reading: BatteryReading, battery: BatterySpec) -> BatterySta
 
 
 def read_battery(data: bytes) -> BatteryReading:
-    """Return the reading in a message.
-
-    Raises:
-        RejectedError: If it is none, or does not say how much charge there is.
-    """
+    """Return the reading in a message."""
     message = ros_io.unpacked(data, BatteryState)
     share = float(message.percentage)
     if not 0.0 <= share <= 1.0:

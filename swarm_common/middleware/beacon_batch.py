@@ -29,11 +29,7 @@ _HEAD = struct.Struct("<IIII")  # stamp, robots, beacons
 
 
 def topic_of(host: str) -> str:
-    """Return the topic of a host's batches.
-
-    Args:
-        host: Name of the start of its swarm-up.
-    """
+    """Return the topic of a host's batches."""
     return f"/sim/beacons/h{host}"
 
 
@@ -41,12 +37,7 @@ class BatchWriter:
     """Encodes the batches for one host."""
 
     def __init__(self, secret: str, run: str, host: str) -> None:
-        """Begin with batch 1.
-
-        Args:
-            secret: Shared by the hosts; seals the batches.
-            host: Name of the start of its swarm-up.
-        """
+        """Begin with batch 1."""
         self._secret = secret
         self._for = (KIND.encode(), run.encode(), host.encode())
         self._number = 0
@@ -55,7 +46,8 @@ class BatchWriter:
         """Return the message of one tick.
 
         Args:
-            receptions: What each robot of the host hears, by its number; all share their words.
+            receptions: Beacons that each robot of the host hears, by its number; all share their
+                words.
         """
         self._number += 1
         number = _NUMBER.pack(self._number)
@@ -69,21 +61,13 @@ class BatchReader:
     """Decodes them, each once."""
 
     def __init__(self, secret: str, run: str, host: str) -> None:
-        """Begin before batch 1.
-
-        Args:
-            secret: Shared by the hosts; seals the batches.
-            host: Name of the start of its swarm-up.
-        """
+        """Begin before batch 1."""
         self._secret = secret
         self._for = (KIND.encode(), run.encode(), host.encode())
         self._newest = 0
 
     def decode(self, message: bytes) -> list[tuple[int, bytes]]:
         """Return the NeighborArray message of each robot, by its number; none of an old batch.
-
-        Args:
-            message: Whole, in CDR, as it came from the topic.
 
         Raises:
             ForgedError: If the seal is not right.

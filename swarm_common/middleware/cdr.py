@@ -51,20 +51,12 @@ def encode_string(text: str) -> bytes:
 
 
 def read_tick(data: bytes) -> int:
-    """Return the control tick in the stamp of a message that starts with one.
-
-    Raises:
-        RejectedError: If there is no sensible stamp.
-    """
+    """Return the control tick in the stamp of a message that starts with one."""
     return tick_from_stamp(*read_stamp(data))
 
 
 def yaw_of(qx: float, qy: float, qz: float, qw: float) -> float:
-    """Return the yaw of a unit quaternion.
-
-    Returns:
-        [rad] in [-π, π].
-    """
+    """Return the yaw, -π to π, of a unit quaternion."""
     return math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
 
 
@@ -77,12 +69,7 @@ class OdometryWriter:
     _VARIANCE = struct.Struct("<d")
 
     def __init__(self, frame: str, child_frame: str) -> None:
-        """Lay out the message; all variances are 0.
-
-        Args:
-            frame: Parent frame, like `odom`.
-            child_frame: Like `base_footprint`.
-        """
+        """Lay out the message; all variances are 0."""
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
         data += bytes(aligned(len(data), 4) - len(data)) + encode_string(child_frame)
         data += bytes(aligned(len(data), 8) - len(data))
@@ -95,21 +82,15 @@ class OdometryWriter:
         """Let the next messages have these variances.
 
         Args:
-            of_pose: Of x, y [m²] and yaw [rad²].
-            of_twist: Of vx, vy [m²/s²] and wz [rad²/s²].
+            of_pose: Variances of x, y [m²] and yaw [rad²].
+            of_twist: Variances of vx, vy [m²/s²] and wz [rad²/s²].
         """
         for at, variances in ((self._pose_at + 56, of_pose), (self._twist_at + 48, of_twist)):
             for place, variance in zip(self._DIAGONAL, variances, strict=True):
                 self._VARIANCE.pack_into(self._data, at + 8 * place, variance)
 
     def encode(self, tick: int, pose: Pose, twist: Twist) -> bytes:
-        """Return the message of one tick.
-
-        Args:
-            tick: Control tick, for the stamp.
-            pose: Of the child frame in the parent frame.
-            twist: In the child frame.
-        """
+        """Return the message of one tick."""
         data = self._data
         STAMP.pack_into(data, HEAD, *stamp_from_tick(tick))
         half = 0.5 * pose.yaw
@@ -133,11 +114,7 @@ class OdometryReader:
         self._reach = reach
 
     def read(self, data: bytes) -> Odometry:
-        """Return what a message says.
-
-        Raises:
-            RejectedError: If it is not odometry, or has an impossible number.
-        """
+        """Return what a message says."""
         sec, nanosec, x, y, _, qx, qy, qz, qw, vx, vy, _, _, _, wz = self._layout.unpack(data)
         reach, speed = self._reach, MOST_SPEED
         if not (-reach <= x <= reach and -reach <= y <= reach):  # also of NaN
@@ -157,24 +134,14 @@ class CovariantPoseWriter:
     _DIAGONAL = (0, 7, 35)  # x, y, yaw in the 6 x 6 covariance
 
     def __init__(self, frame: str) -> None:
-        """Lay out the message.
-
-        Args:
-            frame: Frame id of all messages.
-        """
+        """Lay out the message."""
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
         data += bytes(aligned(len(data), 8) - len(data))
         self._pose_at = len(data)
         self._data = data + bytes(self._POSE.size) + COVARIANCE
 
     def encode(self, tick: int, pose: Pose, variances: Sequence[float]) -> bytes:
-        """Return the message of one tick.
-
-        Args:
-            tick: Control tick, for the stamp.
-            pose: In the frame of the message.
-            variances: Of x, y [m²] and yaw [rad²].
-        """
+        """Return the message of one tick."""
         data = self._data
         STAMP.pack_into(data, HEAD, *stamp_from_tick(tick))
         half = 0.5 * pose.yaw
@@ -191,12 +158,7 @@ class TransformsWriter:
     """Encodes tf2_msgs/TFMessage: one frame to many others, all in the plane."""
 
     def __init__(self, parent: str, children: Sequence[str]) -> None:
-        """Lay out the message.
-
-        Args:
-            parent: Frame id of all transforms.
-            children: Frame ids of the others.
-        """
+        """Lay out the message."""
         data = bytearray(LITTLE_ENDIAN + struct.pack("<I", len(children)))
         stamps, poses = [], []
         for child in children:
@@ -218,7 +180,6 @@ class TransformsWriter:
         """Return the message of one tick.
 
         Args:
-            tick: Control tick, for the stamp.
             poses: x, y, yaw (n, 3) [m, rad] of each child in the parent frame.
         """
         sec, nanosec = stamp_from_tick(tick)
@@ -243,11 +204,7 @@ class TransformsReader:
         self._stamp_at = 0
 
     def read(self, data: bytes) -> tuple[int, list[str], NDArray[np.float64]]:
-        """Return (tick, child frames, their x, y, yaw (n, 3)) of a message.
-
-        Raises:
-            RejectedError: If it is not such a message, or big-endian.
-        """
+        """Return (tick, child frames, their x, y, yaw (n, 3)) of a message."""
         if byte_order(data) != LITTLE or len(data) < HEAD + 4:
             raise RejectedError(f"{len(data)} bytes are no little-endian CDR")
         if not struct.unpack_from("<I", data, HEAD)[0]:
@@ -292,12 +249,7 @@ class ScanWriter:
     """Encodes sensor_msgs/LaserScan with a fixed frame id and rate."""
 
     def __init__(self, frame: str, scan_time: float) -> None:
-        """Keep what never changes.
-
-        Args:
-            frame: Frame id of the LiDAR.
-            scan_time: [s] between two scans.
-        """
+        """Keep what never changes."""
         head = LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame)
         self._head = bytearray(head + bytes(aligned(len(head), 4) - len(head)))
         self._scan_time = scan_time
@@ -330,9 +282,6 @@ def read_scan(data: bytes) -> Scan:
 
     A view would be read-only, for which numba would compile every kernel once more. A range may be
     anything, as in the message's definition: only those within the LiDAR's limits count.
-
-    Raises:
-        RejectedError: If it is not a scan, or its geometry makes no sense.
     """
     order = byte_order(data)
     tick = read_tick(data)
@@ -358,11 +307,7 @@ class CommandWriter:
     _TWIST = struct.Struct("<6d")
 
     def __init__(self, frame: str) -> None:
-        """Lay out the message.
-
-        Args:
-            frame: Frame id of all messages.
-        """
+        """Lay out the message."""
         data = bytearray(LITTLE_ENDIAN + STAMP.pack(0, 0) + encode_string(frame))
         data += bytes(aligned(len(data), 8) - len(data))
         self._twist_at = len(data)
@@ -372,7 +317,7 @@ class CommandWriter:
         """Return the command that answers a tick.
 
         Args:
-            tick: That is answered; the stamp of the command.
+            tick: Tick that is answered; the stamp of the command.
         """
         STAMP.pack_into(self._data, HEAD, *stamp_from_tick(tick))
         self._TWIST.pack_into(
@@ -388,21 +333,13 @@ class CommandReader:
         self._layout = Layout(1, 8, "6d")
 
     def read(self, data: bytes) -> tuple[int, Twist]:
-        """Return (tick, twist) of a message.
-
-        Raises:
-            RejectedError: If it is not a command, or asks for more than any robot can do.
-        """
+        """Return (tick, twist) of a message."""
         sec, nanosec, vx, vy, _, _, _, wz = self._layout.unpack(data)
         return tick_from_stamp(sec, nanosec), _checked_twist(vx, vy, wz)
 
 
 def read_plain_command(data: bytes) -> Twist:
-    """Return the twist of a geometry_msgs/Twist message.
-
-    Raises:
-        RejectedError: If it is not a command, or asks for more than any robot can do.
-    """
+    """Return the twist of a geometry_msgs/Twist message."""
     order = byte_order(data)
     if len(data) < HEAD + 6 * 8:
         raise RejectedError(f"{len(data)} bytes are too few for a twist")

@@ -32,15 +32,7 @@ def aligned(offset: int, size: int) -> int:
 
 
 def after_string(data: bytes, offset: int, order: str = LITTLE) -> int:
-    """Return the offset behind the CDR string that starts at `offset` (4-aligned).
-
-    Args:
-        offset: [bytes] from the start of the message, encapsulation included.
-        order: `LITTLE` or `BIG`.
-
-    Raises:
-        RejectedError: If the message ends before the string does.
-    """
+    """Return the offset behind the CDR string that starts at `offset` (4-aligned)."""
     offset = aligned(offset, 4)
     size = int.from_bytes(data[offset : offset + 4], "little" if order == LITTLE else "big")
     end = offset + 4 + size
@@ -50,11 +42,7 @@ def after_string(data: bytes, offset: int, order: str = LITTLE) -> int:
 
 
 def byte_order(data: bytes) -> str:
-    """Return the byte order of a message as `struct` has it.
-
-    Raises:
-        RejectedError: If it is not plain CDR.
-    """
+    """Return the byte order of a message as `struct` has it."""
     order = _ORDERS.get(data[:2])
     if order is None or len(data) < HEAD:
         raise RejectedError(f"{len(data)} bytes beginning with {data[:4].hex()} are not plain CDR")
@@ -64,10 +52,6 @@ def byte_order(data: bytes) -> str:
 def check_stamp(sec: int, nanosec: int) -> None:
     """Refuse a stamp that no simulated time has.
 
-    Args:
-        sec: [s]
-        nanosec: [ns]
-
     Raises:
         RejectedError: Saying which it is.
     """
@@ -76,11 +60,7 @@ def check_stamp(sec: int, nanosec: int) -> None:
 
 
 def read_stamp(data: bytes) -> tuple[int, int]:
-    """Return (sec, nanosec) of a message that begins with a stamp.
-
-    Raises:
-        RejectedError: If it does not, or the stamp makes no sense.
-    """
+    """Return (sec, nanosec) of a message that begins with a stamp."""
     order = byte_order(data)
     if len(data) < HEAD + STAMP.size:
         raise RejectedError(f"{len(data)} bytes have no stamp")
@@ -108,11 +88,7 @@ class Layout:
         self._struct = STAMP
 
     def unpack(self, data: bytes) -> tuple[Any, ...]:
-        """Return seconds and nanoseconds of the stamp, then the numbers.
-
-        Raises:
-            RejectedError: If the message is not plain CDR, is too short, or has no sensible stamp.
-        """
+        """Return seconds and nanoseconds of the stamp, then the numbers."""
         if data[HEAD + STAMP.size : self._end] != self._texts or data[:2] != self._head:
             self._learn(data)
         try:

@@ -38,18 +38,13 @@ class Peers:
     ids: tuple[int, ...] | None = None  # participant ids on it; None for all that are possible
 
 
-def profile(own_address: str, peers: Sequence[Peers], domain: int, lease: int = LEASE) -> str:
-    """Return the profile of participants that bind to one address and use no multicast.
-
-    Args:
-        own_address: IPv4 address of this host; the only one that is bound to and announced.
-        lease: [s] of silence after which a participant counts as gone.
-    """
+def profile(own_address: str, peers: Sequence[Peers], domain: int) -> str:
+    """Return the profile of participants that bind to one address and use no multicast."""
     root = ElementTree.parse(TEMPLATE).getroot()
     _only(root, "interfaceWhiteList/d:address").text = own_address
     transport = _only(root, "transport_descriptor")
     ElementTree.SubElement(transport, f"{{{NAMESPACE}}}maxMessageSize").text = str(DATAGRAM)
-    _only(root, "leaseDuration/d:sec").text = str(lease)
+    _only(root, "leaseDuration/d:sec").text = str(LEASE)
     _only(root, "leaseAnnouncement/d:sec").text = str(ANNOUNCEMENT)
     known = _only(root, "initialPeersList")
     known.clear()
@@ -80,7 +75,6 @@ def peers_of_tools(own_address: str, world_address: str) -> list[Peers]:
     """Return the peers of a tool that looks at the graph from one of its hosts.
 
     Args:
-        own_address: IPv4 address of this host.
         world_address: IPv4 address of the world's host; may be the same.
     """
     own = Peers(own_address)
@@ -95,9 +89,7 @@ def peers_of_robots(own_address: str, world_address: str, processes: int) -> lis
     Robots need not know each other in DDS: their beacons go through the world's radio.
 
     Args:
-        own_address: IPv4 address of this host.
-        world_address: IPv4 address of the world's host; may be the same.
-        processes: That the navigators of this host are in.
+        processes: Number of processes with the navigators of this host.
     """
     if world_address == own_address:
         return [Peers(own_address)]

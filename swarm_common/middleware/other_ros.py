@@ -77,11 +77,7 @@ def is_own_ros() -> bool:
 
 
 def unusable_packages(environ: Mapping[str, str], version: str) -> list[str]:
-    """Return the folders on PYTHONPATH that belong to a ROS 2 for another Python.
-
-    Args:
-        version: Of this Python, like 3.11.
-    """
+    """Return the folders on PYTHONPATH that belong to a ROS 2 for another Python."""
     folders = environ.get(PACKAGES, "").split(os.pathsep)
     return [folder for folder in folders if _is_unusable(folder, version)]
 
@@ -103,9 +99,6 @@ def libraries_of_others(folders: str, own: set[Path]) -> list[str]:
 
     These are `ros_*.libs` of its packages and `lib` of the environment, where messages that were
     built for it are.
-
-    Args:
-        own: Folders `ros_*.libs` of this environment, resolved.
     """
     parts = {folder: Path(folder).resolve() for folder in folders.split(os.pathsep) if folder}
     packages = {path for path in parts.values() if path.match(WHEELS)} - own

@@ -32,9 +32,6 @@ def prepare(robots: int, navigators: int, profile: Path) -> bool:
     """Return whether a process needs hubs; call it before the first participant is created.
 
     Then the process announces itself to newcomers only: the navigators come to it.
-
-    Args:
-        profile: Where the process's DDS profile is written.
     """
     if not ros_env.is_large(robots):
         return False
@@ -59,11 +56,8 @@ class Hubs:
         """Create the hubs, before anybody is there to be told.
 
         Args:
-            is_large: What `prepare` returned.
+            is_large: Result of `prepare`.
             with_gallery: Whether `gallery` is to be a participant of its own, too.
-
-        Raises:
-            ConfigError: If DDS did not take our profile and listens elsewhere.
         """
         self._own = own
         self.gallery = own
@@ -91,11 +85,7 @@ class Hubs:
         return self._nodes[min(robot // HUB_SIZE, len(self._nodes) - 1)]
 
     def ports(self, names: Sequence[str]) -> dict[str, int]:
-        """Return the port of its hub for each robot of an ordered list, none without hubs.
-
-        Args:
-            names: Of the robots, in the order of their indices.
-        """
+        """Return the port of its hub for each robot of an ordered list, none without hubs."""
         last = len(self._ports) - 1
         return {
             name: self._ports[min(robot // HUB_SIZE, last)]

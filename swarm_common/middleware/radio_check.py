@@ -33,9 +33,6 @@ def read_beacon(data: bytes, robot_id: int, now: int) -> np.void:
     Args:
         robot_id: Id that the beacon must have; 0 accepts any.
         now: Tick after which no beacon can be.
-
-    Raises:
-        RejectedError: If it is not a valid beacon of that robot.
     """
     words = _words(data)
     if len(words) != BEACON_WORDS:
@@ -52,13 +49,10 @@ def read_neighbors(data: bytes, own_id: int) -> tuple[int, BeaconArray, str]:
     """Return the sound beacons of a NeighborArray message.
 
     Args:
-        own_id: Of the receiver, which does not hear itself.
+        own_id: Id of the receiver, which does not hear itself.
 
     Returns:
         The tick, the beacons (n,) ascending by id, writable; why others were left out, or nothing.
-
-    Raises:
-        RejectedError: If the message is none.
     """
     words = _words(data)
     if len(words) < BATCH_HEAD:

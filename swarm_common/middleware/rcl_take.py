@@ -62,11 +62,7 @@ def _libraries() -> tuple[Any, Any]:
 
 
 def sender_of(gid: Sequence[int]) -> Sender:
-    """Return a publisher's id from the bytes that the graph lists.
-
-    Args:
-        gid: Bytes of `endpoint_gid`; 16 of them count.
-    """
+    """Return a publisher's id from the bytes that the graph lists."""
     raw = bytes(gid)[:GID_SIZE].ljust(GID_SIZE, b"\x00")
     return int.from_bytes(raw[:8], "little"), int.from_bytes(raw[8:], "little")
 
@@ -75,7 +71,7 @@ class Taker:
     """Takes messages into a buffer of its own.
 
     Attributes:
-        sender: Of the message taken last.
+        sender: Sender of the latest message.
         received: [ns] of wall time at which that message came.
         sequence: Number of that message among those of its sender on the topic.
     """

@@ -64,24 +64,14 @@ require("ros-jazzy-rclpy", __name__, PARTS)
 
 
 def subscription(node: Node, kind: Any, name: str, quality: QoSProfile) -> Any:
-    """Return the handle of a subscription; `pointer` is the address of its rcl_subscription_t.
-
-    Args:
-        node: Appears as the subscriber in the graph.
-        name: Relative to the node's namespace, or absolute.
-    """
+    """Return the handle of a subscription; `pointer` is the address of its rcl_subscription_t."""
     check_for_type_support(kind)
     with node.handle:
         return _rclpy.Subscription(node.handle, kind, name, quality.get_c_qos_profile())
 
 
 def service(node: Node, kind: Any, name: str) -> Any:
-    """Return the handle of a service.
-
-    Args:
-        node: Appears as the server in the graph.
-        name: Relative to the node's namespace, or absolute.
-    """
+    """Return the handle of a service."""
     check_for_type_support(kind)
     quality = qos_profile_services_default.get_c_qos_profile()
     with node.handle:
@@ -101,8 +91,8 @@ def service_of_name(
     """Offer a service of a node that exists in name only; a real node's executor answers.
 
     Args:
-        owner: What `name_in_graph` returned.
-        answer: Takes request and response, returns the response.
+        owner: Result of `name_in_graph`.
+        answer: Gets request and response, returns the response.
     """
     check_for_type_support(kind)
     quality = qos_profile_services_default
@@ -121,10 +111,6 @@ def removable_publisher(node: Node, kind: Any, name: str, quality: QoSProfile) -
     It does not report subscribers of another quality or type. rclpy 7.1 ends the process by SIGSEGV
     when such an event comes between the end of a publisher and the executor's next turn: it drops
     its last reference to the wait set of the event's handler without holding Python's lock.
-
-    Args:
-        node: Appears as the publisher in the graph.
-        name: Relative to the node's namespace, or absolute.
     """
     silent = PublisherEventCallbacks(use_default_callbacks=False)
     return node.create_publisher(kind, name, quality, event_callbacks=silent)
@@ -133,23 +119,13 @@ def removable_publisher(node: Node, kind: Any, name: str, quality: QoSProfile) -
 def removable_subscription(
     node: Node, kind: Any, name: str, callback: Callable[[Any], object], quality: QoSProfile
 ) -> Subscription:
-    """Return a subscription that may be destroyed while a SafeExecutor has its node.
-
-    Args:
-        node: Appears as the subscriber in the graph.
-        name: Relative to the node's namespace, or absolute.
-        callback: Called with each message, by the node's executor.
-    """
+    """Return a subscription that may be destroyed while a SafeExecutor has its node."""
     silent = SubscriptionEventCallbacks(use_default_callbacks=False)
     return node.create_subscription(kind, name, callback, quality, event_callbacks=silent)
 
 
 def wait_set(context: Context, capacity: int) -> Any:
-    """Return a wait set for a number of subscriptions.
-
-    Args:
-        capacity: Largest number of subscriptions at a time.
-    """
+    """Return a wait set for a number of subscriptions."""
     with context.handle:
         return _rclpy.WaitSet(capacity, 0, 0, 0, 0, 0, context.handle)
 
@@ -162,11 +138,7 @@ class SafeExecutor(_rclpy.EventsExecutor):  # type: ignore[misc]  # rclpy has no
     """
 
     def __init__(self, *, context: Context | None = None) -> None:
-        """Begin without nodes; the rest is what rclpy.experimental does.
-
-        Args:
-            context: Of its nodes; None for the default one.
-        """
+        """Begin without nodes; the rest is what rclpy.experimental does."""
         context = context or rclpy.get_default_context()
         faulthandler.enable()
         super().__init__(context)
@@ -178,9 +150,6 @@ class SafeExecutor(_rclpy.EventsExecutor):  # type: ignore[misc]  # rclpy has no
 
         Args:
             callback: The function; what it raises is logged.
-
-        Returns:
-            rclpy's task.
         """
         note = self._faults.note
         if inspect.iscoroutinefunction(callback):
@@ -272,7 +241,7 @@ def time_source_without_topic(node: Node) -> TimeSource:
     rclpy offers no other way to have `use_sim_time` without the subscription.
 
     Args:
-        node: That was created without `use_sim_time`.
+        node: A node without `use_sim_time`.
     """
     source = node._time_source
     source._subscribe_to_clock_topic = lambda: None

@@ -24,17 +24,13 @@ class RejectedError(SwarmError, ValueError):
 
 
 class Rejections:
-    """The inputs that the doors of one process turned away.
-
-    Attributes:
-        counts: By kind, since the start.
-    """
+    """The inputs that the doors of one process turned away."""
 
     def __init__(self, events: EventWriter, say: Callable[[str], object]) -> None:
         """Begin with none.
 
         Args:
-            say: Takes the line that is said once per kind and source, for the log.
+            say: Receives a line for the log, once per kind and source.
         """
         self.counts: Counter[str] = Counter()
         self._events = events
@@ -50,8 +46,7 @@ class Rejections:
         Args:
             kind: The input, like `odom`, `goal` or `/sim/spawn_entity`. As few as there are doors:
                 never a part of the input itself.
-            source: Who sent it, as far as that is known: a robot, a node, a client.
-            reason: What was found, and what is expected.
+            source: Sender as far as it is known: a robot, a node, a client.
         """
         self.counts[kind] += 1
         sources = self._sources.setdefault(kind, set())
@@ -63,11 +58,7 @@ class Rejections:
         self._say(_line(kind, source, reason))
 
     def tell(self, now: float) -> None:
-        """Send new rejections to swarm-up, no more often than it reads them.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Send new rejections to swarm-up, no more often than it reads them."""
         if now >= self._due and self.counts != self._told:
             self._due = now + TELL_PERIOD
             self.flush()

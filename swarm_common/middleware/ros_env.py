@@ -80,11 +80,7 @@ def use_profile(path: str) -> None:
 
 
 def _check_security() -> None:
-    """Refuse what would end every process at its start.
-
-    Raises:
-        ConfigError: If security is enforced, but there are no keys.
-    """
+    """Refuse what would end every process at its start."""
     is_enforced = os.environ.get(SECURITY) == "true" and os.environ.get(STRATEGY) == "Enforce"
     keys = os.environ.get(KEYSTORE, "")
     if is_enforced and not (keys and (Path(keys) / "enclaves").is_dir()):
@@ -95,11 +91,7 @@ def _check_security() -> None:
 
 
 def _check_loopback() -> None:
-    """Refuse to start where the processes of this host cannot reach each other.
-
-    Raises:
-        ConfigError: If the loopback interface is down, as in a new network namespace.
-    """
+    """Refuse to start where the processes of this host cannot reach each other."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect((LOOPBACK, FIRST_PORT))  # sends nothing
@@ -138,11 +130,7 @@ def is_large(robots: int) -> bool:
 
 
 def participants_of(robots: int, navigators: int) -> int:
-    """Return the DDS participants of a large swarm.
-
-    Args:
-        navigators: Processes with navigators, on the same host.
-    """
+    """Return the DDS participants of a large swarm."""
     return PROCESSES + 2 * -(-robots // HUB_SIZE) + navigators
 
 
@@ -169,7 +157,6 @@ def write_profile(path: Path, ports: Iterable[int], first_free: int, host: str =
     that a tool without our environment finds the robots, too.
 
     Args:
-        path: Of the profile; its folder is made.
         first_free: Participant id that the next newcomer on this host will get.
         host: Address of those that the process needs, if they are on another host.
     """
@@ -199,20 +186,12 @@ def is_discovery_port(port: int) -> bool:
 
 
 def participant_id(port: int) -> int:
-    """Return the id of the participant that listens for announcements on a port.
-
-    Args:
-        port: For which `is_discovery_port` is true.
-    """
+    """Return the id of the participant that listens for announcements on a port."""
     return (port - world_port()) // 2
 
 
 def unicast_port(domain: int, participant: int) -> int:
-    """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1).
-
-    Args:
-        participant: Its id, from 0 on each host.
-    """
+    """Return the port on which a participant listens for announcements (DDSI-RTPS 9.6.1.1)."""
     return FIRST_PORT + 10 + DOMAIN_PORTS * domain + 2 * participant
 
 

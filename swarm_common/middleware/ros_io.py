@@ -64,9 +64,6 @@ def start_text(tick: int) -> str:
 
     Args:
         tick: 0 for at once.
-
-    Returns:
-        Empty for at once.
     """
     return f"{START}{tick}" if tick else ""
 
@@ -83,21 +80,12 @@ def start_in(behavior_tree: str) -> int:
 
 
 def header(tick: int, frame: str) -> Header:
-    """Return a header.
-
-    Args:
-        tick: Control tick, for the stamp.
-        frame: Frame id, like `odom`.
-    """
+    """Return a header."""
     return Header(stamp=time_msg(tick), frame_id=frame)
 
 
 def pose_msg(pose: Pose) -> PoseMsg:
-    """Return a planar pose as geometry_msgs/Pose.
-
-    Args:
-        pose: x, y [m] and yaw [rad].
-    """
+    """Return a planar pose as geometry_msgs/Pose."""
     message = PoseMsg()
     message.position.x = float(pose.x)
     message.position.y = float(pose.y)
@@ -125,22 +113,12 @@ def pose_from_msg(message: PoseMsg) -> Pose:
 
 
 def pose_stamped(pose: Pose, tick: int) -> PoseStamped:
-    """Return geometry_msgs/PoseStamped in map.
-
-    Args:
-        pose: In the map frame.
-        tick: Control tick, for the stamp.
-    """
+    """Return geometry_msgs/PoseStamped in map."""
     return PoseStamped(header=header(tick, "map"), pose=pose_msg(pose))
 
 
 def path_msg(points_map: FloatArray, tick: int) -> Path:
-    """Return nav_msgs/Path of points (n, 2) or (n, 3); without a yaw it follows the path.
-
-    Args:
-        points_map: x, y [m] and perhaps yaw [rad] of each point in the map frame.
-        tick: Control tick, for the stamp.
-    """
+    """Return nav_msgs/Path of points (n, 2) or (n, 3); without a yaw it follows the path."""
     message = Path(header=header(tick, "map"))
     if len(points_map) == 0:
         return message
@@ -170,11 +148,7 @@ def path_yaws(points_map: FloatArray) -> FloatArray:
 
 
 def grid_msg(grid: Grid, tick: int) -> OccupancyGrid:
-    """Return the map as nav_msgs/OccupancyGrid.
-
-    Args:
-        tick: Control tick, for the stamp.
-    """
+    """Return the map as nav_msgs/OccupancyGrid."""
     origin = (grid.origin_x, grid.origin_y)
     message = occupancy_msg(grid.cells, grid.resolution, origin, tick, "map")
     message.info.origin = pose_msg(Pose(*origin, grid.origin_yaw))
@@ -188,10 +162,7 @@ def occupancy_msg(
 
     Args:
         cells: Rows from the origin upwards; -1 unknown, else 0 to 100.
-        resolution: [m] per cell.
         origin: x, y [m] of the lower left corner in the frame.
-        tick: Control tick, for the stamp.
-        frame: Frame id, like `odom`.
     """
     message = OccupancyGrid(header=header(tick, frame))
     message.info.map_load_time = message.header.stamp
@@ -203,11 +174,7 @@ def occupancy_msg(
 
 
 def grid_from_msg(message: OccupancyGrid) -> Grid:
-    """Return the map in an OccupancyGrid.
-
-    Raises:
-        RejectedError: If the sizes disagree, or a number makes no sense.
-    """
+    """Return the map in an OccupancyGrid."""
     info = message.info
     # float32 on the wire: 0.05 arrives as 0.0500000007
     resolution = round(float(info.resolution), 6)
@@ -230,11 +197,7 @@ def grid_from_msg(message: OccupancyGrid) -> Grid:
 
 
 def unpacked(data: bytes, kind: Any) -> Any:
-    """Return the message of a type in CDR bytes.
-
-    Raises:
-        RejectedError: If it is none.
-    """
+    """Return the message of a type in CDR bytes."""
     try:
         return deserialize_message(data, kind)
     except (RuntimeError, ValueError, MemoryError, SystemError) as error:
@@ -275,11 +238,7 @@ OCCUPANCY_FROM_COST = _nav2_scale()
 
 
 def points32(points: Iterable[Sequence[float]]) -> list[Point32]:
-    """Return points of a polygon.
-
-    Args:
-        points: x, y [m] of each; further columns are not taken.
-    """
+    """Return points of a polygon."""
     return [Point32(x=float(x), y=float(y)) for x, y in points]
 
 
@@ -293,11 +252,7 @@ def transform_msg(
     """Return parent ← child as geometry_msgs/TransformStamped.
 
     Args:
-        parent: Frame id, like `odom`.
-        child: Frame id, like `odom`.
-        xyz: [m] of the child's origin in the parent.
         quaternion: x, y, z, w, of length 1.
-        tick: Control tick, for the stamp.
     """
     message = TransformStamped(header=header(tick, parent), child_frame_id=child)
     move, turn = message.transform.translation, message.transform.rotation
@@ -307,13 +262,7 @@ def transform_msg(
 
 
 def planar_transform(parent: str, child: str, pose: Pose, tick: int) -> TransformStamped:
-    """Return parent ← child for a planar pose.
-
-    Args:
-        parent: Frame id, like `odom`.
-        child: Frame id, like `odom`.
-        tick: Control tick, for the stamp.
-    """
+    """Return parent ← child for a planar pose."""
     half = 0.5 * pose.yaw
     turn = (0.0, 0.0, math.sin(half), math.cos(half))
     return transform_msg(parent, child, (pose.x, pose.y, 0.0), turn, tick)

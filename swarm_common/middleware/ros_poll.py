@@ -39,7 +39,7 @@ class PolledTopic:
     rclpy does not say who sent a message; rcl does, so messages are taken from there.
 
     Attributes:
-        sender: Of the message taken last: the id that the graph lists its publisher with.
+        sender: Id of the latest message's publisher in the graph.
         received: [ns] of wall time at which that message came.
     """
 
@@ -47,9 +47,7 @@ class PolledTopic:
         """Subscribe.
 
         Args:
-            node: Appears as the subscriber in the graph.
-            name: Topic, relative to the node's namespace or absolute.
-            quality: Its depth is how many messages wait.
+            quality: Its depth is the number of messages that can wait.
         """
         self.sender = NOBODY
         self.received = 0
@@ -99,11 +97,8 @@ class SoleTopic(PolledTopic):
         """Subscribe.
 
         Args:
-            node: Appears as the subscriber in the graph.
-            name: Topic, relative to the node's namespace or absolute.
-            quality: Its depth is how many messages wait.
             is_rightful: Whether a node, by its full name, is to be heard before all others.
-            on_foreign: Told of each message that is ignored, with the name of its node.
+            on_foreign: Receives the node's name for each message that is ignored.
             is_shared: Whether all rightful nodes are heard, not one of them.
         """
         super().__init__(node, kind, name, quality)
@@ -179,7 +174,7 @@ def full_name(info: TopicEndpointInfo) -> str:
     """Return a publisher's node with its namespace.
 
     Args:
-        info: Of the graph, which may not know the node yet (`UNKNOWN_NODE`).
+        info: Entry of the graph, which may not know the node yet (`UNKNOWN_NODE`).
     """
     return f"{info.node_namespace.rstrip('/')}/{info.node_name}"
 
@@ -188,12 +183,7 @@ class PolledService:
     """A service of a node that no executor knows; its answers may come later."""
 
     def __init__(self, node: Node, kind: Any, name: str) -> None:
-        """Offer it; requests wait until they are taken.
-
-        Args:
-            node: Appears as the server in the graph.
-            name: Of the service, relative to the node's namespace or absolute.
-        """
+        """Offer it; requests wait until they are taken."""
         self._kind = kind
         self._handle = rclpy_compat.service(node, kind, name)
 
@@ -209,11 +199,7 @@ class PolledService:
         return None if header is None else (request, header.request_id)
 
     def answer(self, response: Any, request_id: Any) -> None:
-        """Answer a request.
-
-        Args:
-            request_id: As `take` returned it with the request.
-        """
+        """Answer a request."""
         with contextlib.suppress(RuntimeError):  # RCLError: the client is gone
             self._handle.service_send_response(response, request_id)
 
@@ -226,20 +212,11 @@ class Waiter:
     """Waits for a message on any of a few topics."""
 
     def __init__(self, context: Context, capacity: int = 1) -> None:
-        """Prepare to wait.
-
-        Args:
-            capacity: Largest number of topics at a time.
-        """
+        """Prepare to wait."""
         self._set = rclpy_compat.wait_set(context, capacity)
 
     def wait(self, topics: Sequence[PolledTopic], timeout: float) -> None:
-        """Return when a message waits on one of the topics, or after a while.
-
-        Args:
-            topics: As many as the capacity at most.
-            timeout: [s] of wall time.
-        """
+        """Return when a message waits on one of the topics, or after a while."""
         self._set.clear_entities()
         for topic in topics:
             self._set.add_subscription(topic.handle)
@@ -254,8 +231,7 @@ def drain(executor: Executor, on_fault: Callable[[Exception], object] | None = N
     portions: what is left has its turn with the next call.
 
     Args:
-        on_fault: Takes what a callback raises, rclpy's own included; then the others go on. None:
-            it is raised.
+        on_fault: Receives what a callback raises; then the others go on. None: it is raised.
     """
     done: list[bool] = []
     faults = 0

@@ -36,11 +36,7 @@ class Letter:
 
 
 def tag(secret: str, *parts: bytes) -> bytes:
-    """Return the seal (32 bytes) of some parts; where one ends and the next begins counts.
-
-    Args:
-        *parts: In an order that both sides know.
-    """
+    """Return the seal (32 bytes) of some parts; where one ends and the next begins counts."""
     joined = b"".join(struct.pack("<I", len(part)) + part for part in parts)
     return hmac.digest(secret.encode(), joined, hashlib.sha256)
 
@@ -52,7 +48,7 @@ class Sealer:
         """Begin with message 1.
 
         Args:
-            kind: What the messages are; one of another kind is not accepted.
+            kind: Kind of the messages; one of another kind is not accepted.
             sender: Different for each process that ever speaks.
         """
         self._secret = secret
@@ -80,11 +76,7 @@ class Opener:
     """Opens the messages of one kind, each once."""
 
     def __init__(self, secret: str, kind: str) -> None:
-        """Begin with nothing heard.
-
-        Args:
-            kind: What the messages are; one of another kind is not accepted.
-        """
+        """Begin with nothing heard."""
         self._secret = secret
         self._kind = kind
         self._newest: dict[tuple[str, str], int] = {}

@@ -25,9 +25,6 @@ def given_secret(environment: MutableMapping[str, str]) -> str:
 
     Args:
         environment: Usually os.environ; what it says of the secret is removed.
-
-    Raises:
-        ConfigError: If it is too short, or its file cannot be read.
     """
     text = environment.pop(VARIABLE, "").strip()
     path = environment.pop(FILE_VARIABLE, "")
@@ -44,12 +41,6 @@ def own_secret(environment: MutableMapping[str, str]) -> str:
     """Return the secret of a world's host: the one given, else its own, made once and kept.
 
     It outlives a run, so that hosts that are started again by a script need no new one.
-
-    Args:
-        environment: Usually os.environ; what it says of the secret is removed.
-
-    Raises:
-        ConfigError: If the one given is unusable.
     """
     given = given_secret(environment)
     if given:

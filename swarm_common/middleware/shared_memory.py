@@ -41,11 +41,7 @@ def remove_abandoned(folder: Path = FOLDER) -> int:
 
 @contextlib.contextmanager
 def _locked(path: Path) -> Iterator[None]:
-    """Hold a lock file.
-
-    Raises:
-        OSError: If somebody else does, or it is too young or not ours.
-    """
+    """Hold a lock file."""
     descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
     try:
         status = os.fstat(descriptor)

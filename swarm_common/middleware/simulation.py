@@ -8,9 +8,5 @@ RESOURCES = ("entity_resource", "world_resource")
 
 
 def resource_in(message: Any) -> Any:
-    """Return what has `uri` of a message: a field for it, or in 1.x often the message itself.
-
-    Args:
-        message: A request of SpawnEntity or LoadWorld, a Spawnable, ...
-    """
+    """Return what has `uri` of a message: a field for it, or in 1.x often the message itself."""
     return next((getattr(message, name) for name in RESOURCES if hasattr(message, name)), message)

@@ -44,19 +44,13 @@ class GoalHandle:
 
     Attributes:
         request: The goal as its client sent it.
-        info: Its id and when it was accepted.
-        status: As in `action_msgs/GoalStatus`.
+        info: Id and time of acceptance.
+        status: See `action_msgs/GoalStatus`.
         accepted_at, ended_at: [ns] of the node's clock.
     """
 
     def __init__(self, request: Any, info: GoalInfo, accepted_at: int) -> None:
-        """Take it as executing: goals begin when they are accepted.
-
-        Args:
-            request: The goal as its client sent it.
-            info: Its id and when it was accepted.
-            accepted_at: [ns] of the node's clock.
-        """
+        """Take it as executing: goals begin when they are accepted."""
         self.request = request
         self.info = info
         self.status = GoalStatus.STATUS_EXECUTING
@@ -123,8 +117,8 @@ class TickActionServer:
         the header of the request.
 
         Args:
-            on_request: Takes request, empty response and header; returns the response, or None if
-                it is sent elsewhere.
+            on_request: Gets request, empty response and header; returns the response, or None if it
+                is sent elsewhere.
 
         Returns:
             What sends a response to the one with a header.

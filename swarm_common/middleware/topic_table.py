@@ -86,9 +86,6 @@ ORDERS = (
 def robot_topic(robot: str, name: str) -> Topic:
     """Return a topic of a robot by its relative name, with its full name.
 
-    Args:
-        name: Relative, like `odom`.
-
     Raises:
         KeyError: If there is none of that name.
     """

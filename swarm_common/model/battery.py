@@ -49,12 +49,7 @@ class BatterySpec:
         return 3600.0 * self.capacity
 
     def share_of_way(self, way: float, speed: float) -> float:
-        """Return the share of the capacity that a way takes.
-
-        Args:
-            way: [m]
-            speed: [m/s] at which it is driven; more than 0.
-        """
+        """Return the share of the capacity that a way takes."""
         return way / speed * (self.idle_power + self.drive_power * speed) / self.joules
 
 
@@ -82,9 +77,5 @@ class BatteryReading:
 
 
 def charging_time(battery: BatterySpec, share: float) -> float:
-    """Return how long [s] a station takes to charge a share of the capacity.
-
-    Args:
-        share: From 0 to 1.
-    """
+    """Return how long [s] a station takes to charge a share of the capacity."""
     return share * battery.joules / battery.charge_power

@@ -132,25 +132,18 @@ def empty_beacons(count: int) -> BeaconArray:
 
 
 def word_of(member: str) -> int:
-    """Return the index of a member's first 4-byte word, for kernels that read beacons as words.
-
-    Args:
-        member: Name in `BEACON_DTYPE`.
-    """
+    """Return the index of a member's first 4-byte word, for kernels that read beacons as words."""
     assert BEACON_DTYPE.fields is not None
     return int(BEACON_DTYPE.fields[member][1]) // 4
 
 
 def words_of(beacons: BeaconArray) -> NDArray[np.uint32]:
-    """Return beacons as words, writable and aligned; a view if the beacons are.
+    """Return beacons as words (n, BEACON_WORDS), writable and aligned; a view if the beacons are.
 
     numpy copies records member by member; words it copies at once.
 
     Args:
         beacons: (n,).
-
-    Returns:
-        (n, BEACON_WORDS).
     """
     words = np.ndarray((len(beacons), BEACON_WORDS), np.uint32, np.ascontiguousarray(beacons))
     is_fit = words.flags.writeable and words.flags.aligned
@@ -171,20 +164,12 @@ class Reception:
 
 
 def reception_of(beacons: BeaconArray) -> Reception:
-    """Return the reception of all of some beacons, of which it may be a view.
-
-    Args:
-        beacons: (n,) by ascending id.
-    """
+    """Return the reception of all of some beacons, of which it may be a view."""
     return Reception(words_of(beacons), np.arange(len(beacons)))
 
 
 def serialize_beacon(beacon: np.void) -> bytes:
-    """Return the CDR message of one beacon, ready for `publisher.publish`.
-
-    Args:
-        beacon: Of `BEACON_DTYPE`.
-    """
+    """Return the CDR message of one beacon, ready for `publisher.publish`."""
     return ENCAPSULATION + beacon.tobytes()
 
 
@@ -206,12 +191,6 @@ def deserialize_beacon(data: bytes) -> np.void:
 
 
 def serialize_neighbors(sec: int, nanosec: int, beacons: BeaconArray) -> bytes:
-    """Return the CDR message of a NeighborArray.
-
-    Args:
-        sec: [s] of the stamp.
-        nanosec: [ns] of the stamp beyond that.
-        beacons: (n,) by ascending id.
-    """
+    """Return the CDR message of a NeighborArray."""
     head = np.array([sec, nanosec, len(beacons)], "<u4")
     return ENCAPSULATION + head.tobytes() + beacons.tobytes()

@@ -66,7 +66,6 @@ def breaches_json(
     """Return the `breaches` of a report.
 
     Args:
-        collisions: In the order in which they began.
         unfinished: Goals that were under way at the end of the run, or never sent.
     """
     return {

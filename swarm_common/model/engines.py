@@ -24,7 +24,7 @@ def check_engine(engine: str | None, asked: str) -> None:
     """Refuse an engine that is not installed.
 
     Args:
-        engine: Its name; None for the usual one.
+        engine: Name; None for the usual one.
 
     Raises:
         ConfigError: If PyBullet is asked for and is not there.

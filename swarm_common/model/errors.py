@@ -27,11 +27,7 @@ class NoSwarmError(ConfigError):
     """No swarm runs where one was looked for."""
 
     def __init__(self, domain: int) -> None:
-        """Compose the message, which says how to start a swarm or reach one.
-
-        Args:
-            domain: ROS domain id in which one was looked for.
-        """
+        """Compose the message, which says how to start a swarm or reach one."""
         super().__init__(
             f"no swarm is running in ROS domain {domain} on this machine;"
             " start one with swarm-up, or source the env.sh in its run folder"
@@ -62,19 +58,10 @@ class RobotModelError(SwarmError):
 
 
 class MissingPackageError(RobotModelError):
-    """ROS packages are nowhere to be found.
-
-    Attributes:
-        packages: Their names.
-    """
+    """ROS packages are nowhere to be found."""
 
     def __init__(self, packages: Iterable[str], searched: str) -> None:
-        """Compose the message, which says how to name the packages' folders.
-
-        Args:
-            packages: Their names; one that occurs twice counts once.
-            searched: The places that were searched, in words.
-        """
+        """Compose the message, which says how to name the packages' folders."""
         self.packages = tuple(dict.fromkeys(packages))
         self.searched = searched
         names = " and ".join(f"'{name}'" for name in self.packages)
@@ -103,7 +90,6 @@ class UnknownNameError(ConfigError):
         """Compose the message, which proposes names like the given one, or lists all.
 
         Args:
-            kind: What the name stands for, for example ``world``.
             where: File that the name is in; empty if it is in none.
         """
         self.kind = kind

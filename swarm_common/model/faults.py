@@ -18,7 +18,6 @@ class Faults:
         """Start without any.
 
         Args:
-            where: What they are about, for the message.
             error: Class of the exception that tells of several.
         """
         self._where = where
@@ -37,20 +36,12 @@ class Faults:
             self.add(error)
 
     def add(self, error: SwarmError) -> None:
-        """Note an error, each message once; one that tells of several counts as these.
-
-        Args:
-            error: What was raised, or might have been.
-        """
+        """Note an error, each message once; one that tells of several counts as these."""
         for single in error.faults or (error,):
             self._found.setdefault(str(single), single)
 
     def tell(self, messages: Iterable[str]) -> None:
-        """Note messages as errors.
-
-        Args:
-            messages: Each becomes an error of the class that this was made with.
-        """
+        """Note messages as errors."""
         for message in messages:
             self.add(self._error(message))
 

@@ -43,12 +43,7 @@ class Grid:
         return int(self.cells.shape[1])
 
     def cell_of(self, x: float, y: float) -> tuple[int, int]:
-        """Return (row, column) of a point; may lie outside the grid.
-
-        Args:
-            x: [m] in map.
-            y: [m] in map.
-        """
+        """Return (row, column) of a point; may lie outside the grid."""
         return (
             int(np.floor((y - self.origin_y) / self.resolution)),
             int(np.floor((x - self.origin_x) / self.resolution)),
@@ -67,12 +62,7 @@ class Grid:
         )
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether the point lies on the grid.
-
-        Args:
-            x: [m] in map.
-            y: [m] in map.
-        """
+        """Whether the point lies on the grid."""
         row, column = (y - self.origin_y) / self.resolution, (x - self.origin_x) / self.resolution
         return bool(0.0 <= row < self.height and 0.0 <= column < self.width)
 

@@ -19,13 +19,10 @@ Polygon = tuple[tuple[float, float], ...]
 
 
 def corners(shape: Shape) -> FloatArray:
-    """Return points in a shape's frame whose hull, seen from above, holds the shape.
+    """Return points (n, 3) in a shape's frame whose hull, seen from above, holds the shape.
 
     Args:
-        shape: Of any kind; planes and meshes have no such points.
-
-    Returns:
-        (n, 3) [m].
+        shape: Planes and meshes have no corners.
     """
     if isinstance(shape, Box):
         unit = [[i, j, k] for i in (-0.5, 0.5) for j in (-0.5, 0.5) for k in (-0.5, 0.5)]
@@ -51,11 +48,7 @@ def _circle(radius: float) -> FloatArray:
 
 
 def placed_corners(parts: Sequence[Part]) -> FloatArray:
-    """Return the corners of parts in their body's frame, see `corners`.
-
-    Returns:
-        (n, 3) [m].
-    """
+    """Return the corners (n, 3) of parts in their body's frame, see `corners`."""
     blocks = [np.zeros((0, 3))]
     for part in parts:
         turn = np.eye(3) if isinstance(part.shape, Sphere) else part.body_from_part[:3, :3]
@@ -64,13 +57,10 @@ def placed_corners(parts: Sequence[Part]) -> FloatArray:
 
 
 def bounds(parts: Sequence[Part]) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest and the highest x, y, z [m] of parts.
+    """Return the lowest and the highest x, y, z [m] of parts, in the body's frame.
 
     Args:
-        parts: Of one body; at least one of them has corners, see `corners`.
-
-    Returns:
-        (3,) and (3,), in the body's frame.
+        parts: Parts of one body; at least one of them has corners.
     """
     points = placed_corners(parts)
     return points.min(axis=0), points.max(axis=0)
@@ -80,7 +70,7 @@ def volume(shape: Shape) -> float:
     """Return a shape's volume [m³]; of a hull, half that of the box around it.
 
     Args:
-        shape: Of any kind; planes and meshes count as nothing.
+        shape: Planes and meshes count as nothing.
     """
     if isinstance(shape, Box):
         return math.prod(shape.size)
@@ -93,7 +83,7 @@ def volume(shape: Shape) -> float:
 
 
 def outline_around(points: FloatArray, most: int) -> Polygon:
-    """Return a convex polygon around points, counter-clockwise.
+    """Return a convex polygon around points, counter-clockwise, rounded to 0.1 mm.
 
     Sides of the convex hull are left out one after the other, always the one whose neighbours meet
     nearest behind it. A rounder body, which that would exceed by more than `MOST_GROWTH`, is
@@ -102,9 +92,6 @@ def outline_around(points: FloatArray, most: int) -> Polygon:
     Args:
         points: (n, 2) [m].
         most: Number of corners that the polygon may have, at least 4.
-
-    Returns:
-        Corners (x, y) [m], rounded to 0.1 mm.
 
     Raises:
         ValueError: If the points span no area.

@@ -62,29 +62,17 @@ TRAIL: RGB = (120, 150, 180)
 
 
 def state_color(state: str) -> RGB:
-    """Return the colour of a robot's state.
-
-    Args:
-        state: Name in `STATES`; any other one is `UNKNOWN`.
-    """
+    """Return the colour of a robot's state."""
     return STATES.get(state, UNKNOWN)
 
 
 def css(color: RGB) -> str:
-    """Return a colour for HTML, plots and terminals, like `#0072b2`.
-
-    Args:
-        color: Red, green, blue from 0 to 255.
-    """
+    """Return a colour for HTML, plots and terminals, like `#0072b2`."""
     return "#{:02x}{:02x}{:02x}".format(*color)
 
 
 @cache
 def linear(color: RGB) -> RGB:
-    """Return a colour as viser's batches of meshes want it: they take sRGB for linear.
-
-    Args:
-        color: Red, green, blue from 0 to 255, in sRGB.
-    """
+    """Return a colour as viser's batches of meshes want it: they take sRGB for linear."""
     red, green, blue = (round(255 * (value / 255) ** 2.2) for value in color)
     return red, green, blue

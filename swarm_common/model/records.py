@@ -32,9 +32,6 @@ def value_type(cls: type[T]) -> type[T]:
     """Make a dataclass that is frozen for mypy only, for values that are created in every tick.
 
     Freezing at run time would make their creation three times as expensive.
-
-    Args:
-        cls: A class with annotated fields; decorate it with this in place of `dataclass`.
     """
     made = dataclass(slots=True, unsafe_hash=True)(cls)
     if sys.version_info >= (3, 13):
@@ -51,21 +48,12 @@ def _equal_as_tuples(self: Any, other: Any) -> Any:
 
 
 def tick_from_stamp(sec: int, nanosec: int) -> int:
-    """Return the control tick nearest to a ROS time stamp.
-
-    Args:
-        sec: [s]
-        nanosec: [ns] beyond that.
-    """
+    """Return the control tick nearest to a ROS time stamp."""
     return round((sec * 1_000_000_000 + nanosec) / TICK_NANOSECONDS)
 
 
 def stamp_from_tick(tick: int) -> tuple[int, int]:
-    """Return (sec [s], nanosec [ns]) of a control tick.
-
-    Args:
-        tick: From 0, at simulated time 0.
-    """
+    """Return (sec [s], nanosec [ns]) of a control tick."""
     return divmod(tick * TICK_NANOSECONDS, 1_000_000_000)
 
 
@@ -98,20 +86,12 @@ class Pose:
         )
 
     def distance(self, other: Pose) -> float:
-        """Return the Euclidean distance [m] between the two positions.
-
-        Args:
-            other: In the same frame.
-        """
+        """Return the Euclidean distance [m] between the two positions."""
         return math.hypot(self.x - other.x, self.y - other.y)
 
 
 def wrap_angle(angle: float) -> float:
-    """Return the angle in (-π, π].
-
-    Args:
-        angle: [rad]
-    """
+    """Return the angle in (-π, π]."""
     return -((-angle + math.pi) % (2.0 * math.pi) - math.pi)
 
 

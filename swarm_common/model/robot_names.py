@@ -17,12 +17,13 @@ LONGEST = 64  # letters of a name: the longest topic in its namespace stays belo
 DEFAULT = "Srobot{}"
 FIELD = re.compile(r"\{(?::0[1-9]d?)?\}")  # for the number in a pattern
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # ROS hides what begins with an underscore
+# Commands of swarm-commander that change the swarm.
+FLEET_COMMANDS = ("spawn", "remove", "move", "list", "reset", "restart", "record", "frames")
 # What else has a name at the root of a swarm's topics, frames, files of a run and commands.
-RESERVED = frozenset(
+RESERVED = frozenset(FLEET_COMMANDS) | frozenset(
     "clock diagnostics map parameter_events rosout sim tf tf_static"  # topics and frames
     " all merged swarm"  # windows of RViz, and their files
-    " client distributor mission navigators recorder server viewer world"  # logs
-    " frames list move record remove reset restart spawn".split()  # of swarm-commander
+    " client distributor mission navigators recorder server viewer world".split()  # logs
 )
 
 
@@ -32,7 +33,7 @@ class RobotNames:
 
     Attributes:
         listed: Names of robots 1, 2, ...; may be empty.
-        pattern: With one field `{}` or `{:02}` for the number.
+        pattern: Has one field `{}` or `{:02}` for the number.
     """
 
     listed: tuple[str, ...] = ()
@@ -55,15 +56,7 @@ class RobotNames:
 
     @classmethod
     def of(cls, words: Sequence[str], count: int, where: str) -> RobotNames:
-        """Return the names of a run's robots.
-
-        Args:
-            words: A name for each robot; or a pattern, which may have names before it.
-            where: Source of the words, for the message.
-
-        Raises:
-            ConfigError: If they are not enough, too many, equal, or no names in ROS.
-        """
+        """Return the names of a run's robots."""
         has_pattern = bool(words) and "{" in words[-1]
         listed = tuple(words[:-1] if has_pattern else words)
         try:
@@ -82,14 +75,7 @@ class RobotNames:
 
     @classmethod
     def parse(cls, text: str) -> RobotNames:
-        """Return the names that a process was told as `str` gives them.
-
-        Args:
-            text: Listed names and the pattern, with commas between them.
-
-        Raises:
-            ConfigError: If there is no pattern at the end, or a name is unusable.
-        """
+        """Return the names that a process was told as `str` gives them."""
         *listed, pattern = text.split(",")
         return cls(tuple(listed), pattern)
 

@@ -105,9 +105,6 @@ def transform_from_xyz_rpy(x: float, y: float, z: float, r: float, p: float, w: 
     """Return the transform (4, 4) of an SDF or URDF pose: fixed-axis roll, pitch, yaw.
 
     Args:
-        x: [m]
-        y: [m]
-        z: [m]
         r: [rad] roll, about the x axis, first.
         p: [rad] pitch, about the y axis.
         w: [rad] yaw, about the z axis, last.
@@ -119,6 +116,17 @@ def transform_from_xyz_rpy(x: float, y: float, z: float, r: float, p: float, w: 
             [sw * cp, sw * sp * sr + cw * cr, sw * sp * cr - cw * sr, y],
             [-sp, cp * sr, cp * cr, z],
             [0.0, 0.0, 0.0, 1.0],
+        ]
+    )
+
+
+def rotation_of(x: float, y: float, z: float, w: float) -> FloatArray:
+    """Return the rotation (3, 3) of a unit quaternion."""
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
     )
 

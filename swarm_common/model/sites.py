@@ -77,9 +77,6 @@ class Sites:
 
         Args:
             name: Key of `spawns`; empty for `spawn`.
-
-        Raises:
-            UnknownNameError: If there is none of that name.
         """
         if not name:
             return self.spawn
@@ -89,9 +86,5 @@ class Sites:
 
 
 def area_count(spawn: Spawn | None) -> int:
-    """Return the number of areas that robots are dealt to in turn.
-
-    Args:
-        spawn: Where robots start; None lets the world choose free places.
-    """
+    """Return the number of areas that robots are dealt to in turn."""
     return len(spawn.areas) if isinstance(spawn, SpawnAreas) else 1

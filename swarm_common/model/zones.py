@@ -95,12 +95,7 @@ class Zones:
         return bool(self.speed) or self.speed_mask is not None
 
     def keepout_at(self, x: float, y: float) -> str:
-        """Return what forbids a place, for messages; empty if it is free.
-
-        Args:
-            x: [m] in map.
-            y: [m] in map.
-        """
+        """Return what forbids a place, for messages; empty if it is free."""
         for zone in self.keepout:
             if bool(_polygon(zone.points).covers(_point(x, y))):
                 return f"keepout zone '{zone.name}'"
@@ -109,13 +104,7 @@ class Zones:
         return ""
 
     def limit_at(self, x: float, y: float, max_speed: float) -> float:
-        """Return the speed limit [m/s] of a robot at a place [m] in map; inf without one.
-
-        Args:
-            x: [m] in map.
-            y: [m] in map.
-            max_speed: [m/s] of which percentages are.
-        """
+        """Return the speed limit [m/s] of a robot at a place [m] in map; inf without one."""
         limits = [
             _in_metres(zone.limit, zone.is_percentage, max_speed)
             for zone in self.speed
@@ -128,26 +117,14 @@ class Zones:
         return min(limits, default=np.inf)
 
     def mark(self, grid: Grid) -> Grid:
-        """Return a map with the keepout zones on it; itself if there are none.
-
-        Raises:
-            MapError: If a zone lies wholly beside the map.
-        """
+        """Return a map with the keepout zones on it; itself if there are none."""
         if not self or grid.keepout is not None:
             return grid
         layers = _layers(self, geometry_of(grid))
         return replace(grid, keepout=layers.keepout) if layers.keepout is not None else grid
 
     def limits(self, geometry: Geometry, max_speed: float) -> NDArray[np.float64]:
-        """Return the speed limit (h, w) [m/s] of each cell of a map; inf where there is none.
-
-        Args:
-            geometry: Of the map, see `geometry_of`.
-            max_speed: [m/s] of the robot, of which percentages are.
-
-        Raises:
-            MapError: If a zone lies wholly beside the map.
-        """
+        """Return the speed limit (h, w) [m/s] of each cell of a map; inf where there is none."""
         layers = _layers(self, geometry)
         limits: NDArray[np.float64] = np.minimum(
             layers.absolute, 0.01 * layers.percentage * max_speed
@@ -168,31 +145,18 @@ class _Layers:
 
 
 def value_at(mask: Grid, x: float, y: float) -> int:
-    """Return the value of a mask at a place; 0 beside it.
-
-    Args:
-        x: [m] in map.
-        y: [m] in map.
-    """
+    """Return the value of a mask at a place; 0 beside it."""
     return int(mask.cells[mask.cell_of(x, y)]) if mask.contains(x, y) else 0
 
 
 def keepout_area(zones: Zones) -> shapely.Geometry:
-    """Return where no robot may be, in the map frame, prepared for many questions.
-
-    Args:
-        zones: May have none.
-    """
+    """Return where no robot may be, in the map frame, prepared for many questions."""
     mask = zones.keepout_mask
     return _area(zones.keepout, mask, None if mask is None else mask.cells == KEEPOUT)
 
 
 def speed_area(zones: Zones) -> shapely.Geometry:
-    """Return where there is a speed limit, in the map frame.
-
-    Args:
-        zones: May have none.
-    """
+    """Return where there is a speed limit, in the map frame."""
     mask = zones.speed_mask
     if mask is None:
         return _area(zones.speed, None, None)
@@ -289,9 +253,6 @@ def _resampled(
     """Return a value for each cell of a grid: the strictest of the mask's cells that overlap it.
 
     Of two squares that overlap, one has a corner in the other.
-
-    Args:
-        values: (h, w) of the mask.
     """
     nothing = 0 if strictest is np.maximum else np.inf
     found = np.full(grid.cells.shape, nothing, values.dtype)

@@ -22,8 +22,7 @@ def watched(
     Nothing is reported where all come from numba's cache.
 
     Args:
-        tell: Takes the number of kernels that are ready, and of all that are known.
-        clock: Wall clock [s].
+        tell: Receives the numbers of kernels that are ready, and of all.
     """
     from numba.core import event
 

@@ -30,9 +30,6 @@ class FaultLog:
     def note(self, error: Exception) -> str:
         """Count a fault, and print the traceback of the first of its kind.
 
-        Args:
-            error: As it was caught, with its traceback.
-
         Returns:
             A message for the client that caused it.
         """
@@ -48,11 +45,7 @@ class FaultLog:
 
 
 def shown(message: str) -> str:
-    """Return a message without control characters, and not longer than anybody reads.
-
-    Args:
-        message: Of any length; of a long one the middle is left out.
-    """
+    """Return a message without control characters, and not longer than anybody reads."""
     text = printable(message[: 2 * LONGEST_MESSAGE])
     if len(message) <= LONGEST_MESSAGE:
         return text

@@ -41,7 +41,6 @@ class SleepWatch:
 
         Args:
             limit: [s] of the shortest sleep that counts.
-            clock: Wall clock [s].
             computed: CPU time of this process [s].
         """
         self._limit, self._clock, self._computed = limit, clock, computed

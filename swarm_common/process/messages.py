@@ -31,7 +31,7 @@ def decode(line: bytes, decoder: msgspec.json.Decoder[Kind]) -> Kind:
     """Return the message in a line.
 
     Args:
-        decoder: Of the kinds that are expected, like `FORK_SERVER`.
+        decoder: Decoder of the expected kinds, like `FORK_SERVER`.
 
     Raises:
         UnknownMessageError: If its kind is not one of the decoder's, or its fields are others.

@@ -17,22 +17,14 @@ class MessageReader(Generic[Kind]):
     """Reader of messages that never waits."""
 
     def __init__(self, descriptor: int, decoder: msgspec.json.Decoder[Kind]) -> None:
-        """Switch the descriptor to non-blocking.
-
-        Args:
-            decoder: Of the kinds that are expected, like `FORK_SERVER`.
-        """
+        """Switch the descriptor to non-blocking."""
         os.set_blocking(descriptor, False)
         self._descriptor = descriptor
         self._decoder = decoder
         self._partial = b""
 
     def read(self) -> list[Kind]:
-        """Return the messages that have arrived; a line that is not whole yet waits.
-
-        Raises:
-            UnknownMessageError: If a line is not a message of a known kind.
-        """
+        """Return the messages that have arrived; a line that is not whole yet waits."""
         with contextlib.suppress(BlockingIOError):
             while chunk := os.read(self._descriptor, 65536):
                 self._partial += chunk
@@ -47,16 +39,12 @@ class EventWriter:
         """Start to write.
 
         Args:
-            descriptor: Of the pipe; None for none.
+            descriptor: Descriptor of the pipe; None for none.
         """
         self._descriptor = descriptor
 
     def write(self, event: Event) -> None:
-        """Write one event; nobody left to read it is not an error.
-
-        Args:
-            event: Of any kind in `messages`.
-        """
+        """Write one event; nobody left to read it is not an error."""
         if self._descriptor is None:
             return
         data = encode(event)
@@ -71,8 +59,7 @@ def child_options(about: str, arguments: list[str] | None = None) -> argparse.Na
     """Return what swarm-up starts a process with.
 
     Args:
-        about: What the process is, for its help.
-        arguments: Of the command line; None for this process's own.
+        arguments: Command line; None for this process's own.
 
     Returns:
         `config` (a path), `event_fd`, `control_fd` (None without) and `wait`.

@@ -17,7 +17,6 @@ def require(distribution: str, user: str, parts: Iterable[tuple[Any, str]]) -> N
     """Check that a library has the private parts that we use.
 
     Args:
-        distribution: Name of the library as it is installed.
         parts: Owner and name of each: an attribute of the owner, or an attribute that the code
             of the owner, a function, sets.
 

@@ -39,11 +39,7 @@ def finish_output(name: str, code: int, failed: int = CANNOT_WRITE) -> int:
     """Write what is still in the buffers of stdout and stderr, before the interpreter would.
 
     Args:
-        code: Exit code of the command so far.
         failed: Exit code of a command that did well, but whose output cannot be written.
-
-    Returns:
-        The exit code.
     """
     failure = _flush(sys.stdout)
     if failure is not None and code == 0:
@@ -57,9 +53,6 @@ def end_of_output(name: str, error: OSError, failed: int = CANNOT_WRITE) -> int:
 
     Args:
         failed: Exit code if it is not the reader who left.
-
-    Returns:
-        The exit code.
     """
     _forget(sys.stdout)
     if error.errno == errno.EPIPE:
@@ -82,7 +75,7 @@ def is_of_output(error: OSError) -> bool:
     """True if an error is that stdout cannot be written, or that the disk of a file is full.
 
     Args:
-        error: Of a write; one that names a file is not of the output.
+        error: Error of a write; one that names a file is not of the output.
     """
     return error.filename is None and (error.errno in FULL or _has_no_reader())
 

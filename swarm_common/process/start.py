@@ -1,7 +1,7 @@
 """The start of our own processes: `python -P -m swarm_common.process.start MODULE [ARGUMENT ...]`.
 
-Importing a package of ours changes nothing outside of it. What has to be changed in Python and
-numba, since a damaged file on disk would end every later start, a process of ours asks for here.
+Importing a package of ours changes nothing outside of it. A damaged file of compiled code would
+end every later start, so our processes have Python's loader changed here.
 """
 
 from __future__ import annotations
@@ -10,14 +10,16 @@ import contextlib
 import os
 import runpy
 import sys
+from collections.abc import Iterable
 from importlib.machinery import SourceFileLoader
 from importlib.util import cache_from_source
+from pathlib import Path
 from types import CodeType
 from typing import Any
 
+HERE = Path(__file__).resolve().parents[2]
 MODULE = "swarm_common.process.start"
 _usual = SourceFileLoader.get_code
-is_own_process = False  # numba_compat reads it when it is imported
 
 
 def command(module: str, *arguments: str) -> tuple[str, ...]:
@@ -32,8 +34,6 @@ def prepare() -> None:
     and 3.13.1 keeps it (https://github.com/python/cpython/issues/126606). Every import of the
     module raises EOFError or ValueError from then on.
     """
-    global is_own_process
-    is_own_process = True
     SourceFileLoader.get_code = _code_of  # type: ignore[assignment]
 
 
@@ -48,9 +48,27 @@ def _code_of(loader: SourceFileLoader, name: str) -> CodeType | Any | None:
         return loader.source_to_code(loader.get_data(path), path)
 
 
-if __name__ == "__main__":
-    from swarm_common.process import start  # the module that others import, not this copy
+def own_packages() -> list[Path]:
+    """Return the folders of our own packages."""
+    return [file.parent for file in sorted(HERE.glob("swarm_*/__init__.py"))]
 
-    start.prepare()
+
+def ensure_bytecode(folders: Iterable[Path]) -> None:
+    """Compile the modules in folders whose byte code is missing or out of date.
+
+    Does nothing unless PYTHONDONTWRITEBYTECODE is set. pip compiles what it installs all the same,
+    but not the interface packages that are built here, nor an editable installation.
+    """
+    if not sys.dont_write_bytecode:
+        return
+    import compileall  # needed by few
+
+    for folder in folders:
+        if folder.is_dir() and os.access(folder, os.W_OK):
+            compileall.compile_dir(folder, quiet=2)
+
+
+if __name__ == "__main__":
+    prepare()
     sys.argv = sys.argv[1:]
     runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)

@@ -62,15 +62,7 @@ class _Found:
 def read_controllers(
     root: ET.Element, given: Sequence[Path], finder: PackageFinder, directory: Path
 ) -> Controllers:
-    """Return what the parameter files of ros2_control say that a robot names.
-
-    Args:
-        root: Of the URDF, whose ros2_control plugin names files in `<parameters>`.
-        finder: Of packages in the names of files.
-
-    Raises:
-        RobotModelError: If a file that robot.yaml names cannot be read.
-    """
+    """Return what the parameter files of ros2_control say that a robot names."""
     found = _Found()
     for path in given:
         _take(read_yaml(path, RobotModelError), path, found)

@@ -71,11 +71,7 @@ class Asked:
 
 
 def describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | None:
-    """Return what follows from a description; None if something of it is unusable.
-
-    Args:
-        faults: Takes all that is wrong with the description.
-    """
+    """Return what follows from a description; None if something of it is unusable."""
     try:
         return _describe(source, asked, faults)
     except SwarmError as error:
@@ -189,11 +185,7 @@ def _guesses(
 
 
 def place_meshes(root: ET.Element, finder: PackageFinder, directory: Path) -> None:
-    """Let every mesh that is found be named by its file: viewers need not know the packages.
-
-    Args:
-        directory: From which relative paths of meshes start.
-    """
+    """Let every mesh that is found be named by its file: viewers need not know the packages."""
     for mesh in root.iter("mesh"):
         try:
             path = finder.resolve(mesh.get("filename", ""), directory)
@@ -225,22 +217,15 @@ def _with_base(root: ET.Element, center: FloatArray) -> str:
 
 
 def scan_place(lidar: LidarSpec) -> Transform:
-    """Return base_footprint_from_scan.
-
-    Args:
-        lidar: Its place in base_footprint; rays of one upside down turn clockwise.
-    """
+    """Return base_footprint_from_scan."""
     roll = math.pi if lidar.upside_down else 0.0
     return transform_from_xyz_rpy(lidar.x, lidar.y, lidar.z, roll, 0.0, lidar.yaw)
 
 
 def with_scan_frame(urdf: str, model: RobotModel, lidar: LidarSpec) -> str:
-    """Return a description in which the link base_scan is where the LiDAR is.
+    """Return a description, perhaps the same, in which the link base_scan is where the LiDAR is.
 
     That is the frame of the scans. Viewers read from the description where it is.
-
-    Returns:
-        The URDF; the text itself if the link is there already.
     """
     roll = math.pi if lidar.upside_down else 0.0
     place = scan_place(lidar)

@@ -94,13 +94,9 @@ def parse_urdf(
 
     Args:
         moving: Joints that move; the others are held at zero. None: all that can.
-        finder: Of the packages of meshes. None: one that looks where ROS would.
-        directory: From which relative paths of meshes start.
+        finder: Finds the packages of meshes. None: one that searches where ROS would.
         inertia: One of `INERTIA`.
-        faults: Takes what is wrong with single links, which are left out then; None: raise it.
-
-    Raises:
-        RobotModelError: If the text is malformed; the message names `where` and the elements.
+        faults: Receives faults of single links, which are left out then; None: raise them.
     """
     root = read_tree(text, where)
 

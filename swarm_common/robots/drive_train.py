@@ -82,13 +82,10 @@ def find_drive(
     """Return the drive of a robot: as asked for, as its plugin says, or as its wheels look.
 
     Args:
-        tags: Of its plugin; None without one.
+        tags: Statement of its plugin; None without one.
         drive: Asked for in robot.yaml; None if it is not.
         joints: Left and right ones, asked for there; None if they are not.
-        radius: Of the wheels [m], asked for there; None if it is not.
-
-    Raises:
-        RobotModelError: If there are no wheels to drive on, or the robot steers like a car.
+        radius: Radius of the wheels [m], asked for there; None if it is not.
     """
     wheels = _wheels(model)
     is_asked = joints is not None

@@ -16,7 +16,8 @@ from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import RobotSpec
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.robots.battery_io import parse_battery
-from swarm_common.robots.loading import load_robot, robot_names
+from swarm_common.robots.loading import load_robot
+from swarm_common.robots.source import robot_names
 
 LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")  # of a robot model
 SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of an omnidirectional one
@@ -74,15 +75,7 @@ class Fleet:
 
 
 def uniform_fleet(model: str, count: int) -> Fleet:
-    """Return a fleet of one model.
-
-    Args:
-        model: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or `robot.yaml`.
-
-    Raises:
-        UnknownNameError: If there is no such model, or robot.yaml has an unknown key.
-        RobotModelError: If a value is missing or impossible; all that is wrong is told at once.
-    """
+    """Return a fleet of one model."""
     if Path(model).exists() and model not in robot_names():
         model = str(Path(model).absolute())
     return Fleet((Member(model, load_robot(model)),) * count)
@@ -93,9 +86,6 @@ def load_fleet(name_or_path: str | Path) -> Fleet:
 
     Args:
         name_or_path: A path has folders in it, or ends in `.yaml` or `.yml`; else it is a name.
-
-    Raises:
-        SwarmError: If the file, a key, a model, a count or a limit in it is unusable.
     """
     path = _fleet_path(name_or_path)
     data = read_yaml(path, as_written=NAMES)

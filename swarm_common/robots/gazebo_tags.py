@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 from swarm_common.model.errors import RobotModelError
 from swarm_common.robots.drive_tags import DriveTags, drive_of, is_mover, is_steered
+from swarm_common.robots.urdf_tree import number_in
 
 LEFT = (
     "left_joint", "leftJoint", "leftFrontJoint", "leftRearJoint", "front_left_joint",
@@ -68,14 +69,7 @@ class RaySensor:
 
 
 def read_drive(root: ET.Element, where: str, notes: list[str]) -> DriveTags | None:
-    """Return what the first drive plugin says, None if there is none.
-
-    Args:
-        notes: Takes what of the plugins is not used.
-
-    Raises:
-        RobotModelError: If a parameter of the plugin is not a number.
-    """
+    """Return what the first drive plugin says, None if there is none."""
     found: DriveTags | None = None
     for plugin in root.findall("gazebo//plugin"):
         name = plugin_name(plugin)
@@ -104,9 +98,6 @@ def plugin_name(plugin: ET.Element) -> str:
     """Return the class of a plugin if it names one, else its file.
 
     In Gazebo Classic `name` is of the user's choice, and says nothing of what the plugin does.
-
-    Args:
-        plugin: With `filename` and `name`.
     """
     name = plugin.get("name", "")
     file = plugin.get("filename", "").rpartition("/")[2]
@@ -134,14 +125,7 @@ def read_steering(root: ET.Element) -> str | None:
 
 
 def read_ray_sensors(root: ET.Element, where: str, notes: list[str]) -> list[RaySensor]:
-    """Return all ray sensors on links, in the order of the file.
-
-    Args:
-        notes: Takes which ray sensors are not used, and why.
-
-    Raises:
-        RobotModelError: If a number of a sensor is none, or its pose is not six of them.
-    """
+    """Return all ray sensors on links, in the order of the file."""
     sensors = []
     links = {link.get("name") for link in root.findall("link")}
     for gazebo in root.findall("gazebo"):
@@ -218,13 +202,4 @@ def _texts(plugin: ET.Element, tags: Iterable[str]) -> tuple[str, ...]:
 
 
 def _number(element: ET.Element, path: str, where: str) -> float | None:
-    text = element.findtext(path)
-    if text is None or not text.strip():
-        return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise RobotModelError(f"{where}: <gazebo>: <{path}> is '{text.strip()}'; a number")
-    return value
+    return number_in(element, path, f"{where}: <gazebo>", is_finite=True)

@@ -82,14 +82,7 @@ class _Candidate:
 def choose_lidar(
     model: RobotModel, sensors: Sequence[RaySensor], asked: Mapping[str, Any], where: str
 ) -> tuple[dict[str, Any], list[str]]:
-    """Return the values of a `LidarSpec` as far as they follow, and notes on the choice.
-
-    Args:
-        asked: The section `lidar:` of robot.yaml, which wins.
-
-    Raises:
-        RobotModelError: If there are sensors, and none is a LiDAR without further word.
-    """
+    """Return the values of a `LidarSpec` as far as they follow, and notes on the choice."""
     frame = asked.get("frame")
     if frame is not None and frame not in model.fixed and not _is_posed(asked):
         raise RobotModelError(

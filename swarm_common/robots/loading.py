@@ -29,7 +29,7 @@ from swarm_common.robots.derived import (
     with_scan_frame,
 )
 from swarm_common.robots.description import Origin, RobotModel, parse_urdf
-from swarm_common.robots.source import ROBOT_FILE, RobotSource, find_robot, robot_names
+from swarm_common.robots.source import RobotSource, find_robot
 from swarm_common.robots.spec import (
     KNOWN,
     LIDAR_REQUIRED,
@@ -44,20 +44,6 @@ from swarm_common.robots.spec import (
     spec_of,
 )
 from swarm_common.robots.urdf_tree import fixed_places, read_tree
-
-__all__ = [
-    "ROBOT_FILE",
-    "Account",
-    "Robot",
-    "account_of",
-    "description",
-    "fixed_frames",
-    "load_robot",
-    "load_robot_model",
-    "open_robot",
-    "robot_names",
-    "taken_for",
-]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,14 +66,7 @@ class Account:
 
 
 def account_of(name_or_path: str | Path) -> Account:
-    """Return all values of a robot model with where each is from; limits may be missing.
-
-    Args:
-        name_or_path: As for `load_robot`.
-
-    Raises:
-        SwarmError: If there is no such model, or a file or value of it is unusable.
-    """
+    """Return all values of a robot model with where each is from; limits may be missing."""
     source = find_robot(name_or_path)
     faults = Faults(source.where, RobotModelError)
     values, described = _values(source, faults)
@@ -120,11 +99,7 @@ def account_of(name_or_path: str | Path) -> Account:
 
 
 def taken_for(spec: RobotSpec, model: RobotModel) -> str:
-    """Return what a robot's drive was taken for and why, and how to state it.
-
-    Args:
-        model: Its bodies, which know where each value is from.
-    """
+    """Return what a robot's drive was taken for and why, and how to state it."""
     sides = [", ".join(side) or "none" for side in (spec.wheels_left, spec.wheels_right)]
     values = {
         "drive": f"drive {spec.drive}",
@@ -171,10 +146,6 @@ def load_robot(name_or_path: str | Path) -> RobotSpec:
     Args:
         name_or_path: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or
             `robot.yaml`.
-
-    Raises:
-        UnknownNameError: If there is no such model, or robot.yaml has an unknown key.
-        RobotModelError: If a value is missing or impossible; all that is wrong is told at once.
     """
     source = find_robot(name_or_path)
     faults = Faults(source.where, RobotModelError)
@@ -182,16 +153,7 @@ def load_robot(name_or_path: str | Path) -> RobotSpec:
 
 
 def open_robot(name_or_path: str | Path) -> Robot:
-    """Return all about a robot.
-
-    Args:
-        name_or_path: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or
-            `robot.yaml`.
-
-    Raises:
-        UnknownNameError: If there is no such model, or robot.yaml has an unknown key.
-        RobotModelError: If a value is missing or impossible, or the description unusable.
-    """
+    """Return all about a robot."""
     source = find_robot(name_or_path)
     faults = Faults(source.where, RobotModelError)
     spec, described = _specified(source, faults)
@@ -207,56 +169,15 @@ def open_robot(name_or_path: str | Path) -> Robot:
 
 
 def fixed_frames(name_or_path: str | Path) -> dict[str, Transform]:
-    """Return base_footprint_from_link of every fixed link of a robot, as tf_static has them.
-
-    Args:
-        name_or_path: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or
-            `robot.yaml`.
-
-    Raises:
-        UnknownNameError: If there is no such model, or robot.yaml has an unknown key.
-        RobotModelError: If a value is missing or impossible, or the description unusable.
-    """
+    """Return base_footprint_from_link of every fixed link of a robot, as tf_static has them."""
     source = find_robot(name_or_path)
     spec, described = _specified(source, Faults(source.where, RobotModelError))
     root = read_tree(source.text() if described is None else described.urdf, source.where)
     return {BASE: np.eye(4)} | fixed_places(root) | {SCAN: scan_place(spec.lidar)}
 
 
-def description(name_or_path: str | Path) -> str:
-    """Return a robot's description as URDF text.
-
-    Args:
-        name_or_path: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or
-            `robot.yaml`.
-
-    Raises:
-        UnknownNameError: If there is no such model, or robot.yaml has an unknown key.
-        RobotModelError: If a value is missing or impossible, or the description unusable.
-    """
-    return open_robot(name_or_path).urdf
-
-
-def load_robot_model(name_or_path: str | Path) -> RobotModel:
-    """Return the bodies of a robot.
-
-    Args:
-        name_or_path: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or
-            `robot.yaml`.
-
-    Raises:
-        UnknownNameError: If there is no such model, or robot.yaml has an unknown key.
-        RobotModelError: If a value is missing or impossible, or the description unusable.
-    """
-    return open_robot(name_or_path).model
-
-
 def _specified(source: RobotSource, faults: Faults) -> tuple[RobotSpec, Described | None]:
-    """Return a model, and its description if that was asked.
-
-    Raises:
-        SwarmError: Of all that is wrong.
-    """
+    """Return a model, and its description if that was asked."""
     values, described = _values(source, faults)
     if described is not None and (missing := _missing(values)):
         faults.tell([_untold(source, missing, described.doubts)])

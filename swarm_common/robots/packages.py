@@ -21,9 +21,6 @@ def add_package_paths(paths: Sequence[Path]) -> None:
 
     Args:
         paths: Packages, or folders that hold some; the first is searched first.
-
-    Raises:
-        ConfigError: If one is not a folder.
     """
     for path in paths:
         if not path.is_dir():
@@ -45,29 +42,20 @@ class PackageFinder:
         """Remember where to look; nothing is read yet.
 
         Args:
-            paths: Packages, or folders that hold some; the first is searched first.
             near: File whose folders are searched upwards. None: none are.
         """
         self._paths = [path.absolute() for path in paths]
         self._above = list(near.absolute().parents[:ANCESTORS]) if near is not None else []
 
     def share(self, package: str) -> Path:
-        """Return a package's folder.
-
-        Raises:
-            MissingPackageError: If it is nowhere; the message lists the places.
-        """
+        """Return a package's folder."""
         for folder in self._candidates(package):
             if folder.is_dir():
                 return folder
         raise MissingPackageError([package], self.searched())
 
     def resolve(self, uri: str, beside: Path) -> Path:
-        """Return the file of a `package://`, `file://`, absolute or relative URI.
-
-        Raises:
-            MeshError: If there is no such file.
-        """
+        """Return the file of a `package://`, `file://`, absolute or relative URI."""
         scheme, is_uri, rest = uri.partition("://")
         if is_uri and scheme in ("package", "model"):
             package, _, name = rest.partition("/")

@@ -17,11 +17,7 @@ WORLDS_OWN = ("wheels_left", "wheels_right", "sensors")  # of no use to a naviga
 
 
 def robot_parameters(spec: RobotSpec) -> dict[str, Any]:
-    """Return `{name: value}` without the prefix `robot.`; the footprint as text, as in Nav2.
-
-    Args:
-        spec: Of the robot; what only the world needs of it is left out.
-    """
+    """Return `{name: value}` without the prefix `robot.`; the footprint as text, as in Nav2."""
     values = dataclasses.asdict(spec)
     parts = {name: values.pop(name) or {} for name in ("lidar", "battery")}
     parts["battery"].pop("initial", None)
@@ -48,14 +44,7 @@ def frames_parameter(frames: Mapping[str, Transform]) -> str:
 
 
 def frames_from_parameter(text: str) -> dict[str, tuple[float, ...]]:
-    """Return what `frames_parameter` has written: seven numbers by the name of the link.
-
-    Args:
-        text: Of the parameter; empty for no links.
-
-    Raises:
-        ConfigError: If it is anything else.
-    """
+    """Return what `frames_parameter` has written: seven numbers by the name of the link."""
     try:
         frames = {
             str(name): tuple(float(value) for value in place)
@@ -70,14 +59,7 @@ def frames_from_parameter(text: str) -> dict[str, tuple[float, ...]]:
 
 
 def robot_from_parameters(values: Mapping[str, Any]) -> RobotSpec:
-    """Return the robot model in parameters written by `robot_parameters`.
-
-    Args:
-        values: By name, without the prefix `robot.`.
-
-    Raises:
-        RobotModelError: If a parameter is missing or unknown, or the footprint is not a polygon.
-    """
+    """Return the robot model in parameters written by `robot_parameters`."""
     parts: dict[str, dict[str, Any]] = {"": {}, "lidar": {}, "battery": {}}
     for name, value in values.items():
         part, _, key = name.rpartition(".")

@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from swarm_common.model.errors import RobotModelError
-from swarm_common.model.shapes import FloatArray, Transform, transform_from_xyz_rpy
+from swarm_common.model.shapes import FloatArray, Transform, rotation_of, transform_from_xyz_rpy
+from swarm_common.robots.urdf_tree import number_in
 
 ENDLESS = 1e4  # [rad] from which the limits of a revolute joint are none
 # type of a joint in SDF -> in URDF; those that a robot's casters have are held still
@@ -28,14 +29,7 @@ MODEL = ("", "__model__")  # names of the model's own frame
 
 
 def find_model_file(folder: Path) -> Path | None:
-    """Return the SDF file of a model's folder: the newest that model.config names; None without.
-
-    Args:
-        folder: With a `model.config`, or a `model.sdf`.
-
-    Raises:
-        RobotModelError: If model.config is malformed or names a file that is not there.
-    """
+    """Return the SDF file of a model's folder: the newest that model.config names; None without."""
     config = folder / "model.config"
     if not config.is_file():
         return folder / "model.sdf" if (folder / "model.sdf").is_file() else None
@@ -60,12 +54,6 @@ def urdf_of(root: ET.Element, where: str) -> str:
     """Return an SDF model as URDF text.
 
     What its elements hold that nothing reads, `grammar` tells.
-
-    Args:
-        root: `<sdf>` with one model.
-
-    Raises:
-        RobotModelError: If it is no single robot, or a pose, number or joint of it is unusable.
     """
     if root.find("world") is not None:
         raise RobotModelError(f"{where} is a world; a robot is an <sdf> with one <model>")
@@ -138,12 +126,12 @@ class _Converter:
     ) -> ET.Element:
         made = ET.Element("inertial")
         made.append(_origin(self._in_link(inertial, link, place, here)))
-        mass = _number(inertial, "mass", here)
+        mass = number_in(inertial, "mass", here)
         ET.SubElement(made, "mass", value=repr(1.0 if mass is None else mass))
         tensor = inertial.find("inertia")
         values = {}
         for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
-            value = None if tensor is None else _number(tensor, name, here)
+            value = None if tensor is None else number_in(tensor, name, here)
             values[name] = repr(value or 0.0)
         ET.SubElement(made, "inertia", values)
         return made
@@ -200,7 +188,7 @@ class _Converter:
                 raise RobotModelError(f"{here} has no <axis>")
             x, y, z = self._axis(axis, joint, here, places[child])
             ET.SubElement(made, "axis", xyz=f"{x:.12g} {y:.12g} {z:.12g}")
-            speed = _number(axis, "limit/velocity", here)
+            speed = number_in(axis, "limit/velocity", here)
             if speed is not None and 0.0 < speed < ENDLESS:
                 ET.SubElement(made, "limit", velocity=repr(speed), effort="0")
         return made
@@ -254,8 +242,8 @@ def _kind(joint: ET.Element) -> str:
     if kind != "revolute":
         return KINDS.get(kind, kind)
     where = f"joint '{joint.get('name')}'"
-    lower = _number(joint, "axis/limit/lower", where)
-    upper = _number(joint, "axis/limit/upper", where)
+    lower = number_in(joint, "axis/limit/lower", where)
+    upper = number_in(joint, "axis/limit/upper", where)
     is_held = lower is not None and upper is not None and upper - lower < ENDLESS
     return "revolute" if is_held else "continuous"
 
@@ -270,7 +258,7 @@ def _shape(geometry: ET.Element, here: str, is_collision: bool) -> ET.Element | 
             names = ("radius",) if shape.tag == "sphere" else ("radius", "length")
             sizes = {}
             for name in names:
-                value = _number(shape, name, here)
+                value = number_in(shape, name, here)
                 if value is None:
                     raise RobotModelError(f"{here}: <{shape.tag}> has no <{name}>")
                 sizes[name] = value
@@ -303,7 +291,8 @@ def _pose(element: ET.Element, here: str) -> Transform:
     if pose.get("rotation_format") == "quat_xyzw":
         x, y, z, *q = _numbers(pose.text or "", 7, f"{here}: <pose>")
         place: Transform = np.eye(4)
-        place[:3, :3] = _turn_of(*q)
+        norm = math.hypot(*q) or 1.0
+        place[:3, :3] = rotation_of(*(part / norm for part in q))
         place[:3, 3] = (x, y, z)
         return place
     x, y, z, *angles = _numbers(pose.text or "", 6, f"{here}: <pose>")
@@ -311,19 +300,6 @@ def _pose(element: ET.Element, here: str) -> Transform:
         angles = [math.radians(angle) for angle in angles]
     roll, pitch, yaw = angles
     return transform_from_xyz_rpy(x, y, z, roll, pitch, yaw)
-
-
-def _turn_of(x: float, y: float, z: float, w: float) -> FloatArray:
-    """Return the rotation matrix of a quaternion."""
-    norm = math.sqrt(x * x + y * y + z * z + w * w) or 1.0
-    x, y, z, w = x / norm, y / norm, z / norm, w / norm
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def _origin(place: Transform) -> ET.Element:
@@ -344,19 +320,6 @@ def _xyz_rpy(place: Transform) -> tuple[str, str]:
 
 def _written(values: FloatArray | tuple[float, ...]) -> str:
     return " ".join(f"{0.0 if abs(value) < 1e-12 else float(value):.12g}" for value in values)
-
-
-def _number(element: ET.Element, path: str, here: str) -> float | None:
-    text = element.findtext(path)
-    if text is None or not text.strip():
-        return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if math.isnan(value):
-        raise RobotModelError(f"{here}: <{path}> is '{text.strip()}'; expected a number")
-    return value
 
 
 def _numbers(text: str, count: int, what: str) -> list[float]:

@@ -46,11 +46,7 @@ class RobotSource:
         return str(self.urdf or self.settings.parent)
 
     def finder(self) -> PackageFinder:
-        """Return what finds the packages that the description refers to.
-
-        Raises:
-            RobotModelError: If `packages` in robot.yaml is not a list of folders.
-        """
+        """Return what finds the packages that the description refers to."""
         paths = self.data.get("packages") or []
         if not isinstance(paths, list) or not all(isinstance(path, str) for path in paths):
             raise RobotModelError(f"{self.settings}: packages is {paths!r}; a list of folders")
@@ -60,19 +56,11 @@ class RobotSource:
         return PackageFinder([self.settings.parent / path for path in paths], self.urdf)
 
     def text(self) -> str:
-        """Return the description as URDF text, xacro expanded.
-
-        Raises:
-            RobotModelError: If there is none, or it cannot be read.
-        """
+        """Return the description as URDF text, xacro expanded."""
         return self.read()[0]
 
     def read(self) -> tuple[str, list[str]]:
-        """Return the description as URDF text, and a sentence on what of it nothing reads.
-
-        Raises:
-            RobotModelError: If there is none, or it cannot be read.
-        """
+        """Return the description as URDF text, and a sentence on what of it nothing reads."""
         if self.urdf is None:
             raise RobotModelError(
                 f"{self.settings.parent} has no {' or '.join(DESCRIPTIONS)} to describe the robot"
@@ -93,11 +81,7 @@ class RobotSource:
         return urdf_of(root, str(self.urdf)), description_notes(root)
 
     def arguments(self) -> dict[str, str]:
-        """Return what robot.yaml gives to xacro, each as on xacro's command line.
-
-        Raises:
-            RobotModelError: If `xacro_args` is not a mapping of names to texts.
-        """
+        """Return what robot.yaml gives to xacro, each as on xacro's command line."""
         values = self.data.get("xacro_args") or {}
         if not isinstance(values, dict):
             raise RobotModelError(f"{self.settings}: xacro_args is {values!r}; 'name: value' lines")
@@ -115,16 +99,7 @@ def robot_names() -> list[str]:
 
 
 def find_robot(name_or_path: str | Path) -> RobotSource:
-    """Return the files of a robot.
-
-    Args:
-        name_or_path: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or
-            `robot.yaml`.
-
-    Raises:
-        UnknownNameError: If there is no such robot.
-        RobotModelError: If its robot.yaml cannot be read.
-    """
+    """Return the files of a robot."""
     path = Path(name_or_path)
     if path.is_file():
         return _of_file(path)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from swarm_common.files.yaml_io import check_keys, number, numbers
+from swarm_common.files.yaml_io import check_keys, field_values, number, numbers
 from swarm_common.model.beacon import FOOTPRINT_POINTS
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.faults import Faults
@@ -43,9 +42,8 @@ def spec_of(source: RobotSource, values: Mapping[str, Any], faults: Faults) -> R
     """Return the model that values by name describe; None if something is wrong with one.
 
     Args:
-        values: As many of `REQUIRED` as there are, and what else there is; without all of them
-            the others are checked all the same.
-        faults: Takes what is wrong; the messages name file and key.
+        values: Values known so far; without all of `REQUIRED` the others are checked all the same.
+        faults: Receives what is wrong; the messages name file and key.
     """
     where = str(source.settings if source.settings.is_file() else source.where)
     read: dict[str, Any] = {"model": source.name}
@@ -83,36 +81,21 @@ def _sideways(values: Mapping[str, Any], drive: str, where: str) -> dict[str, An
 
 
 def parse_drive(value: object, where: str) -> str:
-    """Return a drive.
-
-    Raises:
-        RobotModelError: If it is none of `DRIVES`.
-    """
+    """Return a drive."""
     if value not in DRIVES:
         raise RobotModelError(f"{where}: drive is {value!r}; expected one of {DRIVES}")
     return str(value)
 
 
 def parse_inertia(value: object, where: str) -> str:
-    """Return where inertias come from.
-
-    Raises:
-        RobotModelError: If it is none of `INERTIA`.
-    """
+    """Return where inertias come from."""
     if value not in INERTIA:
         raise RobotModelError(f"{where}: inertia is {value!r}; expected one of {INERTIA}")
     return str(value)
 
 
 def parse_files(value: object, settings: Path, key: str) -> tuple[Path, ...]:
-    """Return files that a key of robot.yaml lists.
-
-    Args:
-        settings: That robot.yaml, beside which relative paths start.
-
-    Raises:
-        RobotModelError: If it is no list of names, or one is of no file.
-    """
+    """Return files that a key of robot.yaml lists."""
     if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
         raise RobotModelError(f"{settings}: {key} is {value!r}; expected a list of files")
     paths = tuple(settings.parent / name for name in value)
@@ -129,12 +112,7 @@ def _name(value: object, what: str) -> str:
 
 
 def parse_wheels(value: object, where: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the left and the right driven joints.
-
-    Raises:
-        UnknownNameError: If there are other keys than `left` and `right`.
-        RobotModelError: If a side is not a list of names.
-    """
+    """Return the left and the right driven joints."""
     what = f"{where}: wheels"
     if not isinstance(value, dict):
         raise RobotModelError(f"{what} is {value!r}; expected left: [joint], right: [joint]")
@@ -147,11 +125,7 @@ def parse_wheels(value: object, where: str) -> tuple[tuple[str, ...], tuple[str,
 
 
 def positive(value: object, what: str) -> float:
-    """Return a positive number of sensible size.
-
-    Raises:
-        RobotModelError: If it is no number, or not from `SMALLEST` to `LARGEST`.
-    """
+    """Return a positive number of sensible size."""
     result = number(value, what, RobotModelError)
     if not SMALLEST <= result <= LARGEST:
         raise RobotModelError(
@@ -183,31 +157,16 @@ def _footprint(value: object, what: str) -> tuple[tuple[float, float], ...]:
 
 
 def _lidar(value: object, what: str) -> LidarSpec:
-    if not isinstance(value, dict):
-        raise RobotModelError(f"{what} is {value!r}; expected x, y, z, rays, rate, ...")
-    data: dict[str, Any] = value
-    check_keys(data, [field.name for field in fields(LidarSpec)], what)
-    missing = [name for name in LIDAR_REQUIRED if name not in data]
-    if missing:
-        raise RobotModelError(f"{what} lacks {', '.join(missing)}")
-    frame = _name(data.get("frame", "base_scan"), f"{what}.frame")
-    upside_down = data.get("upside_down", False)
-    if not isinstance(upside_down, bool):
-        raise RobotModelError(f"{what}.upside_down is {upside_down!r}; expected true or false")
-    values = {
-        key: number(item, f"{what}.{key}", RobotModelError)
-        for key, item in data.items()
-        if key not in ("frame", "upside_down")
-    }
+    readers = {"frame": _name}
+    values = field_values(LidarSpec, value, what, RobotModelError, readers=readers)
     if values["z"] < LOWEST_SCAN:
         raise RobotModelError(
             f"{what}.z is {values['z']:.3g} m: the LiDAR would look along the ground; write how "
             "high its scan plane is into robot.yaml, lidar: {z: ...}"
         )
-    rays = int(values.pop("rays", 360))
-    if rays != data.get("rays", rays):
-        raise RobotModelError(f"{what}.rays is {data['rays']}; expected a whole number")
-    spec = LidarSpec(rays=rays, frame=frame, upside_down=upside_down, **values)
+    if (rays := values.get("rays", 360)) != int(rays):
+        raise RobotModelError(f"{what}.rays is {rays}; expected a whole number")
+    spec = LidarSpec(**{**values, "rays": int(rays)})
     if (
         not 1 <= rays <= 100_000
         or not 0.01 <= spec.rate <= 1000.0

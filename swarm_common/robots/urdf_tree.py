@@ -28,12 +28,7 @@ JOINTS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
 def read_tree(text: str, where: str) -> ET.Element:
-    """Return the checked tree of a URDF text; placeholders of namespaces are taken out.
-
-    Raises:
-        RobotModelError: If the text is malformed; the message names `where` and every element
-            that is wrong.
-    """
+    """Return the checked tree of a URDF text; placeholders of namespaces are taken out."""
     try:
         root = ET.fromstring(PLACEHOLDER.sub("", text).encode())
     except (ET.ParseError, ValueError) as cause:
@@ -54,22 +49,30 @@ def read_tree(text: str, where: str) -> ET.Element:
     return root
 
 
-def root_link(root: ET.Element) -> str:
-    """Return the name of the link without a parent.
+def number_in(
+    element: ET.Element, path: str, where: str, *, is_finite: bool = False
+) -> float | None:
+    """Return the number in the text of a child; None without a child, or without text in it."""
+    text = element.findtext(path)
+    if text is None or not text.strip():
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if math.isnan(value) or (is_finite and math.isinf(value)):
+        raise RobotModelError(f"{where}: <{path}> is '{text.strip()}'; expected a number")
+    return value
 
-    Args:
-        root: Of the URDF, as `read_tree` returns it.
-    """
+
+def root_link(root: ET.Element) -> str:
+    """Return the name of the link without a parent."""
     children = {child_of(joint) for joint in root.findall("joint")}
     return next(n for link in root.findall("link") if (n := link.get("name", "")) not in children)
 
 
 def fixed_places(root: ET.Element) -> dict[str, Transform]:
-    """Return root_from_link of every link that no moving joint parts from the root.
-
-    Args:
-        root: Of the URDF, as `read_tree` returns it.
-    """
+    """Return root_from_link of every link that no moving joint parts from the root."""
     places: dict[str, Transform] = {root_link(root): np.eye(4)}
     waiting = [joint for joint in root.findall("joint") if joint.get("type") == "fixed"]
     while ready := [joint for joint in waiting if _end(joint, "parent") in places]:

@@ -17,27 +17,15 @@ OMNI = frozenset(("omni", "roller", "rollers"))
 
 
 def words(name: str) -> tuple[str, ...]:
-    """Return the words of a name in lower case, in order.
-
-    Args:
-        name: As written, in snake_case, CamelCase or with hyphens.
-    """
+    """Return the words of a name in lower case, in order."""
     return tuple(word.lower() for word in WORD.findall(name))
 
 
 def is_passive(name: str) -> bool:
-    """Return whether a name says that a wheel is not driven.
-
-    Args:
-        name: Of a joint, a link, or several of them.
-    """
+    """Return whether a name says that a wheel is not driven."""
     return any(word in PASSIVE or word.startswith(PASSIVE_STARTS) for word in words(name))
 
 
 def is_omni(name: str) -> bool:
-    """Return whether a name says that something rolls sideways, too.
-
-    Args:
-        name: Of a joint, a link, a robot or a controller.
-    """
+    """Return whether a name says that something rolls sideways, too."""
     return any(word in OMNI or word.startswith(OMNI_STARTS) for word in words(name))

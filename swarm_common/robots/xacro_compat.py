@@ -33,10 +33,6 @@ require("xacro", __name__, PARTS)
 def expand(path: Path, arguments: Mapping[str, str], prepare: Callable[[Any], None]) -> str:
     """Return a xacro file as URDF text.
 
-    Args:
-        arguments: Values of `xacro:arg`s by name.
-        prepare: Changes the parsed document before it is expanded.
-
     Raises:
         Exception: Of xacro's own kinds, and bare ones.
     """

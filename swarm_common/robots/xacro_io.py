@@ -42,12 +42,7 @@ def expand(
     """Return a xacro file as URDF text.
 
     Args:
-        arguments: Values of `xacro:arg`s by name.
-        finder: Of the packages in `$(find package)`.
-        advice: What to do about an argument without a value; empty for robots.
-
-    Raises:
-        RobotModelError: If xacro refuses it; the message names the file and, if it can, the line.
+        advice: Advice about an argument without a value; empty for robots.
     """
     from swarm_common.robots import xacro_compat  # slow to import, not needed for plain URDF
 
@@ -131,15 +126,10 @@ def _check_used(path: Path, arguments: Mapping[str, str], files: Sequence[str]) 
 def unresolved(
     path: Path, arguments: Mapping[str, str], finder: PackageFinder
 ) -> tuple[list[str], list[str]]:
-    """Look for all that a xacro file lacks; xacro itself stops at the first.
+    """Return packages that are missing to a xacro file, and arguments that it uses without a value.
 
     Args:
-        path: Of the file; the files that it includes are searched, too.
-        arguments: Values of `xacro:arg`s by name.
-        finder: Of the packages in `$(find package)`.
-
-    Returns:
-        Names of packages that are missing, and of arguments that are used without a value.
+        path: The files that it includes are searched, too.
     """
     packages: dict[str, None] = {}
     used: dict[str, None] = {}

@@ -48,8 +48,9 @@ from swarm_nav.core.goals import (
     Output,
     Status,
 )
+from swarm_nav.core.localisation_config import START_DEVIATION
 from swarm_nav.core.plugins import BRAIN
-from swarm_nav.localisation.localiser import START_DEVIATION, OdometryLocaliser
+from swarm_nav.localisation.localiser import OdometryLocaliser
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.planning.planner import Planner
 from swarm_nav.reservation.tube import padded

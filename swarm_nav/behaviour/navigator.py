@@ -33,10 +33,11 @@ from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.control.omni import make_controller
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import ErrorCode, Feedback, Goal, GoalKind, Outcome, Output, Status
+from swarm_nav.core.localisation_config import START_DEVIATION
 from swarm_nav.core.plugins import PRIORITY
 from swarm_nav.core.priority import CLASS_DRIVING, base_priority
 from swarm_nav.core.states import State
-from swarm_nav.localisation.localiser import START_DEVIATION, make_localiser
+from swarm_nav.localisation.localiser import make_localiser
 from swarm_nav.planning.plugin_planner import planner_maker
 from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.departure import Departure

@@ -10,6 +10,7 @@ from swarm_nav.core.checks import not_negative, positive
 ODOMETRY, AMCL = "odometry", "amcl"
 TYPES = (ODOMETRY, AMCL)
 PREFIX = "localisation."
+START_DEVIATION = (0.05, 0.05)  # [m] and [rad] of a pose that the operator gave
 MOST_PARTICLES = 20_000
 
 

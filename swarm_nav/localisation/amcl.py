@@ -20,10 +20,9 @@ from swarm_common.model.records import (
     Scan,
     wrap_angle,
 )
-from swarm_nav.core.localisation_config import LocalisationConfig
+from swarm_nav.core.localisation_config import START_DEVIATION, LocalisationConfig
 from swarm_nav.localisation import amcl_kernels
 from swarm_nav.localisation.likelihood import field_for
-from swarm_nav.localisation.localiser import START_DEVIATION
 from swarm_nav.localisation.particle_filter import Estimate, ParticleFilter, Step
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.planning.distance_kernels import Place

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan
-from swarm_nav.core.localisation_config import AMCL, LocalisationConfig
+from swarm_nav.core.localisation_config import AMCL, START_DEVIATION, LocalisationConfig
 from swarm_nav.core.plugins import LOCALISER, Report, ignore
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.planning.terrain import Terrain
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from swarm_nav.localisation.amcl import AmclLocaliser
     from swarm_nav.localisation.plugin_localiser import PluginLocaliser
 
-START_DEVIATION = (0.05, 0.05)  # [m] and [rad] of a pose that the operator gave
 DRIFT = (0.002, 0.001)  # [m] and [rad] by which odometry is off per metre driven
 
 

@@ -9,10 +9,9 @@ import numpy as np
 
 from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan
 from swarm_common.process.plugins import PluginError
-from swarm_nav.core.localisation_config import LocalisationConfig
+from swarm_nav.core.localisation_config import START_DEVIATION, LocalisationConfig
 from swarm_nav.core.plugins import LOCALISER, Report
 from swarm_nav.localisation.amcl import GROWTH, ORIGIN, is_leap, nudged
-from swarm_nav.localisation.localiser import START_DEVIATION
 from swarm_nav.planning.terrain import Terrain
 
 

@@ -22,11 +22,7 @@ class MissingToolError(SwarmError):
 
 
 def find_toolchain(environ: Mapping[str, str]) -> Toolchain:
-    """Find everything that a build needs, by CC, CXX, PATH and AMENT_PREFIX_PATH.
-
-    Raises:
-        MissingToolError: A compiler, Python's headers or a generator is missing.
-    """
+    """Find everything that a build needs, by CC, CXX, PATH and AMENT_PREFIX_PATH."""
     include = Path(sysconfig.get_path("include"))
     if not (include / "Python.h").exists():
         version = f"{sys.version_info.major}.{sys.version_info.minor}"

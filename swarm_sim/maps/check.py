@@ -103,9 +103,6 @@ def check_walkers(scene: Scene, specs: Sequence[WalkerSpec]) -> None:
 def check_vehicles(scene: Scene, specs: Sequence[VehicleSpec]) -> None:
     """Check that vehicles have room along their path, and to turn at its points.
 
-    Args:
-        scene: Its bodies count where they are at the start.
-
     Raises:
         ConfigError: Naming the vehicle and the place where it would hit something.
     """

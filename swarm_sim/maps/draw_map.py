@@ -31,13 +31,9 @@ def draw_world(
 
     Args:
         height: [m] of the LiDAR above ground.
-        resolution: [m] per cell.
         starts: Where robots start; around those beyond the obstacles there is open ground.
         reach: Heights of the robots' bodies, for what the LiDAR does not see: it is on the map,
             too. None for a map of only what the LiDAR sees.
-
-    Raises:
-        MapError: If it is too large; the message names a station that lies far from all obstacles.
     """
     section = section_between(scene.fixed, height, height)
     if reach is not None:
@@ -52,11 +48,7 @@ def draw_section(
 
     Args:
         scene: World with its sites: what robots reach from these is known.
-        resolution: [m] per cell.
         covered: Points (k, 2) that the map covers, too.
-
-    Raises:
-        MapError: If it is too large; the message names a station that lies far from all obstacles.
     """
     try:
         return draw_grid(section, accessible_points(scene), resolution, MARGIN, covered)
@@ -77,11 +69,7 @@ def draw_section(
 
 
 def reach_of(specs: Iterable[RobotSpec]) -> Reach:
-    """Return the heights between which robots can touch something.
-
-    Args:
-        specs: Of all robots; the tallest one counts.
-    """
+    """Return the heights between which robots can touch something."""
     return GROUND_GAP, max([spec.height for spec in specs], default=SCAN_HEIGHT)
 
 
@@ -90,7 +78,6 @@ def with_touchable(grid: Grid, scene: Scene, height: float, reach: Reach) -> Gri
 
     Args:
         grid: An upright map that shows the world at the LiDAR's height.
-        height: [m] of the LiDAR above ground.
     """
     shape, lattice = grid.cells.shape, (grid.resolution, grid.origin_x, grid.origin_y)
     seen = draw_on(shape, *lattice, section_between(scene.fixed, height, height))

@@ -73,14 +73,7 @@ class MapDifference:
         )
 
     def save_picture(self, path: Path) -> None:
-        """Draw the comparison as a PNG.
-
-        Args:
-            path: Of the file to write, whatever its ending.
-
-        Raises:
-            MapError: If the file cannot be written.
-        """
+        """Draw the comparison as a PNG."""
         from PIL import Image, ImageDraw
 
         scale = max(1, round(PICTURE_SIZE / max(self.drawn.shape)))
@@ -118,9 +111,6 @@ def compare(
     Args:
         height: [m] above ground of the plane that the map shows.
         reach: Heights between which robots can touch something; the map may show that, too.
-
-    Returns:
-        What agrees and what does not, on these cells.
     """
     own_cell = grid.resolution
     grid = grid.upright().refined()
@@ -202,11 +192,7 @@ def _hint(truth: Mask, drawn: Mask, grid: Grid) -> str:
 
 
 def grown(mask: Mask, reach: int) -> Mask:
-    """Return a mask grown by `reach` cells in the eight directions.
-
-    Args:
-        mask: (height, width).
-    """
+    """Return a mask grown by `reach` cells in the eight directions."""
     from scipy.ndimage import maximum_filter  # slow to import
 
     grown: Mask = maximum_filter(mask, 2 * reach + 1, mode="constant")

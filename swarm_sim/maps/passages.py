@@ -38,9 +38,6 @@ class Passage:
 def check_ways(scene: Scene, specs: Sequence[RobotSpec], poses: Sequence[Pose]) -> None:
     """Check that the widest robot of each height gets from its start to every station and place.
 
-    Args:
-        poses: Where each starts, in the map frame.
-
     Raises:
         WorldError: Naming the station, and the passage that is too narrow for which robot.
     """
@@ -89,7 +86,6 @@ class Ways:
 
         Args:
             scene: World with its sites; the grid covers these, too.
-            height: [m] of the robot.
         """
         from scipy.ndimage import distance_transform_edt  # slow to import
 
@@ -110,7 +106,6 @@ class Ways:
         """Return the starts from which no way leads to the target.
 
         Args:
-            starts: In the map frame.
             target: In the map frame; within `NEAR` of it is there.
             room: [m] between the robot's centre and any wall.
         """
@@ -119,12 +114,7 @@ class Ways:
         return [start for start in starts if not there & self._labels_near(labels, start)]
 
     def narrowest(self, start: Pose, target: Pose) -> Passage | None:
-        """Return the narrowest place of the widest way between two poses, None without any way.
-
-        Args:
-            start: In the map frame.
-            target: In the map frame.
-        """
+        """Return the narrowest place of the widest way between two poses, None without any way."""
         low, high = 0.5 * RESOLUTION, float(self._clear.max())
         if self.cut_off([start], target, low):
             return None

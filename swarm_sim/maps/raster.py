@@ -35,12 +35,8 @@ def draw_grid(
     Args:
         seeds: Points (n, 2) known to be accessible; what cannot be reached from them becomes
             unknown. With n = 0 everything that is not occupied is free.
-        resolution: [m] per cell.
         margin: [m] of map around the obstacles, seeds and covered points.
         covered: More points (k, 2) that the map covers.
-
-    Raises:
-        MapError: If it would have more than `MAX_CELLS` cells.
     """
     x_min, y_min, x_max, y_max = section.bounds()
     points = np.vstack((seeds, covered))
@@ -89,9 +85,6 @@ def draw_on(
     """Return a grid of a given shape and place on which a section is occupied, all else free.
 
     Args:
-        resolution: [m] per cell.
-        origin_x: [m] of the lower left corner.
-        origin_y: [m] of the lower left corner.
         section: Obstacles; those beyond the grid do not count.
     """
     grid = Grid(np.full(shape, FREE, np.int8), resolution, origin_x, origin_y)

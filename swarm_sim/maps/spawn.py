@@ -37,11 +37,7 @@ def deal_places(
     """Return where each robot of a fleet starts; groups may have starts of their own.
 
     Args:
-        starts: One per robot; see `spawn_poses`.
         widest: The largest robot of all, for which places in the default start are made.
-
-    Raises:
-        WorldError: If there is no room for a group, or two groups get in each other's way.
     """
     poses: list[Pose | None] = [None] * len(specs)
     for start in dict.fromkeys(starts):
@@ -73,12 +69,7 @@ def spawn_poses(scene: Scene, spec: RobotSpec, count: int, spawn: Start = "") ->
 
     Args:
         spec: The largest robot that may stand on any of the places.
-        count: Number of robots, at least 1.
         spawn: Name of one of the spawns of `sites.yaml`, empty for the default one; or a spawn.
-
-    Raises:
-        WorldError: If there is no room for so many robots.
-        UnknownNameError: If there is no such spawn.
     """
     section = section_between(scene.bodies, GROUND_GAP, spec.height)
     start = scene.sites.spawn_named(spawn) if isinstance(spawn, str) else spawn
@@ -211,14 +202,7 @@ def _points(area: SpawnArea, pitch: float) -> FloatArray:
 
 
 def wall_distance(points: FloatArray, section: Section) -> FloatArray:
-    """Return the distance of each point (n, 2) to the nearest obstacle; 0 inside one.
-
-    Args:
-        points: [m] in the map frame.
-
-    Returns:
-        (n,) [m]; inf where there is no obstacle at all.
-    """
+    """Return each point's distance (n,) to the nearest obstacle; 0 inside one, inf without any."""
     nearest = np.full(len(points), np.inf)
     outlines = pack_polygons(section.outlines())
     nearest_outline(np.ascontiguousarray(points), outlines, bounds_of(outlines), nearest)
@@ -226,14 +210,7 @@ def wall_distance(points: FloatArray, section: Section) -> FloatArray:
 
 
 def keepout_distance(points: FloatArray, sites: Sites) -> FloatArray:
-    """Return the distance of each point (n, 2) to the nearest keepout zone; 0 inside one.
-
-    Args:
-        points: [m] in the map frame.
-
-    Returns:
-        (n,) [m]; inf where there is no zone at all.
-    """
+    """Return each point's distance (n,) to a keepout zone; 0 inside one, inf without any."""
     if not sites.zones.has_keepout:
         return np.full(len(points), np.inf)
     import shapely  # slow to import

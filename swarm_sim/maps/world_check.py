@@ -66,9 +66,7 @@ def checked(
     """Return a world that is as its file has it; the result of the comparison is cached.
 
     Args:
-        scan_heights: [m] of the LiDARs above ground.
         reach: Heights between which robots can touch something.
-        with_physics: Whether the bodies of the physics engine are looked at, too.
         skip_broken: Whether bodies that differ are left out.
 
     Raises:
@@ -107,14 +105,6 @@ def differences(
 ) -> Iterator[Difference]:
     """Compare what is made of each body with its triangles; on the map are the fixed ones.
 
-    Args:
-        scan_heights: [m] of the LiDARs above ground.
-        reach: Heights between which robots can touch something.
-        with_physics: Whether the bodies of the physics engine are looked at, too.
-
-    Yields:
-        What differs, body by body.
-
     Raises:
         ConfigError: If the physics engine is asked for and not installed.
     """
@@ -135,11 +125,7 @@ def differences(
 
 
 def picture(scene: Scene, reach: Reach) -> MapDifference:
-    """Return the map of a world compared with the triangles, on the map's cells.
-
-    Args:
-        reach: Heights between which robots can touch something.
-    """
+    """Return the map of a world compared with the triangles, on the map's cells."""
     section = section_between(scene.fixed, *reach)
     points = _few(points_along(triangles_between(triangles_of(scene.fixed), *reach), STEP))
     grid = draw_grid(section, points[:: max(1, len(points) // MOST_POINTS)])

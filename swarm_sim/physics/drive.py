@@ -62,11 +62,7 @@ class Wheels:
     """How fast a robot's driven wheels turn when it moves, and how it moves when they turn."""
 
     def __init__(self, spec: RobotSpec) -> None:
-        """Lay out the wheels: the left ones from front to rear, then the right ones.
-
-        Args:
-            spec: Names, radius and places of the wheels; a drive may have none.
-        """
+        """Lay out the wheels: the left ones from front to rear, then the right ones."""
         self.names = (*spec.wheels_left, *spec.wheels_right)
         self._radius = spec.wheel_radius
         half = spec.wheel_separation / 2.0
@@ -80,29 +76,18 @@ class Wheels:
         self._levers = list(zip(self._arms.tolist(), self._slides.tolist(), strict=True))
 
     def rates(self, vx: float, wz: float, vy: float) -> FloatArray:
-        """Return the turning rates [rad/s] of the wheels at a motion of base_footprint.
+        """Return the turning rates (w,) [rad/s] of the wheels at a motion of base_footprint.
 
         With distances in place of speeds, the angles are returned.
 
         Args:
-            vx: [m/s] forwards.
-            wz: [rad/s] counter-clockwise.
             vy: [m/s] to the left; drives that cannot move sideways ignore it.
-
-        Returns:
-            (w,) in the order of `names`.
         """
         rates: FloatArray = (vx + self._arms * wz + self._slides * vy) / self._radius
         return rates
 
     def plain_rates(self, vx: float, wz: float, vy: float) -> list[float]:
-        """Return the same as `rates`, to the bit, in less time for plain numbers.
-
-        Args:
-            vx: [m/s] forwards.
-            wz: [rad/s] counter-clockwise.
-            vy: [m/s] to the left; drives that cannot move sideways ignore it.
-        """
+        """Return the same as `rates`, to the bit, in less time for plain numbers."""
         return [(vx + arm * wz + slide * vy) / self._radius for arm, slide in self._levers]
 
     def travel(self, angles: FloatArray) -> tuple[float, float]:
@@ -155,12 +140,7 @@ class Odometer:
         self._yaws[robot] = 0.0
 
     def update(self, travels: FloatArray, yaws: FloatArray) -> None:
-        """Take in a control period, in which each robot drove an arc.
-
-        Args:
-            travels: (n, 2) [m] forwards and to the left, that the wheels report since the start.
-            yaws: (n,) [rad] that the gyro reports since the start, not wrapped.
-        """
+        """Take in a control period, in which each robot drove an arc."""
         turned = yaws - self._yaws
         chords = (travels - self._travels) * np.sinc(turned / (2.0 * np.pi))[:, None]
         headings = self._yaws + 0.5 * turned
@@ -172,12 +152,7 @@ class Odometer:
         self._yaws[:] = yaws
 
     def readings(self, tick: int, twists: FloatArray) -> list[Odometry]:
-        """Return the odometry of all robots.
-
-        Args:
-            tick: Current tick, for the stamps.
-            twists: (n, 3) vx [m/s], wz [rad/s], vy [m/s], as the sensors report them.
-        """
+        """Return the odometry of all robots."""
         return [
             Odometry(tick, Pose(x, y, wrap_angle(yaw)), Twist(vx, vy, wz))
             for (x, y, yaw), (vx, wz, vy) in zip(self._poses.tolist(), twists.tolist(), strict=True)

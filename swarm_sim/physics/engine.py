@@ -7,7 +7,7 @@ from typing import Protocol
 
 from swarm_common.model.records import FloatArray, RobotSpec
 from swarm_common.model.shapes import Transform
-from swarm_sim.scene.robot_model import RobotModel
+from swarm_common.robots.description import RobotModel
 from swarm_sim.scene.scene import Body
 
 NEAR = 0.5  # [m] clearances beyond this are not measured
@@ -55,14 +55,11 @@ class Engine(Protocol):
         ...
 
     def advance(self, targets: FloatArray) -> list[Touch]:
-        """Run one control period towards target speeds.
+        """Run one control period; return its contacts, also those that have lasted since before.
 
         Args:
             targets: Forward, turning and leftward speed [m/s, rad/s, m/s] of base_footprint, one
                 row per robot.
-
-        Returns:
-            The contacts in it, also those that have lasted since before.
         """
         ...
 
@@ -79,17 +76,12 @@ class Engine(Protocol):
         """Take another robot, which stands at a pose (3,).
 
         Args:
-            model: Its bodies; None for an engine that needs none.
-            pose: x, y, yaw [m, rad] in the map frame.
+            model: None for an engine that needs no bodies.
         """
         ...
 
     def place(self, robot: int, pose: FloatArray) -> None:
-        """Put a robot elsewhere, where it stands; wheels and gyro do not notice.
-
-        Args:
-            pose: x, y, yaw [m, rad] in the map frame.
-        """
+        """Put a robot elsewhere, where it stands; wheels and gyro do not notice."""
         ...
 
     def restart(self, robot: int) -> None:
@@ -97,28 +89,15 @@ class Engine(Protocol):
         ...
 
     def place_object(self, index: int, place: Transform) -> None:
-        """Put something that can be pushed elsewhere.
-
-        Args:
-            index: Of the thing among `Objects.loose`.
-            place: World from body (4, 4).
-        """
+        """Put something that can be pushed elsewhere."""
         ...
 
     def add_object(self, body: Body) -> None:
-        """Take another thing, behind all that can be pushed; a static one stays where it is.
-
-        Args:
-            body: Where it is to be; whether there is room is not checked.
-        """
+        """Take another thing, behind all that can be pushed; a static one stays where it is."""
         ...
 
     def remove_object(self, index: int) -> None:
-        """Take a thing out; those behind it move up.
-
-        Args:
-            index: Of the thing among `Objects.loose`.
-        """
+        """Take a thing out; those behind it move up."""
         ...
 
     def close(self) -> None:

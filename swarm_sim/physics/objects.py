@@ -23,17 +23,13 @@ class Objects:
     Attributes:
         loose: Bodies that can be pushed, and those that came at run time, as they were at first.
         vehicles: Vehicles on scripted paths.
-        heights: Between which a body is an obstacle to robots.
+        heights: [m] lower and upper end between which a body is an obstacle to robots.
     """
 
     def __init__(
         self, loose: Sequence[Body], vehicles: Vehicles, heights: tuple[float, float]
     ) -> None:
-        """Put all where their bodies say.
-
-        Args:
-            heights: [m] lower and upper end of what robots can touch.
-        """
+        """Put all where their bodies say."""
         self.loose = tuple(loose)
         self.vehicles = vehicles
         self.heights = heights
@@ -66,29 +62,16 @@ class Objects:
         self._places.append(body.world_from_body)
 
     def remove(self, index: int) -> None:
-        """Take a loose body out; those behind it move up.
-
-        Args:
-            index: Of the body among `loose`.
-        """
+        """Take a loose body out; those behind it move up."""
         self.loose = (*self.loose[:index], *self.loose[index + 1 :])
         del self._places[index]
 
     def place(self, index: int, world_from_body: Transform) -> None:
-        """Note where a loose body is now.
-
-        Args:
-            index: Of the body among `loose`.
-            world_from_body: (4, 4).
-        """
+        """Note where a loose body is now."""
         self._places[index] = world_from_body
 
     def place_of(self, index: int) -> Transform:
-        """Return where a loose body is now.
-
-        Args:
-            index: Of the body among `loose`.
-        """
+        """Return where a loose body is now."""
         return self._places[index]
 
     def bodies(self) -> list[Body]:
@@ -111,11 +94,7 @@ class Objects:
         return packed
 
     def section(self, height: float) -> Section:
-        """Return what a plane at a height cuts.
-
-        Args:
-            height: [m] above the ground.
-        """
+        """Return what a plane at a height cuts."""
         return section_between(self.bodies(), height, height)
 
 

@@ -13,12 +13,12 @@ import numpy as np
 from swarm_common.model.beacon import FOOTPRINT_POINTS
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec
 from swarm_common.model.shapes import Transform
+from swarm_common.robots.description import RobotModel
 from swarm_sim.physics.drive import Wheels
 from swarm_sim.physics.engine import NEAR, NEAR_MISS, NearPair, Touch
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.planar_kernels import PlainWalls, clearances, move, move_on
 from swarm_sim.physics.walkers import Walkers
-from swarm_sim.scene.robot_model import RobotModel
 from swarm_sim.scene.scene import Body
 from swarm_sim.scene.section import Section
 
@@ -41,8 +41,6 @@ class PlanarEngine:
         """Place the robots.
 
         Args:
-            poses: Start poses in the map frame, one per robot.
-            physics_period: [s] of a step.
             objects: Vehicles, and things that could be pushed, which stay where they are here.
         """
         count = len(specs)
@@ -70,15 +68,7 @@ class PlanarEngine:
         self._measure()
 
     def advance(self, targets: FloatArray) -> list[Touch]:
-        """Run one control period towards target speeds.
-
-        Args:
-            targets: Forward, turning and leftward speed [m/s, rad/s, m/s] of base_footprint, one
-                row per robot.
-
-        Returns:
-            The contacts in it, also those that have lasted since before, in order of their steps.
-        """
+        """Run one control period towards target speeds."""
         self._robot_touches[:] = -1
         self._wall_touches[:] = -1
         self._walker_touches[:] = -1
@@ -103,11 +93,7 @@ class PlanarEngine:
         return self._touches() if touched else []
 
     def add(self, spec: RobotSpec, model: RobotModel | None, pose: FloatArray) -> None:
-        """Take another robot, which stands at a pose (3,).
-
-        Args:
-            pose: x, y, yaw [m, rad] in the map frame.
-        """
+        """Take another robot, which stands at a pose (3,)."""
         count = len(self._state) + 1
         self._wheels.append(Wheels(spec))
         hull = pad_polygon(np.array(spec.footprint), MAX_CORNERS)
@@ -126,11 +112,7 @@ class PlanarEngine:
         self._measure()
 
     def place(self, robot: int, pose: FloatArray) -> None:
-        """Put a robot elsewhere, where it stands; wheels and gyro do not notice.
-
-        Args:
-            pose: x, y, yaw [m, rad] in the map frame.
-        """
+        """Put a robot elsewhere, where it stands; wheels and gyro do not notice."""
         self._state[robot] = [*pose, 0.0, 0.0, 0.0]
         self._measure()
 
@@ -139,42 +121,25 @@ class PlanarEngine:
         self.travels[robot], self.yaws_gyro[robot] = 0.0, 0.0
 
     def place_object(self, index: int, place: Transform) -> None:
-        """Put something elsewhere.
-
-        Args:
-            index: Of the thing among `Objects.loose`.
-            place: World from body (4, 4).
-        """
+        """Put something elsewhere."""
         self._objects.place(index, place)
         self._move_objects()
         self._measure()
 
     def add_object(self, body: Body) -> None:
-        """Take another thing, behind all that can be pushed.
-
-        Args:
-            body: Where it is to be; it stays there.
-        """
+        """Take another thing, behind all that can be pushed."""
         self._objects.add(body)
         self._look_around()
         self._measure()
 
     def remove_object(self, index: int) -> None:
-        """Take a thing out; those behind it move up.
-
-        Args:
-            index: Of the thing among `Objects.loose`.
-        """
+        """Take a thing out; those behind it move up."""
         self._objects.remove(index)
         self._look_around()
         self._measure()
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
-        """Return the state of the wheel joints, as rolling without slip would turn them.
-
-        Returns:
-            Names, angles [rad] and speeds [rad/s], in the order of `Wheels.names`.
-        """
+        """Return the state of the wheel joints, as rolling without slip would turn them."""
         wheels = self._wheels[robot]
         travel, slide = self.travels[robot].tolist()
         positions = wheels.rates(travel, float(self.yaws_gyro[robot]), slide)
@@ -253,23 +218,12 @@ class PlanarEngine:
 
 
 def pad_polygon(polygon: FloatArray, corners: int) -> FloatArray:
-    """Return a polygon with its last corner repeated up to a number of corners.
-
-    Args:
-        polygon: (k, 2) with at most `corners` corners.
-    """
+    """Return a polygon with its last corner repeated up to a number of corners."""
     return np.vstack([polygon, np.repeat(polygon[-1:], corners - len(polygon), axis=0)])
 
 
 def pack_polygons(polygons: Sequence[FloatArray]) -> FloatArray:
-    """Return polygons as one array (m, k, 2).
-
-    Args:
-        polygons: (k, 2) each, with different numbers of corners; may be none.
-
-    Returns:
-        k is the largest number of corners; polygons with fewer repeat their last one.
-    """
+    """Return polygons as one array (m, k, 2); those with fewer corners repeat their last one."""
     corners = max([len(polygon) for polygon in polygons], default=3)
     if not polygons:
         return np.zeros((0, corners, 2))
@@ -277,21 +231,13 @@ def pack_polygons(polygons: Sequence[FloatArray]) -> FloatArray:
 
 
 def pack_like(polygons: FloatArray, corners: int) -> FloatArray:
-    """Return packed polygons (m, k, 2) with more corners, the last ones repeated.
-
-    Args:
-        polygons: Packed, with at most `corners` corners.
-    """
+    """Return packed polygons (m, k, 2) with more corners, the last ones repeated."""
     missing = corners - polygons.shape[1]
     return np.concatenate([polygons, np.repeat(polygons[:, -1:], missing, axis=1)], axis=1)
 
 
 def bounds_of(polygons: FloatArray) -> FloatArray:
-    """Return the bounding boxes (m, 4) of packed polygons: x_min, y_min, x_max, y_max.
-
-    Args:
-        polygons: (m, k, 2).
-    """
+    """Return the bounding boxes (m, 4) of packed polygons: x_min, y_min, x_max, y_max."""
     if not len(polygons):
         return np.zeros((0, 4))
     return np.hstack([polygons.min(axis=1), polygons.max(axis=1)])

@@ -26,8 +26,12 @@ class ScriptedPaths(ABC, Generic[Spec]):
     """Everybody of one kind on their closed paths.
 
     Attributes:
-        specs: One for each.
+        words: Words that draw the random numbers of starts and of pauses.
+        search_step: [m] along a path when looking for a place that is free of robots.
     """
+
+    words: tuple[int, int]
+    search_step: float
 
     def __init__(
         self,
@@ -35,19 +39,8 @@ class ScriptedPaths(ABC, Generic[Spec]):
         robots: Sequence[RobotSpec],
         poses_map: Sequence[Pose],
         seed: int,
-        words: tuple[int, int],
-        search_step: float,
     ) -> None:
-        """Place them on their paths, away from the robots.
-
-        Args:
-            seed: Of starts that are not given, and of pauses.
-            words: What the random numbers of starts and pauses are for.
-            search_step: [m] along a path when looking for a place that is free of robots.
-
-        Raises:
-            ConfigError: If somebody has no such place on its path.
-        """
+        """Place them on their paths, away from the robots."""
         self.specs: tuple[Spec, ...] = tuple(specs)
         count = len(specs)
         corners = max([len(spec.path) for spec in specs], default=1) + 1
@@ -62,7 +55,12 @@ class ScriptedPaths(ABC, Generic[Spec]):
         self._touches = np.full((len(robots), count), -1, np.int64)
         centres = np.array([(p.x, p.y) for p in poses_map]).reshape(-1, 2)
         for index in range(count):
-            self._lay_out(index, centres, seed, words, search_step)
+            self._lay_out(index, centres, seed)
+        self._set_up()
+
+    @abstractmethod
+    def _set_up(self) -> None:
+        """Prepare what only this kind needs."""
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -80,14 +78,7 @@ class ScriptedPaths(ABC, Generic[Spec]):
     def step(
         self, poses: FloatArray, speeds: FloatArray, hulls: FloatArray, period: float, step: int
     ) -> bool:
-        """Go on for one physics step; return whether somebody ran into a robot.
-
-        Args:
-            poses: True x, y, yaw (n, 3) of the robots in the map frame.
-            speeds: Forward speeds (n,) [m/s].
-            hulls: Footprints (n, k, 2) in base_footprint.
-            period: [s] of the step.
-        """
+        """Go on for one physics step; return whether somebody ran into a robot."""
         if not len(self.specs) or not len(hulls):
             return False
         contiguous = np.ascontiguousarray(poses), np.ascontiguousarray(speeds)
@@ -112,16 +103,9 @@ class ScriptedPaths(ABC, Generic[Spec]):
         x, y = self._places[index].tolist()
         return x, y
 
-    def _lay_out(
-        self,
-        index: int,
-        centres: FloatArray,
-        seed: int,
-        words: tuple[int, int],
-        search_step: float,
-    ) -> None:
+    def _lay_out(self, index: int, centres: FloatArray, seed: int) -> None:
         spec = self.specs[index]
-        start_word, pause_word = words
+        start_word, pause_word = self.words
         closed = np.array([*spec.path, spec.path[0]])
         self._paths[index, : len(closed)] = closed
         arcs = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
@@ -130,7 +114,7 @@ class ScriptedPaths(ABC, Generic[Spec]):
         self._pauses[index] = spec.pause * (0.5 + pauses)
         draw = float(uniform(hash_words(seed, start_word, index)))
         start = draw * arcs[-1] if spec.start is None else spec.start
-        for offset in np.arange(0.0, arcs[-1], search_step):
+        for offset in np.arange(0.0, arcs[-1], self.search_step):
             arc = float((start + offset) % arcs[-1])
             x, y = (float(np.interp(arc, arcs, closed[:, axis])) for axis in range(2))
             gaps = np.hypot(centres[:, 0] - x, centres[:, 1] - y) - self._radii

@@ -20,11 +20,11 @@ from swarm_common.files.cache import kept
 from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, wrap_angle
+from swarm_common.robots.description import RobotModel
 from swarm_common.robots.loading import taken_for
 from swarm_sim.physics import objects, vehicles, walkers
 from swarm_sim.physics.bullet.robot_bodies import base_and_wheels
 from swarm_sim.physics.bullet.supports import SAG, SPRING, depths, find_supports, heights
-from swarm_sim.scene.robot_model import RobotModel
 
 AHEAD = 0.5  # [m]
 TURN = math.pi / 2.0
@@ -102,12 +102,6 @@ class Trial:
 def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
     """Let a robot model drive once, or take the result of its last trial from the cache.
 
-    Args:
-        period: [s] of a physics step.
-
-    Returns:
-        What it did; nothing in it is out of bounds.
-
     Raises:
         RobotModelError: If it does not do what it is told; the message names cause and cure.
     """
@@ -146,15 +140,7 @@ def _sideways(trial: Trial) -> str:
 
 
 def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
-    """Drive a robot that is alone on the ground; return what it did.
-
-    Args:
-        period: [s] of a physics step.
-
-    Raises:
-        ConfigError: If pybullet is not installed.
-        RobotModelError: If the model lacks one of the wheels that the specification names.
-    """
+    """Drive a robot that is alone on the ground; return what it did."""
     check_engine(BULLET, "a trial of a robot model")
     from swarm_sim.physics.bullet.bullet_engine import BulletEngine
 
@@ -166,14 +152,7 @@ def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
     loads, tilt = [], 0.0
 
     def move(speed: float, rate: float, seconds: float, side: float = 0.0) -> None:
-        """Drive, and note how the robot stands.
-
-        Args:
-            speed: [m/s] forwards.
-            rate: [rad/s] counter-clockwise.
-            seconds: [s] of simulated time.
-            side: [m/s] to the left.
-        """
+        """Drive, and note how the robot stands."""
         nonlocal tilt
         for _ in range(round(seconds / CONTROL_PERIOD)):
             engine.advance(np.array([[speed, rate, side]]))

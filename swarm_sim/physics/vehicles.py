@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from swarm_common.model.records import FloatArray, Pose, RobotSpec
+from swarm_common.model.records import FloatArray
 from swarm_sim.physics.scripted_paths import ScriptedPaths
 from swarm_sim.physics.vehicle_kernels import drive, heading_at
 from swarm_sim.physics.walker_kernels import RobotStates
 from swarm_sim.scene.actors import VehicleSpec
 from swarm_sim.scene.scene import Body, Box, Part, transform_from_xyz_rpy
 
-SEARCH_STEP = 0.2  # [m] along the path when looking for a place to start
 GROUND_GAP = 0.02  # [m] under a vehicle
-WORDS = (74, 75)  # what the random numbers of starts and pauses are for
 
 
 class Vehicles(ScriptedPaths[VehicleSpec]):
@@ -25,22 +21,11 @@ class Vehicles(ScriptedPaths[VehicleSpec]):
         poses: (m, 3) x, y, yaw in map.
     """
 
-    def __init__(
-        self,
-        specs: Sequence[VehicleSpec],
-        robots: Sequence[RobotSpec],
-        poses_map: Sequence[Pose],
-        seed: int,
-    ) -> None:
-        """Place the vehicles on their paths, away from the robots.
+    words = (74, 75)
+    search_step = 0.2
 
-        Args:
-            seed: Of starts that are not given, and of pauses.
-
-        Raises:
-            ConfigError: If a vehicle has no free place on its path.
-        """
-        super().__init__(specs, robots, poses_map, seed, WORDS, SEARCH_STEP)
+    def _set_up(self) -> None:
+        specs = self.specs
         self._traits = np.array(
             [[s.speed, s.turn_speed, s.step_length, s.patience, s.length, s.width] for s in specs]
         ).reshape(-1, 6)

@@ -2,44 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from swarm_common.model.records import FloatArray, Pose, RobotSpec
+from swarm_common.model.records import FloatArray
 from swarm_sim.physics.scripted_paths import ScriptedPaths
 from swarm_sim.physics.walker_kernels import RobotStates, walk
 from swarm_sim.scene.actors import WalkerSpec
-
-SEARCH_STEP = 0.1  # [m] along the path when looking for a place to start
-WORDS = (71, 72)  # what the random numbers of starts and pauses are for
 
 
 class Walkers(ScriptedPaths[WalkerSpec]):
     """All walkers of a world.
 
     Attributes:
-        names: As collisions name them.
         discs: (m, 3) x, y, radius [m] in map.
         speeds: (m,) [m/s] of each.
     """
 
-    def __init__(
-        self,
-        specs: Sequence[WalkerSpec],
-        robots: Sequence[RobotSpec],
-        poses_map: Sequence[Pose],
-        seed: int,
-    ) -> None:
-        """Place the walkers on their paths, away from the robots.
+    words = (71, 72)
+    search_step = 0.1
 
-        Args:
-            seed: Of starts that are not given, and of pauses.
-
-        Raises:
-            ConfigError: If a walker has no free place on its path.
-        """
-        super().__init__(specs, robots, poses_map, seed, WORDS, SEARCH_STEP)
+    def _set_up(self) -> None:
+        specs = self.specs
         self.names = [spec.name for spec in specs]
         self.speeds = np.array([spec.speed for spec in specs])
         self._traits = np.array(

@@ -44,14 +44,7 @@ class WorldSetup:
 
 
 def build(settings: Settings) -> WorldSetup:
-    """Return the world that the settings ask for.
-
-    Args:
-        settings: With names or paths of world, map and models.
-
-    Raises:
-        SwarmError: If a file or a value is unusable.
-    """
+    """Return the world that the settings ask for."""
     scene = load_world(
         settings.world,
         skip_missing=settings.skip_missing,
@@ -128,11 +121,7 @@ def _spec_of(entry: RobotEntry, robots: Mapping[str, Robot]) -> RobotSpec:
 
 
 def silent_notes(world: ChangingWorld, margin: float) -> list[str]:
-    """Return whose LiDAR would see too little of one that falls silent, a sentence each.
-
-    Args:
-        margin: [m] that robots allow for what their LiDARs do not see of a body.
-    """
+    """Return whose LiDAR would see too little of one that falls silent, a sentence each."""
     end = "it may hit one that falls silent and that it never heard"
     return [f"{sentence}: {end}" for sentence in world.overlooked(margin)]
 

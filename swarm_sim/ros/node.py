@@ -25,16 +25,9 @@ from swarm_sim.ros.settings import read_settings
 from swarm_sim.ros.world_node import WorldNode
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the world until it is told to stop.
-
-    Args:
-        arguments: Of the command line; None for those of the process.
-
-    Returns:
-        The exit code: 0, or 2 if the settings are refused.
-    """
-    options = child_options("World of a swarm", arguments)
+def main() -> int:
+    """Run the world until it is told to stop; return the exit code, 2 for bad settings."""
+    options = child_options("World of a swarm")
     events = EventWriter(options.event_fd)
     try:
         settings = read_settings(options.config)

@@ -20,27 +20,15 @@ class Throttle:
         self.set_speed(speed)
 
     def set_speed(self, speed: float | None) -> None:
-        """Change the speed.
-
-        Args:
-            speed: Times real time; None does not throttle.
-        """
+        """Change the speed."""
         self._period = None if speed is None else CONTROL_PERIOD / speed
 
     def start(self, now: float) -> None:
-        """Begin to count.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Begin to count."""
         self._due = now
 
     def wait_after_tick(self, now: float) -> float:
-        """Return how long [s] to wait before the next tick, at the end of one.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Return how long [s] to wait before the next tick, at the end of one."""
         if self._period is None:
             return 0.0
         self._due = max(self._due + self._period, now - MAX_LAG)
@@ -51,20 +39,12 @@ class Rate:
     """True at most once per period of wall time."""
 
     def __init__(self, period: float) -> None:
-        """Begin; the first question is answered with True.
-
-        Args:
-            period: [s] of wall time.
-        """
+        """Begin; the first question is answered with True."""
         self._period = period
         self._last = float("-inf")
 
     def is_due(self, now: float) -> bool:
-        """Whether it is time; a True starts the next period.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Whether it is time; a True starts the next period."""
         if now - self._last < self._period - 1e-6:
             return False
         self._last = now
@@ -79,21 +59,11 @@ class SpeedMeter:
         self.factor = 0.0
 
     def start(self, now: float, sim_time: float) -> None:
-        """Begin to measure.
-
-        Args:
-            now: Wall time [s].
-            sim_time: Simulated time [s].
-        """
+        """Begin to measure."""
         self._wall, self._sim = now, sim_time
 
     def update(self, now: float, sim_time: float) -> None:
-        """Measure since the last call.
-
-        Args:
-            now: Wall time [s].
-            sim_time: Simulated time [s].
-        """
+        """Measure since the last call."""
         if now > self._wall:
             self.factor = (sim_time - self._sim) / (now - self._wall)
         self.start(now, sim_time)

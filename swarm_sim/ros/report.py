@@ -31,11 +31,7 @@ class Reporter:
     """The topic /sim/verdict, and events for swarm-up."""
 
     def __init__(self, node: Node, world: World, barrier: Barrier, events: EventWriter) -> None:
-        """Create the topic.
-
-        Args:
-            barrier: Knows who answers, and how often nobody did.
-        """
+        """Create the topic."""
         self._world = world
         self._barrier = barrier
         self._events = events
@@ -44,20 +40,12 @@ class Reporter:
         self._verdict = node.create_publisher(VerdictMsg, "/sim/verdict", ros_io.RELIABLE)
 
     def start(self, now: float) -> None:
-        """Begin to count the time of the run.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Begin to count the time of the run."""
         self._started = now
         self._meter.start(now, self._world.sim_time)
 
     def report(self, tick: int, robots: int, *, is_paused: bool) -> None:
-        """Say how things are.
-
-        Args:
-            is_paused: Whether time stands still on request.
-        """
+        """Say how things are."""
         self._meter.update(time.monotonic(), self._world.sim_time)
         verdict = self._world.verdict
         message = VerdictMsg(stamp=ros_io.time_msg(tick))
@@ -89,7 +77,7 @@ class Reporter:
         """Return the verdict of the run, and write it if `path` says where.
 
         Args:
-            path: Of the file to write; None for none. A disk that is full is no error.
+            path: File to write; None for none. A disk that is full is no error.
         """
         wall_time = time.monotonic() - self._started
         usage = resource.getrusage(resource.RUSAGE_SELF)

@@ -84,15 +84,7 @@ class Settings:
 
 
 def parse_settings(data: Mapping[str, Any], where: str) -> Settings:
-    """Return the settings in a JSON object.
-
-    Args:
-        data: Keys are the names of the fields of `Settings`.
-        where: Source of the data, for the message.
-
-    Raises:
-        ConfigError: If a key is unknown or a value impossible.
-    """
+    """Return the settings in a JSON object."""
     known = [item.name for item in fields(Settings)]
     for key in data:
         if key not in known:
@@ -124,11 +116,7 @@ def _parse_robot(
 
 
 def read_settings(path: str | Path) -> Settings:
-    """Return the settings in a JSON file.
-
-    Raises:
-        ConfigError: If it cannot be read, a key is unknown or a value impossible.
-    """
+    """Return the settings in a JSON file."""
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as cause:

@@ -32,8 +32,7 @@ class Trace:
         """Begin; the names of the robots are written first.
 
         Args:
-            journal: Open file, a JSON object per line.
-            names: Of the robots; the list may grow while the run goes on.
+            names: The list may grow while the run goes on.
         """
         self._journal = journal
         self._names = names
@@ -56,9 +55,6 @@ class Trace:
         """Take in a tick.
 
         Args:
-            tick: Control ticks since the start.
-            poses: True x, y, yaw (n, 3) in the map frame.
-            clearances: (n, 2) to the nearest robot, obstacle; inf where there is none.
             absent: Indices of robots that are not there; null is written for them.
         """
         if len(poses) > len(self._clearances):
@@ -82,14 +78,7 @@ def _whole(values: FloatArray) -> NDArray[np.int64]:
 
 
 def begin_trace(folder: Path, stage: WorldSetup) -> Trace:
-    """Write the map that the robots get into a folder, and begin the time series beside it.
-
-    Returns:
-        The open time series, with the present tick in it.
-
-    Raises:
-        ConfigError: If the folder cannot be written.
-    """
+    """Write the map that the robots get into a folder, and begin the time series beside it."""
     world = stage.world
     try:
         save_map(stage.grid, folder / MAP_FILE)

@@ -64,23 +64,12 @@ WAIT_SLICE = 0.05  # [s] of wall time after which signals and periods are looked
 
 
 class WorldNode:
-    """Runs the world in step with the robots. Use `run`, then `finish`.
-
-    Attributes:
-        is_over: Whether the configured duration has passed.
-    """
+    """Runs the world in step with the robots. Use `run`, then `finish`."""
 
     def __init__(
         self, stage: WorldSetup, settings: Settings, events: EventWriter, *, is_large: bool = False
     ) -> None:
-        """Create all topics; rclpy must be initialised.
-
-        Args:
-            is_large: What `participants.prepare` returned.
-
-        Raises:
-            ConfigError: If `trace_dir` cannot be written.
-        """
+        """Create all topics; rclpy must be initialised."""
         self._world = stage.world
         self._settings = settings
         self._events = events
@@ -139,11 +128,7 @@ class WorldNode:
         self._is_stopped = True
 
     def listen(self, control_fd: int) -> None:
-        """Take commands from a pipe.
-
-        Args:
-            control_fd: File descriptor of the end to read from.
-        """
+        """Take commands from a pipe."""
         self._control = MessageReader(control_fd, WORLD)
 
     def run(self) -> None:

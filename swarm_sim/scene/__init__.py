@@ -11,7 +11,6 @@ What a module imports of its folder stands above it:
     mesh_section     The part of a mesh between two heights, as polygons
     overlaps         Models that lie inside others: a mistake of the world's author
     raw_triangles    The triangles of bodies as their files have them
-    robot_model      A robot's bodies as bodies of the scene
     section          Bodies between two heights as convex polygons and discs
     floor            The floor that robots stand on, put at height 0
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from swarm_common.files.yaml_io import check_keys, name_in, number, numbers, read_yaml
+from swarm_common.files.yaml_io import check_keys, field_values, name_in, numbers, read_yaml
 from swarm_common.model.errors import ConfigError
 
 ACTORS_FILE = "actors.yaml"
@@ -90,14 +90,7 @@ class Actors:
 
 
 def load_actors(path: str | Path) -> Actors:
-    """Return the actors in a file with lists `walkers:` and `forklifts:`.
-
-    Args:
-        path: Of the YAML file; its paths are in the map frame.
-
-    Raises:
-        ConfigError: If the file is malformed; the message names file and key.
-    """
+    """Return the actors in a file with lists `walkers:` and `forklifts:`."""
     path = Path(path)
     data = read_yaml(path, as_written=("walkers.*.name", "forklifts.*.name"))
     check_keys(data, ["walkers", "forklifts"], str(path))
@@ -108,22 +101,12 @@ def load_actors(path: str | Path) -> Actors:
 
 
 def parse_walkers(value: object, where: str) -> tuple[WalkerSpec, ...]:
-    """Return the walkers in a YAML list; each item needs `path`, all else has a default.
-
-    Args:
-        where: What the value is in a file, for the message.
-
-    Raises:
-        ConfigError: If an item is unusable; the message begins with `where`.
-    """
+    """Return the walkers in a YAML list; each item needs `path`, all else has a default."""
     return _parse_all(value, where, WalkerSpec)
 
 
 def check_names(specs: Sequence[WalkerSpec | VehicleSpec], where: str) -> None:
     """Refuse a name that occurs twice.
-
-    Args:
-        specs: Of walkers and vehicles, whose names share one space.
 
     Raises:
         ConfigError: Naming it.
@@ -143,20 +126,12 @@ def _parse_all(value: object, where: str, kind: type[Spec]) -> tuple[Spec, ...]:
 
 
 def _spec(item: object, index: int, where: str, kind: type[Spec]) -> Spec:
-    if not isinstance(item, dict):
-        raise ConfigError(f"{where} is {item!r}; expected path, speed, ...")
-    data: dict[str, Any] = item
-    known = [field.name for field in fields(kind)]
-    check_keys(data, known, where)
-    values = {
-        key: number(given, f"{where}.{key}")
-        for key, given in data.items()
-        if key not in ("name", "path")
-    }
-    name = name_in(data.get("name", f"{_DEFAULT_NAMES[kind]}_{index + 1}"), f"{where}.name")
-    path = _path(data.get("path"), f"{where}.path")
+    defaults = {"name": f"{_DEFAULT_NAMES[kind]}_{index + 1}", "path": None}
+    data = {**defaults, **item} if isinstance(item, dict) else item
+    readers: dict[str, Callable[[Any, str], Any]] = {"name": name_in, "path": _path}
+    values = field_values(kind, data, where, readers=readers)
     try:
-        return kind(name=name, path=path, **values)
+        return kind(**values)
     except ConfigError as cause:
         raise ConfigError(f"{where}: {cause}") from cause
 

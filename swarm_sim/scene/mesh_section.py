@@ -47,7 +47,6 @@ class PlacedMesh:
         """Place a mesh.
 
         Args:
-            mesh: In the frame of its part.
             world_from_part: (4, 4); may mirror.
         """
         self.points = mesh.vertices @ world_from_part[:3, :3].T + world_from_part[:3, 3]
@@ -57,12 +56,7 @@ class PlacedMesh:
         self.is_closed = closed_faces(len(self.points), mesh.faces)
 
     def in_slab(self, low: float, high: float) -> FloatArray:
-        """Return the corners (k, 3, 3) of the triangles of which something lies in a slab.
-
-        Args:
-            low: [m] height of the lower end.
-            high: [m] height of the upper end.
-        """
+        """Return the corners (k, 3, 3) of the triangles of which something lies in a slab."""
         heights = self.points[self.faces, 2]
         is_near = (heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)
         corners: FloatArray = self.points[self.faces[is_near]]
@@ -75,9 +69,7 @@ def polygons_between(
     """Return convex polygons (k, 2), counter-clockwise, that cover the mesh inside the slab.
 
     Args:
-        mesh: In the frame of its part.
         world_from_part: (4, 4); may mirror.
-        low: [m] height of the lower end.
         high: [m] height of the upper end; may equal `low`.
     """
     return _polygons(mesh, tuple(np.ravel(world_from_part[:3]).tolist()), low, high)

@@ -15,11 +15,7 @@ RIM = 12  # points that stand for a round rim
 
 
 def overlaps(bodies: Sequence[Body]) -> dict[str, str]:
-    """Return which models have a body wholly inside a shape of another one, and where.
-
-    Returns:
-        A sentence for the user by name of the inner model.
-    """
+    """Return a sentence by name of each model with a body inside a shape of another one."""
     found: dict[str, str] = {}
     clouds = [_cloud(body) for body in bodies]
     boxes = np.array([[c.min(axis=0), c.max(axis=0)] for c in clouds]).reshape(-1, 2, 3)

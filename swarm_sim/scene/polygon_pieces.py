@@ -23,9 +23,6 @@ def convex_pieces(polygon: Any) -> list[FloatArray]:
     The triangles of a triangulation are joined as long as they stay convex (after Hertel and
     Mehlhorn).
 
-    Args:
-        polygon: A shapely polygon [m], valid.
-
     Returns:
         Each with at most `MAX_CORNERS` corners; dents of a few millimetres are filled.
     """

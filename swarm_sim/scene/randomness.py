@@ -16,8 +16,7 @@ def hash_words(*coordinates: int | NDArray[np.int64]) -> NDArray[np.uint64]:
     """Return one word per broadcast combination of the coordinates (SplitMix64, chained).
 
     Args:
-        *coordinates: What the number is for: seed, tick, indices; integers, or arrays that
-            broadcast.
+        *coordinates: Seed, tick, indices, ...: integers, or arrays that broadcast.
 
     Returns:
         uint64 of the broadcast shape; a single number for plain integers.
@@ -34,7 +33,7 @@ def uniform(words: NDArray[np.uint64]) -> NDArray[np.float64]:
     """Return numbers in [0, 1) made of words.
 
     Args:
-        words: Of `hash_words`; 53 bits of each count.
+        words: Result of `hash_words`; 53 bits of each count.
     """
     return (words >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
@@ -43,7 +42,7 @@ def normal(words: NDArray[np.uint64]) -> NDArray[np.float64]:
     """Return standard normal numbers made of words (Box and Muller).
 
     Args:
-        words: Of `hash_words`; one number comes of each.
+        words: Result of `hash_words`; each gives one number.
     """
     first = ((words >> np.uint64(32)).astype(np.float64) + 1.0) * 2.0**-32
     second = (words & np.uint64(0xFFFFFFFF)).astype(np.float64) * 2.0**-32

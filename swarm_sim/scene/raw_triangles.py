@@ -40,16 +40,7 @@ def triangles_of_part(part: Part, body: Body) -> FloatArray:
 
 
 def tiles_between(triangles: FloatArray, low: float, high: float) -> FloatArray:
-    """Return bounds of the triangles that reach into a slab, those of each square of `TILE` joined.
-
-    Args:
-        triangles: (m, 3, 3) [m] corners in the world.
-        low: [m] height of the lower end.
-        high: [m] height of the upper end.
-
-    Returns:
-        (k, 4) [m]: x_min, y_min, x_max, y_max.
-    """
+    """Return x_min, y_min, x_max, y_max (k, 4) of triangles in a slab, those in a `TILE` joined."""
     heights = triangles[:, :, 2]
     near = triangles[(heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)]
     if not len(near):
@@ -66,12 +57,7 @@ def tiles_between(triangles: FloatArray, low: float, high: float) -> FloatArray:
 
 
 def cuts(triangles: FloatArray, level: float) -> FloatArray:
-    """Return the segments (n, 2, 2) in which a horizontal plane cuts triangles (m, 3, 3).
-
-    Args:
-        triangles: (m, 3, 3) [m] corners in the world.
-        level: [m] height of the plane.
-    """
+    """Return the segments (n, 2, 2) in which a horizontal plane cuts triangles (m, 3, 3)."""
     above = triangles[:, :, 2] > level
     crossing = triangles[above.any(axis=1) & ~above.all(axis=1)]
     # The corner that is alone on its side of the plane is in both edges that are cut.
@@ -92,11 +78,6 @@ def triangles_between(triangles: FloatArray, low: float, high: float) -> FloatAr
     """Return the outline (k, 2, 2), from above, of the parts of triangles between two heights.
 
     It consists of the clipped edges and of the cuts at both heights.
-
-    Args:
-        triangles: (m, 3, 3) [m] corners in the world.
-        low: [m] height of the lower end.
-        high: [m] height of the upper end.
     """
     heights = triangles[:, :, 2]
     near = triangles[(heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)]
@@ -117,12 +98,7 @@ def triangles_between(triangles: FloatArray, low: float, high: float) -> FloatAr
 
 
 def points_along(segments: FloatArray, step: float) -> FloatArray:
-    """Return points (k, 2) at most `step` apart on segments (n, 2, 2), their ends among them.
-
-    Args:
-        segments: In any frame.
-        step: [m]
-    """
+    """Return points (k, 2) at most `step` apart on segments (n, 2, 2), their ends among them."""
     if not len(segments):
         return np.zeros((0, 2))
     along = segments[:, 1] - segments[:, 0]

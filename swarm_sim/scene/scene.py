@@ -21,11 +21,12 @@ from swarm_common.model.shapes import (
     transform_from_xyz_rpy,
 )
 from swarm_common.model.sites import Sites
+from swarm_common.robots.description import RobotModel
 from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
 
 __all__ = [
     "Body", "Box", "Color", "Cylinder", "Hull", "Mesh", "MeshFile", "Part", "Plane", "Scene",
-    "Shape", "Sphere", "Transform", "Visual", "transform_from_xyz_rpy",
+    "Shape", "Sphere", "Transform", "Visual", "bodies_of", "transform_from_xyz_rpy",
 ]  # fmt: skip
 
 
@@ -71,3 +72,15 @@ class Scene:
     def loose(self) -> tuple[Body, ...]:
         """The bodies that can be pushed."""
         return tuple(body for body in self.bodies if not body.is_static)
+
+
+def bodies_of(model: RobotModel) -> list[Body]:
+    """Return the groups of a robot as bodies in the root link's frame, joints at zero.
+
+    Groups without shapes have no body.
+    """
+    return [
+        Body(group.name, place, group.parts, False, group.mass)
+        for group, place in zip(model.groups, model.root_from_groups(), strict=True)
+        if group.parts
+    ]

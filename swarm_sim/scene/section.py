@@ -13,7 +13,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from swarm_common.model.records import FloatArray
-from swarm_sim.scene.scene import Body, Box, Cylinder, Hull, Mesh, Scene, Shape, Sphere, Transform
+from swarm_sim.scene.scene import Body, Box, Cylinder, Hull, Mesh, Shape, Sphere, Transform
 
 GROUND_GAP = 0.005  # [m] above ground from which something is an obstacle
 RIM_POINTS = 24  # corners that stand for the rim of a cylinder that is not upright
@@ -52,11 +52,7 @@ class Section:
 
 
 def joined(*sections: Section) -> Section:
-    """Return what any of several sections has.
-
-    Args:
-        *sections: In the same frame.
-    """
+    """Return what any of several sections has."""
     polygons = [(p, n) for s in sections for p, n in zip(s.polygons, s.names, strict=False)]
     discs = [n for s in sections for n in s.names[len(s.polygons) :]]
     return Section(
@@ -66,22 +62,11 @@ def joined(*sections: Section) -> Section:
     )
 
 
-def section_at(scene: Scene, height: float) -> Section:
-    """Return what a horizontal plane at this height cuts.
-
-    Args:
-        scene: Its movable bodies count where they are at the start.
-        height: [m] above the ground.
-    """
-    return section_between(scene.bodies, height, height)
-
-
 def section_between(bodies: Iterable[Body], low: float, high: float) -> Section:
     """Return the bodies between two heights, seen from above, without planes (the ground).
 
     Args:
         bodies: At their places; the section is in their frame.
-        low: [m] height of the lower end.
         high: [m] height of the upper end; may equal `low` for the cut of a plane.
 
     Returns:
@@ -170,9 +155,6 @@ def _hull_between(
 
 def convex_hull(points: FloatArray) -> FloatArray:
     """Return the corners of the convex hull, counter-clockwise (Andrew's monotone chain).
-
-    Args:
-        points: (n, 2), in any order.
 
     Returns:
         (k, 2), rounded to 1e-9; fewer than 3 corners if all points lie on a line.

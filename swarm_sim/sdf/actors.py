@@ -18,15 +18,7 @@ DEFAULT_SPEED = 0.8  # [m/s] where the script takes no time
 
 
 def actors_of(world: ET.Element, source: Source) -> Actors:
-    """Return the actors of a world whose scripts move them.
-
-    Args:
-        world: `<world>`, or `<sdf>` without one.
-        source: Takes notes of actors that are left out.
-
-    Raises:
-        WorldError: If one is malformed.
-    """
+    """Return the actors of a world whose scripts move them."""
     walkers: list[WalkerSpec] = []
     vehicles: list[VehicleSpec] = []
     for index, actor in enumerate(world.findall("actor")):

@@ -38,7 +38,6 @@ def bodies_of(models: list[Model], scope: Scope, state: WorldState, source: Sour
     Models in which something is malformed are left out; the source takes note of them.
 
     Args:
-        scope: Frames of the world.
         state: Poses that count in place of those of the models, and models that are gone.
     """
     bodies: list[Body] = []
@@ -237,14 +236,7 @@ def _joined(bodies: list[Body], joints: Iterator[tuple[str, str]], source: Sourc
 
 
 def convex(body: Body, source: Source) -> Body:
-    """Return a body that can move with the hulls of its meshes in place of them.
-
-    Args:
-        source: Takes a note if there is a mesh.
-
-    Raises:
-        WorldError: If a mesh is flat.
-    """
+    """Return a body that can move with the hulls of its meshes in place of them."""
     if not any(isinstance(part.shape, Mesh) for part in body.parts):
         return body
     source.remark(f"the meshes of {body.name}, which can move, are their convex hulls here")
@@ -256,12 +248,7 @@ def convex(body: Body, source: Source) -> Body:
 
 
 def welded(group: list[Body], is_fixed: bool) -> Body:
-    """Return bodies as one, in the frame of the first, which stands if one of them does.
-
-    Args:
-        group: At least one, at their places in the world.
-        is_fixed: Whether a joint holds them to the world.
-    """
+    """Return bodies as one, in the frame of the first, which stands if one of them does."""
     first = replace(group[0], is_static=group[0].is_static or is_fixed)
     if len(group) == 1:
         return first

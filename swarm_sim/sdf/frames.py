@@ -32,29 +32,16 @@ class Scope:
         """Add the frame of an element with a name and a pose.
 
         Args:
-            element: A link, joint, frame or model.
-            base: What its pose refers to unless it says so itself.
-
-        Raises:
-            WorldError: If the pose is malformed.
+            base: Frame that the pose refers to unless it names another.
         """
         name = element.get("name", "")
         where = f"{self.where}::{name}" if self.where else name
         self.frames[name] = (pose_of(element, where), base_of(element, self, base))
 
-    def placed(self, element: ET.Element, where: str, base: str = "") -> Transform:
-        """Return an element's pose in the frame of this scope.
-
-        Args:
-            element: With a `<pose>`, or without one.
-            where: What the element is, for the message.
-            base: What its pose refers to unless it says so itself.
-
-        Raises:
-            WorldError: If the pose is malformed or refers to a frame that is not there.
-        """
+    def placed(self, element: ET.Element, where: str) -> Transform:
+        """Return an element's pose in the frame of this scope."""
         pose = pose_of(element, where)
-        base = base_of(element, self, base)
+        base = base_of(element, self, "")
         return pose if base in OWN_NAMES else self.frame(base) @ pose
 
     def frame(self, name: str) -> Transform:
@@ -62,9 +49,6 @@ class Scope:
 
         Args:
             name: May lead into nested models: `model::link`.
-
-        Raises:
-            WorldError: If there is none of this name, or its pose refers to itself.
         """
         if name in OWN_NAMES:
             return transform_of(None, self.where)
@@ -81,11 +65,7 @@ class Scope:
         return self._known[name]
 
     def knows(self, name: str) -> bool:
-        """Return whether there is a frame of this name.
-
-        Args:
-            name: May lead into nested models: `model::link`.
-        """
+        """Return whether there is a frame of this name."""
         head, _, rest = name.partition(SEPARATOR)
         if name in OWN_NAMES or name in self.frames:
             return True
@@ -109,13 +89,7 @@ class Scope:
 
 
 def base_of(element: ET.Element, scope: Scope, default: str) -> str:
-    """Return the name of the frame that an element's pose refers to.
-
-    Args:
-        element: With a `<pose>`, or without one.
-        scope: Where names of frames are looked up.
-        default: Where the pose names no frame.
-    """
+    """Return the name of the frame that an element's pose refers to."""
     pose = element.find("pose")
     if pose is None:
         return default

@@ -159,12 +159,7 @@ def account_for(element: ET.Element, kind: str, where: str, source: Source, dept
     """Go through an element; models and includes in it are gone through where they are read.
 
     Args:
-        element: The one whose children are looked at.
         kind: Key of `RULES`; without a rule it may have no children.
-
-    Raises:
-        WorldError: If something that may be solid stands where nobody reads it, or elements are
-            nested too deep.
     """
     if depth > MAX_DEPTH:
         raise WorldError(f"elements are nested more than {MAX_DEPTH} deep at {where}")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.files.quiet import quiet_trimesh
+from swarm_common.files.meshes import quiet_trimesh
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import FloatArray
 from swarm_sim.scene.scene import Hull, Mesh
@@ -29,10 +29,6 @@ def load_mesh(path: Path, scale: tuple[float, ...], submesh: str = "") -> Mesh:
 
     Args:
         submesh: Name of the only part of the file that is wanted; empty for all.
-
-    Raises:
-        WorldError: If the file is damaged, or of an absurd scale; without triangles it is a mesh
-            of nothing.
     """
     vertices, faces = _triangles(path, path.stat().st_mtime_ns, submesh)
     if not len(faces):
@@ -54,14 +50,7 @@ def load_mesh(path: Path, scale: tuple[float, ...], submesh: str = "") -> Mesh:
 
 
 def hull_of(mesh: Mesh) -> Hull:
-    """Return the convex hull of a mesh.
-
-    Args:
-        mesh: With at least four vertices that are not in one plane.
-
-    Raises:
-        WorldError: If the mesh is flat.
-    """
+    """Return the convex hull of a mesh."""
     import trimesh
 
     try:

@@ -35,7 +35,6 @@ class ModelPaths:
 
         Args:
             uri: ``model://``, ``package://``, ``file://``, of Gazebo Fuel, or a path.
-            here: Folder of the file that the URI is in.
         """
         for path in self.candidates(uri, here):
             if path.exists():
@@ -43,15 +42,7 @@ class ModelPaths:
         return None
 
     def candidates(self, uri: str, here: Path) -> Iterator[Path]:
-        """Yield where a URI is searched, in order.
-
-        Args:
-            uri: ``model://``, ``package://``, ``file://``, of Gazebo Fuel, or a path.
-            here: Folder of the file that the URI is in.
-
-        Yields:
-            Paths, whether something is there or not.
-        """
+        """Yield where a URI is searched, in order."""
         scheme, _, rest = uri.strip().rpartition("://")
         if scheme == "model":
             yield from (folder / _name(rest) for folder in self._model_folders(here))

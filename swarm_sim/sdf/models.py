@@ -39,16 +39,7 @@ class Model:
 def models_in(
     parent: ET.Element, here: Path, source: Source, scope: Scope, trail: tuple[Path, ...] = ()
 ) -> list[Model]:
-    """Return the models in an element, in file order, and enter them into its scope.
-
-    Args:
-        parent: World, model or `<sdf>`.
-        scope: Frames of the parent.
-        trail: Files and models that are open, to find circles.
-
-    Raises:
-        WorldError: If something is malformed, or a model includes itself.
-    """
+    """Return the models in an element, in file order, and enter them into its scope."""
     if len(trail) > MAX_DEPTH:
         raise WorldError(f"models are nested more than {MAX_DEPTH} deep at {scope.where}")
     models = []
@@ -212,15 +203,7 @@ def _without_model(root: ET.Element, uri: str, file: Path, source: Source) -> No
 
 
 def model_file(path: Path, source: Source) -> Path:
-    """Return the SDF file of a model's folder: the newest that we read.
-
-    Args:
-        path: Of the folder; a file is returned as it is.
-
-    Raises:
-        WorldError: If the folder names no SDF file that is there, or its model.config cannot be
-            read.
-    """
+    """Return the SDF file of a model's folder: the newest that we read."""
     if path.is_file():
         return path.resolve()
     config = path / "model.config"

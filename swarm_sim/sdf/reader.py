@@ -64,7 +64,6 @@ def load_world(
 
     Raises:
         UnknownNameError: If there is no such world.
-        WorldError: If the file is unusable; the message names file and line or element.
         ConfigError: If the sites or actors beside it are unusable.
     """
     path = find_resource("world", name_or_path, WORLD_FILE)
@@ -91,25 +90,8 @@ def load_world(
     return on_floor(scene)
 
 
-def read_bodies(path: Path) -> list[Body]:
-    """Return the links with collisions of all models in an SDF file, in file order.
-
-    Raises:
-        WorldError: If something in it is unusable.
-    """
-    return [body for body in read_world(path).bodies if body.parts]
-
-
 def read_world(path: Path, *, skip_missing: bool = False, skip_broken: bool = False) -> WorldFile:
-    """Return what is in an SDF file, and in those that it includes.
-
-    Args:
-        skip_missing: Whether models and meshes that are nowhere are left out.
-        skip_broken: Whether models that are unusable are.
-
-    Raises:
-        WorldError: If something in it is unusable.
-    """
+    """Return what is in an SDF file, and in those that it includes."""
     source = Source(path, ModelPaths(path.resolve().parent), skip_missing, skip_broken)
     root = parse_sdf(path, source)
     world = root.find("world")

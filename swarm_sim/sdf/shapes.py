@@ -41,15 +41,7 @@ NAMED_COLORS: dict[str, Color] = {
 
 
 def shape_of(element: ET.Element, where: str) -> Shape:
-    """Return the shape in a child of `<geometry>`; not for meshes.
-
-    Args:
-        element: Like `<box>` or `<cylinder>`.
-        where: What the shape belongs to, for the message.
-
-    Raises:
-        WorldError: If it is malformed or of an unknown kind.
-    """
+    """Return the shape in a child of `<geometry>`; not for meshes."""
     if element.tag not in _SHAPES:
         raise WorldError(
             f"<{element.tag}> in a <collision> of {where} is not supported; "
@@ -59,27 +51,12 @@ def shape_of(element: ET.Element, where: str) -> Shape:
 
 
 def is_known(tag: str) -> bool:
-    """Return whether `shape_of` reads elements of this tag.
-
-    Args:
-        tag: Of a child of `<geometry>`.
-    """
+    """Return whether `shape_of` reads elements of this tag."""
     return tag in _SHAPES
 
 
 def material_color(visual: ET.Element, where: str) -> Color | None:
-    """Return the colour of a visual's material; None if it has none that we know.
-
-    Args:
-        visual: With a `<material>`, or without one.
-        where: What the visual belongs to, for the message.
-
-    Returns:
-        Red, green, blue and opacity from 0 to 1.
-
-    Raises:
-        WorldError: If a colour is malformed.
-    """
+    """Return red, green, blue, opacity (0 to 1) of a visual's material; None if there is none."""
     material = visual.find("material")
     if material is None:
         return None

@@ -46,13 +46,7 @@ class Source:
     broken: dict[str, str] = field(default_factory=dict)  # why models are unusable, by name
 
     def find(self, uri: str, here: Path, user: str) -> Path | None:
-        """Return the file of a URI; if it is nowhere, remember that and return None.
-
-        Args:
-            uri: ``model://``, ``package://``, ``file://``, of Gazebo Fuel, or a path.
-            here: Folder of the file that the URI is in.
-            user: What needs the file, for the message.
-        """
+        """Return the file of a URI; if it is nowhere, remember that and return None."""
         found = self.paths.find(uri, here)
         if found is None:
             self.missing.setdefault(uri, user)
@@ -67,8 +61,7 @@ class Source:
         """Count an element that has no place where it stands.
 
         Args:
-            kind: What it is in; equal tags in elements of one kind are one note.
-            what: The element and its place, for the note.
+            kind: Kind of the parent; equal tags in elements of one kind are one note.
         """
         self.rejected[tag, kind].append(f"{what} is ignored; {advice}")
 
@@ -133,12 +126,7 @@ class Source:
 
 
 def parse_sdf(path: Path, source: Source) -> ET.Element:
-    """Return the outermost element of an SDF file, xacro expanded.
-
-    Raises:
-        WorldError: If it is not XML, not SDF, or of a version that we do not read; or if xacro
-            cannot expand it.
-    """
+    """Return the outermost element of an SDF file, xacro expanded."""
     root = parse_xml(path, source)
     if path.suffix == XACRO_ENDING or is_xacro(root):
         root = _expanded(path)
@@ -147,14 +135,7 @@ def parse_sdf(path: Path, source: Source) -> ET.Element:
 
 
 def parse_xml(path: Path, source: Source) -> ET.Element:
-    """Return the outermost element of an XML file.
-
-    Args:
-        source: Takes a note of what stands around it.
-
-    Raises:
-        WorldError: If it cannot be read.
-    """
+    """Return the outermost element of an XML file."""
     try:
         return parse_text(path.read_bytes(), path, source)
     except OSError as cause:
@@ -162,14 +143,7 @@ def parse_xml(path: Path, source: Source) -> ET.Element:
 
 
 def parse_text(data: bytes, path: Path, source: Source) -> ET.Element:
-    """Return the outermost element of XML.
-
-    Args:
-        source: Takes a note of what stands around it.
-
-    Raises:
-        WorldError: If it cannot be read.
-    """
+    """Return the outermost element of XML."""
     try:
         file = read_xml(data)
     except ExpatError as cause:
@@ -198,14 +172,7 @@ def _expanded(path: Path) -> ET.Element:
 
 
 def check_sdf(root: ET.Element, path: Path, source: Source) -> None:
-    """Check the outermost element of an SDF file.
-
-    Args:
-        source: Takes a note if the version is newer than we know.
-
-    Raises:
-        WorldError: If it is not SDF, or of a version that we do not read.
-    """
+    """Check the outermost element of an SDF file."""
     if root.tag != "sdf":
         hint = "; is it a URDF? then it is a --robot" if root.tag == "robot" else ""
         raise WorldError(f"{path}: the outermost element is <{root.tag}>; expected <sdf>{hint}")
@@ -215,14 +182,7 @@ def check_sdf(root: ET.Element, path: Path, source: Source) -> None:
 
 
 def version_of(root: ET.Element, path: Path) -> tuple[int, int]:
-    """Return the version that an `<sdf>` element states.
-
-    Args:
-        root: `<sdf>`, in a world file or a model.config.
-
-    Raises:
-        WorldError: If it states none or one that we do not read.
-    """
+    """Return the version that an `<sdf>` element states."""
     text = root.get("version")
     match = re.fullmatch(r"\s*(\d{1,4})\.(\d{1,4})(\.\d+)?\s*", text or "")
     version = (int(match.group(1)), int(match.group(2))) if match else (0, 0)

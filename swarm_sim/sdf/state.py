@@ -25,14 +25,7 @@ class WorldState:
 
 
 def state_of(world: ET.Element, source: Source) -> WorldState:
-    """Return what the `<state>` elements of a world say; the last one counts.
-
-    Args:
-        world: `<world>`, or `<sdf>` without one.
-
-    Raises:
-        WorldError: If a pose is malformed.
-    """
+    """Return what the `<state>` elements of a world say; the last one counts."""
     state = WorldState()
     elements = world.findall("state")
     if len(elements) > 1:

@@ -9,6 +9,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from swarm_common.model.errors import WorldError
+from swarm_common.model.shapes import rotation_of
 from swarm_sim.scene.scene import Color, Transform, transform_from_xyz_rpy
 
 MIN_SIZE = 1e-5  # [m] of a shape; smaller ones are a slip of the unit
@@ -22,31 +23,18 @@ def text_of(element: ET.Element, tag: str, default: str = "") -> str:
     """Return the text of a child, or the default.
 
     Args:
-        tag: Of the child; a path like `submesh/name` is possible.
-        default: Where there is no child, or no text in it.
+        tag: May be a path like `submesh/name`.
     """
     return (element.findtext(tag) or default).strip()
 
 
 def flag_of(element: ET.Element, tag: str) -> bool:
-    """Return whether a child says true.
-
-    Args:
-        tag: Of the child; one that is missing says false.
-    """
+    """Return whether a child says true."""
     return text_of(element, tag).lower() in TRUE_WORDS
 
 
 def floats_of(element: ET.Element | None, count: int, default: str, where: str) -> list[float]:
-    """Return the numbers in an element's text.
-
-    Args:
-        element: None for the default.
-        where: What the element belongs to, for the message.
-
-    Raises:
-        WorldError: If there is another number of words, or one is not a finite number.
-    """
+    """Return the numbers in an element's text."""
     text = default if element is None else (element.text or "")
     values = [value for word in text.split() for value in _values_in(word)]
     if len(values) != count or not all(math.isfinite(value) for value in values):
@@ -64,14 +52,7 @@ def _values_in(word: str) -> list[float]:
 
 
 def sizes_of(element: ET.Element, tag: str, count: int, where: str) -> list[float]:
-    """Return the lengths [m] in a child, which must be there.
-
-    Args:
-        where: What the element belongs to, for the message.
-
-    Raises:
-        WorldError: If it is missing, or a length is not positive or of an absurd scale.
-    """
+    """Return the lengths [m] in a child, which must be there."""
     child = element.find(tag)
     if child is None:
         raise WorldError(f"<{element.tag}> of {where} has no <{tag}>")
@@ -87,18 +68,7 @@ def sizes_of(element: ET.Element, tag: str, count: int, where: str) -> list[floa
 
 
 def pose_of(element: ET.Element, where: str) -> Transform:
-    """Return the `<pose>` of an element; the identity if it has none.
-
-    Args:
-        element: The parent of the `<pose>`.
-        where: What the element belongs to, for the message.
-
-    Returns:
-        (4, 4), in the frame that the pose refers to.
-
-    Raises:
-        WorldError: If it is malformed, or farther away than `MAX_PLACE`.
-    """
+    """Return the `<pose>` (4, 4) of an element in the frame it names; the identity without one."""
     return transform_of(element.find("pose"), where)
 
 
@@ -107,13 +77,6 @@ def transform_of(pose: ET.Element | None, where: str) -> Transform:
 
     Args:
         pose: None for the identity, as is one without text.
-        where: What the element belongs to, for the message.
-
-    Returns:
-        (4, 4) [m].
-
-    Raises:
-        WorldError: If it is malformed, or farther away than `MAX_PLACE`.
     """
     if pose is None or not (pose.text or "").strip():
         return transform_from_xyz_rpy(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -139,11 +102,7 @@ def color_of(element: ET.Element | None, where: str) -> Color | None:
     """Return red, green, blue and opacity from 0 to 1; None without an element.
 
     Args:
-        element: With 3 or 4 numbers, which are clipped to 0 to 1.
-        where: What the element belongs to, for the message.
-
-    Raises:
-        WorldError: If it has other than 3 or 4 numbers.
+        element: Holds 3 or 4 numbers, which are clipped to 0 to 1.
     """
     if element is None:
         return None
@@ -158,12 +117,7 @@ def _from_quaternion(values: list[float], where: str) -> Transform:
     length = float(np.linalg.norm(quaternion))
     if length < 1e-6:
         raise WorldError(f"<pose> of {where} has a quaternion of length 0")
-    x, y, z, w = quaternion / length
     matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
+    matrix[:3, :3] = rotation_of(*(quaternion / length))
     matrix[:3, 3] = place
     return matrix

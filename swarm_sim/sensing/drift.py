@@ -18,23 +18,14 @@ class Drift:
     """
 
     def __init__(self, errors: SensorErrors, spec: RobotSpec) -> None:
-        """Begin with odometry that is right.
-
-        Args:
-            errors: The error model of the robot's sensors.
-            spec: Its model; the distance of its wheels counts.
-        """
+        """Begin with odometry that is right."""
         self._odometry, self._imu = errors.odometry, errors.imu
         self._width = spec.wheel_separation
         self._way = self._turn = self._time = 0.0
         self.of_twist: Variances = (LEAST, LEAST, LEAST)
 
     def add(self, twist: Twist) -> None:
-        """Take in the twist of a control period.
-
-        Args:
-            twist: As the odometry reports it, in base_footprint.
-        """
+        """Take in the twist of a control period."""
         speed = abs(twist.vx) + abs(twist.vy)
         self._way += speed * CONTROL_PERIOD
         self._turn += twist.wz * CONTROL_PERIOD
@@ -59,7 +50,6 @@ class Drift:
         """Variance of a turn, from wheels or gyro.
 
         Args:
-            turn: [rad]
             ways: [m] with the biases of the wheels, and with slip.
             times: [s] with the bias of the gyro, and with its noise.
         """

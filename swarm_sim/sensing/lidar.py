@@ -45,7 +45,6 @@ class LidarGroup:
             world: Fixed bodies at the height of the scan plane.
             robots: The section of every robot at that height, in its base_footprint.
             walkers: Number of discs that move on their own.
-            errors: Of the ranges, beside `spec.sigma`.
         """
         self.spec = spec
         self.objects: Objects | None = None  # what moves beside robots and walkers
@@ -91,11 +90,7 @@ class LidarGroup:
             self._past.append((tick, np.vstack([known, poses[len(known) :]])))
 
     def forget(self, robot: int, pose: FloatArray) -> None:
-        """Take a robot to have stood where it has been put.
-
-        Args:
-            pose: x, y, yaw (3,) in the map frame.
-        """
+        """Take a robot to have stood where it has been put."""
         for _, known in self._past:
             known[robot] = pose
 
@@ -103,7 +98,6 @@ class LidarGroup:
         """Remember where the robots were, for rays that are older than their scan.
 
         Args:
-            poses: True x, y, yaw (n, 3) of all robots in the map frame.
             tick: Current tick; a second call in one tick does nothing.
         """
         if self._errors.ray_time and (not self._past or self._past[-1][0] < tick):
@@ -115,9 +109,7 @@ class LidarGroup:
         """Return the measured ranges of all members.
 
         Args:
-            poses: True x, y, yaw (n, 3) of all robots in the map frame.
             tick: Current tick, at which the revolution ends.
-            walkers: x, y, radius (m, 3) [m] of the walkers in the map frame.
 
         Returns:
             float32 (members, rays) [m]; inf where nothing is hit, -inf below `range_min` (REP 117),
@@ -163,10 +155,6 @@ class LidarGroup:
 
     def cast(self, poses: FloatArray, walkers: FloatArray = NO_DISCS) -> FloatArray:
         """Return the true ranges of all members.
-
-        Args:
-            poses: True x, y, yaw (n, 3) of all robots in the map frame.
-            walkers: x, y, radius (m, 3) [m] of the walkers in the map frame.
 
         Returns:
             (members, rays) [m], inf beyond `range_max`; the array is reused by the next call.
@@ -230,7 +218,6 @@ class Lidars:
         """Group robots with equal LiDARs.
 
         Args:
-            models: Bodies of each robot in its base_footprint.
             errors: One per robot; None for ideal sensors.
             absent: Indices of robots that see nothing and are not seen.
         """
@@ -256,24 +243,14 @@ class Lidars:
             self._groups.append(LidarGroup(lidar, members, world, robots, walkers, lidar_errors))
 
     def remember(self, earlier: Lidars, poses: FloatArray) -> None:
-        """Take over where the robots were.
-
-        Args:
-            earlier: The LiDARs before a robot came or went.
-            poses: x, y, yaw (n, 3) of all robots in the map frame; those new to `earlier` stood
-                there.
-        """
+        """Take over where the robots were."""
         known = {group.kind: group for group in earlier._groups}
         for group in self._groups:
             if group.kind in known:
                 group.remember(known[group.kind], poses)
 
     def forget(self, robot: int, pose: FloatArray) -> None:
-        """Take a robot to have stood where it has been put.
-
-        Args:
-            pose: x, y, yaw (3,) in the map frame.
-        """
+        """Take a robot to have stood where it has been put."""
         for group in self._groups:
             group.forget(robot, pose)
 
@@ -292,8 +269,6 @@ class Lidars:
 
         Args:
             tick: Current tick; a LiDAR's scans are due at the multiples of its period.
-            poses: True poses (n, 3) of the robots.
-            walkers: Discs (m, 3) of the walkers.
         """
         scans: dict[int, Scan] = {}
         for group in self._groups:
@@ -310,23 +285,13 @@ class Lidars:
 
 
 def compose(poses: FloatArray, offset: FloatArray) -> FloatArray:
-    """Return poses (n, 3) moved by an offset (3,) in each one's own frame.
-
-    Args:
-        poses: x, y, yaw (n, 3).
-        offset: x, y, yaw (3,), the same for all.
-    """
+    """Return poses (n, 3) moved by an offset (3,) in each one's own frame."""
     points = moved(poses, np.broadcast_to(offset[:2], (len(poses), 2)))
     return np.column_stack([points, poses[:, 2] + offset[2]])
 
 
 def moved(poses: FloatArray, points: FloatArray) -> FloatArray:
-    """Return points (n, 2), each given in the frame of its pose (n, 3), in the poses' frame.
-
-    Args:
-        poses: x, y, yaw (n, 3).
-        points: (n, 2), one for each pose.
-    """
+    """Return points (n, 2), each given in the frame of its pose (n, 3), in the poses' frame."""
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     return np.column_stack(
         [

@@ -74,12 +74,7 @@ class MotionSensors:
         travels: FloatArray,
         yaws: FloatArray,
     ) -> MotionSensors:
-        """Return these sensors, as they are now, followed by those of further robots.
-
-        Args:
-            travels: (n, 2) [m] that perfect wheels of those so far report.
-            yaws: (n,) [rad] likewise.
-        """
+        """Return these sensors, as they are now, followed by those of further robots."""
         longer = MotionSensors(specs, errors, self._seed)
         known = len(self._robots)
         for name in STATE:
@@ -101,7 +96,6 @@ class MotionSensors:
 
         Args:
             travels: (n, 2) [m] forwards and to the left, as perfect wheels report it.
-            yaws: (n,) [rad] turned, not wrapped.
             twists: (n, 3) true vx, wz, vy at the end of the period.
 
         Returns:
@@ -133,9 +127,6 @@ class MotionSensors:
     def twists(self, true: FloatArray) -> FloatArray:
         """Return the twists that odometry reports.
 
-        Args:
-            true: (n, 3) vx [m/s], wz [rad/s], vy [m/s] of base_footprint.
-
         Returns:
             (n, 3) likewise; `true` itself without errors.
         """
@@ -150,11 +141,7 @@ class MotionSensors:
         )
 
     def imu(self, robot: int, tick: int) -> Imu:
-        """Return the reading of one robot's IMU.
-
-        Args:
-            tick: Current tick, which the noise depends on.
-        """
+        """Return the reading of one robot's IMU."""
         noises = self._draw(ACCEL_WORD, tick, robot, np.arange(3))
         noise = self._accel_noises[robot] / np.sqrt(CONTROL_PERIOD) * noises
         x, y, z = (

@@ -70,9 +70,6 @@ class Radio:
 
         The radio tells every robot, regardless of range and losses, because a robot that only
         fell silent would stay an obstacle to the others for ever.
-
-        Args:
-            tick: Current tick, from which the others are told.
         """
         for wave in self._under_way:
             wave.drop(robot_id)
@@ -83,13 +80,7 @@ class Radio:
         self._farewells.pop(robot_id, None)
 
     def send(self, tick: int, beacons: Sequence[np.void | None], positions: FloatArray) -> None:
-        """Take the beacons that robots send at a tick; ends the tick.
-
-        Args:
-            tick: Tick at which they are sent.
-            beacons: One per robot; None from a robot that sends nothing.
-            positions: True positions (n, 2) at that tick.
-        """
+        """Take the beacons that robots send at a tick; ends the tick."""
         senders = np.array([i for i, b in enumerate(beacons) if b is not None], np.int64)
         joined = b"".join([b.tobytes() for b in beacons if b is not None])
         order = np.argsort(np.frombuffer(joined, BEACON_DTYPE)["id"], kind="stable")

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import shapely
 
 from swarm_common.model.records import RobotSpec
-from swarm_sim.scene.robot_model import RobotModel, bodies_of
+from swarm_common.robots.description import RobotModel
+from swarm_sim.scene.scene import bodies_of
 from swarm_sim.scene.section import Section, section_between
 
 
@@ -18,12 +19,7 @@ def overlooked(
     models: Mapping[str, RobotModel],
     margin: float,
 ) -> Iterator[str]:
-    """Yield a sentence on each model of which another one's LiDAR sees nothing, or too little.
-
-    Args:
-        models: Bodies of these, by the name of the model.
-        margin: [m] that a robot allows for what its LiDAR does not see of a body.
-    """
+    """Yield a sentence on each model of which another one's LiDAR sees nothing, or too little."""
     bodies = {other: bodies_of(models[other.model]) for other in dict.fromkeys(others)}
     for seer in dict.fromkeys(seers):
         for other, parts in bodies.items():

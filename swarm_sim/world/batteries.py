@@ -48,7 +48,6 @@ class Batteries:
         Args:
             batteries: One per robot, None for a robot without.
             chargers: Charging stations in map.
-            seed: Of the charges at the start that are ranges.
         """
         self._chargers = np.array([(pose.x, pose.y) for pose in chargers]).reshape(-1, 2)
         self._seed = seed
@@ -67,11 +66,7 @@ class Batteries:
         return len(self._robots)
 
     def add(self, robot: int, spec: BatterySpec | None) -> None:
-        """Take another robot.
-
-        Args:
-            spec: Its battery; None if it has none.
-        """
+        """Take another robot."""
         if spec is None:
             return
         low, high = spec.initial
@@ -94,21 +89,12 @@ class Batteries:
         self._is_present = np.append(self._is_present, True)
 
     def set_present(self, robot: int, is_present: bool) -> None:
-        """Take note that a robot was taken out of the world, or has come back as it went.
-
-        Args:
-            is_present: Whether it is there.
-        """
+        """Take note that a robot was taken out of the world, or has come back as it went."""
         if robot in self._rows:
             self._is_present[self._rows[robot]] = is_present
 
     def update(self, tick: int, poses: FloatArray, twists: FloatArray) -> None:
-        """Let one control period pass.
-
-        Args:
-            poses: True x, y, yaw (n, 3) in map of all robots.
-            twists: vx, wz, vy (n, 3) [m/s, rad/s, m/s] of all robots.
-        """
+        """Let one control period pass."""
         places, twist = poses[self._robots, :2], twists[self._robots]
         speed, turn = np.hypot(twist[:, 0], twist[:, 2]), np.abs(twist[:, 1])
         stands = self._is_present & (speed <= STANDING[0]) & (turn <= STANDING[1])

@@ -6,53 +6,24 @@ where nothing senses it and it senses nothing; the others' state is carried over
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from swarm_common.model.breaches import Collision
 from swarm_common.model.records import FloatArray, Pose, RobotSpec, Twist
 from swarm_common.model.shapes import Transform
-from swarm_sim.scene.robot_model import RobotModel
-from swarm_sim.scene.scene import Body, Scene
+from swarm_common.robots.description import RobotModel
+from swarm_sim.scene.scene import Body
 from swarm_sim.sensing.visibility import overlooked
-from swarm_sim.world.world import World, WorldConfig
+from swarm_sim.world.world import World
 
 PARKED = 1e6  # [m] from the origin
 PARKING_PITCH = 100.0  # [m] between two that are parked
 
 
 class ChangingWorld(World):
-    """See `World`; call what changes it only between `step` and `observe`.
-
-    Attributes:
-        scene: Where the robots are.
-        absent: Indices of robots that were taken out.
-        last_beacons: Newest beacon of each robot; None before its first one.
-    """
-
-    def __init__(
-        self,
-        scene: Scene,
-        specs: Sequence[RobotSpec],
-        poses: Sequence[Pose],
-        config: WorldConfig | None = None,
-        seed: int = 0,
-        names: Sequence[str] | None = None,
-        models: Mapping[str, RobotModel] | None = None,
-    ) -> None:
-        """Place the robots and begin at tick 0; see `World`.
-
-        Args:
-            poses: Start pose of each robot in the map frame.
-            config: How to simulate; None for the defaults.
-            names: Of the robots, for verdicts; None for the usual ones.
-            models: Descriptions by `RobotSpec.model`; default those in `robots/`.
-        """
-        super().__init__(scene, specs, poses, config, seed, names, models)
-        self.scene = scene
-        self.absent: set[int] = set()
-        self.last_beacons: list[np.void | None] = [None] * len(specs)
+    """See `World`; call what changes it only between `step` and `observe`."""
 
     @property
     def present(self) -> list[int]:
@@ -65,11 +36,7 @@ class ChangingWorld(World):
         return self._objects.heights
 
     def overlooked(self, margin: float) -> list[str]:
-        """Return whose LiDAR sees nothing, or too little, of which other model, a sentence each.
-
-        Args:
-            margin: [m] that a robot allows for what its LiDAR does not see of a body.
-        """
+        """Return whose LiDAR sees nothing, or too little, of which other model, a sentence each."""
         specs = [self.specs[robot] for robot in self.present]
         if self._lidars is None or len(specs) == 1:
             return []
@@ -83,9 +50,6 @@ class ChangingWorld(World):
         Args:
             commands: One per robot, present or not; None if it sent none. Those of absent robots do
                 not count.
-
-        Returns:
-            The collisions that began in it.
         """
         if self.absent:
             commands = [Twist() if i in self.absent else c for i, c in enumerate(commands)]
@@ -96,11 +60,7 @@ class ChangingWorld(World):
         return super().step(commands, beacons)
 
     def add(self, name: str, robot_id: int, spec: RobotSpec, model: RobotModel, pose: Pose) -> int:
-        """Take another robot; return its index.
-
-        Args:
-            pose: Where it stands, in the map frame; whether there is room is not checked here.
-        """
+        """Take another robot; return its index."""
         place = _array(pose)
         engine = self._engine
         self.names.append(name)
@@ -134,11 +94,7 @@ class ChangingWorld(World):
         self._renew_lidars()
 
     def readmit(self, robot: int, robot_id: int, pose: Pose) -> None:
-        """Return a removed robot to the world; its odometry begins again at 0.
-
-        Args:
-            pose: In the map frame; whether there is room is not checked here.
-        """
+        """Return a removed robot to the world; its odometry begins again at 0."""
         self.absent.discard(robot)
         self._batteries.set_present(robot, True)
         self._engine.restart(robot)
@@ -149,11 +105,7 @@ class ChangingWorld(World):
         self._renew_lidars()
 
     def place(self, robot: int, pose: Pose) -> None:
-        """Put a robot elsewhere, where it stands; its odometry does not notice.
-
-        Args:
-            pose: In the map frame; whether there is room is not checked here.
-        """
+        """Put a robot elsewhere, where it stands; its odometry does not notice."""
         place = _array(pose)
         self._engine.place(robot, place)
         self._commands.stop(robot)
@@ -175,46 +127,24 @@ class ChangingWorld(World):
         return self._objects.loose
 
     def place_of(self, index: int) -> Transform:
-        """Return where something loose is now.
-
-        Args:
-            index: Among `loose`.
-
-        Returns:
-            World from body (4, 4).
-        """
+        """Return where something loose is now."""
         return self._objects.place_of(index)
 
     def place_object(self, index: int, place: Transform) -> None:
-        """Put something loose elsewhere.
-
-        Args:
-            index: Among `loose`.
-            place: World from body (4, 4); whether there is room is not checked here.
-        """
+        """Put something loose elsewhere."""
         self._engine.place_object(index, place)
 
     def add_object(self, body: Body) -> int:
         """Take another thing, which can be pushed unless it is static; return its index.
 
         Whether there is room is not checked here.
-
-        Args:
-            body: Where it is to be.
-
-        Raises:
-            WorldError: If the physics engine refuses one of its meshes.
         """
         self._engine.add_object(body)
         self._watch_objects()
         return len(self.loose) - 1
 
     def remove_object(self, index: int) -> None:
-        """Take something loose out; those behind it move up.
-
-        Args:
-            index: Among `loose`.
-        """
+        """Take something loose out; those behind it move up."""
         self._engine.remove_object(index)
         self._watch_objects()
 
@@ -224,7 +154,7 @@ class ChangingWorld(World):
 
     def _renew_lidars(self) -> None:
         if self._lidars is not None:
-            lidars = self._make_lidars(self.absent)
+            lidars = self._make_lidars()
             lidars.remember(self._lidars, self._engine.poses)
             self._lidars = lidars
 

@@ -38,11 +38,7 @@ class CloseCalls:
     """Collects near misses tick by tick."""
 
     def __init__(self, names: Sequence[str]) -> None:
-        """Begin without episodes.
-
-        Args:
-            names: Of the robots, in the order of their indices.
-        """
+        """Begin without episodes."""
         self._names = list(names)
         self._open: dict[Key, _Episode] = {}
         self._last_touch: dict[Key, float] = {}
@@ -53,22 +49,12 @@ class CloseCalls:
         self._names.append(name)
 
     def touch(self, key: Key, time: float) -> None:
-        """Note a contact: the episode is a collision, and no near miss.
-
-        Args:
-            time: [s] simulated.
-        """
+        """Note a contact: the episode is a collision, and no near miss."""
         self._last_touch[key] = time
         self._open.pop(key, None)
 
     def observe(self, time: float, approaches: Iterable[NearPair], poses: FloatArray) -> None:
-        """Take the near pairs at the end of a control period.
-
-        Args:
-            time: [s] simulated.
-            approaches: Pairs closer than `engine.NEAR_MISS`.
-            poses: True poses (n, 3).
-        """
+        """Take the near pairs at the end of a control period."""
         for key in [k for k, e in self._open.items() if time - e.last > EPISODE_GAP + 1e-9]:
             self._over.append((key, self._open.pop(key)))
         for approach in approaches:

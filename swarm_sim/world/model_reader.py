@@ -56,9 +56,6 @@ class ModelRequest:
 def read_model(request: ModelRequest) -> Model:
     """Return an object or a robot from its description, if its size is acceptable.
 
-    Args:
-        request: From any client; nothing in it is trusted.
-
     Raises:
         RefusedError: With the reason, whatever is wrong with the description.
     """
@@ -87,14 +84,7 @@ def read_model(request: ModelRequest) -> Model:
 
 
 def read_robot(name_or_path: str) -> Robot:
-    """Return a robot model.
-
-    Args:
-        name_or_path: Name of a model of `robots/`, or a path to a description or its folder.
-
-    Raises:
-        RefusedError: If there is none of that name, or it is unusable.
-    """
+    """Return a robot model."""
     if not name_or_path:
         raise RefusedError(Reason.NO_MODEL, "no robot model is named")
     try:

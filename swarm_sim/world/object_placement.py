@@ -27,8 +27,7 @@ def check_object_place(world: ChangingWorld, body: Body, index: int | None = Non
     (`robot_placement`): only there can it drive before it sees the newcomer.
 
     Args:
-        body: The thing where it is to be.
-        index: Among `world.loose`, if it is in the world already.
+        index: Given if it is in the world already.
 
     Raises:
         WorldError: Saying what is in the way.
@@ -55,10 +54,6 @@ def check_object_place(world: ChangingWorld, body: Body, index: int | None = Non
 def check_apart(body: Body, others: Iterable[Body]) -> None:
     """Refuse an object that intersects another one; touching it, or standing on it, is allowed.
 
-    Args:
-        body: Where it is to be.
-        others: Where they are; their outlines between the body's heights count.
-
     Raises:
         WorldError: Naming the other.
     """
@@ -82,11 +77,7 @@ def _check_robot(world: ChangingWorld, robot: int, what: str, outline: Any) -> N
 
 
 def height_range(body: Body) -> tuple[float, float]:
-    """Return the lowest and the highest z [m] of a body in the world.
-
-    Args:
-        body: With at least one shape.
-    """
+    """Return the lowest and the highest z [m] of a body in the world."""
     lows, highs = [], []
     for part in body.parts:
         if isinstance(part.shape, Sphere):
@@ -100,25 +91,11 @@ def height_range(body: Body) -> tuple[float, float]:
 
 
 def outline_of(body: Body, heights: tuple[float, float]) -> Any:
-    """Return the part of a body between two heights, from above, as a shapely geometry.
-
-    Args:
-        heights: [m] lower and upper end.
-
-    Returns:
-        In the map frame; empty if nothing lies between the heights.
-    """
+    """Return a body between two heights, from above, as a shapely geometry, which may be empty."""
     polygons = section_between([body], *heights).outlines()
     return shapely.union_all([shapely.Polygon(polygon) for polygon in polygons])
 
 
 def upright(x: float, y: float, z: float, yaw: float) -> Transform:
-    """Return the transform of something that stands upright.
-
-    Args:
-        x: [m]
-        y: [m]
-        z: [m]
-        yaw: [rad]
-    """
+    """Return the transform of something that stands upright."""
     return transform_from_xyz_rpy(x, y, z, 0.0, 0.0, yaw)

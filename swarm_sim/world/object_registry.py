@@ -24,11 +24,7 @@ class ObjectRegistry:
     """Lets things come and go; call what changes the world only between two ticks."""
 
     def __init__(self, world: ChangingWorld, robots: RobotNames | None = None) -> None:
-        """Begin with the things that are there.
-
-        Args:
-            robots: Names that are kept for robots; None for the usual ones.
-        """
+        """Begin with the things that are there."""
         self._world = world
         self._robots = robots or RobotNames()
         self._spawned: set[str] = set()
@@ -53,14 +49,7 @@ class ObjectRegistry:
         return self._robots.looks_like_one(name.removeprefix("/"))
 
     def place_of(self, name: str) -> Transform:
-        """Return where a thing is.
-
-        Returns:
-            World from body (4, 4).
-
-        Raises:
-            RefusedError: If there is none of that name.
-        """
+        """Return where a thing is."""
         return self._world.place_of(self._index(name))
 
     def spawn(
@@ -69,14 +58,11 @@ class ObjectRegistry:
         """Take a thing in; return its name.
 
         Args:
-            name: That it is to have; empty for its model's.
+            name: Wanted name; empty for its model's.
             rename: Whether another name will do if that one is taken.
             body: The thing in its model's frame, see `read_object`.
-            place: Its model's frame in the map frame.
+            place: Place of its model's frame in the map frame.
             is_floored: Whether it is put on the ground, whatever the height of the place.
-
-        Raises:
-            RefusedError: With the reason.
         """
         if len(self.names) >= LIMIT:
             raise RefusedError(Reason.FAILED, f"there are {LIMIT} things, which is the most")
@@ -99,23 +85,12 @@ class ObjectRegistry:
         return body.name
 
     def remove(self, name: str) -> None:
-        """Take a thing out.
-
-        Raises:
-            RefusedError: If there is no such thing.
-        """
+        """Take a thing out."""
         self._world.remove_object(self._index(name))
         self._spawned.discard(name)
 
     def move(self, name: str, place: Transform) -> None:
-        """Put a thing elsewhere.
-
-        Args:
-            place: World from body (4, 4).
-
-        Raises:
-            RefusedError: If there is no such thing, or something is there.
-        """
+        """Put a thing elsewhere."""
         index = self._index(name)
         self._check_finite(name, place)
         self._check_room(replace(self._world.loose[index], world_from_body=place), index)

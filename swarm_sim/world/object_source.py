@@ -35,8 +35,6 @@ def is_object(uri: str, text: str, is_named_as_robot: bool, beside: Path) -> boo
     """Return whether the requested entity is an object, and not a robot with a navigator.
 
     Args:
-        uri: Name of a robot model, path or URI.
-        text: The description itself, if there is no uri.
         is_named_as_robot: Whether the name that it is to have is one of a robot.
         beside: Folder of the world file, where models are searched, too.
     """
@@ -61,10 +59,6 @@ def read_object(uri: str, text: str, beside: Path) -> Body:
 
     Args:
         uri: Path, `file://`, `model://` or `package://`; counts before the text.
-        beside: Folder of the world file, where models are searched, too.
-
-    Raises:
-        RefusedError: With the reason.
     """
     try:
         path = _path_of(uri, beside) if uri else None

@@ -32,12 +32,7 @@ class RefusedError(SwarmError):
     """
 
     def __init__(self, reason: Reason, message: str) -> None:
-        """Keep the reason beside the message.
-
-        Args:
-            reason: Code for clients that do not read the message.
-            message: For people; it is made fit to be shown, as it may quote a client.
-        """
+        """Keep the reason beside the message."""
         super().__init__(shown(message))
         self.reason = reason
 

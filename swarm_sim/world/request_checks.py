@@ -82,9 +82,6 @@ class PlacementArea:
     def check(self, xyz_map: Sequence[float]) -> None:
         """Refuse a place out of reach.
 
-        Args:
-            xyz_map: Two or three coordinates [m] in the map frame.
-
         Raises:
             RefusedError: Saying what is in reach.
         """

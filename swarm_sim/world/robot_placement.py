@@ -28,8 +28,7 @@ def check_robot_place(
     can it drive before it hears of the newcomer.
 
     Args:
-        pose: The place, in the map frame.
-        robot: Its index, if it is in the world already.
+        robot: Index, if it is in the world already.
 
     Raises:
         WorldError: Saying what is in the way.
@@ -88,9 +87,6 @@ def claim_gap(world: ChangingWorld, robot: int, outline: Any) -> float:
 
     That space is as in its last beacon.
 
-    Args:
-        outline: A shapely geometry in the map frame.
-
     Returns:
         Negative where they overlap; inf without a beacon.
     """
@@ -109,9 +105,6 @@ def claim_gap(world: ChangingWorld, robot: int, outline: Any) -> float:
 
 def check_height(world: ChangingWorld, spec: RobotSpec) -> None:
     """Refuse a robot that reaches up to something that none of the first ones did.
-
-    Args:
-        world: With the heights that its outlines were made for.
 
     Raises:
         WorldError: Naming it.

@@ -50,7 +50,7 @@ class RobotRegistry:
 
         Args:
             spawn: Name of the spawn in the world's sites, empty for the default one.
-            names: Of all robots, also of those that come; None for the usual ones.
+            names: Names of all robots, also of those that come; None for the usual ones.
         """
         self._world = world
         self._grid = grid
@@ -69,11 +69,7 @@ class RobotRegistry:
         return [self._world.names[robot] for robot in self._world.present]
 
     def robot(self, name: str) -> int:
-        """Return the index of a robot that is there.
-
-        Raises:
-            RefusedError: If there is none of that name.
-        """
+        """Return the index of a robot that is there."""
         for robot in self._world.present:
             if self._world.names[robot] == name:
                 return robot
@@ -89,19 +85,12 @@ class RobotRegistry:
     def spawn(
         self, name: str, rename: bool, model: str, robot: Robot, pose: Pose | None
     ) -> Arrival:
-        """Take a robot in.
+        """Take a robot in; return its index, name, model and place.
 
         Args:
             name: One of the run, or empty for that with the next free number.
             rename: Whether another name will do if that one is taken.
-            model: Name or path of the robot's model, as it was asked for.
             pose: Place in the map frame, None for a free one of the world's start area.
-
-        Returns:
-            Its index, name, model and place.
-
-        Raises:
-            RefusedError: With the reason.
         """
         if len(self._world.present) >= LIMIT:
             raise RefusedError(Reason.FAILED, f"there are {LIMIT} robots, which is the most")
@@ -131,24 +120,13 @@ class RobotRegistry:
         return Arrival(index, name, number, model, robot, place)
 
     def remove(self, name: str) -> int:
-        """Take a robot out; return its index.
-
-        Raises:
-            RefusedError: If there is no such robot.
-        """
+        """Take a robot out; return its index."""
         robot = self.robot(name)
         self._world.remove(robot, self._names.number_of(name))
         return robot
 
     def move(self, name: str, pose: Pose) -> int:
-        """Put a robot elsewhere; return its index.
-
-        Args:
-            pose: In the map frame.
-
-        Raises:
-            RefusedError: If there is no such robot, or no room.
-        """
+        """Put a robot elsewhere; return its index."""
         robot = self.robot(name)
         self._check_place(self._world.specs[robot], pose, robot)
         self._put(robot, pose)
@@ -158,9 +136,6 @@ class RobotRegistry:
         """Put all robots where they were at first; return which, and where.
 
         Things have to be put there next: their first places are checked, not their present ones.
-
-        Raises:
-            RefusedError: If somebody is in the way; nothing has been moved then.
         """
         homes = [(robot, self._homes[robot]) for robot in self._world.present]
         self._check_homes(homes)

@@ -25,11 +25,7 @@ class Standstill:
         self._is_known = np.append(self._is_known, False)
 
     def observe(self, speeds: FloatArray) -> None:
-        """Take in one control period.
-
-        Args:
-            speeds: (n, 3) vx [m/s], wz [rad/s], vy [m/s] that the robots aim at.
-        """
+        """Take in one control period."""
         self._told += np.hypot(speeds[:, 0], speeds[:, 2]) * CONTROL_PERIOD
 
     def new(self, ways: FloatArray) -> Iterator[tuple[int, float]]:

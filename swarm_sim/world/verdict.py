@@ -63,12 +63,7 @@ class Judge:
     """Collects what a verdict needs, tick by tick."""
 
     def __init__(self, names: Sequence[str], poses: FloatArray, clearances: FloatArray) -> None:
-        """Begin with the state at tick 0.
-
-        Args:
-            poses: True x, y, yaw (n, 3) in the map frame.
-            clearances: (n, 2) [m] to the nearest robot, obstacle; inf where all is far.
-        """
+        """Begin with the state at tick 0."""
         self._names = list(names)
         self._collisions: list[Collision] = []
         self._last_touch: dict[tuple[int, int, str], float] = {}
@@ -81,11 +76,7 @@ class Judge:
         self._note(poses, clearances)
 
     def add(self, name: str, pose: FloatArray) -> None:
-        """Take another robot, which stands at a pose (3,).
-
-        Args:
-            pose: x, y, yaw [m, rad] in the map frame.
-        """
+        """Take another robot, which stands at a pose (3,)."""
         self._names.append(name)
         self._close_calls.add(name)
         self._distances = np.append(self._distances, 0.0)
@@ -94,11 +85,7 @@ class Judge:
         self._positions = np.vstack([self._positions, pose[:2]])
 
     def place(self, robot: int, pose: FloatArray) -> None:
-        """Take note that a robot has been put elsewhere; that is no way driven.
-
-        Args:
-            pose: x, y, yaw [m, rad] in the map frame.
-        """
+        """Take note that a robot has been put elsewhere; that is no way driven."""
         self._positions[robot] = pose[:2]
 
     @property
@@ -124,10 +111,7 @@ class Judge:
 
         Args:
             start: [s] simulated time at which it began.
-            physics_period: [s] of the steps that touches count in.
             touches: Contacts in it, in order of steps; one pair may occur several times.
-            poses: True x, y, yaw (n, 3) in the map frame at its end.
-            clearances: (n, 2) [m] to the nearest robot, obstacle, at its end.
         """
         for touch in touches:
             self._touch(touch, start + (touch.step + 1) * physics_period)
@@ -157,12 +141,7 @@ class Judge:
     def verdict(
         self, sim_time: float, battery: Callable[[int], BatteryVerdict | None] = lambda _: None
     ) -> Verdict:
-        """Return the verdict so far.
-
-        Args:
-            sim_time: [s] for the verdict to carry.
-            battery: Tells what became of the battery of a robot by its index.
-        """
+        """Return the verdict so far."""
         close_calls = self._close_calls.near_misses()
         shares = Counter(name for call in close_calls for name in call.robots)
         between_robots = sum(len(collision.robots) == 2 for collision in self._collisions)

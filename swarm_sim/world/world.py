@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -25,7 +25,8 @@ from swarm_common.model.records import (
 )
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sensors import IDEAL, SensorErrors
-from swarm_common.robots.loading import load_robot_model, taken_for
+from swarm_common.robots.description import RobotModel
+from swarm_common.robots.loading import open_robot, taken_for
 from swarm_common.robots.sensors_io import sensor_errors
 from swarm_sim.physics.drive import CommandBuffer, Odometer
 from swarm_sim.physics.engine import Engine
@@ -35,8 +36,7 @@ from swarm_sim.physics.vehicles import Vehicles
 from swarm_sim.physics.walkers import Walkers
 from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
 from swarm_sim.scene.randomness import normal
-from swarm_sim.scene.robot_model import RobotModel, bodies_of
-from swarm_sim.scene.scene import Body, Scene
+from swarm_sim.scene.scene import Body, Scene, bodies_of
 from swarm_sim.scene.section import GROUND_GAP, section_between
 from swarm_sim.sensing import radio_kernels
 from swarm_sim.sensing.lidar import Lidars
@@ -100,7 +100,13 @@ class Observation:
 
 
 class World:
-    """Physics, sensors, radio and ground truth of a swarm; knows no ROS."""
+    """Physics, sensors, radio and ground truth of a swarm; knows no ROS.
+
+    Attributes:
+        scene: Where the robots are.
+        absent: Indices of robots that were taken out.
+        last_beacons: Newest beacon of each robot, kept where the world changes; None without one.
+    """
 
     def __init__(
         self,
@@ -115,15 +121,11 @@ class World:
         """Place the robots and begin at tick 0.
 
         Args:
-            poses: Start pose of each robot in the map frame.
             config: How to simulate; None for the defaults.
-            names: Of the robots, for verdicts; None for the usual ones.
+            names: Names of the robots, for verdicts; None for the usual ones.
             models: Descriptions by `RobotSpec.model`; default those in `robots/`.
 
         Raises:
-            RobotModelError: If a model does not drive; the message names cause and cure.
-            WorldError: If something loose is deep inside something else, or a mesh cannot be used.
-            ConfigError: If a walker or a vehicle has no free place on its path.
             ValueError: If there are not as many models as poses.
         """
         if len(specs) != len(poses):
@@ -135,14 +137,16 @@ class World:
         self._tick = 0
         self._seed = seed
         if models is None and (config.with_lidar or config.engine == "bullet"):
-            models = {spec.model: load_robot_model(spec.model) for spec in specs}
+            models = {spec.model: open_robot(spec.model).model for spec in specs}
         models = models or {}
         walkers = scene.walkers if config.walkers is None else config.walkers
         self._walkers = Walkers(walkers, specs, poses, seed)
         vehicles = scene.vehicles if config.vehicles is None else config.vehicles
         heights = (GROUND_GAP, max([spec.height for spec in specs], default=1.0))
         self._objects = Objects(scene.loose, Vehicles(vehicles, specs, poses, seed), heights)
-        self._scene, self._models = scene, dict(models)
+        self.scene, self._models = scene, dict(models)
+        self.absent: set[int] = set()
+        self.last_beacons: list[np.void | None] = [None] * len(specs)
         for name, spec in {spec.model: spec for spec in specs}.items():
             if name in models:
                 self.check_model(spec, models[name])
@@ -172,11 +176,7 @@ class World:
             check_trial(spec, model, self._config.physics_period)
 
     def errors_of(self, spec: RobotSpec) -> SensorErrors:
-        """Return how the sensors of a robot model err in this world.
-
-        Raises:
-            ConfigError: If `sensors` of the world's configuration is wrong.
-        """
+        """Return how the sensors of a robot model err in this world."""
         config = self._config
         own = spec.sensors if config.realistic else IDEAL
         return sensor_errors(config.sensors, "sensors", own)
@@ -184,12 +184,12 @@ class World:
     def _errors(self) -> list[SensorErrors]:
         return [self.errors_of(spec) for spec in self.specs]
 
-    def _make_lidars(self, absent: Collection[int] = ()) -> Lidars:
+    def _make_lidars(self) -> Lidars:
         bodies = {name: bodies_of(model) for name, model in self._models.items()}
         carried = [bodies[spec.model] for spec in self.specs]
         walkers = len(self._walkers)
         lidars = Lidars(
-            self._scene, self.specs, carried, self._seed, walkers, self._errors(), absent
+            self.scene, self.specs, carried, self._seed, walkers, self._errors(), self.absent
         )
         lidars.watch(self._objects)
         return lidars

@@ -46,13 +46,7 @@ class ZoneWatch:
         poses: FloatArray,
         speeds: FloatArray,
     ) -> None:
-        """Take the state at the end of a control period.
-
-        Args:
-            time: [s] simulated.
-            poses: True x, y, yaw (n, 3) in map.
-            speeds: (n,) [m/s] of their centres.
-        """
+        """Take the state at the end of a control period."""
         inside = {i for i in self._near(specs, poses) if self._overlaps(specs[i], poses[i])}
         for robot in sorted(inside - self._inside):
             self._entries += 1

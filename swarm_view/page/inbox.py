@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from swarm_view.scene.viser_compat import run_script
+from swarm_view.scene.viser_compat import id_on_page, run_script
 
 LONGEST = 2000  # characters of a message
 Receive = Callable[[str, Any], None]  # called with the kind of a message and its value
@@ -20,7 +20,7 @@ class Inbox:
         self._receive = receive
         field = client.gui.add_text("", "", visible=False)
         field.on_update(self._on_update)
-        run_script(client, f"window.swarm.begin({json.dumps(field._impl.uuid)})")
+        run_script(client, f"window.swarm.begin({json.dumps(id_on_page(field))})")
 
     def _on_update(self, event: Any) -> None:
         message = parse(event.target.value)

@@ -98,6 +98,11 @@ def run_script(client: viser.ClientHandle, source: str) -> None:
     client._websock_connection.queue_message(_messages.RunJavascriptMessage(source))
 
 
+def id_on_page(field: viser.GuiInputHandle[Any]) -> str:
+    """Return the id by which a page's own script finds an input field."""
+    return str(field._impl.uuid)
+
+
 def request_of(server: viser.ViserServer, client_id: int) -> Any:
     """Return the request that a page's connection was opened with; None if it is gone."""
     connection: Any = server._websock_server._live_connections.get(client_id)

@@ -18,7 +18,7 @@ from swarm_common.middleware import ros_io
 from swarm_common.middleware.cdr import ScanWriter, TransformsWriter
 from swarm_common.middleware.topic_table import ROBOT_TOPICS, WORLD_TOPICS
 from swarm_common.model.records import Scan
-from swarm_common.robots.loading import description
+from swarm_common.robots.loading import open_robot
 from swarm_sim.ros.viewing.scene_publisher import scene_markers
 from swarm_sim.sdf.reader import load_world
 from swarm_view.state import topics
@@ -50,7 +50,7 @@ class MovingFeed:
         self.collides_at: int | None = None
         self._fresh: set[str] = set()
         scene = load_world("slim_blockage")
-        self._urdfs = [description(model) for model in models]
+        self._urdfs = [open_robot(model).urdf for model in models]
         self._latched = {
             topics.SCENE: serialize_message(MarkerArray(markers=scene_markers(scene))),
             topics.MAP: serialize_message(ros_io.grid_msg(load_map(map_path(scene.name)), 0)),

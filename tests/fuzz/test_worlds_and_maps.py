@@ -22,8 +22,8 @@ from swarm_map.floor_plan import load_plan
 from swarm_map.world_writer import sdf_text, sites_text
 from swarm_sim.maps.check import check_vehicles, check_walkers
 from swarm_sim.scene.actors import load_actors
-from swarm_sim.scene.section import section_at
 from swarm_sim.sdf.reader import load_world
+from tests.fakes.scenes import section_at
 from tests.fuzz.byte_mutation import EDITS, FUZZ, Edit, mutated
 from tests.unit.swarm_sim.gazebo_package import write_package
 

@@ -27,7 +27,7 @@ from tests.fakes.hosts.containers import (
 
 ROOT = Path(__file__).parents[2]
 BIN = Path(sys.executable).parent
-APPS = {"swarm-up": partial(commander_cli.load_app, "swarm-up"), "swarm-view": view_cli._load}
+APPS = {"swarm-up": partial(commander_cli.load_app, "swarm-up"), "swarm-view": view_cli.load_view}
 SECRET = {"SWARM_SECRET": "of a test"}
 
 

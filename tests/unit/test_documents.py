@@ -13,11 +13,12 @@ import pytest
 import typer
 import yaml
 
-from benchmarks.app import load as load_benchmarks
+from benchmarks.__main__ import load as load_benchmarks
 from swarm_bench import cli as bench_cli
 from swarm_bench.runs.scenario import Scenario, load_scenario
 from swarm_commander.cli import main as commander_cli
 from swarm_common.model.records import LidarSpec
+from swarm_common.model.robot_names import FLEET_COMMANDS
 from swarm_map import cli as map_cli
 from swarm_nav.core.states import diagram
 from swarm_view import cli as view_cli
@@ -31,12 +32,12 @@ LOADERS = {
     "swarm-up": partial(commander_cli.load_app, "swarm-up"),
     "swarm-teleop": partial(commander_cli.load_app, "swarm-teleop"),
     "swarm-report": partial(commander_cli.load_app, "swarm-report"),
-    "swarm-replay": partial(commander_cli.load_app, "swarm-replay"),
+    "swarm-replay": view_cli.load_replay,
     "swarm-doctor": partial(commander_cli.load_app, "swarm-doctor"),
     "swarm-setup": partial(commander_cli.load_app, "swarm-setup"),
     "swarm-bench": bench_cli._load,
     "swarm-map": map_cli._load,
-    "swarm-view": view_cli._load,
+    "swarm-view": view_cli.load_view,
     "benchmarks": load_benchmarks,  # python -m benchmarks
 }
 EXAMPLES = {"description", "actors", "dead", "seeds", "time_limit", "targets"}  # without a default
@@ -89,7 +90,7 @@ def commander_app(words: list[str]) -> typer.Typer:
     from swarm_commander.cli.commander_command import commander_app
     from swarm_commander.cli.fleet_command import fleet_app
 
-    return fleet_app if words[1:2] and words[1] in commander_cli.FLEET_COMMANDS else commander_app
+    return fleet_app if words[1:2] and words[1] in FLEET_COMMANDS else commander_app
 
 
 @pytest.mark.parametrize("document", texts())

@@ -13,7 +13,7 @@ from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import pose_from_msg
 from swarm_common.model.records import FloatArray, Pose
 from swarm_nav.behaviour.brain_adapter import RobotBrain
-from swarm_nav.localisation.localiser import START_DEVIATION
+from swarm_nav.core.localisation_config import START_DEVIATION
 from swarm_nav.ros.nav2.goals import UnknownFrameError
 
 BASE = "base_footprint"

@@ -10,6 +10,7 @@ import pybullet
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec
 from swarm_common.model.shapes import Transform
+from swarm_common.robots.description import RobotModel
 from swarm_sim.physics.bullet.bullet_kernels import ramp_all
 from swarm_sim.physics.bullet.contacts import Contacts
 from swarm_sim.physics.bullet.fixed_bodies import add_ground
@@ -19,7 +20,6 @@ from swarm_sim.physics.drive import Wheels, travelled
 from swarm_sim.physics.engine import NearPair, Touch
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.walkers import Walkers
-from swarm_sim.scene.robot_model import RobotModel
 from swarm_sim.scene.scene import Body
 
 REST_TICKS = 3  # of standstill before a robot is left out of the simulation
@@ -39,17 +39,7 @@ class BulletEngine:
         walkers: Walkers,
         objects: Objects,
     ) -> None:
-        """Build the bodies and let them settle.
-
-        Args:
-            poses: Start poses in the map frame, one per robot.
-            physics_period: [s] of a step.
-            objects: Bodies that can be pushed, and vehicles.
-
-        Raises:
-            RobotModelError: If a model lacks one of its wheels.
-            WorldError: If something loose is deep inside something else, or a mesh cannot be used.
-        """
+        """Build the bodies and let them settle."""
         count = len(specs)
         self._steps = round(CONTROL_PERIOD / physics_period)
         self._period = physics_period
@@ -92,15 +82,7 @@ class BulletEngine:
         return self._contacts.approaches
 
     def advance(self, targets: FloatArray) -> list[Touch]:
-        """Run one control period towards target speeds.
-
-        Args:
-            targets: Forward, turning and leftward speed [m/s, rad/s, m/s] of base_footprint, one
-                row per robot.
-
-        Returns:
-            The contacts in it, also those that have lasted since before; one for each physics step.
-        """
+        """Run one control period towards target speeds."""
         touches: list[Touch] = []
         suspects = self._contacts.suspects()
         self._put_to_rest(targets)
@@ -123,15 +105,7 @@ class BulletEngine:
         return touches
 
     def add(self, spec: RobotSpec, model: RobotModel | None, pose: FloatArray) -> None:
-        """Take another robot, which stands at a pose (3,).
-
-        Args:
-            model: Its bodies; never None here.
-            pose: x, y, yaw [m, rad] in the map frame.
-
-        Raises:
-            RobotModelError: If the model lacks one of the wheels that the specification names.
-        """
+        """Take another robot, which stands at a pose (3,)."""
         assert model is not None
         body = add_robot(self._client, model, spec, Pose(*pose.tolist()))
         index = len(self._robots)
@@ -156,11 +130,7 @@ class BulletEngine:
         self._measure()
 
     def place(self, robot: int, pose: FloatArray) -> None:
-        """Put a robot elsewhere, where it stands; wheels and gyro do not notice.
-
-        Args:
-            pose: x, y, yaw [m, rad] in the map frame.
-        """
+        """Put a robot elsewhere, where it stands; wheels and gyro do not notice."""
         set_asleep(self._client, self._robots[robot], False)
         put(self._client, self._robots[robot], pose)
         self._rest_ticks[robot] = 0
@@ -174,35 +144,19 @@ class BulletEngine:
         self.travels[robot], self.yaws_gyro[robot] = 0.0, 0.0
 
     def place_object(self, index: int, place: Transform) -> None:
-        """Put something that can be pushed elsewhere.
-
-        Args:
-            index: Of the thing among `Objects.loose`.
-            place: World from body (4, 4).
-        """
+        """Put something that can be pushed elsewhere."""
         self._around.bodies.put(index, place)
         self._contacts.move_objects(self._around.objects.outlines())
         self._measure()
 
     def add_object(self, body: Body) -> None:
-        """Take another thing, behind all that can be pushed.
-
-        Args:
-            body: Where it is to be; a static one stays there.
-
-        Raises:
-            WorldError: If the engine refuses one of its meshes.
-        """
+        """Take another thing, behind all that can be pushed."""
         self._around.add(body)
         self._surround()
         self._measure()
 
     def remove_object(self, index: int) -> None:
-        """Take a thing out; those behind it move up.
-
-        Args:
-            index: Of the thing among `Objects.loose`.
-        """
+        """Take a thing out; those behind it move up."""
         self._around.remove(index)
         self._surround()
         self._measure()
@@ -218,11 +172,7 @@ class BulletEngine:
         self._contacts.measure(self.poses, self._around.walkers.discs)
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
-        """Return the state of a robot's wheel joints.
-
-        Returns:
-            Names, angles [rad] and speeds [rad/s], in the order of `RobotBody.wheels`.
-        """
+        """Return the state of a robot's wheel joints."""
         positions, velocities = self._joints[robot].tolist()
         return list(self._robots[robot].joint_names), positions, velocities
 

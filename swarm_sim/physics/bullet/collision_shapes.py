@@ -58,9 +58,6 @@ def add_multi_body(
         place: Position [m] and unit quaternion x, y, z, w of the body's frame in the world.
         mass: [kg] without the balls; nothing moves a body of 0 kg.
         center: (3,) [m] of mass, in the body's frame.
-
-    Raises:
-        WorldError: If the engine refuses a shape.
     """
     solid = [(shape, transform) for shape, transform in shapes if type(shape) in TYPES]
     with tempfile.TemporaryDirectory() as name:
@@ -228,9 +225,5 @@ def _mesh_file(shape: Any, folder: Path, index: int) -> str:
 
 
 def position_quaternion(transform: Transform) -> tuple[list[float], list[float]]:
-    """Return position and unit quaternion x, y, z, w of a transform.
-
-    Args:
-        transform: (4, 4), rigid.
-    """
+    """Return position and unit quaternion x, y, z, w of a transform."""
     return transform[:3, 3].tolist(), list(quaternion_of(transform[:3, :3]))

@@ -86,21 +86,12 @@ class Contacts:
         self._make_room(len(self._robots))
 
     def move_objects(self, outlines: FloatArray) -> None:
-        """Take over where the objects' outlines (k, c, 2) are.
-
-        Args:
-            outlines: Convex polygons [m] in the map frame, as many as there were in `surround`.
-        """
+        """Take over where the objects' outlines (k, c, 2) are."""
         self._walls[self._first_object :] = pack_like(outlines, self._walls.shape[1])
         self._bounds[self._first_object :] = bounds_of(outlines)
 
     def measure(self, poses: FloatArray, walkers: FloatArray) -> None:
-        """Find near pairs, and the clearance of each robot.
-
-        Args:
-            poses: x, y, yaw (n, 3) of the robots in the map frame.
-            walkers: x, y, radius (d, 3) [m] in the map frame.
-        """
+        """Find near pairs, and the clearance of each robot."""
         counts = near_pairs(
             poses,
             self.radii,
@@ -157,10 +148,6 @@ class Contacts:
 
     def touch(self, suspect: Suspect, step: int) -> Touch | None:
         """Return the contact of a pair after a physics step, None if there is none.
-
-        Args:
-            suspect: Of `suspects`, from the start of the control period.
-            step: Number of the physics step within the period, for the result.
 
         Returns:
             The first contact point of the pair, None if there is none. What touches no higher than

@@ -32,8 +32,7 @@ def add_body(
 
     Args:
         shape: Id of its collision shape.
-        groups: Its own collision group, and the groups that it meets.
-        place: World from body (4, 4).
+        groups: Collision group of the body, and the groups that it meets.
     """
     position, quaternion = position_quaternion(place)
     body = int(
@@ -71,22 +70,13 @@ def add_obstacle(client: int, body: Body) -> int:
 
 
 def let_robots_pass(client: int, bodies: Sequence[int]) -> None:
-    """Let bodies meet only what can be pushed.
-
-    Args:
-        bodies: pybullet's ids of what robots drive on, or under.
-    """
+    """Let bodies meet only what can be pushed."""
     for body in bodies:
         pybullet.setCollisionFilterGroupMask(body, -1, OBSTACLE, LOOSE, physicsClientId=client)
 
 
 def add_walker(client: int, radius: float, height: float) -> int:
-    """Add an upright cylinder that robots can touch and that is moved by hand; return its id.
-
-    Args:
-        radius: [m]
-        height: [m]
-    """
+    """Add an upright cylinder that robots can touch and that is moved by hand; return its id."""
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_CYLINDER, radius=radius, height=height, physicsClientId=client
     )
@@ -97,10 +87,6 @@ def solid_bodies(bodies: Sequence[Body], low: float, high: float) -> list[Body]:
     """Return the bodies of which something lies between two heights.
 
     Of meshes each triangle counts, whatever their section shows.
-
-    Args:
-        low: [m] height of the lower end.
-        high: [m] height of the upper end.
     """
     return [
         body
@@ -110,15 +96,10 @@ def solid_bodies(bodies: Sequence[Body], low: float, high: float) -> list[Body]:
 
 
 def mesh_tiles(body: Body, low: float, high: float) -> FloatArray:
-    """Return the squares that the triangles of a body's meshes cover between two heights.
+    """Return bounds (k, 4) of squares that triangles of a body's meshes cover, see `tiles_between`.
 
     Args:
-        body: Its parts that are no meshes do not count.
-        low: [m] height of the lower end.
-        high: [m] height of the upper end.
-
-    Returns:
-        Bounds (k, 4) [m] in the map frame: x_min, y_min, x_max, y_max; see `tiles_between`.
+        body: Parts that are no meshes are left out.
     """
     meshes = tuple(part for part in body.parts if isinstance(part.shape, Mesh))
     return tiles_between(triangles_of([replace(body, parts=meshes)]), low, high)

@@ -52,14 +52,7 @@ def pieces_of(body: Body) -> Iterator[Body]:
 
 
 def add_piece(client: int, piece: Body) -> list[int]:
-    """Add what `pieces_of` returns, which stays where it is; return its ids.
-
-    Args:
-        piece: One of the bodies of `pieces_of`.
-
-    Raises:
-        WorldError: If the engine refuses the mesh.
-    """
+    """Add what `pieces_of` returns, which stays where it is; return its ids."""
     shape = piece.parts[0].shape
     if not isinstance(shape, Mesh):
         return [add_obstacle(client, piece)]
@@ -128,11 +121,7 @@ class BulletObjects:
     """The bodies of `Objects`: loose ones follow physics, vehicles their script."""
 
     def __init__(self, client: int, objects: Objects) -> None:
-        """Add the bodies of all objects.
-
-        Args:
-            objects: What is added; it is told of every place that `read` finds.
-        """
+        """Add the bodies of all objects."""
         self._client = client
         self._objects = objects
         self._has_floor = False
@@ -162,11 +151,7 @@ class BulletObjects:
         self._loose.append(make(self._client, body))
 
     def remove(self, index: int) -> None:
-        """Take a loose body out; those that stood on it fall.
-
-        Args:
-            index: Of the body among `Objects.loose`.
-        """
+        """Take a loose body out; those that stood on it fall."""
         pybullet.removeBody(self._loose.pop(index), physicsClientId=self._client)
         del self._centers[index]
         self._wake()
@@ -175,12 +160,6 @@ class BulletObjects:
         """Push loose bodies out of bodies that they overlap by centimetres; refuse deeper overlaps.
 
         Bodies move without gathering speed, so that nothing is thrown about.
-
-        Args:
-            others: pybullet's ids and names of the fixed bodies.
-
-        Raises:
-            WorldError: Naming both, the place and the depth.
         """
         if self._deepest(others) <= OVERLAP:
             return
@@ -193,11 +172,7 @@ class BulletObjects:
         self.read()
 
     def _deepest(self, others: Sequence[tuple[int, str]]) -> float:
-        """Return by how much [m] something loose reaches into something else at most.
-
-        Raises:
-            WorldError: If that is more than `SLIP`.
-        """
+        """Return by how much [m] something loose reaches into something else at most."""
         deepest = 0.0
         loose = list(zip(self._loose, self._objects.names, strict=False))
         for index, (body, name) in enumerate(loose):
@@ -216,12 +191,7 @@ class BulletObjects:
         return deepest
 
     def put(self, index: int, place: Transform) -> None:
-        """Put a loose body elsewhere, where it comes to rest.
-
-        Args:
-            index: Of the body among `Objects.loose`.
-            place: World from body (4, 4).
-        """
+        """Put a loose body elsewhere, where it comes to rest."""
         body, center = self._loose[index], self._centers[index]
         position, quaternion = position_quaternion(place)
         position = (place[:3, 3] + place[:3, :3] @ center).tolist()

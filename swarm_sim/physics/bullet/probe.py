@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
 from swarm_common.model.shapes import Part
+from swarm_common.robots.description import RobotModel
 from swarm_sim.physics.bullet.object_bodies import add_loose, add_piece, pieces_of
 from swarm_sim.physics.bullet.robot_bodies import add_robot, base_and_wheels, touchable
 from swarm_sim.physics.bullet.supports import find_supports
 from swarm_sim.scene.raw_triangles import cuts, triangles_of_part
-from swarm_sim.scene.robot_model import RobotModel
 from swarm_sim.scene.scene import Body
 
 BATCH = 10_000  # rays at a time
@@ -25,16 +25,11 @@ ROBOT_REACH = 0.01  # [m] from a robot's triangles within which the engine has t
 
 
 def lacking(body: Body, low: float, high: float, reach: float) -> FloatArray:
-    """Return points on a body's triangles where the physics engine has nothing of it.
+    """Return points (k, 3) on a body's triangles where the physics engine has nothing of it.
 
     Args:
         body: In the world; its planes do not count.
-        low: [m] height of the lower end of what is looked at.
-        high: [m] height of its upper end.
         reach: [m] within which the engine has to have something.
-
-    Returns:
-        (k, 3) [m] in the map frame.
     """
     client = pybullet.connect(pybullet.DIRECT)
     try:
@@ -54,9 +49,6 @@ def lacking_of_robot(model: RobotModel, spec: RobotSpec) -> tuple[str, FloatArra
 
     Returns:
         Name of the link, point (3,) [m] in base_footprint.
-
-    Raises:
-        RobotModelError: If the model lacks one of the wheels that the specification names.
     """
     base, wheels = base_and_wheels(model, spec)
     supports = find_supports(base, wheels, spec)

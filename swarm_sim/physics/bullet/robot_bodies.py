@@ -21,6 +21,7 @@ import pybullet
 
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
+from swarm_common.robots.description import RigidGroup, RobotModel
 from swarm_sim.physics.bullet.collision_shapes import BallLink, add_multi_body
 from swarm_sim.physics.bullet.fixed_bodies import (
     GROUND,
@@ -31,7 +32,6 @@ from swarm_sim.physics.bullet.fixed_bodies import (
     WHEEL,
 )
 from swarm_sim.physics.bullet.supports import Supports, find_supports
-from swarm_sim.scene.robot_model import RigidGroup, RobotModel
 from swarm_sim.scene.scene import Transform
 
 ROTOR_INERTIA = 1e-3  # [kg m²] of the motor's rotor, seen through its gear; steadies the solver
@@ -69,17 +69,7 @@ class Stance:
 
 
 def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> RobotBody:
-    """Add a robot on its driven wheels, its base_footprint at a pose on the ground.
-
-    Args:
-        pose: In the map frame.
-
-    Returns:
-        Its ids in the engine, and what its motors need.
-
-    Raises:
-        RobotModelError: If the model lacks one of the wheels that the specification names.
-    """
+    """Add a robot on its driven wheels, its base_footprint at a pose on the ground; return it."""
     base, wheels = base_and_wheels(model, spec)
     supports = find_supports(base, wheels, spec)
     center = base.center
@@ -122,7 +112,6 @@ def push(client: int, robot: RobotBody, speeds: FloatArray, period: float) -> No
 
     Args:
         speeds: vx [m/s], wz [rad/s], vy [m/s] (3,) of base_footprint that the drive aims at.
-        period: [s] of the step.
     """
     position, (qx, qy, qz, qw) = pybullet.getBasePositionAndOrientation(robot.body, client)
     linear, angular = pybullet.getBaseVelocity(robot.body, client)
@@ -160,11 +149,7 @@ def stance(client: int, robot: RobotBody, ground: int) -> Stance:
 
 
 def put(client: int, robot: RobotBody, pose: FloatArray) -> None:
-    """Put a robot upright at a pose (3,), where it stands; its wheels keep their angles.
-
-    Args:
-        pose: x, y, yaw [m, rad] in the map frame.
-    """
+    """Put a robot upright at a pose (3,), where it stands; its wheels keep their angles."""
     (_, _, height), _ = pybullet.getBasePositionAndOrientation(robot.body, client)
     x, y, yaw = pose.tolist()
     cos, sin = math.cos(yaw), math.sin(yaw)
@@ -183,9 +168,6 @@ def set_asleep(client: int, robot: RobotBody, is_asleep: bool) -> None:
 
     A sleeping robot costs next to nothing; one that is run into wakes up by itself. A robot that
     is awake never falls asleep by itself: it might be creeping.
-
-    Args:
-        is_asleep: Whether to leave it out.
     """
     states = (
         (pybullet.ACTIVATION_STATE_ENABLE_SLEEPING, pybullet.ACTIVATION_STATE_SLEEP)
@@ -197,15 +179,7 @@ def set_asleep(client: int, robot: RobotBody, is_asleep: bool) -> None:
 
 
 def base_and_wheels(model: RobotModel, spec: RobotSpec) -> tuple[RigidGroup, list[RigidGroup]]:
-    """Return the body of a robot, and its driven wheels in the order of the specification.
-
-    Args:
-        model: Its bodies; the first one is that of the robot.
-        spec: Names the joints of the driven wheels.
-
-    Raises:
-        RobotModelError: If the model lacks one of the wheels.
-    """
+    """Return the body of a robot, and its driven wheels in the order of the specification."""
     base, *moving = model.groups
     by_joint = {group.joint: group for group in moving if group.parent == 0}
     names = (*spec.wheels_left, *spec.wheels_right)

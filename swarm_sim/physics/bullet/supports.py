@@ -16,8 +16,8 @@ import numpy as np
 
 from swarm_common.model.outline import placed_corners
 from swarm_common.model.records import FloatArray, RobotSpec
+from swarm_common.robots.description import RigidGroup
 from swarm_common.robots.tyres import tyre_of
-from swarm_sim.scene.robot_model import RigidGroup
 from swarm_sim.scene.scene import Part, Sphere, Transform
 
 Ball = tuple[FloatArray, float]  # centre in base_footprint, radius [m]
@@ -41,22 +41,14 @@ class Supports:
 
 
 def find_supports(base: RigidGroup, wheels: Sequence[RigidGroup], spec: RobotSpec) -> Supports:
-    """Return what a robot stands on.
-
-    Args:
-        wheels: The driven ones; none of a drive without wheels of its own.
-    """
+    """Return what a robot stands on."""
     level, centers = _wheel_balls(wheels, spec.wheel_radius)
     casters, hull = _split_base(base, level, spec.wheel_radius)
     return Supports(level, centers, casters + _props(base, wheels, casters, spec, level), hull)
 
 
 def depths(base: RigidGroup, level: float) -> list[tuple[str, float]]:
-    """Return the links that reach below the wheels' plane, and by how much [m], deepest first.
-
-    Args:
-        level: [m] height of the wheels' plane in base_footprint, see `Supports`.
-    """
+    """Return the links that reach below the wheels' plane, and by how much [m], deepest first."""
     found: dict[str, float] = {}
     for part, link in zip(base.parts, base.links, strict=True):
         low = _lowest(part)
@@ -65,13 +57,10 @@ def depths(base: RigidGroup, level: float) -> list[tuple[str, float]]:
 
 
 def heights(wheels: Sequence[RigidGroup], radius: float) -> FloatArray:
-    """Return by how much [m] the tyre of each driven wheel ends above the lowest one.
+    """Return by how much (n,) [m] the tyre of each driven wheel ends above the lowest one.
 
     Args:
         radius: [m] of a wheel whose shape does not tell it.
-
-    Returns:
-        (n,) in the order of `wheels`.
     """
     ends = [w.parent_from_group[2, 3] - tyre_radius(w, radius) for w in wheels]
     return np.array(ends) - min(ends, default=0.0)

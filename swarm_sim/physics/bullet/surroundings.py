@@ -31,19 +31,13 @@ class Surroundings:
     """The bodies beside the robots, and their outlines for the broad phase.
 
     Attributes:
-        objects: What can be pushed, and vehicles; may be empty.
         bodies: pybullet's bodies of the objects.
-        walkers: Who moves beside the robots.
     """
 
     def __init__(
         self, client: int, period: float, bodies: Sequence[Body], objects: Objects, walkers: Walkers
     ) -> None:
-        """Add all bodies; call `release` before the robots come.
-
-        Args:
-            period: [s] of a step.
-        """
+        """Add all bodies; call `release` before the robots come."""
         self._client, self._period = client, period
         self.objects, self.walkers = objects, walkers
         self._heights = objects.heights
@@ -101,11 +95,7 @@ class Surroundings:
         self.bodies.add(body)
 
     def remove(self, index: int) -> None:
-        """Take an object out; those behind it move up.
-
-        Args:
-            index: Of the thing among `Objects.loose`.
-        """
+        """Take an object out; those behind it move up."""
         self.bodies.remove(index)
         self.objects.remove(index)
 

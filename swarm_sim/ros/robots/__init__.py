@@ -5,7 +5,6 @@ What a module imports of its folder stands above it:
     barrier     Lockstep: who has answered the current tick, and who is awaited
     foreign     Publishers on a robot's topics that have no business there
     frames      Frames of a robot for its viewers: what robot_state_publisher would send
-    hosts       Robots whose navigators are on other hosts: the radio's beacons go there in batches
     moves       Tells navigators that their robots were put elsewhere
     round_trip  How long to wait for an answer before it is asked for again. No clock, no I/O
     links       One robot's topics on the side of the world

@@ -16,11 +16,7 @@ class Barrier:
     """
 
     def __init__(self, count: int, wall_limit: float, expects: bool = True) -> None:
-        """Begin before tick 0.
-
-        Args:
-            wall_limit: [s] of wall time that a robot may take.
-        """
+        """Begin before tick 0."""
         self._wall_limit = wall_limit
         self._expected = [expects] * count
         self._answered = [False] * count
@@ -46,11 +42,7 @@ class Barrier:
         return sum(self._expected) if self._expects else self._last_answers
 
     def open(self, now: float) -> None:
-        """Begin a tick.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Begin a tick."""
         self._answered = [False] * len(self._answered)
         self._opened_at = self._looked_at = now
 
@@ -84,11 +76,7 @@ class Barrier:
         self._expected[robot] = self._expects and not self._is_dead[robot]
 
     def record_silence(self, robot: int, since: float) -> None:
-        """Let the limit of a robot run from a wall time on, not anew from each tick.
-
-        Args:
-            since: Wall time [s] at which its host was heard last.
-        """
+        """Let the limit of a robot run from a wall time on, not anew from each tick."""
         self._silent_since[robot] = since
 
     def end_silence(self, robot: int) -> None:
@@ -110,11 +98,7 @@ class Barrier:
         ]
 
     def is_complete(self, now: float) -> bool:
-        """Whether the tick may be executed; robots whose limit has passed are late from now on.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Whether the tick may be executed; robots whose limit has passed are late from now on."""
         missing = self.missing()
         self._look(now)
         if not self._has_started:

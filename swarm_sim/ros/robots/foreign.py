@@ -20,11 +20,7 @@ ROBOTS = ("cmd_vel", "beacon")  # what only a robot's navigator does
 
 
 class Foreigners:
-    """Reports foreign publishers on topics that belong to the world or to a robot's navigator.
-
-    Attributes:
-        rejections: Of the world's doors.
-    """
+    """Reports foreign publishers on topics that belong to the world or to a robot's navigator."""
 
     def __init__(self, rejections: Rejections, events: EventWriter) -> None:
         self.rejections = rejections
@@ -47,7 +43,7 @@ class Foreigners:
         """Look for foreign publishers that have sent nothing yet; each time at a few robots.
 
         Args:
-            seats: Of each robot that is there, the world's node for it and its name.
+            seats: World's node and name of each robot that is there.
             is_free_run: Whether anybody may command robots.
         """
         for _ in range(min(AT_A_TIME, len(seats))):

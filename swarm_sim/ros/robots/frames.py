@@ -59,11 +59,7 @@ def _numbers(text: str | None, default: str) -> FloatArray:
 
 
 def from_rpy(rpy: Sequence[float] | FloatArray) -> Quaternion:
-    """Return the quaternion of URDF's roll, pitch, yaw.
-
-    Args:
-        rpy: [rad]
-    """
+    """Return the quaternion of URDF's roll, pitch, yaw."""
     (sr, cr), (sp, cp), (sy, cy) = ((math.sin(0.5 * a), math.cos(0.5 * a)) for a in rpy)
     return (
         sr * cp * cy - cr * sp * sy,
@@ -86,11 +82,7 @@ def product(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def fixed_transforms(joints: Sequence[Joint]) -> list[TransformStamped]:
-    """Return what belongs on tf_static.
-
-    Args:
-        joints: Of `read_joints`.
-    """
+    """Return what belongs on tf_static."""
     return [
         transform_msg(joint.parent, joint.child, joint.xyz, joint.quaternion, 0)
         for joint in joints
@@ -104,7 +96,6 @@ def moving_transforms(
     """Return the transforms of the joints that move; unknown positions count as zero.
 
     Args:
-        joints: Of `read_joints`.
         positions: [rad] or [m] by name of the joint.
     """
     return [
@@ -124,12 +115,7 @@ def _moved(joint: Joint, position: float, tick: int) -> TransformStamped:
 
 
 def rotated(quaternion: Quaternion, vector: FloatArray) -> FloatArray:
-    """Return the vector turned by a unit quaternion.
-
-    Args:
-        quaternion: Of length 1.
-        vector: (3,).
-    """
+    """Return the vector turned by a unit quaternion."""
     axis, w = np.array(quaternion[:3]), quaternion[3]
     cross = 2.0 * np.cross(axis, vector)
     return vector + w * cross + np.cross(axis, cross)

@@ -49,7 +49,7 @@ class RobotLink:
     Attributes:
         command: Twist of the answer to the present tick, None until it is there.
         beacon: Beacon of that answer.
-        newest_tick: That a command of the robot has answered.
+        newest_tick: Newest tick that a command of the robot has answered.
         is_gone: Whether the robot was taken out of the world.
         trip: How long its answers take.
     """
@@ -70,10 +70,9 @@ class RobotLink:
         """Create the topics of `/name`.
 
         Args:
-            node: Of the world, for what the robot's navigator needs.
-            robot_id: That its beacons have to bear; 0 for any.
+            robot_id: Id that the robot's beacons must have; 0 for any.
             on_answer: Called when command and beacon of the present tick are both there.
-            foreigners: Told of what is not the robot's, and of what makes no sense.
+            foreigners: Receives what is not the robot's, and what makes no sense.
         """
         self.name = name
         self.is_gone = False
@@ -192,11 +191,7 @@ class RobotLink:
         self.beacon = None
 
     def publish(self, observation: Observation) -> None:
-        """Publish what the robot senses at the present tick; may be repeated.
-
-        Args:
-            observation: Of the robot, at that tick.
-        """
+        """Publish what the robot senses at the present tick; may be repeated."""
         if self.is_gone:
             return
         odom, scan = observation.odom, observation.scan
@@ -266,7 +261,6 @@ class RobotLink:
         """Publish tf and joint_states, as far as somebody wants them.
 
         Args:
-            pose_odom: Of base_footprint in the robot's odom frame.
             joints: Names, positions [rad] and velocities [rad/s] of the wheels; None if they are
                 not known.
         """
@@ -283,11 +277,7 @@ class RobotLink:
             self._joint_states.publish(message)
 
     def publish_imu(self, imu: Imu) -> None:
-        """Publish what the IMU reads; a variance of 0 stands for unknown.
-
-        Args:
-            imu: Reading of the present tick.
-        """
+        """Publish what the IMU reads; a variance of 0 stands for unknown."""
         message = ImuMsg(header=ros_io.header(imu.tick, IMU_FRAME))
         half = 0.5 * imu.yaw
         message.orientation.z, message.orientation.w = math.sin(half), math.cos(half)

@@ -29,11 +29,7 @@ class Relocation:
     """One robot's move: `initialpose` out, `amcl_pose` back."""
 
     def __init__(self, node: Node, name: str, pose_map: Pose, tick: int, deadline: float) -> None:
-        """Begin to tell.
-
-        Args:
-            deadline: Wall time until which it is worth waiting.
-        """
+        """Begin to tell."""
         self.deadline = deadline
         self._node = node
         self._pose = pose_map
@@ -113,11 +109,7 @@ class Moves:
             self._relocations.pop(robot).destroy()
 
     def settle(self, is_stopped: Callable[[], bool]) -> None:
-        """Wait until all know, or it is not worth waiting any more.
-
-        Args:
-            is_stopped: Whether the world is to end; asked again and again.
-        """
+        """Wait until all know, or it is not worth waiting any more."""
         while self._relocations and not is_stopped():
             now = time.monotonic()
             for robot, relocation in list(self._relocations.items()):
@@ -149,11 +141,6 @@ class Moves:
 
 
 def is_near(pose: Pose, other: Pose) -> bool:
-    """Whether a pose may be taken for another.
-
-    Args:
-        pose: In the map frame.
-        other: In the map frame.
-    """
+    """Whether a pose may be taken for another."""
     turn = abs(wrap_angle(pose.yaw - other.yaw))
     return pose.distance(other) < SAME_PLACE and turn < SAME_TURN

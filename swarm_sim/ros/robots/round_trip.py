@@ -24,12 +24,7 @@ class RoundTrip:
     """
 
     def __init__(self, least: float, longest: float = LONGEST) -> None:
-        """Know nothing yet.
-
-        Args:
-            least: [s] that the limit never falls below.
-            longest: [s] that it never exceeds.
-        """
+        """Know nothing yet."""
         self.limit = max(FIRST, least)
         self._least, self._longest = least, longest
         self._smooth: float | None = None
@@ -38,29 +33,17 @@ class RoundTrip:
         self.is_hurried = False
 
     def send(self, now: float) -> None:
-        """Note that something was sent for the first time.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Note that something was sent for the first time."""
         self._first_at = self._sent_at = now
         self.is_hurried = False
 
     def hurry(self, now: float) -> None:
-        """Note that it was sent again before its time, as most others have answered; once at most.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Record that it was sent again before its time, as most others have answered."""
         self._sent_at = now
         self.is_hurried = True
 
     def repeat(self, now: float) -> None:
-        """Note that it was sent again; the limit doubles.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Note that it was sent again; the limit doubles."""
         self._sent_at = now
         self.limit = min(2.0 * self.limit, self._longest)
 
@@ -70,11 +53,7 @@ class RoundTrip:
         return self._sent_at + self.limit
 
     def answer(self, now: float) -> None:
-        """Note that the answer came.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Note that the answer came."""
         time = now - self._first_at
         is_repeated = self._sent_at > self._first_at
         if is_repeated and now - self._sent_at > FASTEST * (self._smooth or 0.0):

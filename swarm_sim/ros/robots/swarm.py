@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from rclpy.node import Node
+from std_msgs.msg import UInt8MultiArray
 
+from swarm_common.middleware import ros_io
+from swarm_common.middleware.beacon_batch import BatchWriter, topic_of
 from swarm_common.middleware.participants import Hubs
 from swarm_common.middleware.ros_poll import Waiter
-from swarm_common.model.records import RobotSpec, Twist
+from swarm_common.model.beacon import Reception
+from swarm_common.model.records import RobotSpec, Twist, stamp_from_tick
 from swarm_sim.ros.build import WorldSetup
 from swarm_sim.ros.robots.barrier import Barrier
 from swarm_sim.ros.robots.foreign import Foreigners
-from swarm_sim.ros.robots.hosts import Hosts
 from swarm_sim.ros.robots.links import RobotLink
 from swarm_sim.ros.settings import Settings
 from swarm_sim.world.world import Observation, World
@@ -41,7 +45,6 @@ class Links:
         """Create all topics.
 
         Args:
-            foreigners: Told of what is not a robot's own.
             is_large: Whether the topics are spread over hubs, see `participants`.
         """
         self._settings = settings
@@ -70,11 +73,7 @@ class Links:
         return {name: [*self._hubs.own_ports, port] for name, port in ports.items()}
 
     def add(self, robot: int, name: str, spec: RobotSpec, urdf: str) -> bool:
-        """Create the topics of a robot, a new one or in place of one that is gone.
-
-        Returns:
-            Whether it is a new one.
-        """
+        """Create the topics of a robot; return whether it is a new one, not one that comes back."""
 
         def record_answer() -> None:
             self._barrier.answer(robot)
@@ -109,8 +108,7 @@ class Links:
         """Take note that the navigators of some robots are on another host.
 
         Args:
-            host: Name of the start of its swarm-up.
-            names: Of the robots; unknown ones are ignored.
+            names: Robots that are not here are ignored.
         """
         robots = {
             self.names.index(name): self._number_of(name) for name in names if name in self.names
@@ -120,11 +118,7 @@ class Links:
             self._links[robot].move_out()
 
     def open(self, tick: int, observations: Sequence[Observation], now: float) -> None:
-        """Begin a tick: forget the last answers, publish what robots sense.
-
-        Args:
-            now: Wall time [s].
-        """
+        """Begin a tick: forget the last answers, publish what robots sense."""
         self._opened_at = self._answer_at = now
         for link in self._links:
             link.open(tick)
@@ -133,9 +127,6 @@ class Links:
 
     def repeat(self, observations: Sequence[Observation], now: float) -> bool:
         """Publish once more for robots whose answer takes longer than usual.
-
-        Args:
-            now: Wall time [s].
 
         Returns:
             Whether there are any.
@@ -176,7 +167,6 @@ class Links:
         """Publish once more for robots that were not there.
 
         Args:
-            now: Wall time [s].
             to_newcomers: Only for those that have been there for few repeats.
         """
         newcomers = []
@@ -203,7 +193,6 @@ class Links:
 
         Args:
             timeout: [s] at most; less if an answer is to be asked for again before.
-            now: Wall time [s].
         """
         due_times = self._due_times()
         due, missing = min(due_times.values()), list(due_times)
@@ -228,12 +217,7 @@ class Links:
         return commands, [link.beacon for link in self._links]
 
     def publish_for_viewers(self, observations: Sequence[Observation], world: World) -> None:
-        """Publish what somebody looks at.
-
-        Args:
-            observations: One per robot, of the present tick.
-            world: Asked for what is wanted only.
-        """
+        """Publish what somebody looks at."""
         for robot, link in enumerate(self._links):
             if link.wants_tf or link.wants_joints:
                 pose_odom = observations[robot].odom.pose_odom
@@ -262,3 +246,32 @@ class Links:
     def destroy(self) -> None:
         """Leave the graph, except with the world's own node."""
         self._hubs.destroy()
+
+
+class Hosts:
+    """Knows which robots are on which host, and sends each host its batch."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._batches: dict[str, tuple[Any, BatchWriter]] = {}  # publisher and writer, by host
+        self._place_of: dict[int, tuple[str, int]] = {}  # host and robot's number, by index
+
+    def assign(self, host: str, robots: Mapping[int, int], run: str, secret: str) -> None:
+        """Send the beacons of some robots to a host from now on."""
+        publisher = self._node.create_publisher(UInt8MultiArray, topic_of(host), ros_io.RELIABLE)
+        self._batches[host] = publisher, BatchWriter(secret, run, host)
+        self._place_of |= {robot: (host, number) for robot, number in robots.items()}
+
+    def has(self, robot: int) -> bool:
+        """Whether a robot is on another host."""
+        return robot in self._place_of
+
+    def publish(self, tick: int, receptions: Mapping[int, Reception]) -> None:
+        """Send to other hosts what their robots hear."""
+        by_host: dict[str, dict[int, Reception]] = {}
+        for robot, reception in receptions.items():
+            host, number = self._place_of[robot]
+            by_host.setdefault(host, {})[number] = reception
+        for host, heard in by_host.items():
+            publisher, writer = self._batches[host]
+            publisher.publish(writer.encode(*stamp_from_tick(tick), heard))

@@ -3,7 +3,6 @@
 What a module imports of its folder stands above it:
 
     model_loader  Reads models in a process beside the world, which goes on meanwhile
-    name_pattern  Filters on names: POSIX extended regular expressions
     places        Places and twists of robots and things as messages, and back
     request_guard  How a request to `/sim` ends: whatever goes wrong with it becomes its answer
     run_state     Whether the world runs: playing, paused, or paused with steps to do

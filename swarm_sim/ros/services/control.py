@@ -115,7 +115,7 @@ class Control:
 
                 Args:
                     are_done: Whether its steps are done; else they were cancelled.
-                    response: Of this request, not of the loop's last one.
+                    response: Response to this request, not to the loop's last one.
                 """
                 _fill(response.result, are_done, "the steps were cancelled")
                 self._steps.answer(response, request_id)
@@ -136,11 +136,7 @@ class Control:
                 server.publish_feedback(handle, feedback)
 
         def end(are_done: bool, reason: str = "the steps were cancelled") -> None:
-            """End the action.
-
-            Args:
-                are_done: Whether its steps are done.
-            """
+            """End the action."""
             result = SimulateSteps.Result()
             _fill(result.result, are_done, reason)
             server.finish(handle, result, succeeded=are_done)

@@ -84,11 +84,7 @@ class Entities:
         host: Host,
         rejections: Rejections,
     ) -> None:
-        """Offer the services.
-
-        Args:
-            reach: Where things may be put.
-        """
+        """Offer the services."""
         self._robots, self._objects, self._host = robots, objects, host
         self._reach = reach
         self._loader = ModelLoader()

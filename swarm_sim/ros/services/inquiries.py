@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import re2
 from geometry_msgs.msg import Accel, Vector3
 from rclpy.node import Node
 from simulation_interfaces import srv
@@ -27,10 +28,10 @@ from swarm_common.files.resources import resource_names
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.simulation import resource_in
+from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import FloatArray, Pose
 from swarm_common.model.shapes import transform_from_xyz_rpy
 from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas
-from swarm_sim.ros.services.name_pattern import NamePattern, PatternError
 from swarm_sim.ros.services.places import MAP, message_of, twist_in_map
 from swarm_sim.ros.services.request_guard import RESULTS, Door
 from swarm_sim.scene.overlaps import points_of
@@ -40,6 +41,8 @@ from swarm_sim.world.object_registry import ObjectRegistry
 from swarm_sim.world.refusal import Reason, RefusedError
 from swarm_sim.world.robot_registry import RobotRegistry
 
+LONGEST = 256  # letters of a pattern
+MEMORY = 1 << 20  # [bytes] of a compiled pattern
 FEATURES = (
     Can.SPAWNING, Can.DELETING, Can.NAMED_POSES, Can.POSE_BOUNDS, Can.ENTITY_TAGS,
     Can.ENTITY_BOUNDS, Can.ENTITY_BOUNDS_BOX, Can.ENTITY_CATEGORIES, Can.SPAWNING_RESOURCE_STRING,
@@ -248,7 +251,6 @@ def _named_poses(sites: Sites) -> dict[str, tuple[NamedPose, Bounds]]:
         """Add a pose.
 
         Args:
-            pose: In the map frame.
             tags: The first one is the description, too.
             bounds: Room around it, in its frame; empty for a mere point.
         """
@@ -297,3 +299,42 @@ def _overlap(bounds: Bounds, box: Box) -> bool:
         nearest = np.clip(points[0], low, high)
         return bool(np.linalg.norm(nearest - points[0]) <= points[1][0])
     return bool(np.all(points.min(axis=0) <= high) and np.all(points.max(axis=0) >= low))
+
+
+class PatternError(SwarmError):
+    """A filter is not a valid pattern, or needs too much memory."""
+
+
+class NamePattern:
+    """A filter on names: a POSIX extended regular expression; any part of a name may match.
+
+    `simulation_interfaces` says that filters are such expressions. They come from anybody, and a
+    matcher that backtracks, as Python's does, may need years for `(a+)+$`. RE2 (Cox 2010) follows
+    all ways through an expression at once, and refuses one that needs too much memory.
+    """
+
+    def __init__(self, text: str) -> None:
+        r"""Compile it.
+
+        Args:
+            text: In POSIX's syntax for extended regular expressions, with `\d`, `\w` and `\s`.
+        """
+        if len(text) > LONGEST:
+            raise PatternError(f"it has {len(text)} letters; expected at most {LONGEST}")
+        options = re2.Options()
+        options.posix_syntax = options.perl_classes = options.one_line = True
+        options.max_mem = MEMORY
+        options.log_errors = False
+        try:
+            self._pattern = re2.compile(text, options)
+        except (re2.error, UnicodeError) as error:
+            raise PatternError(_reason(error)) from error
+
+    def matching(self, names: Iterable[str]) -> list[str]:
+        """Return those of some names that match."""
+        return [name for name in names if self._pattern.search(name)]
+
+
+def _reason(error: Exception) -> str:
+    reason = error.args[0] if error.args else error
+    return reason.decode("utf-8", "replace") if isinstance(reason, bytes) else str(reason)

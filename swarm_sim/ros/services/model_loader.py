@@ -40,11 +40,7 @@ class ModelLoader:
     """
 
     def __init__(self, limit: float = LIMIT) -> None:
-        """Begin without a reader.
-
-        Args:
-            limit: [s] of wall time for a model.
-        """
+        """Begin without a reader."""
         self._limit = limit
         self._jobs: deque[_Job] = deque()
         self._process: subprocess.Popen[bytes] | None = None
@@ -57,11 +53,7 @@ class ModelLoader:
         return len(self._jobs) < MOST_WAITING
 
     def ask(self, ticket: Any, request: ModelRequest) -> None:
-        """Ask for a model; `poll` returns the ticket with it.
-
-        Raises:
-            RefusedError: If too many wait.
-        """
+        """Ask for a model; `poll` returns the ticket with it."""
         if not self.has_room:
             raise RefusedError(
                 Reason.FAILED, f"{MOST_WAITING} models are being read; ask again later"

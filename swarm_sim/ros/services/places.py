@@ -36,11 +36,7 @@ def pose_in_map(frame: str, message: PoseMsg) -> Pose:
     """Return the planar part of a pose.
 
     Args:
-        frame: Frame id of a header; empty means `map`.
         message: geometry_msgs/Pose; an all-zero quaternion counts as yaw 0.
-
-    Raises:
-        RefusedError: If it is in another frame, or no pose.
     """
     check_frame(frame)
     try:
@@ -50,17 +46,7 @@ def pose_in_map(frame: str, message: PoseMsg) -> Pose:
 
 
 def place_in_map(message: PoseMsg) -> Transform:
-    """Return a whole pose; an all-zero quaternion counts as no turn.
-
-    Args:
-        message: geometry_msgs/Pose in the map frame.
-
-    Returns:
-        Map from body (4, 4).
-
-    Raises:
-        RefusedError: If it is no pose.
-    """
+    """Return a whole pose; an all-zero quaternion counts as no turn."""
     try:
         ros_io.pose_from_msg(message)
     except ValueError as error:
@@ -80,11 +66,7 @@ def place_in_map(message: PoseMsg) -> Transform:
 
 
 def message_of(place: Transform) -> PoseMsg:
-    """Return a transform as a pose.
-
-    Args:
-        place: (4, 4), rigid.
-    """
+    """Return a transform as a pose."""
     message = PoseMsg()
     point, turn = message.position, message.orientation
     point.x, point.y, point.z = place[:3, 3].tolist()
@@ -93,11 +75,7 @@ def message_of(place: Transform) -> PoseMsg:
 
 
 def twist_in_map(twist: Twist, yaw: float) -> TwistMsg:
-    """Return a robot's twist as seen in the map frame.
-
-    Args:
-        yaw: [rad] of base_footprint in the map frame.
-    """
+    """Return a robot's twist as seen in the map frame."""
     speed = Pose(0.0, 0.0, yaw).compose(Pose(twist.vx, twist.vy, 0.0))
     message = TwistMsg()
     message.linear.x, message.linear.y, message.angular.z = speed.x, speed.y, twist.wz

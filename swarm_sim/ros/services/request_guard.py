@@ -27,14 +27,11 @@ class Door:
         self._faults = FaultLog("request")
 
     def attempt(self, response: Any, codes: Codes, do: Callable[[], None]) -> bool:
-        """Do what is asked; whatever goes wrong becomes the answer.
+        """Do what is asked; whatever goes wrong becomes the answer. Return whether it was done.
 
         Args:
-            response: Its field `result` is filled in.
+            response: The field `result` is filled in.
             codes: Result codes of this service by reason; OPERATION_FAILED for all others.
-
-        Returns:
-            Whether it was done.
         """
         try:
             do()
@@ -52,9 +49,6 @@ class Door:
 
     def admit(self, request: Any, handle: Callable[[Any], None]) -> None:
         """Go on with a request that passes the door.
-
-        Args:
-            handle: Called with the request if it passes.
 
         Raises:
             RefusedError: If it does not pass, or `handle` refuses it.

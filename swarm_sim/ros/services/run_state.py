@@ -58,7 +58,7 @@ class RunState:
         """Ask for `count` ticks.
 
         Args:
-            on_done: Told at the end whether they are done.
+            on_done: Receives at the end whether the steps are done.
 
         Returns:
             REFUSED unless the world is paused, and for more steps than anybody waits for.

@@ -3,7 +3,6 @@
 What a module imports of its folder stands above it:
 
     markers          Bodies as markers for those who look at the world
-    movers           Who and what moves beside the robots, as markers that keep their ids
     scene_publisher  Geometry once, and poses of all robots every tick if wanted
 
 May import of swarm_sim: what `ros` may, but of `ros` itself nothing; and swarm_common.

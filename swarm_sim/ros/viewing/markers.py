@@ -28,13 +28,10 @@ WALL_HEIGHT = 1.5  # [m] from which a body counts as a wall
 
 
 def body_markers(body: Body, space: str, first: int) -> Iterator[Marker]:
-    """Yield the markers of a body; one without visuals looks like what it collides with.
+    """Yield markers, named like the body; one without visuals looks like what it collides with.
 
     Args:
         first: Id of the first marker; the others follow.
-
-    Yields:
-        Markers in the map frame, with the name of the body as their text.
     """
     shapes: list[tuple[Shape | MeshFile, Transform, Color | None]] = [
         (item.shape, item.body_from_visual, item.color) for item in body.visuals
@@ -53,7 +50,6 @@ def shape_marker(
     """Return the marker of a shape; None for the ground.
 
     Args:
-        map_from_shape: (4, 4).
         rgba: From 0 to 1; None for the usual colour, or that of the mesh file.
     """
     if isinstance(shape, Box):
@@ -82,11 +78,7 @@ def shape_marker(
 
 
 def marker_of(space: str, number: int, kind: int, rgba: Sequence[float], tick: int) -> Marker:
-    """Return a marker in the map frame that has no place and size yet.
-
-    Args:
-        rgba: From 0 to 1.
-    """
+    """Return a marker in the map frame that has no place and size yet."""
     marker = Marker(header=ros_io.header(tick, "map"), ns=space, id=number, type=kind)
     marker.action = Marker.ADD
     marker.color = ColorRGBA(**dict(zip("rgba", map(float, rgba), strict=True)))
@@ -94,13 +86,7 @@ def marker_of(space: str, number: int, kind: int, rgba: Sequence[float], tick: i
 
 
 def set_scale(marker: Marker, x: float, y: float, z: float) -> None:
-    """Set a marker's size [m].
-
-    Args:
-        x: [m]
-        y: [m]
-        z: [m]
-    """
+    """Set a marker's size [m]."""
     marker.scale.x, marker.scale.y, marker.scale.z = float(x), float(y), float(z)
 
 

@@ -11,13 +11,14 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.cdr import TransformsWriter
-from swarm_common.model.records import Pose
+from swarm_common.model.records import FloatArray, Pose
 from swarm_common.model.zones import keepout_area, speed_area, triangles
 from swarm_sim.ros.viewing.markers import body_markers, marker_of, set_scale
-from swarm_sim.ros.viewing.movers import Movers
 from swarm_sim.scene.scene import Scene
 from swarm_sim.world.world import World
 
+WALKER = (0.84, 0.37, 0.00, 1.0)  # colour
+WALKER_HEIGHT = 1.7  # [m]
 BASE = "base_footprint"
 STATION, CIRCUIT = (0.18, 0.55, 0.34, 0.9), (0.90, 0.60, 0.00, 0.9)  # colours
 KEEPOUT, SLOW = (0.84, 0.37, 0.30, 0.5), (0.94, 0.89, 0.26, 0.5)
@@ -41,11 +42,7 @@ class ScenePublisher:
         self._tf_readers = self._mover_readers = 0
 
     def renew(self, present: Sequence[str]) -> None:
-        """Show these robots from now on.
-
-        Args:
-            present: Names of the robots that are there.
-        """
+        """Show these robots from now on."""
         self._rows = [self._world.names.index(name) for name in present]
         self._writer = TransformsWriter("map", [f"{name}/{BASE}" for name in present])
         self._is_stale = True
@@ -115,3 +112,37 @@ def _line(name: str, points_map: Sequence[Sequence[float]], number: int) -> Mark
     closed = [*points_map, points_map[0]]
     marker.points = [Point(x=float(x), y=float(y), z=0.02) for x, y in closed]
     return marker
+
+
+class Movers:
+    """Markers of walkers, vehicles and things; markers of things that are gone are deleted once."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._ids: dict[tuple[str, int], int] = {}  # by name of the body and number of its part
+        self._shown: set[int] = set()
+
+    def markers(self, tick: int) -> list[Marker]:
+        """Return what changes what is shown to what there is."""
+        markers = [walker_marker(i, disc, tick) for i, disc in enumerate(self._world.walkers())]
+        objects = [m for body in self._world.objects() for m in body_markers(body, "object", 0)]
+        for marker in objects:
+            marker.id = self._ids.setdefault((marker.text, marker.id), len(self._ids))
+            marker.header.stamp = ros_io.time_msg(tick)
+        shown = {marker.id for marker in objects}
+        gone = sorted(self._shown - shown)
+        self._shown = shown
+        return [*markers, *objects, *(_deleted(number, tick) for number in gone)]
+
+
+def walker_marker(number: int, disc: FloatArray, tick: int) -> Marker:
+    """Return the marker of a walker."""
+    marker = marker_of("walker", number, Marker.CYLINDER, WALKER, tick)
+    marker.pose = ros_io.pose_msg(Pose(float(disc[0]), float(disc[1]), 0.0))
+    marker.pose.position.z = 0.5 * WALKER_HEIGHT
+    set_scale(marker, 2.0 * disc[2], 2.0 * disc[2], WALKER_HEIGHT)
+    return marker
+
+
+def _deleted(number: int, tick: int) -> Marker:
+    return Marker(header=ros_io.header(tick, "map"), ns="object", id=number, action=Marker.DELETE)

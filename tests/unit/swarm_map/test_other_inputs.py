@@ -14,8 +14,8 @@ from swarm_common.files.map_io import load_map
 from swarm_common.files.resources import find_resource
 from swarm_common.model.errors import ConfigError
 from swarm_map.map_command import map_app
-from swarm_sim.scene.section import section_at
 from swarm_sim.sdf.reader import load_world
+from tests.fakes.scenes import section_at
 
 NAV2 = """image: {image}
 resolution: 0.1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from swarm_ros2.handover import clean_environment, find_real_ros2
+from swarm_ros2.command_line import clean_environment, find_real_ros2
 
 
 def write_script(folder: Path, text: str) -> Path:

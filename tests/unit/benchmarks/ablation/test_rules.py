@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.__main__ import load
 from benchmarks.ablation import rules as ablation
 from benchmarks.ablation.rules import (
     BASE,
@@ -23,7 +24,6 @@ from benchmarks.ablation.rules import (
     run_job,
     variants,
 )
-from benchmarks.app import load
 from swarm_bench.runs.result import RunResult
 from swarm_bench.suite.selection import select
 from swarm_common.model.errors import ConfigError, UnknownNameError

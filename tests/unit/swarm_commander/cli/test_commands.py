@@ -20,7 +20,7 @@ from swarm_commander.run.domain import DomainLock, check_swarm
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError, NoSwarmError
 from swarm_common.robots.fleet import fleet_names
-from swarm_common.robots.loading import robot_names
+from swarm_common.robots.source import robot_names
 from tests.fakes.foreign_robots import ACCELERATIONS, fast_wheels, two_wheels
 
 ROOT = Path(__file__).parents[4]

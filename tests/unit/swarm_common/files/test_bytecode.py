@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common.files.bytecode import ensure_bytecode, own_packages
+from swarm_common.process.start import ensure_bytecode, own_packages
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import pytest
 from swarm_common.files import cache
 from swarm_common.files.cache import kept
 from swarm_common.robots import description as robot_model
-from swarm_common.robots.loading import description, load_robot_model
+from swarm_common.robots.loading import open_robot
 
 
 @pytest.fixture
@@ -52,9 +52,9 @@ def test_the_oldest_go(folder, monkeypatch):
 
 
 def test_a_robot_is_read_once_and_is_the_same(folder, monkeypatch):
-    first = load_robot_model("turtlebot3_waffle")
+    first = open_robot("turtlebot3_waffle").model
     monkeypatch.setattr(robot_model, "_read_robot", lambda root, where: pytest.fail("read again"))
-    second = load_robot_model("turtlebot3_waffle")
+    second = open_robot("turtlebot3_waffle").model
     assert [group.links for group in first.groups] == [group.links for group in second.groups]
     for one, other in zip(first.groups, second.groups, strict=True):
         assert one.mass == other.mass
@@ -66,7 +66,7 @@ def test_a_robot_with_meshes_is_read_each_time(folder, tmp_path):
     (tmp_path / "hull.obj").write_text(
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
     )
-    text = description("turtlebot3_waffle").replace(
+    text = open_robot("turtlebot3_waffle").urdf.replace(
         "<collision",
         '<collision><geometry><mesh filename="hull.obj"/></geometry></collision><collision',
         1,

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from swarm_commander.cli.main import FLEET_COMMANDS
 from swarm_commander.hosts.robots_run import OWN_MODULES as ROBOTS_MODULES
 from swarm_commander.hosts.world_run import OWN_MODULES as WORLD_MODULES
 from swarm_commander.run.local_run import MODULES
@@ -85,7 +84,7 @@ def test_bad_names_are_one_error(words: list[str], count: int, message: str) -> 
 def test_what_else_has_a_name_is_kept_free() -> None:
     topics = {topic.name.split("/")[1] for topic in WORLD_TOPICS}
     logs = MODULES.keys() | WORLD_MODULES.keys() | ROBOTS_MODULES.keys()
-    assert topics | {ALL, MERGED, SWARM, *FLEET_COMMANDS} <= RESERVED
+    assert topics | {ALL, MERGED, SWARM} <= RESERVED
     assert logs - {"rviz"} <= RESERVED  # the logs of its windows are called rviz_NAME
 
 

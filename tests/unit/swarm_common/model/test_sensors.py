@@ -8,9 +8,10 @@ import pytest
 
 from swarm_common.model.errors import ConfigError, RobotModelError, UnknownNameError
 from swarm_common.model.sensors import IDEAL
-from swarm_common.robots.loading import load_robot, robot_names
+from swarm_common.robots.loading import load_robot
 from swarm_common.robots.params import robot_from_parameters, robot_parameters
 from swarm_common.robots.sensors_io import sensor_errors
+from swarm_common.robots.source import robot_names
 
 
 def test_nothing_said_is_ideal_and_what_is_said_replaces_the_base() -> None:

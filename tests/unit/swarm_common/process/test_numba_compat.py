@@ -33,7 +33,7 @@ def run(tmp_path: Path):
             (
                 sys.executable,
                 "-c",
-                "from swarm_common.process.start import prepare; prepare(); import kernel",
+                "import kernel",
             ),
             cwd=tmp_path,
             env=os.environ | {"PYTHONPATH": f"{tmp_path}:{ROOT}"},

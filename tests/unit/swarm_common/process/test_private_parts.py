@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import ast
+from collections.abc import Iterator
+from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 from swarm_common.middleware import rclpy_compat
+from swarm_common.process import numba_compat
 from swarm_common.process.private_parts import MovedPartError, require
 from swarm_common.robots import xacro_compat
 from swarm_view.scene import viser_compat
 
+ROOT = Path(__file__).parents[4]
 COMPATS = (
+    ("numba", numba_compat),
     ("ros-jazzy-rclpy", rclpy_compat),
     ("viser", viser_compat),
     ("xacro", xacro_compat),
@@ -40,3 +46,28 @@ def test_an_attribute_that_a_constructor_no_longer_sets_is_a_moved_part() -> Non
     require("viser", "ours", [(Library.__init__, "_kept")])
     with pytest.raises(MovedPartError, match=r"Library.__init__\._gone"):
         require("viser", "ours", [(Library.__init__, "_gone")])
+
+
+def foreign_private_parts() -> Iterator[str]:
+    """Yield where a module uses an attribute with an underscore that no module of ours sets."""
+    files = [*ROOT.glob("swarm_*/**/*.py"), *ROOT.glob("benchmarks/**/*.py")]
+    trees = {path: ast.parse(path.read_text("utf-8")) for path in files}
+    nodes = [node for tree in trees.values() for node in ast.walk(tree)]
+    own = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    own |= {node.id for node in nodes if isinstance(node, ast.Name)}
+    own |= {
+        node.attr
+        for node in nodes
+        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
+    }
+    for path, tree in trees.items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
+                is_ours = node.attr in own or node.attr.startswith("__")
+                is_public = node.attr in ("_exit", "_fields")  # documented in spite of their names
+                if not (is_ours or is_public or path.stem.endswith("_compat")):
+                    yield f"{path.relative_to(ROOT)}:{node.lineno} {ast.unparse(node)}"
+
+
+def test_private_parts_of_other_libraries_are_in_compat_modules_only() -> None:
+    assert list(foreign_private_parts()) == []

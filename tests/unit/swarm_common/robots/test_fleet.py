@@ -9,8 +9,8 @@ import pytest
 
 from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.robots.fleet import load_fleet, uniform_fleet
-from swarm_common.robots.loading import load_robot, robot_names
-from swarm_common.robots.source import find_robot
+from swarm_common.robots.loading import load_robot
+from swarm_common.robots.source import find_robot, robot_names
 
 BURGER, WAFFLE = "turtlebot3_burger", "turtlebot3_waffle"
 GROUPS = f"""groups:

@@ -9,7 +9,8 @@ import pytest
 
 from swarm_common.files.resources import share_directory
 from swarm_common.model.errors import RobotModelError, SwarmError, UnknownNameError
-from swarm_common.robots.loading import load_robot, robot_names
+from swarm_common.robots.loading import load_robot
+from swarm_common.robots.source import robot_names
 
 WAFFLE = (share_directory() / "robots/turtlebot3_waffle/robot.yaml").read_text()
 

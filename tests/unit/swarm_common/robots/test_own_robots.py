@@ -11,7 +11,8 @@ import pytest
 from swarm_common.model.errors import RobotModelError, SwarmError, UnknownNameError
 from swarm_common.model.records import Pose, Twist
 from swarm_common.model.shapes import Hull
-from swarm_common.robots.loading import load_robot, open_robot, robot_names
+from swarm_common.robots.loading import load_robot, open_robot
+from swarm_common.robots.source import robot_names
 from swarm_sim.scene.scene import Scene
 from swarm_sim.world.world import World, WorldConfig
 from tests.fakes.robots import LIMITS, URDF, write_packages

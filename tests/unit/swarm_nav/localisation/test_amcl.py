@@ -13,9 +13,9 @@ from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Odometry, Pose, Scan, Twist, wrap_angle
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.navigator import Navigator
-from swarm_nav.core.localisation_config import LocalisationConfig
+from swarm_nav.core.localisation_config import START_DEVIATION, LocalisationConfig
 from swarm_nav.localisation.amcl import GROWTH, LOOKING_SCANS, STEP, TURN, AmclLocaliser
-from swarm_nav.localisation.localiser import START_DEVIATION, OdometryLocaliser, make_localiser
+from swarm_nav.localisation.localiser import OdometryLocaliser, make_localiser
 from swarm_nav.traffic.robot_state import MARGIN_STEP
 from tests.fakes.navigation import beacon, config, hear, robot_in, room, waffle
 

@@ -18,8 +18,9 @@ from swarm_sim.maps.draw_map import draw_world
 from swarm_sim.maps.raster import draw_on
 from swarm_sim.ros import build
 from swarm_sim.ros.settings import RobotEntry, Settings
-from swarm_sim.scene.section import Section, section_at
+from swarm_sim.scene.section import Section
 from swarm_sim.sdf.reader import load_world, world_names
+from tests.fakes.scenes import section_at
 from tests.unit.swarm_sim.sensing.test_lidar import make_section
 
 

@@ -13,7 +13,8 @@ from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.sites import SpawnArea, SpawnCircle
 from swarm_common.model.zones import KeepoutZone, Zones
 from swarm_common.robots.fleet import load_fleet
-from swarm_common.robots.loading import load_robot, robot_names
+from swarm_common.robots.loading import load_robot
+from swarm_common.robots.source import robot_names
 from swarm_sim.maps.check import check_sites
 from swarm_sim.maps.passages import Ways, check_ways, needed_width
 from swarm_sim.maps.spawn import deal_places
@@ -86,11 +87,10 @@ def test_starts_of_a_fleet_are_checked(tmp_path_factory: pytest.TempPathFactory)
 
 def test_the_document_has_the_widths_that_the_models_need() -> None:
     text = (Path(__file__).parents[4] / "docs" / "robots.md").read_text("utf-8")
-    table = text.split("### Doors")[1].split("\n## ")[0]
+    head, _, *rows = text.split("\n\n")[1].splitlines()
+    column = [name.strip() for name in head.split("|")].index("door [m]")
     told = {
-        name: float(row.split("|")[2])
-        for row in table.splitlines()
-        for name in re.findall(r"`(\w+)`", row)
+        name: float(row.split("|")[column]) for row in rows for name in re.findall(r"`(\w+)`", row)
     }
     assert set(told) == set(robot_names())
     for name, width in told.items():

@@ -10,7 +10,8 @@ import pytest
 
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import Pose, Twist
-from swarm_common.robots.loading import Robot, open_robot, robot_names
+from swarm_common.robots.loading import Robot, open_robot
+from swarm_common.robots.source import robot_names
 from swarm_sim.physics import trial
 from swarm_sim.physics.trial import check_trial
 from swarm_sim.scene.scene import Scene

@@ -9,9 +9,9 @@ import pytest
 
 from swarm_common.model.errors import RobotModelError
 from swarm_common.robots.description import parse_urdf
-from swarm_common.robots.loading import description, load_robot, load_robot_model, robot_names
-from swarm_sim.scene.robot_model import bodies_of
-from swarm_sim.scene.scene import Box, Sphere
+from swarm_common.robots.loading import load_robot, open_robot
+from swarm_common.robots.source import robot_names
+from swarm_sim.scene.scene import Box, Sphere, bodies_of
 from swarm_sim.scene.section import section_between
 
 URDF = """<robot name="r">
@@ -70,7 +70,7 @@ def test_malformed_descriptions_are_refused(old: str, new: str, message: str) ->
 
 @pytest.mark.parametrize("name", robot_names())
 def test_descriptions_agree_with_robot_yaml(name: str) -> None:
-    spec, model = load_robot(name), load_robot_model(name)
+    spec, model = load_robot(name), open_robot(name).model
     scan = model.fixed[spec.lidar.frame]
     np.testing.assert_allclose(scan[:3, 3], [spec.lidar.x, spec.lidar.y, spec.lidar.z], atol=1e-9)
     section = section_between(bodies_of(model), 0.0, 1.0)
@@ -87,14 +87,14 @@ def test_descriptions_agree_with_robot_yaml(name: str) -> None:
 
 
 def test_a_waffle_at_its_scan_height_is_its_puck() -> None:
-    section = section_between(bodies_of(load_robot_model("turtlebot3_waffle")), 0.132, 0.132)
+    section = section_between(bodies_of(open_robot("turtlebot3_waffle").model), 0.132, 0.132)
     np.testing.assert_allclose(section.discs, [[-0.064, 0.0, 0.055]])
     assert not section.polygons
 
 
 def test_a_burger_is_above_a_waffles_scan_plane_and_a_waffle_below_a_burgers() -> None:
     waffle, burger = load_robot("turtlebot3_waffle"), load_robot("turtlebot3_burger")
-    model = load_robot_model("turtlebot3_burger")
+    model = open_robot("turtlebot3_burger").model
     assert burger.circumscribed_radius == pytest.approx(0.124, abs=5e-4)
     seen = section_between(bodies_of(model), waffle.lidar.z, waffle.lidar.z)
     assert len(seen.polygons) == 1  # its box
@@ -106,7 +106,7 @@ def test_a_burger_is_above_a_waffles_scan_plane_and_a_waffle_below_a_burgers() -
 
 @pytest.mark.parametrize("name", ["turtlebot3_waffle", "turtlebot3_burger"])
 def test_other_readers_accept_the_description(name: str) -> None:
-    text = description(name)
+    text = open_robot(name).urdf
     assert "xacro" not in text.split("<robot", 1)[1]
     for link in ("base_footprint", "base_link", "wheel_left_link", "base_scan", "imu_link"):
         assert f'<link name="{link}"' in text
@@ -115,7 +115,7 @@ def test_other_readers_accept_the_description(name: str) -> None:
 def test_a_folder_without_a_description_is_refused(tmp_path: Path) -> None:
     (tmp_path / "robot.yaml").write_text("drive: differential\n")
     with pytest.raises(RobotModelError, match="there is no description beside it"):
-        description(tmp_path)
+        open_robot(tmp_path)
     (tmp_path / "model.urdf.xacro").write_text("<robot><oops></robot>")
     with pytest.raises(RobotModelError, match="xacro cannot expand it"):
-        description(tmp_path)
+        open_robot(tmp_path)

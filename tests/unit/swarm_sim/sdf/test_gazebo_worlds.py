@@ -14,8 +14,9 @@ from swarm_common.model.errors import WorldError
 from swarm_common.model.grid import OCCUPIED
 from swarm_sim.maps.draw_map import draw_world
 from swarm_sim.scene.scene import Body, Hull, Mesh, MeshFile, Scene
-from swarm_sim.scene.section import section_at, section_between
-from swarm_sim.sdf.reader import load_world, read_bodies
+from swarm_sim.scene.section import section_between
+from swarm_sim.sdf.reader import load_world
+from tests.fakes.scenes import read_bodies, section_at
 from tests.unit.swarm_sim.gazebo_package import write_package
 
 BOX = "<collision name='c'><geometry><box><size>1 1 1</size></box></geometry></collision>"

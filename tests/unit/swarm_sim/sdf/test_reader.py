@@ -10,8 +10,9 @@ import pytest
 
 from swarm_common.model.errors import UnknownNameError, WorldError
 from swarm_sim.scene.scene import Box, Cylinder, Sphere, transform_from_xyz_rpy
-from swarm_sim.scene.section import convex_hull, section_at, section_between
-from swarm_sim.sdf.reader import load_world, read_bodies, world_names
+from swarm_sim.scene.section import convex_hull, section_between
+from swarm_sim.sdf.reader import load_world, world_names
+from tests.fakes.scenes import read_bodies, section_at
 
 COLLISION = "<collision name='c'><geometry>{}</geometry></collision>"
 

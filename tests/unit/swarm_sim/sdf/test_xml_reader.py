@@ -11,8 +11,9 @@ from xml.parsers.expat import ExpatError
 import pytest
 
 from swarm_common.model.errors import WorldError
-from swarm_sim.sdf.reader import read_bodies, read_world
+from swarm_sim.sdf.reader import read_world
 from swarm_sim.sdf.xml_reader import read_xml
+from tests.fakes.scenes import read_bodies
 
 BOX = (
     "<model name='b'><static>1</static><pose>2 -1.5 0.5 0 0 0</pose><link name='l'><collision "

@@ -10,11 +10,11 @@ import pytest
 
 from swarm_common.model.records import LidarSpec, Pose
 from swarm_common.robots.loading import load_robot
-from swarm_sim.scene.scene import Scene
 from swarm_sim.scene.section import Section
 from swarm_sim.sdf.reader import load_world
 from swarm_sim.sensing.lidar import LidarGroup
 from swarm_sim.world.world import World, WorldConfig
+from tests.fakes.scenes import section_at
 from tests.oracles import lidar as oracle
 
 NOTHING = Section((), np.zeros((0, 3)), ())
@@ -67,7 +67,7 @@ def test_ranges_equal_those_of_the_slow_twin(seed: int, spec: LidarSpec) -> None
 def test_rays_along_the_axes_hit_the_walls_of_a_room(yaw: float) -> None:
     room = load_world("hall_12")
     spec = LidarSpec(0.0, 0.0, 0.1, range_max=20.0)
-    group = LidarGroup(spec, [0], _section_at(room, 0.1), [NOTHING])
+    group = LidarGroup(spec, [0], section_at(room, 0.1), [NOTHING])
     ranges = group.cast(np.array([[1.0, 2.0, yaw]]))[0]
     walls = [5.0, 4.0, 7.0, 8.0]  # east, north, west, south
     angle = np.arange(360) * spec.angle_increment + yaw
@@ -78,12 +78,6 @@ def test_rays_along_the_axes_hit_the_walls_of_a_room(yaw: float) -> None:
             np.where(north > 0, walls[1], walls[3]) / np.abs(north),
         )
     np.testing.assert_allclose(ranges, expected, rtol=1e-9)
-
-
-def _section_at(scene: Scene, height: float) -> Section:
-    from swarm_sim.scene.section import section_at
-
-    return section_at(scene, height)
 
 
 def test_a_waffle_sees_only_the_puck_of_another_waffle() -> None:

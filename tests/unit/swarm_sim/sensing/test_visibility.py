@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from swarm_common.robots.loading import load_robot, load_robot_model
+from swarm_common.robots.loading import load_robot, open_robot
 from swarm_sim.sensing.visibility import overlooked
 
 BURGER, WAFFLE, TWO, FOUR = (
@@ -13,7 +13,7 @@ BURGER, WAFFLE, TWO, FOUR = (
 
 
 def told(seer: str, other: str, margin: float = 0.26) -> list[str]:
-    models = {other: load_robot_model(other)}
+    models = {other: open_robot(other).model}
     return list(overlooked([load_robot(seer)] * 2, [load_robot(other)] * 2, models, margin))
 
 

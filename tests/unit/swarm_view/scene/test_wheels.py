@@ -9,7 +9,8 @@ import pytest
 import trimesh
 from viser.transforms import SO3
 
-from swarm_common.robots.loading import description, load_robot, robot_names
+from swarm_common.robots.loading import load_robot, open_robot
+from swarm_common.robots.source import robot_names
 from swarm_sim.physics.drive import Wheels
 from swarm_view.scene.bodies import AWAY, Bodies
 from swarm_view.scene.fleet import NEAR_ROBOTS, DrawnFleet
@@ -63,7 +64,7 @@ def mesh_of() -> Callable[[str], RobotMesh]:
 
     def find(name: str) -> RobotMesh:
         if name not in known:
-            known[name] = robot_mesh(description(name))
+            known[name] = robot_mesh(open_robot(name).urdf)
         return known[name]
 
     return find
@@ -115,7 +116,7 @@ def test_only_robots_near_a_camera_cost_more(mesh_of: Callable[[str], RobotMesh]
     scene = Scene()
     fleet = DrawnFleet(scene)  # type: ignore[arg-type]
     names = [f"Srobot{i}" for i in range(1, 41)]
-    fleet.assemble(names, dict.fromkeys(names, description(WAFFLE)))
+    fleet.assemble(names, dict.fromkeys(names, open_robot(WAFFLE).urdf))
     poses = np.column_stack([0.5 * np.arange(40.0), np.zeros(40), np.zeros(40)])
     assert not fleet.look_from([], poses)
     assert not fleet.look_from([np.array([0.0, 0.0, 20.0])], poses)

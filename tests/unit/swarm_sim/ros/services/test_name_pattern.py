@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from swarm_sim.ros.services.name_pattern import LONGEST, NamePattern, PatternError
+from swarm_sim.ros.services.inquiries import LONGEST, NamePattern, PatternError
 
 ATOMS = ("a", "b", ".", "[ab]", "[^a]", "[a-c]", r"\d", "x", r"\.")
 REPEATS = ("*", "+", "?", "{2}", "{1,2}", "{0,3}", "{1,}", "{0}", "**")

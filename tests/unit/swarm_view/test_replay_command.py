@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from swarm_commander.cli import replay_command
 from swarm_common.model.errors import ConfigError
 from swarm_recording.bag import Bag
 from swarm_recording.play_options import PlayOptions, played, topics_to_play
+from swarm_view import replay_command
 from tests.unit.swarm_recording.bags import NOTE, OTHER, notes, split_bag
 
 MESSAGES = notes(40, (NOTE, OTHER))

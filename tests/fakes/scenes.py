@@ -1,0 +1,17 @@
+"""Short ways to what tests ask of a world file."""
+
+from pathlib import Path
+
+from swarm_sim.scene.scene import Body, Scene
+from swarm_sim.scene.section import Section, section_between
+from swarm_sim.sdf.reader import read_world
+
+
+def section_at(scene: Scene, height: float) -> Section:
+    """Return what a horizontal plane at this height [m] cuts, movable bodies at their starts."""
+    return section_between(scene.bodies, height, height)
+
+
+def read_bodies(path: Path) -> list[Body]:
+    """Return the links with collisions of all models in an SDF file, in file order."""
+    return [body for body in read_world(path).bodies if body.parts]
