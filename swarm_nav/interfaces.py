@@ -12,6 +12,7 @@ not count, and the constructor may take 60 s.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -44,15 +45,19 @@ __all__ = [
     "Localiser",
     "NavConfig",
     "Odometry",
+    "OtherRobot",
     "Outcome",
     "Output",
     "PathAhead",
     "PlanError",
     "Pose",
     "Priority",
+    "Proposal",
     "RankedGoal",
     "Reception",
     "RobotSpec",
+    "Rule",
+    "RuleState",
     "Scan",
     "Sites",
     "Status",
@@ -257,6 +262,90 @@ class Priority(Protocol):
 
         Returns:
             From 0 to 2**32 - 1. The built-in one is 2**32 - 1 - last_goal_tick.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """What a rule asks for. Without any of it the robot goes on along the path that it has.
+
+    The arbiter applies the fields in this order.
+
+    Attributes:
+        keep_until: Index of the last path point that stays held; None for all.
+        keep_ahead: Path points ahead of the robot that stay held; None for all.
+        drops_path: Whether the path beyond the stop point is given up.
+        holds_place: Whether only the robot's place stays held.
+        path: (n, 2) [m] in map, to be followed from the stop point on; None for no new one.
+        is_reverse: Whether it is driven backwards; None if the robot chooses that.
+        stands: Whether the robot stops and stays, whatever its path.
+        yaw: [rad] in map to turn to while it stands; None to stand still.
+        most_speed: [m/s] along the path at most.
+        most_rate: [rad/s] of a turn to `yaw` at most.
+        is_final: Whether lower rules are not asked any more.
+    """
+
+    keep_until: int | None = None
+    keep_ahead: int | None = None
+    drops_path: bool = False
+    holds_place: bool = False
+    path: FloatArray | None = None
+    is_reverse: bool | None = None
+    stands: bool = False
+    yaw: float | None = None
+    most_speed: float = math.inf
+    most_rate: float = math.inf
+    is_final: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class OtherRobot:
+    """What is known of a neighbour from its last beacon."""
+
+    robot_id: int
+    pose_map: Pose
+    radius: float  # [m] of the disc that it keeps free, its margin included
+    priority: int
+    blocked_by: int  # id of the robot that it waits for, 0 for none
+
+
+@dataclass(frozen=True, slots=True)
+class RuleState:
+    """What a rule may know of its robot at the present tick."""
+
+    robot_id: int
+    tick: int
+    pose_map: Pose
+    twist: Twist  # in base_footprint
+    radius: float  # [m] of the disc that it keeps free, its margin included
+    priority: int  # as in its last beacon, with what it inherited
+    stop_point_map: tuple[float, float]  # [m], the end of the held space, where paths begin
+    path_map: FloatArray  # (n, 2) [m], from the robot on; the held space first
+    held_points: int  # how many points of that path are held
+    blocked_by: int  # id of the robot that it waits for, 0 for none
+    blocked_ticks: int  # for which it has waited
+    obstacle_ticks: int  # for which something else was in the way
+    others: tuple[OtherRobot, ...]  # the robots that it hears, by id
+
+
+class Rule(Protocol):
+    """Asks for something in each tick; a name in `traffic.rules`. Made as `Rule(spec)`.
+
+    The arbiter asks the rules in the order of that list, and the first final proposal wins.
+    """
+
+    def __init__(self, spec: RobotSpec) -> None:
+        """Start.
+
+        Args:
+            spec: Model of the robot.
+        """
+
+    def propose(self, state: RuleState) -> Proposal | None:
+        """Return what the rule asks for in this tick, None for nothing.
+
+        Args:
+            state: Of the robot, now.
         """
 
 

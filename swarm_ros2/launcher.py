@@ -19,12 +19,11 @@ PROGRAMS = {
         "swarm_commander": f"{MAIN}:commander",
         "swarm_teleop": f"{MAIN}:teleop",
         "swarm_report": f"{MAIN}:report",
-        "swarm_replay": f"{MAIN}:replay",
         "swarm_doctor": f"{MAIN}:doctor",
     },
     "swarm_bench": {"swarm_bench": "swarm_bench.cli:main"},
     "swarm_map": {"swarm_map": "swarm_map.cli:main"},
-    "swarm_view": {"swarm_view": "swarm_view.cli:main"},
+    "swarm_view": {"swarm_view": "swarm_view.cli:main", "swarm_replay": "swarm_view.cli:replay"},
     "swarm_setup": {"swarm_setup": f"{MAIN}:setup"},
 }
 LAUNCH_FILE = "swarm.launch.py"

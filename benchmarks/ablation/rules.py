@@ -1,26 +1,18 @@
 """What each liveness rule and number pays: the same runs with one of them changed.
 
-A rule is switched off, a number is halved and doubled. Numbers are parameters of the navigators, or
-constants of the modules beside the algorithms; these are changed in this process while a run lasts.
-Constants inside numba kernels are compiled in and are not varied. Where the first runs of a row of
-the suite are the same tick for tick, the others are left out.
+A rule is left out of `traffic.rules`, or switched off by its parameter; a number is halved and
+doubled. Where the first runs of a row of the suite are the same tick for tick, the others are left
+out.
 """
 
 from __future__ import annotations
 
-import contextlib
-import functools
-import importlib
 import math
 import statistics
-import sys
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from swarm_bench.halls.halls import run_hall
 from swarm_bench.runs.episode import RunOptions
@@ -29,79 +21,29 @@ from swarm_bench.runs.result import RunResult
 from swarm_bench.suite.summary import mean_interval
 from swarm_common.model.errors import UnknownNameError
 from swarm_nav.core.config import NavConfig, parameter_values
-from swarm_nav.planning.terrain import Terrain
+from swarm_nav.core.plugins import RULE_NAMES
 
 BASE = "as it is"
 PROBES = 3  # runs of a row after which the others are left out if a variant changes nothing
-TRAFFIC, BEHAVIOUR = "swarm_nav.traffic", "swarm_nav.behaviour"
-OBSTACLES = "swarm_nav.perception.dynamic_obstacles"
-_Cache = type(functools.lru_cache(int))
-
-
-def _everywhere(terrain: Terrain, radius: float) -> NDArray[np.bool_]:
-    return np.ones(terrain.lattice.base.shape, np.bool_)
-
-
-def _no_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16]:
-    return np.zeros(terrain.lattice.base.shape, np.int16)
-
-
-def _nothing(*_: Any) -> None:
-    return None
-
-
-def _false(*_: Any) -> bool:
-    return False
-
-
-def _zero(*_: Any) -> int:
-    return 0
-
 
 RULES: Mapping[str, Mapping[str, Any]] = {
-    "push": {"traffic.push_ticks": 10_000},
-    "going on": {f"{TRAFFIC}.right_of_way.clears_way": _false},
-    "refuges in rooms": {f"{TRAFFIC}.right_of_way.rooms": _everywhere},
-    "place of another": {f"{TRAFFIC}.right_of_way.place_of_another": _nothing},
-    "retreat": {f"{TRAFFIC}.right_of_way.retreat_path": _nothing},
-    "patience": {f"{TRAFFIC}.patience.TRIPS": 0},
-    "single lanes": {f"{TRAFFIC}.single_lanes.single_lanes": _nothing},
-    "lease and queue": {
-        "holding.approach_slots": 1000,
-        f"{TRAFFIC}.approach.lane_labels": _no_lanes,
+    **{
+        name: {"traffic.rules": " ".join(other for other in RULE_NAMES if other != name)}
+        for name in ("stop_before_obstacle", "plan_anew", "make_way", "leave", "wait")
     },
-    "queue": {f"{TRAFFIC}.lease.QUEUE_AREA": 0.0},
-    "blind aisle": {f"{TRAFFIC}.approach.blind_aisle": _zero},
-    "capacity of single lanes": {f"{TRAFFIC}.approach.lane_labels": _no_lanes},
-    "inheritance by a lease": {f"{TRAFFIC}.lease.above": _zero},
+    "push": {"traffic.push_ticks": 10_000},
+    "lease": {"holding.approach_slots": 1000},
     "gate": {"holding.gate_density": 0.0},
-    "departure": {f"{TRAFFIC}.departure.parking_path": _nothing},
     "lanes": {"planner.lane_weight": 0.0},
-    "keeping a route": {f"{BEHAVIOUR}.route.KEEP_COST": 0.0},
     "station patience": {"holding.station_patience": 10_000.0},
-    "where somebody walked": {f"{OBSTACLES}.WALKED_TICKS": 0},
-    "waited in vain": {f"{BEHAVIOUR}.route.BARRED_PATIENCE": 1e6},
 }
-"""How each rule is switched off: parameters, and constants or functions of modules."""
+"""How each rule is switched off: the parameters of a swarm without it."""
 
 NUMBERS = (
     "traffic.push_ticks", "traffic.retry_time", "traffic.wait_time", "traffic.stuck_time",
     "holding.request_distance", "holding.hold_distance", "holding.approach_slots",
     "holding.search_distance", "holding.gate_density", "holding.region_density",
     "planner.lane_weight", "planner.lane_width", "planner.replan_period",
-    f"{TRAFFIC}.right_of_way.RETREAT_DISTANCE",
-    f"{TRAFFIC}.right_of_way.INTENT_POINTS", f"{TRAFFIC}.right_of_way.WAY_AHEAD",
-    f"{TRAFFIC}.right_of_way.GAIN",
-    f"{TRAFFIC}.patience.TRIPS",
-    f"{TRAFFIC}.single_lanes.MOUTH", f"{TRAFFIC}.single_lanes.WAY_POINTS",
-    f"{TRAFFIC}.gate.LEAST_AREA", f"{TRAFFIC}.gate.WAY_POINTS", f"{TRAFFIC}.single_lanes.RIM",
-    f"{TRAFFIC}.lease.DETOUR", f"{TRAFFIC}.lease.QUEUE_AREA",
-    f"{TRAFFIC}.approach.MOUTH_GAP", f"{TRAFFIC}.approach.WAITING_GAP",
-    f"{TRAFFIC}.lease.QUEUE_STEP",
-    f"{TRAFFIC}.traffic_costs.PASSING", f"{TRAFFIC}.traffic_costs.STANDING",
-    f"{TRAFFIC}.traffic_costs.BARRED", f"{TRAFFIC}.traffic_costs.TAKEN",
-    f"{BEHAVIOUR}.route.KEEP_COST", f"{BEHAVIOUR}.route.BARRED_PATIENCE",
-    f"{BEHAVIOUR}.route.BARRED_TIME", f"{OBSTACLES}.WALKED_TICKS", f"{TRAFFIC}.gate.SEEN_TICKS",
     "traffic.patience", "holding.station_patience",
 )  # fmt: skip
 
@@ -111,7 +53,7 @@ Key = tuple[str, str, int, int]  # variant, scenario, robots, seed: which run it
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """One rule or number changed; `values` by parameter, or by module and name."""
+    """One rule or number changed; `values` by parameter."""
 
     name: str
     values: Mapping[str, Any] = field(default_factory=dict)
@@ -153,11 +95,7 @@ def variants(only: Sequence[str] = ()) -> list[Variant]:
 
 
 def _usual(name: str) -> float:
-    values = parameter_values(NavConfig())
-    if name in values:
-        return float(values[name]) if isinstance(values[name], float) else int(values[name])
-    module, _, constant = name.rpartition(".")
-    value = getattr(importlib.import_module(module), constant)
+    value = parameter_values(NavConfig())[name]
     assert isinstance(value, int | float)
     return value
 
@@ -167,41 +105,11 @@ def _like(usual: float, value: float) -> float:
 
 
 def run_job(job: AblationJob) -> tuple[str, RunResult]:
-    """Run a job, restore the constants it changed; return the variant's name and the result."""
-    known = parameter_values(NavConfig())
-    parameters = {name: value for name, value in job.variant.values.items() if name in known}
-    constants = {name: value for name, value in job.variant.values.items() if name not in known}
-    options = replace(job.options, parameters={**job.options.parameters, **parameters})
+    """Run a job; return the variant's name and the result."""
+    parameters = {**job.options.parameters, **job.variant.values}
+    options = replace(job.options, parameters=parameters)
     runner: Callable[[RunOptions], RunResult] = run_hall if job.is_hall else run
-    with _changed(constants) if constants else contextlib.nullcontext():
-        return job.variant.name, runner(options)
-
-
-@contextlib.contextmanager
-def _changed(constants: Mapping[str, Any]) -> Iterator[None]:
-    """Within it, modules have other values under these names, and nothing kept of before."""
-    before = []
-    try:
-        for name, value in constants.items():
-            module_name, _, constant = name.rpartition(".")
-            module = importlib.import_module(module_name)
-            before.append((module, constant, getattr(module, constant)))
-            setattr(module, constant, value)
-        _forget()
-        yield
-    finally:
-        for module, constant, value in reversed(before):
-            setattr(module, constant, value)
-        _forget()
-
-
-def _forget() -> None:
-    """Clear the caches of the navigators' modules: what is in there may depend on a constant."""
-    for name, module in list(sys.modules.items()):
-        if name.startswith("swarm_nav."):
-            for value in list(vars(module).values()):
-                if isinstance(value, _Cache):
-                    value.cache_clear()
+    return job.variant.name, runner(options)
 
 
 def key_of(variant: str, result: RunResult) -> Key:

@@ -11,6 +11,7 @@ What a module imports of its folder stands above it:
     charging           When the robot goes to charge, to which station, and until when
     goal_manager       Begins goals, goes from target to target, recovers, and ends them
     route              The route to the current target: when and from where it is replanned
+    plugin_rule        A rule that a user brings, asked among the built-in ones
     rules              The rules in the order in which the arbiter asks them
     plugin_priority    A rule of who goes first that a user brings
     navigator          The brain: observations in, one twist and one beacon per tick out. No I/O

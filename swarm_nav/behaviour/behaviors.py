@@ -9,8 +9,9 @@ import numpy as np
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, Twist, wrap_angle
 from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
+from swarm_nav.interfaces import Proposal
 from swarm_nav.planning.planner import path_length, straight_path
-from swarm_nav.traffic.arbiter import STAND, Proposal
+from swarm_nav.traffic.arbiter import STAND
 from swarm_nav.traffic.robot_state import RobotState
 
 SPIN_DONE = 0.03  # [rad]

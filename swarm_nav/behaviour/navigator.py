@@ -28,7 +28,7 @@ from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.plugin_priority import PluginPriority
-from swarm_nav.behaviour.rules import RULES, Parts
+from swarm_nav.behaviour.rules import Parts, rules_of
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.control.omni import make_controller
 from swarm_nav.core.config import NavConfig
@@ -122,7 +122,7 @@ class Navigator:
             s, self._state_machine, self._goal_manager, self._right,
             Departure(self._gate, self._lease), self._lease, self._gate, self._holding, arbiter,
         )  # fmt: skip
-        self._rules = [make(self._parts) for make in RULES.values()]
+        self._rules = rules_of(self._parts, spec, self._receive_fault)
         self._senses = Senses(s)
         self._deciders = Deciders(
             self._state_machine, self._right, self._lease, self._gate, self._holding, self._senses,

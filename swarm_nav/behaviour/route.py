@@ -11,8 +11,9 @@ from swarm_common.model.records import FloatArray
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.core.goals import ErrorCode, PlanError
+from swarm_nav.interfaces import Proposal
 from swarm_nav.traffic import traffic_costs
-from swarm_nav.traffic.arbiter import Proposal, planned
+from swarm_nav.traffic.arbiter import planned
 from swarm_nav.traffic.lease import SAME_STATION
 from swarm_nav.traffic.robot_state import RobotState
 

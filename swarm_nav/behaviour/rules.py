@@ -1,8 +1,7 @@
 """The rules of one robot, in the order in which the arbiter asks them.
 
 Safety comes first, then service and making way, then admission to stations and narrow regions, and
-last the way to the goal. To do without a rule, leave it out of `RULES`; another one may be added
-by `traffic.rules`.
+last the way to the goal. `traffic.rules` leaves rules out, or adds one that a user brings.
 """
 
 from __future__ import annotations
@@ -13,13 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.records import CONTROL_PERIOD
+from swarm_common.model.records import CONTROL_PERIOD, RobotSpec
 from swarm_nav.behaviour.goal_manager import GoalManager
+from swarm_nav.behaviour.plugin_rule import PluginRule
 from swarm_nav.behaviour.route import Route
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
+from swarm_nav.core.plugins import RULE_NAMES, Report, rule_names
 from swarm_nav.core.states import Event, State
-from swarm_nav.traffic.arbiter import GO_ON, STAND, Arbiter, Proposal, Rule
+from swarm_nav.interfaces import Proposal
+from swarm_nav.traffic.arbiter import GO_ON, STAND, Arbiter, TrafficRule
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.held_space_rules import DropUnused, KeepApart, StopBeforeObstacle
@@ -160,7 +162,7 @@ class Arrive:
         )
 
 
-class Wait:
+class WaitForTurn:
     """Waits before a full region, and for the turn at a station, in the holding pattern."""
 
     def __init__(self, parts: Parts) -> None:
@@ -289,17 +291,25 @@ def _who_is_on_the_station(lease: Lease, robot: RobotState) -> str:
     return f"{name} has not been heard for {silence:.0f} s and may still be on the station"
 
 
-RULES: Mapping[str, Callable[[Parts], Rule]] = {
-    "keep_apart": lambda parts: KeepApart(),
-    "stop_before_obstacle": lambda parts: StopBeforeObstacle(),
-    "plan_anew": PlanAnew,
-    "make_way": MakeWay,
-    "leave": Leave,
-    "behave": Behave,
-    "arrive": Arrive,
-    "wait": Wait,
-    "drive": Drive,
-    "check_progress": CheckProgress,
-}
-"""Name and maker of each rule, by precedence: safety, making way, admission, the way to the goal.
-"""
+MAKERS = (
+    lambda parts: KeepApart(),
+    lambda parts: StopBeforeObstacle(),
+    PlanAnew, MakeWay, Leave, Behave, Arrive, WaitForTurn, Drive, CheckProgress,
+)  # fmt: skip
+RULES: Mapping[str, Callable[[Parts], TrafficRule]] = dict(zip(RULE_NAMES, MAKERS, strict=True))
+"""What makes each built-in rule, in the order in which they are asked."""
+
+
+def rules_of(parts: Parts, spec: RobotSpec, report: Report) -> list[TrafficRule]:
+    """Return the rules that `traffic.rules` names, in its order.
+
+    Args:
+        report: Takes faults of rules that a user brings.
+
+    Raises:
+        ConfigError: If one is missing.
+    """
+    names = rule_names(parts.robot.config.traffic.rules)
+    return [
+        RULES[name](parts) if name in RULES else PluginRule(name, spec, report) for name in names
+    ]

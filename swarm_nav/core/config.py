@@ -149,7 +149,7 @@ PROTOCOL_PARAMETERS = ("traffic.confirmations", "traffic.wanted_length", "traffi
 FIXED_PARAMETERS = (
     *PROTOCOL_PARAMETERS, "localisation.type", "localisation.random_seed",
     "controller.plugin", "planner.plugin", "localiser.plugin", "traffic.priority_plugin",
-    "brain.plugin",
+    "traffic.rules", "brain.plugin",
 )  # fmt: skip
 
 
@@ -171,6 +171,7 @@ class TrafficConfig:
     wait_time: float = 2.0  # [s] before a blocker that drives makes way, or a pusher steps back
     stuck_time: float = 4.0  # [s] without moving before a refuge or a claim is given up
     patience: float = 600.0  # [s] without any progress before a goal is given up
+    rules: str = "all"  # asked in this order: names, or module:Class; all: every built-in one
     priority_plugin: str = "oldest_goal"  # ranks robots: oldest_goal or module:Class
 
     def __post_init__(self) -> None:

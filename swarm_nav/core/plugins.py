@@ -77,6 +77,14 @@ PRIORITY = PluginKind(
     "priority", "traffic.priority_plugin", "priorities",
     {"oldest_goal": "swarm_nav.core.priority:base_priority"}, CONTROL_CODES,
 )  # fmt: skip
+RULE_NAMES = (  # built-in rules by precedence: safety, making way, admission, the way to the goal
+    "keep_apart", "stop_before_obstacle", "plan_anew", "make_way", "leave", "behave", "arrive",
+    "wait", "drive", "check_progress",
+)  # fmt: skip
+RULE = PluginKind(
+    "rule", "traffic.rules", "rules",
+    dict.fromkeys(RULE_NAMES, "swarm_nav.behaviour.rules:RULES"), CONTROL_CODES,
+)  # fmt: skip
 BRAIN = PluginKind(
     "brain", "brain.plugin", "brains",
     {"navigator": "swarm_nav.behaviour.navigator:Navigator"}, CONTROL_CODES,
@@ -94,9 +102,17 @@ def check_plugins(config: NavConfig) -> None:
     for kind in KINDS:
         if kind.is_own(name := values[kind.parameter]):
             _found(kind.parameter, name)
+    for name in rule_names(config.traffic.rules):
+        if RULE.is_own(name):
+            _found(RULE.parameter, name)
+
+
+def rule_names(rules: str) -> tuple[str, ...]:
+    """Return the names that `traffic.rules` lists, separated by blanks or commas."""
+    return RULE_NAMES if rules == "all" else tuple(rules.replace(",", " ").split())
 
 
 @cache  # once per process, before it forks
 def _found(parameter: str, name: str) -> Callable[..., Any]:
-    (kind,) = (kind for kind in KINDS if kind.parameter == parameter)
+    (kind,) = (kind for kind in (*KINDS, RULE) if kind.parameter == parameter)
     return kind.load(name)

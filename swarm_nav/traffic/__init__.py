@@ -16,7 +16,8 @@ What a module imports of its folder stands above it:
     lane_capacity        How many robots with goals on connected single lanes may be there at a time
     conditions           Under which conditions every robot reaches every goal, before a run
     senses               What the robot sees and hears, and whether that is enough to drive on
-    reservation          The claim to space: extends, guards and gives up the held tube
+    arbiter              The only writer of path and held space; what rules propose
+    held_space_rules     Rules that give up held space
     approach             The floor around a station: the way to it, and who else needs that floor
     lease                Leases of stations, in the order of request
     holding              Where a robot waits until it is its turn at a station

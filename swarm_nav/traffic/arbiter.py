@@ -7,13 +7,12 @@ asked. Nothing else changes the path or the held space.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from typing import Protocol
 
 from swarm_common.model.records import FloatArray, Twist
 from swarm_nav.control.controller import Controller
+from swarm_nav.interfaces import Proposal
 from swarm_nav.reservation import tube_kernels
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
@@ -22,45 +21,12 @@ WHY = {tube_kernels.ROBOT: "is in the way", tube_kernels.RIGHT_OF_WAY: "has the 
 COMES = "comes through a single lane"
 
 
-@dataclass(frozen=True, slots=True)
-class Proposal:
-    """What a rule asks for. Without any of it the robot goes on along the path that it has.
-
-    The arbiter applies the fields in this order.
-
-    Attributes:
-        keep_until: Index of the last path point that stays held; None for all.
-        keep_ahead: Path points ahead of the robot that stay held; None for all.
-        drops_path: Whether the path beyond the stop point is given up.
-        holds_place: Whether only the robot's place stays held.
-        path: (n, 2) [m] in map, to be followed from the stop point on; None for no new one.
-        is_reverse: Whether it is driven backwards; None if the robot chooses that.
-        stands: Whether the robot stops and stays, whatever its path.
-        yaw: [rad] in map to turn to while it stands; None to stand still.
-        most_speed: [m/s] along the path at most.
-        most_rate: [rad/s] of a turn to `yaw` at most.
-        is_final: Whether lower rules are not asked any more.
-    """
-
-    keep_until: int | None = None
-    keep_ahead: int | None = None
-    drops_path: bool = False
-    holds_place: bool = False
-    path: FloatArray | None = None
-    is_reverse: bool | None = None
-    stands: bool = False
-    yaw: float | None = None
-    most_speed: float = math.inf
-    most_rate: float = math.inf
-    is_final: bool = True
-
-
 GO_ON = Proposal()
 STAND = Proposal(stands=True)
 DROP_PATH = Proposal(drops_path=True)
 
 
-class Rule(Protocol):
+class TrafficRule(Protocol):
     """One rule of the table; it reads the robot's state and changes nothing but its own."""
 
     def propose(self, robot: RobotState) -> Proposal | None:
@@ -104,7 +70,7 @@ class Arbiter:
         self.winner = GO_ON
         self._retracted_tick = self._retracting_since = -1000
 
-    def decide(self, rules: Iterable[Rule]) -> None:
+    def decide(self, rules: Iterable[TrafficRule]) -> None:
         """Ask the rules in their order, and apply what they propose, up to a final proposal."""
         self.winner = GO_ON
         for rule in rules:

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
 from swarm_nav.core.priority import OUT_OF_LANES, above
+from swarm_nav.interfaces import Proposal
 from swarm_nav.traffic import gate_kernels, traffic_costs
-from swarm_nav.traffic.arbiter import Proposal
 from swarm_nav.traffic.gate import Gate, is_inside
 from swarm_nav.traffic.holding import ARRIVED, parking_path
 from swarm_nav.traffic.lease import Lease

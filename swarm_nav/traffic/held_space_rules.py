@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from swarm_nav.interfaces import Proposal
 from swarm_nav.reservation import tube_kernels
-from swarm_nav.traffic.arbiter import Proposal
 from swarm_nav.traffic.robot_state import RobotState
 
 GROWTH_SLACK = 0.06  # [m] by which tubes are nearer than both radii without any growth

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from swarm_common.model.beacon import FLAG_CIRCUIT
 from swarm_common.model.records import FloatArray
 from swarm_nav.core.goals import PlanError
+from swarm_nav.interfaces import Proposal
 from swarm_nav.planning.planner import path_length
 from swarm_nav.planning.terrain import HALL_DISTANCE
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.approach import PARKING_DISTANCE
-from swarm_nav.traffic.arbiter import Proposal
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.traffic_costs import PARKING_GAP
 

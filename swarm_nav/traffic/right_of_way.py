@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 
 from swarm_common.model.beacon import MODE_YIELD
 from swarm_common.model.records import FloatArray, Mask
+from swarm_nav.interfaces import Proposal
 from swarm_nav.planning import path_cost_kernels
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.reservation.tube_kernels import INTENT_SPACING, PRIORITY_LENGTH
 from swarm_nav.traffic import traffic_costs
-from swarm_nav.traffic.arbiter import DROP_PATH, Proposal, planned
+from swarm_nav.traffic.arbiter import DROP_PATH, planned
 from swarm_nav.traffic.gate import is_inside
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import FORESIGHT

@@ -9,7 +9,8 @@ from swarm_nav.behaviour.behaviors import Behavior
 from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.route import Route
 from swarm_nav.control.controller import Controller
-from swarm_nav.traffic.arbiter import Arbiter, Proposal
+from swarm_nav.interfaces import Proposal
+from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.held_space_rules import KeepApart, StopBeforeObstacle
 from swarm_nav.traffic.holding import HoldingPattern

@@ -23,7 +23,8 @@ from swarm_nav.core.config import (
     config_from_parameters,
 )
 from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
-from swarm_nav.core.plugins import KINDS, check_plugins
+from swarm_nav.core.plugins import KINDS, RULE_NAMES, check_plugins
+from swarm_nav.interfaces import Proposal, RuleState
 from swarm_nav.planning.plugin_planner import planner_maker
 from swarm_nav.reservation.tube import Tube
 from swarm_nav.ros.settings import parse_node_settings
@@ -217,3 +218,40 @@ def test_whatever_a_controller_answers_the_command_is_within_the_limits(
     assert abs(chosen.wz) <= 1.82 + 1e-9
     if held == 0:
         assert chosen.vx == 0.0
+
+
+class Stand:
+    def __init__(self, spec: object) -> None:
+        pass
+
+    def propose(self, state: RuleState) -> Proposal | None:
+        return Proposal(stands=True) if state.tick < 100 else None
+
+
+class Wrong(Stand):
+    def propose(self, state: RuleState) -> Any:
+        return Proposal(path=np.full((3, 2), np.nan))
+
+
+def with_rule(name: str) -> Squad:
+    robots = squad({})
+    rules = " ".join(("keep_apart", f"{__name__}:{name}", *RULE_NAMES[1:]))
+    config = config_from_parameters({"traffic.rules": rules})
+    robots.robots[0] = make_brain(config, waffle(), ROOM, Sites(), 1, STARTS[0])  # type: ignore[call-overload]
+    robots.send(0, Pose(5.0, 2.0, 0.0))
+    return robots
+
+
+def test_an_own_rule_is_asked_among_the_others() -> None:
+    robots = with_rule("Stand")
+    robots.run(99)
+    assert robots.bodies[0].pose.distance(STARTS[0]) < 0.05
+    robots.run_until(lambda: robots.ended(0), 600)
+    assert robots.ended(0)[0].outcome is Outcome.SUCCEEDED
+
+
+def test_a_rule_that_proposes_nonsense_ends_the_goal() -> None:
+    robots = with_rule("Wrong")
+    robots.run(60)
+    (end,) = robots.ended(0)
+    assert "off the map" in end.message

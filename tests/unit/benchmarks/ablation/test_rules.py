@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
 from collections import Counter
 from typing import Any
 
-import numpy as np
 import pytest
 
 from benchmarks.__main__ import load
@@ -27,11 +25,8 @@ from benchmarks.ablation.rules import (
 from swarm_bench.runs.result import RunResult
 from swarm_bench.suite.selection import select
 from swarm_common.model.errors import ConfigError, UnknownNameError
-from swarm_common.model.records import Pose
-from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
-from swarm_nav.traffic import right_of_way
-from swarm_nav.traffic.single_lanes import single_lanes
-from tests.fakes.navigation import robot_in, room
+from swarm_nav.core.config import config_from_parameters
+from swarm_nav.core.plugins import RULE_NAMES, check_plugins
 from tests.fakes.results import result
 
 
@@ -45,52 +40,22 @@ def test_each_rule_is_off_once_and_each_number_halved_and_doubled() -> None:
         variants(["gat"])
 
 
-def test_what_is_changed_exists_and_navigators_take_it() -> None:
-    known = parameter_values(NavConfig())
+def test_navigators_take_every_variant() -> None:
     for variant in variants():
-        config_from_parameters({k: v for k, v in variant.values.items() if k in known})
-        for name in variant.values.keys() - known.keys():
-            module, _, constant = name.rpartition(".")
-            assert hasattr(importlib.import_module(module), constant), name
+        config = config_from_parameters(dict(variant.values))
+        check_plugins(config)
+    without = dict(variants(["make_way"])[1].values)["traffic.rules"]
+    assert set(RULE_NAMES) - set(without.split()) == {"make_way"}
 
 
-def test_constants_are_changed_while_a_run_lasts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_gets_the_parameters_of_its_variant(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Any] = []
-
-    def run(options: Any) -> str:
-        seen.append((right_of_way.RETREAT_DISTANCE, options.parameters))
-        return "done"
-
-    monkeypatch.setattr(ablation, "run", run)
-    values = {"swarm_nav.traffic.right_of_way.RETREAT_DISTANCE": 9.0, "traffic.push_ticks": 7}
-    job = AblationJob(Variant("both", values), select("circle", [8], [0])[0], is_hall=False)
-    before = right_of_way.RETREAT_DISTANCE
-    assert run_job(job) == ("both", "done")
-    assert seen == [(9.0, {"traffic.push_ticks": 7})]
-    assert before == right_of_way.RETREAT_DISTANCE
-
-
-def test_what_the_navigators_keep_is_made_anew_with_other_constants(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Labels of passages were kept from the run before, so that their mouth could not be varied."""
-    s = robot_in(room(8.0, 8.0, (4.0, 0.0, 4.2, 3.6), (4.0, 4.4, 4.2, 8.0)), Pose(2.0, 4.0, 0.0))
-    sizes = []
-
-    def run(options: Any) -> str:
-        labels = single_lanes(s.terrain, s.radius)
-        assert labels is not None
-        sizes.append(np.count_nonzero(labels))
-        return "done"
-
-    monkeypatch.setattr(ablation, "run", run)
-    options = select("circle", [8], [0])[0]
-    for variant in variants(["swarm_nav.traffic.single_lanes.MOUTH"]):
-        run_job(AblationJob(variant, options, is_hall=False))
-    usual, halved, doubled = sizes
-    assert halved < usual < doubled
-    assert run_job(AblationJob(Variant(BASE), options, is_hall=False)) == (BASE, "done")
-    assert sizes[-1] == usual
+    monkeypatch.setattr(ablation, "run", lambda options: seen.append(options.parameters))
+    job = AblationJob(
+        Variant("one", {"traffic.push_ticks": 7}), select("circle", [8], [0])[0], False
+    )
+    assert run_job(job) == ("one", None)
+    assert seen == [{"traffic.push_ticks": 7}]
 
 
 def test_runs_are_compared_seed_by_seed() -> None:
@@ -108,21 +73,21 @@ def test_runs_are_compared_seed_by_seed() -> None:
 
 def test_rows_in_which_a_variant_changes_nothing_are_left_after_the_first_runs() -> None:
     rows = [*select("circle", [8], range(5)), *select("doorway", [], range(5))]
-    jobs = jobs_of(variants(["gate", "going on"]), rows, [])
+    jobs = jobs_of(variants(["gate", "push"]), rows, [])
     assert len(missing(jobs_of(variants(["gate"]), [], rows), [])) == 2 * len(rows)  # as halls
     first = missing(jobs, [])
     assert Counter(job.key[:2] for job in first) == {
         (BASE, "circle"): 5, (BASE, "doorway"): 5, ("gate off", "circle"): PROBES,
-        ("gate off", "doorway"): PROBES, ("going on off", "circle"): PROBES,
-        ("going on off", "doorway"): PROBES,
+        ("gate off", "doorway"): PROBES, ("push off", "circle"): PROBES,
+        ("push off", "doorway"): PROBES,
     }  # fmt: skip
     done = []
     for name, scenario, robots, seed in (job.key for job in first):
-        differs = (name, scenario, seed) == ("going on off", "doorway", 2)
+        differs = (name, scenario, seed) == ("push off", "doorway", 2)
         found = result(scenario=scenario, robots=robots, seed=seed, trajectory_sha256=f"{differs}")
         done.append((name, found))
     later = missing(jobs, done)
-    assert [job.key[:2] for job in later] == [("going on off", "doorway")] * (5 - PROBES)
+    assert [job.key[:2] for job in later] == [("push off", "doorway")] * (5 - PROBES)
     done += [(job.key[0], result(scenario="doorway", seed=job.key[3], robots=12)) for job in later]
     assert not missing(jobs, done)
     assert "| the same run | the same run |" in ablation_markdown(done).splitlines()[-2]
