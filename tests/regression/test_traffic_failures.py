@@ -21,7 +21,7 @@ from swarm_nav.reservation import tube_kernels
 from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.held_space_rules import DropUnused
 from swarm_nav.traffic.lease import Lease
-from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
+from swarm_nav.traffic.right_of_way import RightOfWay, refuge_path, way_of
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
 from tests.fakes import aisle, doorway
@@ -488,6 +488,6 @@ def test_refuge_search_is_deterministic() -> None:
     for _ in range(2):
         s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
         hear(s, beacon(2, 3.3, 4.0, intent=[(3.3 + 0.1 * k, 4.0) for k in range(20)]))
-        paths.append(refuge_path(s, way_of(s, 0), s.reach(0) + REFUGE_MARGIN, HIGH - 1))
+        paths.append(refuge_path(s, s.stop_point, way_of(s, 0), s.reach(0), HIGH - 1))
     assert paths[0] is not None
     assert np.array_equal(paths[0], paths[1])

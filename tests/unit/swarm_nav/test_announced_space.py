@@ -112,7 +112,7 @@ class Trial:
                 self.crate = pose.x + far * math.cos(angle), pose.y + far * math.sin(angle)
                 self.until["crate"] = tick + 20
             case "replan":
-                self.robot._replan()
+                self.robot._goal_manager.replan()
         return what
 
     def worst(self, ticks: int) -> tuple[float, int, list[str]]:
