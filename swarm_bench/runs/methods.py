@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 
 from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import Reception
-from swarm_common.model.errors import UnknownNameError
+from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Odometry, Pose, RobotSpec, Scan
 from swarm_common.model.sites import Sites
@@ -104,13 +104,16 @@ def load_method(name: str) -> Method:
     """Return a method by name.
 
     Args:
-        name: One of `METHODS`.
+        name: One of `METHODS`, or `module:Class` of one's own.
 
     Raises:
         UnknownNameError: If there is none.
     """
-    if name not in METHODS:
+    module, colon, attribute = METHODS.get(name, name).partition(":")
+    if not colon:
         raise UnknownNameError("method", name, METHODS)
-    module, _, attribute = METHODS[name].partition(":")
-    method: Method = getattr(importlib.import_module(module), attribute)
+    try:
+        method: Method = getattr(importlib.import_module(module), attribute)
+    except (ImportError, AttributeError) as error:
+        raise ConfigError(f"method '{name}' cannot be imported: {error}") from error
     return method

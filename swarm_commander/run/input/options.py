@@ -42,6 +42,7 @@ class UpOptions:
     realistic: bool = False  # sensors that err, and AMCL
     drive: str | None = None  # one of DRIVES; None: the engine in the world's parameters
     speed: float | None = None  # times real time; None for as fast as possible
+    paused: bool = False  # whether time passes by steps only; from programs
     free_run: bool = False
     pack: int = 1
     until_done: bool = False

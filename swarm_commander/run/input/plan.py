@@ -157,6 +157,7 @@ class RunPlan:
             "seed": options.seed,
             "realistic": options.realistic,
             "speed": "max" if options.speed is None else options.speed,
+            **({"paused": True} if options.paused else {}),
             "free_run": options.free_run,
             "duration": options.duration,
             "verdict_path": str(verdict),

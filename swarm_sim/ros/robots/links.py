@@ -107,6 +107,7 @@ class RobotLink:
         )
         self._commands = self._subscribe(node, kind, "cmd_vel")
         self._beacons = self._subscribe(node, Beacon, "beacon")
+        self.wants_truth = False
         self.poll_viewers()
 
     def _create_publishers(self, node: Node, gallery: Node, space: str) -> None:
@@ -164,14 +165,19 @@ class RobotLink:
         self._description.publish(String(data=urdf))
         self._tf_static.publish(TFMessage(transforms=fixed_transforms(self._joints)))
 
-    def poll_viewers(self) -> None:
-        """See which of the topics that only viewers need have a subscriber."""
+    def poll_viewers(self) -> bool:
+        """See which topics for viewers have a subscriber; return whether the truth has its first.
+
+        The truth of a world that is held is published again for them.
+        """
         if self.is_gone:
-            return
+            return False
+        had_truth = self.wants_truth
         self.wants_truth = self._truth.get_subscription_count() > 0
         self.wants_imu = self._imu.get_subscription_count() > 0
         self.wants_joints = self._joint_states.get_subscription_count() > 0
         self.wants_tf = self._tf.get_subscription_count() > 0
+        return self.wants_truth and not had_truth
 
     def destroy(self) -> None:
         """Withdraw all topics: the robot is not there any more."""

@@ -245,10 +245,9 @@ class Links:
                 if link.wants_truth:
                     link.publish_truth(*truth)
 
-    def poll_viewers(self) -> None:
-        """See which of the topics that only viewers need have a subscriber."""
-        for link in self._links:
-            link.poll_viewers()
+    def poll_viewers(self) -> bool:
+        """See which topics for viewers have a subscriber; return whether there is a new one."""
+        return any([link.poll_viewers() for link in self._links])
 
     def check_foreign_publishers(self) -> None:
         """Look for foreign publishers on topics of robots; a few robots at each call."""
