@@ -15,6 +15,7 @@ Modules, lower ones first:
     bench          All in this process, without ROS
     child          The process that runs a swarm for a program
     graph          A process for each robot, seen over ROS
+    external       A robot that a node of one's own drives
     robot          One robot
     picture        Map, paths and stations by matplotlib
     swarm          A swarm, on the bench or as processes
@@ -28,7 +29,8 @@ from __future__ import annotations
 from swarm_bench.runs.scenario import Scenario
 from swarm_commander.run.input.options import UpOptions
 from swarm_common.model.errors import SwarmError
-from swarm_common.model.records import Pose
+from swarm_common.model.records import Pose, Twist
+from swarm_workbench.external import ExternalRobot, Sensed
 from swarm_workbench.goal import Goal, GoalResult
 from swarm_workbench.place import Pixel
 from swarm_workbench.report import Report
@@ -39,6 +41,7 @@ from swarm_workbench.trajectories import Trajectories
 from swarm_workbench.world import World, load_world
 
 __all__ = [
+    "ExternalRobot",
     "Goal",
     "GoalResult",
     "Pixel",
@@ -46,9 +49,11 @@ __all__ = [
     "Report",
     "Robot",
     "Scenario",
+    "Sensed",
     "Swarm",
     "SwarmError",
     "Trajectories",
+    "Twist",
     "UpOptions",
     "World",
     "load_robot",

@@ -12,7 +12,7 @@ import numpy as np
 from swarm_bench.runs.episode import Episode, RunOptions, build, robot_named
 from swarm_bench.runs.harness import Harness, InjectedFaults
 from swarm_common.model.errors import ConfigError, SwarmError
-from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan, Twist
 from swarm_nav.core.goals import Goal as NavGoal
 from swarm_nav.core.goals import GoalEnded, GoalKind, Output, Status
 from swarm_sim.world.world import Observation
@@ -36,8 +36,18 @@ class _Stepped(Harness):
         self._think()
         return True
 
+    def die(self, robot: int) -> None:
+        """Let a robot do and say nothing from the next tick on; its goals fail."""
+        self._dead.add(robot)
+        self._twists[robot], self._sent[robot] = Twist(), None
+        for (owner, _), goal in self.goals.items():
+            if owner == robot:
+                goal.settle("aborted", "its navigator died", self.stage.world.tick)
+
     def set_goal(self, robot: int, goal: Goal, order: Mapping[str, Any]) -> None:
         """Send a goal; it takes effect at the next tick."""
+        if robot in self._dead:
+            raise SwarmError(f"the navigator of {goal.robot} is dead; it takes no goals")
         self._goal_ids[robot] += 1
         self.goals[robot, self._goal_ids[robot]] = goal
         self.stage.drivers[robot].set_goal(NavGoal(goal_id=self._goal_ids[robot], **order))
@@ -90,6 +100,7 @@ class BenchEngine:
         self._world = stage.world
         self._is_closed = False
         self.url = ""
+        self.domain: int | None = None
         self._true: list[FloatArray] = []
         self._estimated: list[FloatArray] = []
         self._record()
@@ -157,6 +168,10 @@ class BenchEngine:
         if cancel is None:
             raise SwarmError(f"a {type(driver).__name__} cannot cancel goals; send another one")
         cancel()
+
+    def fail(self, robot: int) -> None:
+        """Let a robot do and say nothing from now on."""
+        self._harness.die(robot)
 
     def report(self) -> Report:
         """Return the figures so far."""

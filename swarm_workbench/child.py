@@ -10,22 +10,22 @@ import pickle
 import signal
 import sys
 import threading
-from typing import BinaryIO
 
 from swarm_commander.cli.main import run_app
 from swarm_commander.run.input.options import UpOptions
 
 
-def _end_with(program: BinaryIO) -> None:
-    """End this process as Ctrl-C would when the program at the other end is gone."""
-    program.read()
+def _end_with(program: int) -> None:
+    """End this process as Ctrl-C would when the program at the other end of a pipe is gone."""
+    os.read(program, 1)  # no buffered stream: one that is locked aborts an interpreter that ends
     os.kill(os.getpid(), signal.SIGINT)
 
 
 def main() -> int:
     """Run the swarm; return the exit code of `swarm-up`."""
     options: UpOptions = pickle.load(sys.stdin.buffer)
-    threading.Thread(target=_end_with, args=(sys.stdin.buffer,), daemon=True).start()
+    del sys.argv[1:]  # the folder of the run, for people who list processes
+    threading.Thread(target=_end_with, args=(sys.stdin.fileno(),), daemon=True).start()
 
     import typer
 

@@ -23,6 +23,7 @@ class Engine(Protocol):
     sites: Sites
     folder: Path | None
     url: str  # of the viewer; empty without one
+    domain: int | None  # ROS domain; None without ROS
 
     @property
     def tick(self) -> int:
@@ -55,6 +56,9 @@ class Engine(Protocol):
 
     def cancel(self, robot: int, goal: Goal) -> None:
         """Cancel a robot's goal."""
+
+    def fail(self, robot: int) -> None:
+        """Let a robot's navigator die for good."""
 
     def report(self) -> Report:
         """Return the figures so far."""

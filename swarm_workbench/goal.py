@@ -18,12 +18,19 @@ class GoalTimeoutError(SwarmError):
 
 @dataclass(frozen=True, slots=True)
 class GoalResult:
-    """How a goal ended; true if it was reached."""
+    """How a goal ended; true if it was reached.
 
-    outcome: str  # succeeded, aborted or canceled
-    reason: str  # why it was not reached; empty if it was
-    time: float  # [s] of simulated time at which it ended
-    duration: float  # [s] from when it was sent
+    Attributes:
+        outcome: succeeded, aborted or canceled.
+        reason: Why it was not reached; empty if it was.
+        time: [s] of simulated time at which it ended.
+        duration: [s] from when it was sent.
+    """
+
+    outcome: str
+    reason: str
+    time: float
+    duration: float
 
     def __bool__(self) -> bool:
         return self.outcome == "succeeded"
@@ -98,8 +105,8 @@ class Goal:
     def settle(self, outcome: str, reason: str, tick: int) -> None:
         """Record its end; called by the engine."""
         if self.result is None:
-            time = tick * CONTROL_PERIOD
-            self.result = GoalResult(outcome, reason, time, time - self._start * CONTROL_PERIOD)
+            time, duration = (round(n * CONTROL_PERIOD, 3) for n in (tick, tick - self._start))
+            self.result = GoalResult(outcome, reason, time, duration)
 
     def __repr__(self) -> str:
         state = self.result.outcome if self.result else "under way"

@@ -85,6 +85,7 @@ class GraphEngine:
         parameters: Mapping[str, Any],
         run_dir: Path | None,
         viewer: bool,
+        external: tuple[str, ...],
     ) -> None:
         """Start it, and wait until every robot takes goals; the world stands at tick 0.
 
@@ -121,6 +122,7 @@ class GraphEngine:
                 viewer=viewer,
                 port=port,
                 paused=True,
+                external=external,
                 page=False,
             )
             plan = check_plan(options)
@@ -130,7 +132,7 @@ class GraphEngine:
             self.sites = plan.sites
             self.names: Sequence[str] = options.robot_names
             self.specs: Sequence[RobotSpec] = [member.spec for member in plan.fleet.members]
-            self.domain = _free_domain()
+            self.domain: int | None = _free_domain()
             self._is_closed = False
             self._console = tempfile.TemporaryFile()
             self._child: subprocess.Popen[bytes] | None = None
@@ -138,7 +140,7 @@ class GraphEngine:
             _running.add(self)
             try:
                 self._child = self._start_child(options)
-                self._view = _View(self.domain, self.names)
+                self._view = _View(self.domain or 0, self.names)
                 self._wait_until_active(plan.alive)
                 self.grid = load_map(self._folder / "trace" / MAP_FILE)
             except BaseException:
@@ -149,7 +151,7 @@ class GraphEngine:
 
     def _start_child(self, options: UpOptions) -> subprocess.Popen[bytes]:
         child = subprocess.Popen(
-            start.command("swarm_workbench.child"),
+            start.command("swarm_workbench.child", str(self._folder)),
             stdin=subprocess.PIPE,
             stdout=self._console,
             stderr=subprocess.STDOUT,
@@ -164,7 +166,7 @@ class GraphEngine:
     def _wait_until_active(self, alive: Sequence[str]) -> None:
         view = self._checked_view()
         deadline = time.monotonic() + START_LIMIT
-        numbers = [self.names.index(name) for name in alive]
+        view.alive = numbers = [self.names.index(name) for name in alive]
         while not view.do(lambda: all(map(view.is_active, numbers))):
             self._check_child()
             if time.monotonic() > deadline:
@@ -266,6 +268,8 @@ class GraphEngine:
     def _send(self, robot: int, goal: Goal, kind: Any, message: Any) -> None:
         self._check_child()
         view = self._checked_view()
+        if robot not in view.alive:
+            raise ConfigError(f"{goal.robot} is external: the node that drives it has its goals")
         task = view.do(partial(view.send, robot, goal, kind, message))
         deadline = time.monotonic() + ANSWER_LIMIT
         while not task.is_accepted:
@@ -279,6 +283,12 @@ class GraphEngine:
         self._check_child()
         view = self._checked_view()
         view.do(partial(view.cancel, robot))
+
+    def fail(self, robot: int) -> None:
+        """Refuse; processes die in their own ways."""
+        raise ConfigError(
+            f"fail() of {self.names[robot]} is for the bench; here, end its process with kill"
+        )
 
     # Results
 
@@ -327,7 +337,7 @@ class GraphEngine:
         finally:
             if self._view is not None:
                 self._view.close()
-            _taken.discard(self.domain)
+            _taken.difference_update({self.domain})
             with contextlib.suppress(OSError):
                 self._console.seek(0)
                 (self._folder / LOG_FILE).write_bytes(self._console.read())
@@ -338,6 +348,7 @@ class _View:
     """What one node sees of a swarm; its own thread spins it.
 
     Attributes:
+        alive: Indices of the robots that have a navigator of ours.
         tick: That the world has reached, as `GraphEngine.advance` knows it.
         changed: Set when something was heard.
         statuses: Latest of each robot; idle before the first.
@@ -360,6 +371,7 @@ class _View:
         from swarm_common.middleware.cdr import OdometryReader
 
         self.tick = 0
+        self.alive: Sequence[int] = ()
         self.changed = threading.Event()
         self.verdict: Any = None
         self.statuses: list[Any] = [RobotStatus(robot=name, state="idle") for name in names]

@@ -28,8 +28,6 @@ class Report:
 
     Attributes:
         sim_time: [s].
-        goals_reached: By all robots.
-        goals_failed: Likewise.
         robot_robot: Contact episodes between robots.
         robot_world: Contact episodes with walls, obstacles and people.
         near_misses: Episodes closer than 0.03 m without contact.

@@ -90,6 +90,10 @@ class Robot:
         engine.send(self._index, goal, fields)
         return goal
 
+    def fail(self) -> None:
+        """Let its navigator die, on the bench: it stands, and says nothing any more."""
+        self._engine().fail(self._index)
+
     def _cancel(self, goal: Goal) -> None:
         self._engine().cancel(self._index, goal)
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.result import RunResult
@@ -12,7 +15,12 @@ from swarm_common.robots import loading
 
 
 def run_scenario(
-    scenario: str | Scenario, *, robots: int | None = None, seed: int = 0, brain: str = "ours"
+    scenario: str | Scenario,
+    *,
+    robots: int | None = None,
+    seed: int = 0,
+    brain: str = "ours",
+    parameters: Mapping[str, Any] | None = None,
 ) -> RunResult:
     """Run a scenario on the bench to its end.
 
@@ -20,13 +28,18 @@ def run_scenario(
         scenario: Its name or file, or a `Scenario`.
         robots: Number of robots; None for the scenario's first.
         brain: What decides for each robot: ours, dwa, orca, or `module:Class`.
+        parameters: Of the navigators by dotted name, in place of the defaults.
 
     Raises:
         SwarmError: If a file or a value is unusable.
     """
     chosen = load_scenario(scenario) if isinstance(scenario, str) else scenario
     count = chosen.robots[0] if robots is None else robots
-    return run(RunOptions(scenario=chosen, robots=count, seed=seed, method=brain))
+    return run(
+        RunOptions(
+            scenario=chosen, robots=count, seed=seed, method=brain, parameters=parameters or {}
+        )
+    )
 
 
 def load_robot(model: str) -> RobotSpec:

@@ -54,6 +54,7 @@ class Swarm:
         parameters: Mapping[str, Any] | None = None,
         run_dir: str | Path | None = None,
         viewer: bool = False,
+        external: Sequence[str] = (),
     ) -> None:
         """Describe a swarm; `start` or the `with` block starts it.
 
@@ -72,12 +73,15 @@ class Swarm:
             parameters: Of the navigators by dotted name, in place of the defaults.
             run_dir: Folder of the run; None for a new one in runs/. Not on the bench.
             viewer: Whether `show` is going to be used. Not on the bench.
+            external: Names of robots that an `ExternalRobot` each drives. Not on the bench.
 
         Raises:
             SwarmError: If options exclude each other.
         """
-        if bench and (viewer or speed is not None or run_dir is not None):
-            raise ConfigError("viewer, speed and run_dir are for processes; leave out bench=True")
+        if bench and (viewer or external or speed is not None or run_dir is not None):
+            raise ConfigError(
+                "viewer, speed, run_dir and external are for processes; leave out bench=True"
+            )
         if not bench and brain != "ours":
             raise ConfigError(
                 f"brain '{brain}' runs on the bench: add bench=True; a node of your own is driven"
@@ -89,6 +93,7 @@ class Swarm:
         self._count, self._robot, self._fleet, self._mission = robots, robot, fleet, mission
         self._seed, self._brain, self._drive, self._speed = seed, brain, drive, speed
         self._realistic, self._parameters = realistic, dict(parameters or {})
+        self._external = tuple(external)
         self._run_dir, self._has_viewer, self._is_bench = run_dir, viewer, bench
         self._engine: Engine | None = None
         self._places: Places | None = None
@@ -177,6 +182,7 @@ class Swarm:
             parameters=self._parameters,
             run_dir=Path(self._run_dir) if self._run_dir is not None else None,
             viewer=self._has_viewer,
+            external=self._external,
         )
 
     # Robots
@@ -265,6 +271,11 @@ class Swarm:
         if self._engine is None and self._last_report is not None:
             return self._last_report
         return self._running().report()
+
+    @property
+    def domain(self) -> int | None:
+        """ROS domain of the swarm; None on the bench."""
+        return self._running().domain
 
     @property
     def folder(self) -> Path | None:

@@ -110,7 +110,9 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
     report |= {"exit_code": code, "failures": list(run.failures)}
     report["incidents"] = list(run.incidents)
-    report["broken"] = [n for n in plan.options.robot_names if n not in plan.alive]
+    report["broken"] = list(plan.overrides.world.broken_map)
+    if external := plan.options.driven_by_users:
+        report["external"] = list(external)
     report |= _measures(folder, report)
     if problem := write_report(folder.report, report):
         code = COMPONENT_FAILED

@@ -32,6 +32,7 @@ class RobotEntry:
     # where its group starts: name of a spawn, or one of its own; empty for the default
     start: str | Spawn = ""
     battery: BatterySpec | None = None  # None: that of its model, if any
+    external: bool = False  # whether a node of the user drives it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,11 +118,12 @@ def _parse_robot(
     broken_at: Sequence[float] | None = None,
     start: object = "",
     battery: object = None,
+    external: bool = False,
 ) -> RobotEntry:
     spot = None if broken_at is None else Pose(*broken_at)
     own = start if isinstance(start, str) else parse_spawn(start, f"start of {name}")
     supply = None if battery is None else parse_battery(battery, f"battery of {name}")
-    return RobotEntry(name, model, spot, own, supply)
+    return RobotEntry(name, model, spot, own, supply, external)
 
 
 def read_settings(path: str | Path) -> Settings:

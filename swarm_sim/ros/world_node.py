@@ -329,7 +329,7 @@ class WorldNode:
             self._obey(command)
         self._rejections.tell(now)
         self._poll_clock_listeners()
-        if self._links.poll_viewers() and self._state.is_held:  # else the next tick shows them
+        if self._links.poll_viewers() and self._observations:  # this tick may last
             self._links.publish_for_viewers(self._observations, self._world)
         self._links.check_foreign_publishers()
         self._scenery.poll_viewers(self._tick)

@@ -45,6 +45,7 @@ class Links:
             is_large: Whether the topics are spread over hubs, see `participants`.
         """
         self._settings = settings
+        self._external = {robot.name for robot in settings.robots if robot.external}
         self._number_of = settings.names.number_of
         self._barrier = barrier
         self._foreigners = foreigners
@@ -93,6 +94,7 @@ class Links:
             record_answer,
             self._foreigners,
             self._world.errors_of(spec),
+            is_external=name in self._external,
         )
         if robot < len(self._links):
             self._links[robot] = link
@@ -217,6 +219,8 @@ class Links:
                 continue
             before = link.newest_tick
             link.receive_answers()
+            if link.is_unstamped:
+                self._barrier.excuse(robot)
             if link.newest_tick > before and 0 < link.lag <= KEEPS_UP:
                 self._barrier.hear(robot)
 
@@ -224,7 +228,10 @@ class Links:
         """Return command and beacon of each robot; a robot that did not answer in time stops."""
         commands = [link.fresh_command() for link in self._links]
         if not self._settings.free_run:
-            commands = [command or Twist() for command in commands]
+            commands = [  # an unstamped one holds until the next, as in free run
+                command if command or link.is_unstamped else Twist()
+                for command, link in zip(commands, self._links, strict=True)
+            ]
         return commands, [link.beacon for link in self._links]
 
     def publish_for_viewers(self, observations: Sequence[Observation], world: World) -> None:

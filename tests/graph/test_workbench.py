@@ -1,0 +1,123 @@
+"""Swarms of real processes from Python: goals, two in one program, and ends that leave nothing."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+
+from swarm_commander.mission.swarm_watch import has_swarm
+from swarm_common.model.errors import SwarmError
+from swarm_workbench import Swarm, Trajectories
+from tests.fakes.ros_domains import reserved_domain
+
+END_LIMIT = 30.0  # [s] of wall time for processes to end, on a busy machine
+TWO = """
+import sys, time
+from swarm_workbench import Swarm
+with (
+    Swarm(robots=1, drive="planar", run_dir=sys.argv[1] + "/a") as first,
+    Swarm(robots=1, drive="planar", run_dir=sys.argv[1] + "/b") as second,
+):
+    first.run(seconds=0.5)
+    second.run(seconds=0.2)
+    print(first.time, second.time, flush=True)
+    time.sleep(600)
+"""
+
+
+@pytest.fixture
+def domain(monkeypatch):
+    with reserved_domain() as reserved:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(reserved))
+        yield reserved
+
+
+def _processes(folder: Path) -> list[psutil.Process]:
+    """Return the processes whose command line names a folder."""
+    return [
+        process
+        for process in psutil.process_iter(["cmdline"])
+        if any(str(folder) in word for word in process.info["cmdline"] or ())
+    ]
+
+
+def _wait_until_gone(folder: Path) -> None:
+    end = time.monotonic() + END_LIMIT
+    while left := _processes(folder):
+        assert time.monotonic() < end, left
+        time.sleep(0.2)
+
+
+def _drive_and_fail(folder: Path) -> None:
+    """Use a swarm, lose its processes, and leave its block by an exception."""
+    with Swarm(robots=2, drive="planar", run_dir=folder) as swarm:
+        assert swarm.time == 0.0
+        robot = swarm["Srobot1"]
+        x, y = robot.true_pose.x, robot.true_pose.y
+        swarm.run(until=1.0)
+        assert robot.go_to((x - 0.6, y)).wait(timeout=60.0)
+        assert abs(robot.true_pose.x - x + 0.6) < 0.26
+        assert np.allclose(swarm.poses, swarm.true_poses, atol=0.05)
+        assert robot.scan is not None
+        assert swarm["Srobot2"].send("spin", {"target_yaw": 0.3}).wait(timeout=20.0)
+        with pytest.raises(SwarmError, match="unknown action"):
+            robot.send("fly", {})
+        with pytest.raises(SwarmError, match="has no field 'yaw'"):
+            robot.send("spin", {"yaw": 0.3})
+        now = swarm.time
+        time.sleep(0.3)
+        assert swarm.time == now  # time stands still while nobody waits
+        run = Trajectories.load(folder)
+        assert run.times[-1] == pytest.approx(now)
+        assert np.allclose(np.diff(run.times), 0.1)
+        assert np.isfinite(swarm.trajectories.estimated[-1]).all()
+        assert swarm.report.goals_reached == 1
+        goal = robot.go_to("unload")
+        child = next(p for p in _processes(folder) if "swarm_workbench.child" in p.cmdline())
+        child.kill()
+        start = time.monotonic()
+        with pytest.raises(SwarmError, match="the swarm has ended"):
+            goal.wait()
+        with pytest.raises(SwarmError, match="the swarm has ended"):
+            robot.go_to("unload")
+        assert time.monotonic() - start < 5.0
+        raise ZeroDivisionError
+
+
+def test_goals_over_ros_a_swarm_that_dies_and_an_exception(domain, tmp_path):
+    with pytest.raises(ZeroDivisionError):
+        _drive_and_fail(tmp_path / "run")
+    _wait_until_gone(tmp_path)
+    assert not has_swarm(domain)
+
+
+def test_two_swarms_end_with_a_program_that_is_killed(domain, tmp_path):
+    with subprocess.Popen(
+        (sys.executable, "-c", TWO, str(tmp_path)), stdout=subprocess.PIPE, text=True
+    ) as program:
+        assert program.stdout is not None
+        assert program.stdout.readline().split() == ["0.5", "0.2"]
+        program.kill()
+    _wait_until_gone(tmp_path)
+    assert (tmp_path / "a" / "report.json").is_file()
+    assert (tmp_path / "b" / "report.json").is_file()
+
+
+def test_ctrl_c_during_the_start_leaves_nothing(domain, tmp_path):
+    program = subprocess.Popen((sys.executable, "-c", TWO, str(tmp_path)), stderr=subprocess.PIPE)
+    end = time.monotonic() + END_LIMIT
+    while len(_processes(tmp_path)) < 2:  # the program, and the world
+        assert time.monotonic() < end
+        time.sleep(0.1)
+    program.send_signal(signal.SIGINT)
+    error = program.communicate(timeout=END_LIMIT)[1].decode()
+    assert error.rstrip().endswith("KeyboardInterrupt")
+    _wait_until_gone(tmp_path)
+    assert not has_swarm(domain)
