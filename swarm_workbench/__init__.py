@@ -11,7 +11,7 @@ Modules, lower ones first:
     world          Worlds: those that come along, and new ones
     place          Goals: a station, a pose or a pixel of the map
     goal           A goal on its way
-    engine         What runs a swarm, seen from `Swarm`
+    backend        What runs a swarm, seen from `Swarm`
     bench          All in this process, without ROS
     child          The process that runs a swarm for a program
     graph          A process for each robot, seen over ROS
@@ -26,6 +26,7 @@ Modules, lower ones first:
 
 from __future__ import annotations
 
+from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario
 from swarm_commander.run.input.options import UpOptions
 from swarm_common.model.errors import SwarmError
@@ -48,6 +49,7 @@ __all__ = [
     "Pose",
     "Report",
     "Robot",
+    "RunResult",
     "Scenario",
     "Sensed",
     "Swarm",

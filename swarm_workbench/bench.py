@@ -1,4 +1,4 @@
-"""The bench as an engine: world and navigators in this process, tick by tick, without ROS."""
+"""The bench as a backend: world and navigators in this process, tick by tick, without ROS."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class _Stepped(Harness):
                 goal.settle(event.outcome.value, reason, event.tick)
 
 
-class BenchEngine:
+class BenchBackend:
     """World and navigators in this process."""
 
     def __init__(self, options: RunOptions, faults: InjectedFaults | None = None) -> None:

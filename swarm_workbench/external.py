@@ -76,7 +76,6 @@ class ExternalRobot:
         Args:
             decide: Returns the twist of each tick.
             domain: ROS domain of the swarm; None for that of the environment.
-            robot: Its model.
             number: From 1, in the order of the swarm; None for that in a name like `Srobot1`.
 
         Raises:
@@ -246,7 +245,6 @@ def compose_beacon(spec: RobotSpec, number: int, sensed: Sensed, known: dict[int
     """Return a beacon of a robot that makes way for nobody.
 
     Args:
-        number: Its id.
         known: Tick of the newest beacon that it has of each robot.
     """
     beacon: np.void = empty_beacons(1)[0]

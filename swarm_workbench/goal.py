@@ -103,7 +103,7 @@ class Goal:
             self._cancel(self)
 
     def settle(self, outcome: str, reason: str, tick: int) -> None:
-        """Record its end; called by the engine."""
+        """Record its end; called by the backend."""
         if self.result is None:
             time, duration = (round(n * CONTROL_PERIOD, 3) for n in (tick, tick - self._start))
             self.result = GoalResult(outcome, reason, time, duration)

@@ -59,10 +59,10 @@ LOG_FILE = "console.log"
 OUTCOMES = {"SUCCEEDED": "succeeded", "CANCELED": "canceled", "FAILED": "aborted"}
 T = TypeVar("T")
 _taken: set[int] = set()  # domains of swarms of this process
-_running: weakref.WeakSet[GraphEngine] = weakref.WeakSet()
+_running: weakref.WeakSet[GraphBackend] = weakref.WeakSet()
 
 
-class GraphEngine:
+class GraphBackend:
     """A swarm of real processes in a ROS domain of its own.
 
     Attributes:
@@ -349,7 +349,7 @@ class _View:
 
     Attributes:
         alive: Indices of the robots that have a navigator of ours.
-        tick: That the world has reached, as `GraphEngine.advance` knows it.
+        tick: That the world has reached, as `GraphBackend.advance` knows it.
         changed: Set when something was heard.
         statuses: Latest of each robot; idle before the first.
         believed: Tick and pose of each beacon, per robot.
@@ -635,5 +635,5 @@ def _read_json(path: Path) -> dict[str, Any]:
 
 @atexit.register
 def _close_all() -> None:
-    for engine in list(_running):
-        engine.close()
+    for backend in list(_running):
+        backend.close()

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from swarm_common.model.records import Pose, Scan
-from swarm_workbench.engine import Engine
+from swarm_workbench.backend import Backend
 from swarm_workbench.goal import Goal
 from swarm_workbench.place import Place, Places
 
@@ -24,35 +24,35 @@ class Robot:
         self,
         name: str,
         index: int,
-        engine: Callable[[], Engine],
+        backend: Callable[[], Backend],
         places: Callable[[], Places],
         run: Callable[[], int],
     ) -> None:
         self.name = name
         self._index = index
-        self._engine = engine
+        self._backend = backend
         self._places = places
         self._run = run
 
     @property
     def pose(self) -> Pose:
         """Where the robot believes to be, in map."""
-        return Pose(*self._engine().estimated_poses()[self._index].tolist())
+        return Pose(*self._backend().estimated_poses()[self._index].tolist())
 
     @property
     def true_pose(self) -> Pose:
         """Where it is, in map; no robot knows that."""
-        return Pose(*self._engine().true_poses()[self._index].tolist())
+        return Pose(*self._backend().true_poses()[self._index].tolist())
 
     @property
     def scan(self) -> Scan | None:
         """Its latest scan; None before the first, or without a LiDAR."""
-        return self._engine().scan(self._index)
+        return self._backend().scan(self._index)
 
     @property
     def status(self) -> Any:
         """Its status, with the members of swarm_interfaces/RobotStatus."""
-        return self._engine().status(self._index)
+        return self._backend().status(self._index)
 
     @property
     def state(self) -> str:
@@ -68,11 +68,11 @@ class Robot:
         Raises:
             SwarmError: If there is no such place, it is in a wall, or the swarm is gone.
         """
-        engine = self._engine()
-        radius = engine.specs[self._index].inscribed_radius
+        backend = self._backend()
+        radius = backend.specs[self._index].inscribed_radius
         pose = self._places().pose(place, radius)
-        goal = Goal(self.name, NAVIGATE, pose, engine.tick, self._run, self._cancel)
-        engine.drive(self._index, goal, pose)
+        goal = Goal(self.name, NAVIGATE, pose, backend.tick, self._run, self._cancel)
+        backend.drive(self._index, goal, pose)
         return goal
 
     def send(self, action: str, fields: Mapping[str, Any] | Any) -> Goal:
@@ -85,17 +85,17 @@ class Robot:
         Raises:
             SwarmError: If there is no such action or field, or the swarm is gone.
         """
-        engine = self._engine()
-        goal = Goal(self.name, action, None, engine.tick, self._run, self._cancel)
-        engine.send(self._index, goal, fields)
+        backend = self._backend()
+        goal = Goal(self.name, action, None, backend.tick, self._run, self._cancel)
+        backend.send(self._index, goal, fields)
         return goal
 
     def fail(self) -> None:
         """Let its navigator die, on the bench: it stands, and says nothing any more."""
-        self._engine().fail(self._index)
+        self._backend().fail(self._index)
 
     def _cancel(self, goal: Goal) -> None:
-        self._engine().cancel(self._index, goal)
+        self._backend().cancel(self._index, goal)
 
     def __repr__(self) -> str:
         return f"<Robot {self.name}>"

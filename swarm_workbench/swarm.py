@@ -19,8 +19,8 @@ from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_common.robots.fleet import load_fleet
 from swarm_workbench import picture
-from swarm_workbench.bench import BenchEngine
-from swarm_workbench.engine import Engine
+from swarm_workbench.backend import Backend
+from swarm_workbench.bench import BenchBackend
 from swarm_workbench.place import Places
 from swarm_workbench.report import Report
 from swarm_workbench.robot import Robot
@@ -65,7 +65,6 @@ class Swarm:
             robot: Model of all robots, where there is no fleet.
             fleet: Name or file of a fleet of several models.
             mission: Name or file of a mission; None for robots that wait for goals.
-            seed: Of everything random.
             brain: What decides for each robot on the bench: ours, dwa, orca, or `module:Class`.
             drive: wheels or planar; None for planar on the bench, else that of swarm-up.
             speed: Times real time, at most; None for as fast as possible. Not on the bench.
@@ -95,7 +94,7 @@ class Swarm:
         self._realistic, self._parameters = realistic, dict(parameters or {})
         self._external = tuple(external)
         self._run_dir, self._has_viewer, self._is_bench = run_dir, viewer, bench
-        self._engine: Engine | None = None
+        self._backend: Backend | None = None
         self._places: Places | None = None
         self._robots: dict[str, Robot] = {}
         self._lock = threading.RLock()  # one thread at a time lets time pass
@@ -110,25 +109,25 @@ class Swarm:
         Raises:
             SwarmError: If something is unusable, or does not start; nothing is left running.
         """
-        if self._engine is not None or self._last_report is not None:
+        if self._backend is not None or self._last_report is not None:
             raise SwarmError("a Swarm starts once; make another one")
-        self._engine = engine = self._bench() if self._is_bench else self._graph()
-        self._places = Places(engine.grid, engine.sites.stations)
-        for index, name in enumerate(engine.names):
+        self._backend = backend = self._bench() if self._is_bench else self._graph()
+        self._places = Places(backend.grid, backend.sites.stations)
+        for index, name in enumerate(backend.names):
             self._robots[name] = Robot(name, index, self._running, self._known_places, self._chunk)
         return self
 
     def close(self) -> None:
         """End it; the report and the trajectories stay."""
         with self._lock:
-            engine, self._engine = self._engine, None
-            if engine is None:
+            backend, self._backend = self._backend, None
+            if backend is None:
                 return
             try:
-                engine.close()
+                backend.close()
             finally:
-                self._last_report = engine.report()
-                self._trajectories = engine.trajectories()
+                self._last_report = backend.report()
+                self._trajectories = backend.trajectories()
 
     def __enter__(self) -> Swarm:
         return self.start()
@@ -141,7 +140,7 @@ class Swarm:
     ) -> None:
         self.close()
 
-    def _bench(self) -> Engine:
+    def _bench(self) -> Backend:
         fleet = load_fleet(self._fleet) if self._fleet is not None else None
         models = tuple(member.model for member in fleet.members) if fleet else ()
         count = self._count if self._count is not None else len(models) or 5
@@ -164,12 +163,12 @@ class Swarm:
             parameters=self._parameters,
             realistic=self._realistic,
         )
-        return BenchEngine(options)
+        return BenchBackend(options)
 
-    def _graph(self) -> Engine:
-        from swarm_workbench.graph import GraphEngine
+    def _graph(self) -> Backend:
+        from swarm_workbench.graph import GraphBackend
 
-        return GraphEngine(
+        return GraphBackend(
             world=self._world,
             robots=self._count,
             robot=self._robot,
@@ -249,9 +248,9 @@ class Swarm:
     def _chunk(self, ticks: int = CHUNK) -> int:
         """Let a few ticks pass; return the tick that is reached."""
         with self._lock:
-            engine = self._running()
-            engine.advance(ticks)
-            return engine.tick
+            backend = self._running()
+            backend.advance(ticks)
+            return backend.tick
 
     # Results
 
@@ -268,7 +267,7 @@ class Swarm:
     @property
     def report(self) -> Report:
         """Figures so far; after the end, of the whole run."""
-        if self._engine is None and self._last_report is not None:
+        if self._backend is None and self._last_report is not None:
             return self._last_report
         return self._running().report()
 
@@ -289,8 +288,8 @@ class Swarm:
 
     def plot(self, axes: Any = None) -> Any:
         """Draw map, paths and stations by matplotlib; return the axes."""
-        engine = self._running()
-        return picture.draw(engine.grid, engine.sites.stations, self.trajectories, axes)
+        backend = self._running()
+        return picture.draw(backend.grid, backend.sites.stations, self.trajectories, axes)
 
     def show(self) -> Any:
         """Show the viewer: inline in a notebook, else in the browser; return what it shows.
@@ -308,13 +307,13 @@ class Swarm:
         webbrowser.open(url)
         return url
 
-    def _running(self) -> Engine:
-        if self._engine is None:
+    def _running(self) -> Backend:
+        if self._backend is None:
             raise SwarmError(
                 "the swarm does not run: use it inside its with block, or between start() and"
                 " close()"
             )
-        return self._engine
+        return self._backend
 
     def _known_places(self) -> Places:
         self._running()

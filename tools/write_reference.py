@@ -246,7 +246,8 @@ def python_page() -> str:
         "# Python\n\n",
         WRITTEN,
         "`from swarm_workbench import …`; the [tutorial](../tutorials/python.md) shows them at"
-        " work. These names stay; what else there is may change with every release.\n",
+        " work. These names stay; what else there is may change with every release. What makes no"
+        " sense raises a `SwarmError`.\n",
     ]
     names = [(name, getattr(swarm_workbench, name)) for name in swarm_workbench.__all__]
     for name, item in (*names, ("gym.SwarmEnv", gym.SwarmEnv), ("gym.RobotEnv", gym.RobotEnv)):
@@ -256,7 +257,8 @@ def python_page() -> str:
 
 
 def _function(function: Any, name: str) -> str:
-    return f"{_signature(function, name)}\n{_docstring(function)}\n"
+    text = f"{_signature(function, name)}\n{_docstring(function)}\n"
+    return re.sub(r"\n\*\*Raises:\*\*\n\n- `(SwarmError|ConfigError)`: .*\n", "", text)
 
 
 def _members(item: type) -> Iterator[str]:

@@ -14,7 +14,7 @@ from swarm_workbench.report import Report
 from swarm_workbench.trajectories import Trajectories
 
 
-class Engine(Protocol):
+class Backend(Protocol):
     """A swarm whose time passes in `advance` only; robots are told apart by their index."""
 
     names: Sequence[str]
