@@ -5,16 +5,20 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import numpy as np
 import psutil
 import pytest
+import rclpy
+from geometry_msgs.msg import TwistStamped
+from rclpy.context import Context
 
 from swarm_commander.mission.swarm_watch import has_swarm
 from swarm_common.model.errors import SwarmError
-from swarm_workbench import Swarm, Trajectories
+from swarm_workbench import ExternalRobot, Swarm, Trajectories, Twist
 from tests.fakes.ros_domains import reserved_domain
 
 END_LIMIT = 30.0  # [s] of wall time for processes to end, on a busy machine
@@ -96,6 +100,59 @@ def test_goals_over_ros_a_swarm_that_dies_and_an_exception(domain, tmp_path):
         _drive_and_fail(tmp_path / "run")
     _wait_until_gone(tmp_path)
     assert not has_swarm(domain)
+
+
+class _PlainNode:
+    """Drives a robot at a constant speed, by commands without a stamp, 20 times a second."""
+
+    def __init__(self, domain: int, robot: str, speed: float) -> None:
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=domain)
+        self._node = rclpy.create_node("plain", context=self._context, enable_rosout=False)
+        self._publisher = self._node.create_publisher(TwistStamped, f"/{robot}/cmd_vel", 10)
+        self._message = TwistStamped()
+        self._message.twist.linear.x = speed
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._end.wait(0.05):
+            self._publisher.publish(self._message)
+
+    def close(self) -> None:
+        self._end.set()
+        self._thread.join()
+        self._node.destroy_node()
+        self._context.try_shutdown()
+
+
+def test_nodes_of_users_drive_robots_in_lockstep_or_without_stamps(domain, tmp_path):
+    ticks = []
+
+    def decide(seen):
+        ticks.append(seen.tick)
+        return Twist(vx=0.1)
+
+    options = {"robots": 3, "drive": "planar", "speed": 1.0, "run_dir": tmp_path / "run"}
+    with Swarm(external=["Srobot1", "Srobot2"], **options) as swarm:
+        plain = _PlainNode(swarm.domain, "Srobot2", 0.15)
+        try:
+            with ExternalRobot("Srobot1", decide, domain=swarm.domain):
+                swarm.run(until=4.0)
+                with pytest.raises(SwarmError, match="Srobot1 is external"):
+                    swarm["Srobot1"].go_to("unload")
+        finally:
+            plain.close()
+        run = swarm.trajectories
+    assert ticks == list(range(41))  # each tick once, from the first on
+    steps = np.hypot(*np.diff(run.true[20:, :2, :2], axis=0).transpose(2, 0, 1))
+    assert steps[:, 0] == pytest.approx(0.01, abs=1e-3)
+    assert steps[:, 1] == pytest.approx(0.015, abs=1e-3)  # no jerk
+    assert np.allclose(run.estimated[20:, 0], run.true[20:, 0], atol=0.05)  # by its beacons
+    assert swarm.report.full["external"] == ["Srobot1", "Srobot2"]
+    assert swarm.report.full["broken"] == []
+    _wait_until_gone(tmp_path)
 
 
 def test_two_swarms_end_with_a_program_that_is_killed(domain, tmp_path):
