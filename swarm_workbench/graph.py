@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import dataclasses
 import importlib.util
 import json
 import math
@@ -55,6 +56,8 @@ START_LIMIT = 600.0  # [s] of wall time; the first start of all compiles
 ANSWER_LIMIT = 5.0  # [s] of wall time for a service or an action to be found, and to answer
 END_LIMIT = 40.0  # [s] of wall time for the processes to end and to write their report
 LOOK_PERIOD = 0.2  # [s] of wall time between two looks for overdue answers
+NODE_LIMIT = 20.0  # [s] of wall time for the nodes of external robots to appear
+LATELY = 5  # ticks without an answer after which a robot may have died
 LOG_FILE = "console.log"
 OUTCOMES = {"SUCCEEDED": "succeeded", "CANCELED": "canceled", "FAILED": "aborted"}
 T = TypeVar("T")
@@ -102,7 +105,6 @@ class GraphBackend:
         crew = load_fleet(fleet) if fleet is not None else None
         size = swarm_size_of(robots, crew)
         self.folder: Path | None = None
-        self._folder = _new_folder(run_dir)
         self.url = ""
         port = _free_port() if viewer else VIEWER_PORT
         with contextlib.ExitStack() as stack:
@@ -118,7 +120,6 @@ class GraphBackend:
                 speed=speed,
                 realistic=realistic,
                 params=_parameter_file(parameters, stack),
-                run_dir=self._folder,
                 viewer=viewer,
                 port=port,
                 paused=True,
@@ -127,9 +128,11 @@ class GraphBackend:
             )
             plan = check_plan(options)
             prepare_ros()
-            self.folder = self._folder
+            self.folder = self._folder = _new_folder(run_dir)
+            options = dataclasses.replace(options, run_dir=self._folder)
             self.url = f"http://{LOOPBACK}:{port}" if viewer else ""
             self.sites = plan.sites
+            self._external = options.driven_by_users
             self.names: Sequence[str] = options.robot_names
             self.specs: Sequence[RobotSpec] = [member.spec for member in plan.fleet.members]
             self.domain: int | None = _free_domain()
@@ -208,8 +211,18 @@ class GraphBackend:
         view = self._checked_view()
         target = view.tick + ticks
         step = view.do(partial(view.step, ticks))
+        patience = time.monotonic() + NODE_LIMIT
         while not view.has_reached(target, step):
             self._check_child()
+            if view.tick == 0 and self._external and time.monotonic() > patience:
+                raise SwarmError(
+                    f"time does not begin: no node drives {' or '.join(self._external)}; start an"
+                    " ExternalRobot in this ROS domain"
+                )
+            view.changed.wait(LOOK_PERIOD)
+            view.changed.clear()
+        end = time.monotonic() + ANSWER_LIMIT
+        while not view.has_answers(target, ticks) and time.monotonic() < end:
             view.changed.wait(LOOK_PERIOD)
             view.changed.clear()
         view.tick = target
@@ -331,6 +344,8 @@ class GraphBackend:
             return
         self._is_closed = True
         child = self._child
+        if self._view is not None:
+            self._view.is_ending = True
         try:
             if child is not None:
                 _end(child)
@@ -354,6 +369,7 @@ class _View:
         statuses: Latest of each robot; idle before the first.
         believed: Tick and pose of each beacon, per robot.
         verdict: Latest swarm_interfaces/Verdict.
+        is_ending: Whether the swarm is about to be ended by us.
     """
 
     def __init__(self, domain: int, names: Sequence[str]) -> None:
@@ -381,7 +397,7 @@ class _View:
         self._reader = OdometryReader()
         self._tasks: list[Any] = [None] * len(names)
         self._jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
-        self._is_closed = False
+        self.is_ending = self._is_closed = False
         self._context = Context()
         rclpy.init(
             context=self._context,
@@ -422,7 +438,7 @@ class _View:
             except Exception as error:  # of one message; the others count
                 self._node.get_logger().error(f"{error!r}")
             now = time.monotonic()
-            if now > due:
+            if now > due and not self.is_ending:  # who ends is not told that all have ended
                 due = now + LOOK_PERIOD
                 for robot in self._robots:
                     robot.look()
@@ -474,6 +490,11 @@ class _View:
             raise SwarmError(f"the world does not go on: {answer.result.error_message}")
         return answer is not None and all(_tick_in(data) >= target for data in self._truth if data)
 
+    def has_answers(self, target: int, ticks: int) -> bool:
+        """Whether the answers to a tick were heard of all robots that have answered lately."""
+        newest = [each[-1][0] for each in self.believed if each]
+        return all(tick >= target for tick in newest if tick >= target - ticks - LATELY)
+
     def send(self, robot: int, goal: Goal, kind: Any, message: Any) -> Any:
         """Send a goal; return its task."""
 
@@ -514,6 +535,7 @@ class _View:
         beacon = deserialize_beacon(data)
         x, y, yaw = beacon["pose"].tolist()
         self.believed[index].append((int(beacon["tick"]), (x, y, yaw)))
+        self.changed.set()
 
     def is_active(self, robot: int) -> bool:
         """Whether a robot takes goals, and its truth is seen."""

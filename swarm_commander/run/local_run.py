@@ -143,7 +143,7 @@ class LocalRun(ProcessRun):
         for remark in self._plan.remarks:
             self._progress.note(remark, "yellow")
         for name in self._plan.options.driven_by_users:
-            self._progress.note(f"time begins when a node drives {name}, which is external")
+            self._progress.note(f"time begins when a node drives {name}; missions leave it out")
         trace = {"trace_dir": str(self._folder.trace)}
         self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace)
         self._start(HOST, {}, "--wait")  # imports and compiles meanwhile

@@ -66,7 +66,10 @@ def _drive_and_fail(folder: Path) -> None:
         robot = swarm["Srobot1"]
         x, y = robot.true_pose.x, robot.true_pose.y
         swarm.run(until=1.0)
-        assert robot.go_to((x - 0.6, y)).wait(timeout=60.0)
+        goal = robot.go_to((x - 0.6, y))
+        swarm.run(until=3.0)
+        seen = swarm.true_poses
+        assert goal.wait(timeout=60.0)
         assert abs(robot.true_pose.x - x + 0.6) < 0.26
         assert np.allclose(swarm.poses, swarm.true_poses, atol=0.05)
         assert robot.scan is not None
@@ -92,6 +95,11 @@ def _drive_and_fail(folder: Path) -> None:
         with pytest.raises(SwarmError, match="the swarm has ended"):
             robot.go_to("unload")
         assert time.monotonic() - start < 5.0
+        with Swarm(robots=2, bench=True) as bench:  # without ROS, all is the same
+            bench.run(until=1.0)
+            bench["Srobot1"].go_to((x - 0.6, y))
+            bench.run(until=3.0)
+            assert np.allclose(bench.true_poses, seen, atol=1e-5)
         raise ZeroDivisionError
 
 
