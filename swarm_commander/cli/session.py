@@ -110,8 +110,10 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
     report |= {"exit_code": code, "failures": list(run.failures)}
     report["incidents"] = list(run.incidents)
-    report["broken"] = list(plan.overrides.world.broken_map)
-    if external := plan.options.driven_by_users:
+    external = plan.options.driven_by_users
+    without = [name for name in plan.options.robot_names if name not in plan.alive]
+    report["broken"] = [name for name in without if name not in external]
+    if external:
         report["external"] = list(external)
     report |= _measures(folder, report)
     if problem := write_report(folder.report, report):
