@@ -5,7 +5,7 @@ Usage: python -m tools.write_reference    (a test compares the pages with what i
 
 from __future__ import annotations
 
-import enum
+import functools
 import inspect
 import re
 from collections.abc import Iterator
@@ -14,16 +14,11 @@ from typing import Any, get_type_hints
 
 import typer
 
+import swarm_workbench
 from swarm_bench import cli as bench_cli
-from swarm_bench.runs.episode import RunOptions
-from swarm_bench.runs.harness import run
-from swarm_bench.runs.result import RunResult
-from swarm_bench.runs.scenario import load_scenario
 from swarm_commander.cli import main as commander_cli
 from swarm_commander.cli.commander_command import commander_app
 from swarm_commander.cli.fleet_command import fleet_app
-from swarm_commander.mission.client import RobotCommander
-from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.middleware.topic_table import (
     COSTMAP_TOPICS,
     ORDERS,
@@ -36,7 +31,9 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.core.parameter_table import ParameterRow, parameter_table
 from swarm_nav.ros.settings import FIXED, FIXED_EFFECTS
 from swarm_view import cli as view_cli
+from swarm_workbench import gym
 
+INTERNAL = ("settle", "render")  # members that are not for users
 COMPLETION = ("install_completion", "show_completion")
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "reference"
 WRITTEN = "<!-- written by tools/write_reference.py -->\n\n"
@@ -243,33 +240,45 @@ time (0: as fast as possible).
 
 
 def python_page() -> str:
-    """Return the page of the classes and functions for programs of users."""
+    """Return the page of what users import: the names of `swarm_workbench`, and its `gym`."""
     parts = [
         "# Python\n\n",
         WRITTEN,
-        "The [tutorial](../tutorials/python.md) has an example of each.\n",
+        "`from swarm_workbench import …`; the [tutorial](../tutorials/python.md) shows them at"
+        " work. These names stay; what else there is may change with every release. What makes no"
+        " sense raises a `SwarmError`.\n",
     ]
-    for item in (RobotCommander, Task, TaskResult, run, load_scenario, RunOptions, RunResult):
-        signature = "" if isinstance(item, type) else f"{_signature(item, item.__name__)}\n"
-        head = f"{item.__module__}.{item.__name__}"
-        parts.append(f"\n## {head}\n\n{signature}{_docstring(item)}\n")
-        if not isinstance(item, type):
-            continue
-        if issubclass(item, enum.Enum):
-            parts.append("\n" + "".join(f"- `{member.name}`\n" for member in item))
-        for name, member in vars(item).items():
-            if not inspect.isfunction(member):
-                continue
-            shown = item.__name__ if name == "__init__" and member.__doc__ else name
-            if not shown.startswith("_"):
-                text = f"{_signature(member, shown)}\n{_docstring(member)}"
-                parts.append(f"\n### {shown}\n\n{text}\n")
+    names = [(name, getattr(swarm_workbench, name)) for name in swarm_workbench.__all__]
+    for name, item in (*names, ("gym.SwarmEnv", gym.SwarmEnv), ("gym.RobotEnv", gym.RobotEnv)):
+        parts.append(f"\n## {name}\n\n")
+        parts += _members(item) if isinstance(item, type) else [_function(item, item.__name__)]
     return "".join(parts)
+
+
+def _function(function: Any, name: str) -> str:
+    text = f"{_signature(function, name)}\n{_docstring(function)}\n"
+    return re.sub(r"\n\*\*Raises:\*\*\n\n- `(SwarmError|ConfigError)`: .*\n", "", text)
+
+
+def _members(item: type) -> Iterator[str]:
+    """Yield what is said of a class and of each public member that is its own."""
+    yield f"{_docstring(item)}\n"
+    if item.__module__.partition(".")[0] != swarm_workbench.__name__:
+        return  # it is known by its docstring; its fields are those of files and commands
+    for name, member in vars(item).items():
+        function = inspect.unwrap(getattr(member, "__func__", member))
+        shown = item.__name__ if name == "__init__" and member.__doc__ else name
+        if shown.startswith("_") or name in INTERNAL:
+            continue
+        if isinstance(member, property | functools.cached_property):
+            yield f"\n- `{name}`: {_cell_free(inspect.getdoc(member) or '')}\n"
+        elif inspect.isfunction(function) and member.__doc__:
+            yield f"\n### {shown}\n\n{_function(function, shown)}"
 
 
 def _signature(function: Any, name: str) -> str:
     text = re.sub(r"(: |-> )'([^']+)'", r"\1\2", str(inspect.signature(function)))
-    text = re.sub(r"^[(]self(, )?", "(", text)
+    text = re.sub(r"^[(](self|cls)(, )?", "(", text)
     return f"`{name}{text if name == function.__name__ else text.removesuffix(' -> None')}`\n"
 
 

@@ -100,6 +100,8 @@ def check(options: RunOptions) -> None:
         RobotNames().name_of(number): mission.stops(
             scene.sites, home, seed=options.seed, robot_id=number, homes_map=homes
         )
+        if mission
+        else []
         for number, home in enumerate(homes, start=1)
     }
     check_energy(dict(zip(routes, specs, strict=True)), routes, scene.sites, scene.name)
@@ -139,7 +141,7 @@ def build(
         actors = Actors((*(actors.walkers if actors else ()), *walkers), scene.vehicles)
     routes = [
         ()
-        if index in dead
+        if index in dead or mission is None
         else tuple(
             mission.stops(
                 scene.sites, home, seed=options.seed, robot_id=index + 1, limit=most_goals,
@@ -148,7 +150,7 @@ def build(
         )
         for index, home in enumerate(homes)
     ]  # fmt: skip
-    itineraries = [Itinerary(route, mission.retries) for route in routes]
+    itineraries = [Itinerary(route, mission.retries if mission else 0) for route in routes]
     world = make_world(options, scene, specs, homes, actors, world_class)
     drivers = make_drivers(options, scene.sites, specs, grid, homes)
     found = room_for(options, specs, grid, homes, routes, dead)
@@ -274,14 +276,16 @@ def ground_of(options: RunOptions) -> tuple[Grid, list[Pose]]:
     return _map_for(options.scenario.world, specs), homes
 
 
-def _cast(options: RunOptions) -> tuple[Scene, Mission, list[Pose], list[RobotSpec]]:
-    """Return world, mission, and where robots of which model start."""
+def _cast(options: RunOptions) -> tuple[Scene, Mission | None, list[Pose], list[RobotSpec]]:
+    """Return world, mission if there is one, and where robots of which model start."""
     scenario = options.scenario
-    scene, mission = _scene(scenario.world), _mission(scenario.mission)
-    where, count = f"world {scene.name}, for mission {mission.name}", options.robots
-    mission.check_stations(scene.sites, where, robots=count, highest=count)
+    scene, count = _scene(scenario.world), options.robots
+    mission = _mission(scenario.mission) if scenario.mission else None
+    if mission is not None:
+        where = f"world {scene.name}, for mission {mission.name}"
+        mission.check_stations(scene.sites, where, robots=count, highest=count)
     specs = [robot_named(model) for model in scenario.models(options.robots)]
-    return scene, mission, _homes(scenario, specs, mission.spawn), specs
+    return scene, mission, _homes(scenario, specs, mission.spawn if mission else ""), specs
 
 
 def nav_config(options: RunOptions, spec: RobotSpec, number: int = 1) -> NavConfig:

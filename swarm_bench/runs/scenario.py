@@ -32,7 +32,7 @@ class Scenario:
     name: str  # of the file
     description: str = ""  # one line for tables
     world: str = "slim_blockage"  # name or path
-    mission: str = "loading_route"  # name or path
+    mission: str = "loading_route"  # name or path; empty for robots that stand (from programs)
     robots: tuple[int, ...] = (20,)  # swarm sizes of the suite
     robot: str = "turtlebot3_waffle"  # model of every robot where there is no fleet
     fleet: tuple[str, ...] = ()  # models in turn: robot k is of fleet[(k - 1) % len(fleet)]

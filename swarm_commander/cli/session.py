@@ -12,8 +12,9 @@ from rich.console import Console
 from rich.text import Text
 
 from swarm_commander.run import terminal
-from swarm_commander.run.domain import DomainLock
-from swarm_commander.run.input.plan import RunPlan
+from swarm_commander.run.domain import DomainLock, domain_id
+from swarm_commander.run.input.options import UpOptions
+from swarm_commander.run.input.plan import RunPlan, check_plan
 from swarm_commander.run.local_run import LocalRun
 from swarm_commander.run.results.progress import Progress, summary_table
 from swarm_commander.run.results.report import (
@@ -35,8 +36,27 @@ from swarm_common.middleware import ros_env
 from swarm_common.middleware.secret import own_secret
 from swarm_common.model.breaches import breach_lines, broken_lines, shortened
 from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
+from swarm_common.process.start import ensure_bytecode, own_packages
+from swarm_setup.build import ensure_interfaces, interface_packages
 
 COPIES = "inputs"  # of the user's files
+
+
+def start(options: UpOptions) -> int:
+    """Run a swarm on this host until its end, as `swarm-up` does; return the exit code.
+
+    Args:
+        options: Checked as they were made.
+
+    Raises:
+        SwarmError: If a file or a value is unusable, or the ROS domain is in use.
+    """
+    plan = check_plan(options)
+    lock = DomainLock(domain_id())  # from now on commands in other terminals wait for us
+    ensure_interfaces()
+    code = bring_up(plan, lock)
+    ensure_bytecode([*own_packages(), *interface_packages()])  # for the next start
+    return code
 
 
 def bring_up(plan: RunPlan, lock: DomainLock) -> int:
@@ -90,7 +110,11 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
     report |= {"exit_code": code, "failures": list(run.failures)}
     report["incidents"] = list(run.incidents)
-    report["broken"] = [n for n in plan.options.robot_names if n not in plan.alive]
+    external = plan.options.driven_by_users
+    without = [name for name in plan.options.robot_names if name not in plan.alive]
+    report["broken"] = [name for name in without if name not in external]
+    if external:
+        report["external"] = list(external)
     report |= _measures(folder, report)
     if problem := write_report(folder.report, report):
         code = COMPONENT_FAILED

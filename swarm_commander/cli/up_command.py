@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import inspect
 import os
+from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
 from swarm_commander.cli.listing import listing, world_names
 from swarm_commander.cli.robot_table import robot_table
-from swarm_commander.cli.session import bring_up
+from swarm_commander.cli.session import start
 from swarm_commander.hosts.host_options import Role, check_combination
 from swarm_commander.mission.mission import mission_names
 from swarm_commander.run.domain import DomainLock, domain_id
@@ -25,17 +27,14 @@ from swarm_commander.run.input.options import (
     robot_of,
     swarm_size_of,
 )
-from swarm_commander.run.input.plan import check_plan
 from swarm_commander.viewers.rviz import windows
 from swarm_common.middleware.addresses import check_address, check_port, own_address
 from swarm_common.middleware.secret import given_secret
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.robot_names import DEFAULT, RobotNames
-from swarm_common.process.start import ensure_bytecode, own_packages
 from swarm_common.robots.fleet import fleet_names, load_fleet
 from swarm_common.robots.packages import add_package_paths
 from swarm_common.robots.source import robot_names as robot_models
-from swarm_setup.build import ensure_interfaces, interface_packages
 
 # Options by their panel of the help text.
 _swarm = partial(typer.Option, rich_help_panel="Robots and world")
@@ -44,6 +43,7 @@ _simulation = partial(typer.Option, rich_help_panel="Simulation")
 _windows = partial(typer.Option, rich_help_panel="Windows")
 _output = partial(typer.Option, rich_help_panel="Recording and report")
 _hosts = partial(typer.Option, rich_help_panel="Several hosts")
+PLACE = ("role", "robots", "connect", "bind")  # options of a run on several hosts
 EXAMPLES = """Examples:
 
 swarm-up --viewer
@@ -65,9 +65,10 @@ def _list(wanted: bool) -> None:
         raise typer.Exit()
 
 
-@up_app.command(epilog=EXAMPLES)
-def up(
-    context: typer.Context,
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UpArguments:
+    """The command line of `swarm-up`, one field per option; most names are those of `UpOptions`."""
+
     list_: Annotated[
         bool,
         typer.Option(
@@ -76,15 +77,15 @@ def up(
             is_eager=True,
             callback=_list,
         ),
-    ] = False,
-    swarm_size: Annotated[int | None, _swarm(show_default="5", help="Number of robots.")] = None,
-    world: Annotated[
-        str, _swarm(autocompletion=world_names, help="Name or path of a world.")
-    ] = "slim_blockage",
+    ] = False
+    swarm_size: Annotated[int | None, _swarm(show_default="5", help="Number of robots.")] = None
+    world: Annotated[str, _swarm(autocompletion=world_names, help="Name or path of a world.")] = (
+        "slim_blockage"
+    )
     robot: Annotated[
         str | None,
         _swarm(autocompletion=robot_models, show_default=DEFAULT_ROBOT, help="Robot model."),
-    ] = None,
+    ] = None
     describe: Annotated[
         str | None,
         _swarm(
@@ -93,86 +94,86 @@ def up(
             metavar="ROBOT",
             show_default=False,
         ),
-    ] = None,
+    ] = None
     fleet: Annotated[
         str | None,
         _swarm(autocompletion=fleet_names, help="Name or file of a fleet of several robot models."),
-    ] = None,
+    ] = None
     names: Annotated[
         str | None,
         _swarm(
             show_default=DEFAULT,
             help="Names of the robots: agv{} or agv_{:02} with their numbers, or a list: ann,bob.",
         ),
-    ] = None,
+    ] = None
     package_path: Annotated[
         list[Path] | None,
         _swarm("--package-path", help="Folder in which a robot's ROS packages are."),
-    ] = None,
+    ] = None
     map_: Annotated[
         Path | None, _swarm("--map", help="Nav2 map (.yaml) to use instead of the world's.")
-    ] = None,
+    ] = None
     keepout_mask: Annotated[
         Path | None,
         _swarm("--keepout-mask", help="Filter mask (.yaml) of keepout zones, as Nav2 has them."),
-    ] = None,
+    ] = None
     speed_mask: Annotated[
         Path | None,
         _swarm("--speed-mask", help="Filter mask (.yaml) of speed limits, as Nav2 has them."),
-    ] = None,
+    ] = None
     skip_missing: Annotated[
         bool,
         _swarm(
             "--skip-missing", help="Leave out models and meshes of the world that are not found."
         ),
-    ] = False,
+    ] = False
     skip_broken: Annotated[
         bool, _swarm("--skip-broken", help="Leave out models of the world that are unusable.")
-    ] = False,
+    ] = False
     params: Annotated[
         Path | None, _swarm(help="ROS 2 parameter file for navigators and world.")
-    ] = None,
+    ] = None
     mission: Annotated[
         str | None, _mission(autocompletion=mission_names, help="Name or file of a mission.")
-    ] = None,
-    laps: Annotated[int, _mission(help="Number of times that each robot drives the mission.")] = 1,
+    ] = None
+    laps: Annotated[int, _mission(help="Number of times that each robot drives the mission.")] = 1
     goals_per_robot: Annotated[
         int | None, _mission(help="End each robot's mission after this many goals.")
-    ] = None,
+    ] = None
     seed: Annotated[
         int, _simulation(help="Seed of all random numbers; the same seed repeats the run.")
-    ] = 0,
+    ] = 0
     realistic: Annotated[
         bool, _simulation("--realistic/--ideal", help="Noisy sensors and localisation by AMCL.")
-    ] = False,
+    ] = False
     drive: Annotated[
         str | None,
         _simulation(
             show_default="wheels",
             help="wheels: rigid bodies; planar: kinematic, for large swarms.",
         ),
-    ] = None,
+    ] = None
     speed: Annotated[
         str | None,
         _simulation(
             show_default="1.0 with viewer or without mission",
             help="Multiple of real time, or max.",
         ),
-    ] = None,
+    ] = None
     free_run: Annotated[
         bool, _simulation("--free-run", help="No lockstep; runs no longer repeat.")
-    ] = False,
-    pack: Annotated[int, _simulation(help="Navigators per process.")] = 1,
-    until_done: Annotated[
-        bool, _mission("--until-done", help="Stop when the mission is done.")
-    ] = False,
-    duration: Annotated[
-        float | None, _mission(help="Stop after this many simulated seconds.")
-    ] = None,
-    headless: Annotated[bool, _windows("--headless", help="Open no window.")] = False,
-    viewer: Annotated[bool, _windows(help="3D view in the browser.")] = False,
-    port: Annotated[int, _windows(help="TCP port of the viewer.")] = VIEWER_PORT,
-    viewer_host: Annotated[str, _windows(help="Address that the viewer listens on.")] = LOOPBACK,
+    ] = False
+    pack: Annotated[int, _simulation(help="Navigators per process.")] = 1
+    until_done: Annotated[bool, _mission("--until-done", help="Stop when the mission is done.")] = (
+        False
+    )
+    duration: Annotated[float | None, _mission(help="Stop after this many simulated seconds.")] = (
+        None
+    )
+    headless: Annotated[bool, _windows("--headless", help="Open no window.")] = False
+    viewer: Annotated[bool, _windows(help="3D view in the browser.")] = False
+    port: Annotated[int, _windows(help="TCP port of the viewer.")] = VIEWER_PORT
+    viewer_host: Annotated[str, _windows(help="Address that the viewer listens on.")] = LOOPBACK
     rviz: Annotated[
         str | None,
         _windows(
@@ -180,49 +181,77 @@ def up(
             " the swarm with its models.",
             metavar="[NAMES]",
         ),
-    ] = None,
-    autostart: Annotated[bool, _simulation(help="Activate the navigators at the start.")] = True,
-    record: Annotated[
-        bool, _output("--record", help="Record the topics to recording/ (MCAP).")
-    ] = False,
+    ] = None
+    autostart: Annotated[bool, _simulation(help="Activate the navigators at the start.")] = True
+    record: Annotated[bool, _output("--record", help="Record the topics to recording/ (MCAP).")] = (
+        False
+    )
     record_topics: Annotated[
         str,
         _output(
             help="Topics to record, like scan,*costmap,/Srobot1/*; or all.", show_default=False
         ),
-    ] = "",
+    ] = ""
     record_rate: Annotated[
         float | None,
         _output(show_default="all", help="Most messages of a topic per simulated second."),
-    ] = None,
-    page: Annotated[
-        bool, _output("--report/--no-report", help="Draw report.html at the end.")
-    ] = True,
+    ] = None
+    page: Annotated[bool, _output("--report/--no-report", help="Draw report.html at the end.")] = (
+        True
+    )
     run_dir: Annotated[
         Path | None, _output(show_default="a new one in runs/", help="Folder of this run.")
-    ] = None,
+    ] = None
     restart: Annotated[
         bool,
         _simulation("--restart/--no-restart", help="Restart processes that died or hang."),
-    ] = True,
-    over_limit: Annotated[bool, _swarm("--over-limit", help="Allow more than 100 robots.")] = False,
+    ] = True
+    over_limit: Annotated[bool, _swarm("--over-limit", help="Allow more than 100 robots.")] = False
     role: Annotated[
         Role | None,
         _hosts(show_default="the whole swarm", help="On several hosts: the part of this host."),
-    ] = None,
+    ] = None
     robots: Annotated[
         str | None,
         _hosts(help="With --role robots: numbers of the robots, like 1-50.", show_default=False),
-    ] = None,
+    ] = None
     connect: Annotated[
         str | None,
         _hosts(help="With --role robots: address of the world's host.", show_default=False),
-    ] = None,
+    ] = None
     bind: Annotated[
         str | None,
         _hosts(show_default="the route to --connect", help="Address or interface to use."),
-    ] = None,
-) -> None:
+    ] = None
+
+    def options(self) -> UpOptions:
+        """Return what they ask for on this host, checked."""
+        check_port(self.port)
+        if self.viewer and self.headless:
+            raise ConfigError("--viewer and --headless exclude each other")
+        if self.viewer:
+            DomainLock(domain_id()).release()  # a swarm that runs has the port, too
+            check_address(self.viewer_host, self.port)
+        add_package_paths(self.package_path or [])
+        fleet = load_fleet(self.fleet) if self.fleet is not None else None
+        size = swarm_size_of(self.swarm_size, fleet)
+        names = names_of(self.names, fleet, size)
+        converted: dict[str, Any] = {
+            "swarm_size": size,
+            "robot": robot_of(self.robot, fleet),
+            "fleet": fleet,
+            "names": names,
+            "map": self.map_,
+            "speed": parse_speed(self.speed, self.viewer or self.mission is None),
+            "rviz": _rviz_windows(self.rviz, self.headless, names, size),
+            "bind": _address_to_bind(self.bind),
+        }
+        given = {item.name for item in fields(self)}
+        same = {item.name for item in fields(UpOptions)} & given - converted.keys()
+        return UpOptions(**converted, **{name: getattr(self, name) for name in same})
+
+
+def _up(context: typer.Context, **values: Any) -> None:
     """Start a swarm of robots: world, navigators and, if wanted, their mission.
 
     Exit code: 0 all goals reached without collision, or stopped by you or at
@@ -230,10 +259,12 @@ def up(
     --duration, if --until-done is given) or a collision; 2 bad input; 3 a
     component failed.
     """
-    if describe is not None:
-        add_package_paths(package_path or [])
-        typer.echo(robot_table(describe))
+    arguments = UpArguments(**values)
+    if arguments.describe is not None:
+        add_package_paths(arguments.package_path or [])
+        typer.echo(robot_table(arguments.describe))
         raise typer.Exit()
+    role, robots, connect, bind = (getattr(arguments, name) for name in PLACE)
     check_combination(role, robots, connect, bind)
     if role is Role.ROBOTS:
         from swarm_commander.hosts import hosts_command, robots_plan
@@ -242,65 +273,31 @@ def up(
             robots or "",
             connect or "",
             bind,
-            pack,
-            run_dir,
+            arguments.pack,
+            arguments.run_dir,
             _typed(context),
             given_secret(os.environ),
         )
         raise typer.Exit(hosts_command.bring_up_robots(plan))
-    check_port(port)
-    if viewer and headless:
-        raise ConfigError("--viewer and --headless exclude each other")
-    if viewer:
-        DomainLock(domain_id()).release()  # a swarm that runs has the port, too
-        check_address(viewer_host, port)
-    add_package_paths(package_path or [])
-    crew = load_fleet(fleet) if fleet is not None else None
-    size = swarm_size_of(swarm_size, crew)
-    robot_names = names_of(names, crew, size)
-    options = UpOptions(
-        swarm_size=size,
-        world=world,
-        robot=robot_of(robot, crew),
-        fleet=crew,
-        names=robot_names,
-        map=map_,
-        keepout_mask=keepout_mask,
-        speed_mask=speed_mask,
-        params=params,
-        mission=mission,
-        laps=laps,
-        goals_per_robot=goals_per_robot,
-        seed=seed,
-        realistic=realistic,
-        drive=drive,
-        speed=parse_speed(speed, viewer or mission is None),
-        free_run=free_run,
-        pack=pack,
-        until_done=until_done,
-        duration=duration,
-        autostart=autostart,
-        page=page,
-        rviz=_rviz_windows(rviz, headless, robot_names, size),
-        viewer=viewer,
-        viewer_host=viewer_host,
-        port=port,
-        record=record,
-        record_topics=record_topics,
-        record_rate=record_rate,
-        run_dir=run_dir,
-        over_limit=over_limit,
-        restart=restart,
-        skip_missing=skip_missing,
-        skip_broken=skip_broken,
-        bind=_address_to_bind(bind),
+    raise typer.Exit(start(arguments.options()))
+
+
+def _command_line(kind: type) -> inspect.Signature:
+    """Return the signature from which typer makes the options of a dataclass."""
+    hints = get_type_hints(kind, include_extras=True)
+    by_name = inspect.Parameter.KEYWORD_ONLY
+    options = [
+        inspect.Parameter(item.name, by_name, default=item.default, annotation=hints[item.name])
+        for item in fields(kind)
+    ]
+    context = inspect.Parameter(
+        "context", inspect.Parameter.POSITIONAL_OR_KEYWORD, annotation=typer.Context
     )
-    run_plan = check_plan(options)
-    lock = DomainLock(domain_id())  # from now on commands in other terminals wait for us
-    ensure_interfaces()
-    code = bring_up(run_plan, lock)
-    ensure_bytecode([*own_packages(), *interface_packages()])  # for the next start
-    raise typer.Exit(code)
+    return inspect.Signature([context, *options])
+
+
+_up.__signature__ = _command_line(UpArguments)  # type: ignore[attr-defined]
+up_app.command("up", epilog=EXAMPLES)(_up)
 
 
 def _typed(context: typer.Context) -> dict[str, object]:

@@ -77,6 +77,11 @@ class Task:
         """Whether it has ended."""
         return self._delivery.phase is Phase.ENDED
 
+    @property
+    def is_accepted(self) -> bool:
+        """Whether the robot has taken the goal, or it has ended."""
+        return self._delivery.phase in (Phase.ACCEPTED, Phase.ENDED)
+
     def cancel(self) -> None:
         """Ask for the end; harmless when it has come."""
         self._is_cancelled = True

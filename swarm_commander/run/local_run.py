@@ -142,6 +142,8 @@ class LocalRun(ProcessRun):
     def _begin(self) -> None:
         for remark in self._plan.remarks:
             self._progress.note(remark, "yellow")
+        for name in self._plan.options.driven_by_users:
+            self._progress.note(f"time begins when a node drives {name}; missions leave it out")
         trace = {"trace_dir": str(self._folder.trace)}
         self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace)
         self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
@@ -370,12 +372,21 @@ class LocalRun(ProcessRun):
         name, silence = event.robot, f"has not answered for {event.seconds:.0f} s"
         if self._is_stopping or name in self._navigators.down | self._navigators.given_up:
             return
+        if name in self._plan.options.driven_by_users:
+            self._lose_external(name, silence)
+            return
         if self._restarts.is_allowed and event.is_alone:
             self._kill_hanging(name, silence)
             return
         self._progress.note(f"{name} {silence}; nobody waits for it any longer", "yellow")
         if self._restarts.is_allowed:  # most are late: is it the machine?
             self._suspects[name] = time.monotonic() + SUSPICION
+
+    def _lose_external(self, name: str, silence: str) -> None:
+        """Count the death of a robot that a node of the user drove; a new node may go on."""
+        self._fail(f"the node that drives {name} {silence}")
+        self.statistics.robots[name].died = True
+        self._tell(WORLD, RobotDead(name))
 
     def _check_suspects(self) -> None:
         now = time.monotonic()

@@ -24,7 +24,7 @@ SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of an omnidirectional one
 ORDERS = ("grouped", "mixed")
 NAMES = (  # texts as written
     "order", "names", "names.*", "groups.*.model", "groups.*.mission", "groups.*.start",
-    "groups.*.names", "groups.*.names.*",
+    "groups.*.names", "groups.*.names.*", "external.*",
 )  # fmt: skip
 MOST = 1000  # robots in a group
 
@@ -64,6 +64,7 @@ class Fleet:
 
     members: tuple[Member, ...]
     names: RobotNames = field(default_factory=RobotNames)
+    external: tuple[str, ...] = ()  # robots that nodes of their users drive
 
     @property
     def label(self) -> str:
@@ -89,7 +90,7 @@ def load_fleet(name_or_path: str | Path) -> Fleet:
     """
     path = _fleet_path(name_or_path)
     data = read_yaml(path, as_written=NAMES)
-    check_keys(data, ("order", "groups", "names"), str(path))
+    check_keys(data, ("order", "groups", "names", "external"), str(path))
     order = data.get("order", "grouped")
     if order not in ORDERS:
         raise UnknownNameError("order", str(order), ORDERS, str(path))
@@ -98,7 +99,11 @@ def load_fleet(name_or_path: str | Path) -> Fleet:
         raise ConfigError(f"{path}: groups is {groups!r}; expected a list of model and count")
     crews = [_group(item, f"{path}: groups[{i}]", path) for i, item in enumerate(groups)]
     members = _dealt(crews) if order == "mixed" else tuple(m for crew in crews for m in crew)
-    return Fleet(members, _names_of_fleet(data.get("names"), members, f"{path}: names"))
+    names = _names_of_fleet(data.get("names"), members, f"{path}: names")
+    external = data.get("external") or []
+    if not isinstance(external, list) or not all(isinstance(name, str) for name in external):
+        raise ConfigError(f"{path}: external is {external!r}; expected a list of robots' names")
+    return Fleet(members, names, tuple(external))
 
 
 def fleet_names() -> list[str]:

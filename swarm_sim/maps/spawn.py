@@ -47,11 +47,12 @@ def deal_places(
         for index, pose in zip(members, spawn_poses(scene, spec, len(members), start), strict=True):
             poses[index] = pose
     placed = [pose for pose in poses if pose is not None]
-    _check_apart(placed, specs, scene.name)
+    check_apart(placed, specs, scene.name)
     return placed
 
 
-def _check_apart(poses: Sequence[Pose], specs: Sequence[RobotSpec], world: str) -> None:
+def check_apart(poses: Sequence[Pose], specs: Sequence[RobotSpec], world: str) -> None:
+    """Raise WorldError for the first two robots that would overlap at their start."""
     points = np.array([(pose.x, pose.y) for pose in poses])
     radii = np.array([spec.circumscribed_radius for spec in specs])
     for index in range(1, len(poses)):

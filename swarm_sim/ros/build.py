@@ -17,7 +17,7 @@ from swarm_sim.maps.check import check_map, check_sites, check_vehicles, check_w
 from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
 from swarm_sim.maps.map_difference import compare
 from swarm_sim.maps.passages import check_ways
-from swarm_sim.maps.spawn import deal_places
+from swarm_sim.maps.spawn import check_apart, deal_places
 from swarm_sim.maps.world_check import checked
 from swarm_sim.ros.settings import RobotEntry, Settings
 from swarm_sim.scene.actors import load_actors
@@ -165,7 +165,9 @@ def _places(scene: Scene, specs: Sequence[RobotSpec], settings: Settings) -> lis
     own = [spec for spec, is_working in zip(specs, works, strict=True) if is_working]
     widest = max(specs, key=lambda spec: spec.circumscribed_radius)
     places = iter(deal_places(scene, own, starts, widest))
-    return [robot.broken_at or next(places) for robot in robots]
+    poses = [robot.broken_at or next(places) for robot in robots]
+    check_apart(poses, specs, scene.name)  # broken ones stand where their user says
+    return poses
 
 
 def _map(

@@ -32,6 +32,7 @@ class RobotEntry:
     # where its group starts: name of a spawn, or one of its own; empty for the default
     start: str | Spawn = ""
     battery: BatterySpec | None = None  # None: that of its model, if any
+    external: bool = False  # whether a node of the user drives it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,6 +52,7 @@ class Settings:
     stations: tuple[str, ...] | None = None  # that robots are sent to; None: all
     seed: int = 0
     speed: float | None = None  # times real time; None: as fast as possible
+    paused: bool = False  # at the start; time passes by steps only
     free_run: bool = False  # no lockstep, for third-party navigators
     cmd_vel_stamped: bool = True  # TwistStamped; False: Twist, in free run only
     wall_limit: float = 15.0  # [s] for a tick; longer than a mission's next goal is waited for
@@ -108,11 +110,12 @@ def _parse_robot(
     broken_at: Sequence[float] | None = None,
     start: object = "",
     battery: object = None,
+    external: bool = False,
 ) -> RobotEntry:
     spot = None if broken_at is None else Pose(*broken_at)
     own = start if isinstance(start, str) else parse_spawn(start, f"start of {name}")
     supply = None if battery is None else parse_battery(battery, f"battery of {name}")
-    return RobotEntry(name, model, spot, own, supply)
+    return RobotEntry(name, model, spot, own, supply, external)
 
 
 def read_settings(path: str | Path) -> Settings:

@@ -1,4 +1,4 @@
-"""Light time series of the truth for the report: where everybody was, once a second."""
+"""Time series of the truth: where everybody was, each second for the report, and each tick."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from swarm_common.files.journal import Journal
 from swarm_common.files.map_io import save_map
+from swarm_common.files.trajectory_io import TRAJECTORY_FILE, TrajectoryWriter
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_sim.physics.engine import NEAR
@@ -28,13 +29,17 @@ class Trace:
     `NEAR`.
     """
 
-    def __init__(self, journal: Journal, names: Sequence[str]) -> None:
+    def __init__(
+        self, journal: Journal, names: Sequence[str], ticks: TrajectoryWriter | None = None
+    ) -> None:
         """Begin; the names of the robots are written first.
 
         Args:
             names: The list may grow while the run goes on.
+            ticks: Takes the poses of every tick; None for nobody.
         """
         self._journal = journal
+        self._ticks = ticks
         self._names = names
         self._clearances = np.full((0, 2), NEAR)
         self._grow()
@@ -59,6 +64,8 @@ class Trace:
         """
         if len(poses) > len(self._clearances):
             self._grow()
+        if self._ticks is not None:
+            self._ticks.write(tick, poses, absent)
         np.minimum(self._clearances, clearances, out=self._clearances)
         if tick % PERIOD_TICKS:
             return
@@ -82,7 +89,8 @@ def begin_trace(folder: Path, stage: WorldSetup) -> Trace:
     world = stage.world
     try:
         save_map(stage.grid, folder / MAP_FILE)
-        trace = Trace(Journal(folder / SERIES_FILE), world.names)
+        ticks = TrajectoryWriter(folder / TRAJECTORY_FILE)
+        trace = Trace(Journal(folder / SERIES_FILE), world.names, ticks)
     except OSError as cause:
         raise ConfigError(f"trace_dir: cannot write to {folder}: {cause.strerror}") from cause
     trace.observe(world.tick, world.poses, world.clearances)

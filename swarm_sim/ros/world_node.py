@@ -118,7 +118,7 @@ class WorldNode:
         self._entities = Entities(self._node, self._robots, objects, reach, self, self._rejections)
         Inquiries(self._node, stage.world, self._robots, objects, self._rejections)
         self._moves = Moves(self._node)
-        self._state = RunState()
+        self._state = RunState(is_paused=settings.paused)
         self._services = Control(self._node, self._state, speed, self._set_speed)
         if is_large:
             events.write(MeetingPorts("world", self._links.meeting_ports))
@@ -314,7 +314,8 @@ class WorldNode:
             self._obey(command)
         self._rejections.tell(now)
         self._poll_clock_listeners()
-        self._links.poll_viewers()
+        if self._links.poll_viewers() and self._observations:  # this tick may last
+            self._links.publish_for_viewers(self._observations, self._world)
         self._links.check_foreign_publishers()
         self._scenery.poll_viewers(self._tick)
         for sentence in self._world.motionless():

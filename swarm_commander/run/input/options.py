@@ -31,6 +31,7 @@ class UpOptions:
     robot: str = DEFAULT_ROBOT  # with a fleet: its models
     fleet: Fleet | None = None
     names: RobotNames = field(default_factory=RobotNames)
+    external: tuple[str, ...] = ()  # robots that nodes of the user drive; from programs
     map: Path | None = None
     keepout_mask: Path | None = None  # in place of that of sites.yaml
     speed_mask: Path | None = None
@@ -42,6 +43,7 @@ class UpOptions:
     realistic: bool = False  # sensors that err, and AMCL
     drive: str | None = None  # one of DRIVES; None: the engine in the world's parameters
     speed: float | None = None  # times real time; None for as fast as possible
+    paused: bool = False  # whether time passes by steps only; from programs
     free_run: bool = False
     pack: int = 1
     until_done: bool = False
@@ -82,6 +84,7 @@ class UpOptions:
             raise ConfigError(f"--duration is {self.duration}; it must be a positive time in s")
         self._check_mission()
         self._check_recording()
+        self._check_external()
         if self.bind and self.pack != 1:
             raise ConfigError("--pack belongs to the robots' hosts: give it with --role robots")
 
@@ -124,6 +127,22 @@ class UpOptions:
         elif self.free_run and self.until_done and self.duration is None:
             # Without lockstep nothing bounds the simulated time of a robot that hangs.
             raise ConfigError("--free-run with --until-done needs a --duration as a limit")
+
+    def _check_external(self) -> None:
+        known, external = self.robot_names, self.driven_by_users
+        for name in external:
+            if name not in known:
+                raise UnknownNameError("robot", name, known, "external")
+        if len(external) == len(known):
+            raise ConfigError("external leaves no robot with a navigator of ours")
+        if external and (self.free_run or self.bind):
+            raise ConfigError("external robots need lockstep and one host: leave out the other")
+
+    @property
+    def driven_by_users(self) -> tuple[str, ...]:
+        """Names of the robots that have no navigator of ours."""
+        in_fleet = self.fleet.external if self.fleet is not None else ()
+        return tuple(dict.fromkeys((*in_fleet, *self.external)))
 
     def _check_recording(self) -> None:
         rate = self.record_rate

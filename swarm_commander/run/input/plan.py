@@ -112,9 +112,9 @@ class RunPlan:
 
     @property
     def alive(self) -> list[str]:
-        """Names of the robots that have a navigator."""
-        broken = self.overrides.world.broken_map
-        return [name for name in self.options.robot_names if name not in broken]
+        """Names of the robots that have a navigator of ours."""
+        absent = {*self.overrides.world.broken_map, *self.options.driven_by_users}
+        return [name for name in self.options.robot_names if name not in absent]
 
     @property
     def names_engine(self) -> bool:
@@ -144,6 +144,7 @@ class RunPlan:
                     "model": member.model,
                     "broken_at": _triple(broken.get(name)),
                     "start": member.start or "",
+                    **({"external": True} if name in options.driven_by_users else {}),
                     **_battery_of(member),
                 }
                 for name, member in zip(options.robot_names, self.fleet.members, strict=True)
@@ -157,6 +158,7 @@ class RunPlan:
             "seed": options.seed,
             "realistic": options.realistic,
             "speed": "max" if options.speed is None else options.speed,
+            **({"paused": True} if options.paused else {}),
             "free_run": options.free_run,
             "duration": options.duration,
             "verdict_path": str(verdict),
@@ -305,8 +307,12 @@ def check_plan(options: UpOptions) -> RunPlan:
     overrides = Overrides({})
     if options.params is not None:
         overrides = load_overrides(options.params, options.robot_names, defaults)
-        if len(overrides.world.broken_map) == options.swarm_size:
+        without = {*overrides.world.broken_map, *options.driven_by_users}
+        if len(without) == options.swarm_size:
             raise ConfigError(f"{options.params}: /world: broken leaves no robot that works")
+        if both := set(options.driven_by_users) & overrides.world.broken_map.keys():
+            names = ", ".join(sorted(both))
+            raise ConfigError(f"{options.params}: {names} is broken and external; choose one")
     mission = load_mission(options.mission) if options.mission is not None else None
     # the number of the last robot of each mission; None is the one of all others
     stations: set[str] = set()

@@ -66,6 +66,7 @@ class RobotLink:
         on_answer: Callable[[], None],
         foreigners: Foreigners,
         errors: SensorErrors,
+        is_external: bool = False,
     ) -> None:
         """Create the topics of `/name`.
 
@@ -73,6 +74,8 @@ class RobotLink:
             robot_id: Id that the robot's beacons must have; 0 for any.
             on_answer: Called when command and beacon of the present tick are both there.
             foreigners: Receives what is not the robot's, and what makes no sense.
+            is_external: Whether a node of the user drives it, which may send commands without the
+                stamp of a tick; then nobody waits for it.
         """
         self.name = name
         self.is_gone = False
@@ -86,6 +89,9 @@ class RobotLink:
         self._listeners = 0
         self._repeats_due = 0
         self._is_free_run = settings.free_run
+        self._is_external = is_external
+        self.is_unstamped = False  # whether it drives without regard to ticks
+        self._has_beacon = not is_external  # whether its answers have one
         self._tick = 0
         self._published = -1  # tick
         self._other: Twist | None = None
@@ -106,6 +112,7 @@ class RobotLink:
         )
         self._commands = self._subscribe(node, kind, "cmd_vel")
         self._beacons = self._subscribe(node, Beacon, "beacon")
+        self._truth_viewers = 0
         self.poll_viewers()
 
     def _create_publishers(self, node: Node, gallery: Node, space: str) -> None:
@@ -163,14 +170,19 @@ class RobotLink:
         self._description.publish(String(data=urdf))
         self._tf_static.publish(TFMessage(transforms=fixed_transforms(self._joints)))
 
-    def poll_viewers(self) -> None:
-        """See which of the topics that only viewers need have a subscriber."""
+    def poll_viewers(self) -> bool:
+        """See which topics for viewers have a subscriber; return whether the truth has more.
+
+        The truth of the present tick is published again for them.
+        """
         if self.is_gone:
-            return
-        self.wants_truth = self._truth.get_subscription_count() > 0
+            return False
+        before, self._truth_viewers = self._truth_viewers, self._truth.get_subscription_count()
+        self.wants_truth = self._truth_viewers > 0
         self.wants_imu = self._imu.get_subscription_count() > 0
         self.wants_joints = self._joint_states.get_subscription_count() > 0
         self.wants_tf = self._tf.get_subscription_count() > 0
+        return self._truth_viewers > before
 
     def destroy(self) -> None:
         """Withdraw all topics: the robot is not there any more."""
@@ -221,7 +233,7 @@ class RobotLink:
     @property
     def has_answered(self) -> bool:
         """Whether the whole answer to the present tick is there."""
-        return self.command is not None and self.beacon is not None
+        return self.command is not None and (self.beacon is not None or not self._has_beacon)
 
     @property
     def lag(self) -> int:
@@ -296,6 +308,10 @@ class RobotLink:
 
     def _receive_stamped(self, data: bytes) -> None:
         tick, twist = self._command_reader.read(data)
+        if self._is_external and tick != self._tick:
+            if tick == 0 or not tick <= self.newest_tick:  # else an answer that is repeated
+                self.is_unstamped, self._other = True, twist
+            return
         if tick > self._tick and not self._is_free_run:
             raise RejectedError(f"the stamp is of tick {tick}; it is tick {self._tick} now")
         self.newest_tick = max(self.newest_tick, tick)
@@ -308,12 +324,13 @@ class RobotLink:
         if self._is_free_run:  # in lockstep, a late answer is not a command for this tick
             self._other = twist
         if is_answer and self.command is None:
-            self.command = twist
+            self.command, self.is_unstamped = twist, False
             self._record_answer()
 
     def _receive_beacon(self, data: bytes) -> None:
         beacon = read_beacon(data, self._robot_id, self._tick)
         is_answer = beacon["tick"] == self._tick or self._is_free_run
+        self._has_beacon = True
         if is_answer and self.beacon is None:
             self.beacon = beacon
             self._record_answer()

@@ -48,6 +48,7 @@ class Links:
             is_large: Whether the topics are spread over hubs, see `participants`.
         """
         self._settings = settings
+        self._external = {robot.name for robot in settings.robots if robot.external}
         self._number_of = settings.names.number_of
         self._barrier = barrier
         self._foreigners = foreigners
@@ -92,6 +93,7 @@ class Links:
             record_answer,
             self._foreigners,
             self._world.errors_of(spec),
+            is_external=name in self._external,
         )
         if robot < len(self._links):
             self._links[robot] = link
@@ -206,6 +208,8 @@ class Links:
                 continue
             before = link.newest_tick
             link.receive_answers()
+            if link.is_unstamped:
+                self._barrier.excuse(robot)
             if link.newest_tick > before and 0 < link.lag <= KEEPS_UP:
                 self._barrier.hear(robot)
 
@@ -213,7 +217,10 @@ class Links:
         """Return command and beacon of each robot; a robot that did not answer in time stops."""
         commands = [link.fresh_command() for link in self._links]
         if not self._settings.free_run:
-            commands = [command or Twist() for command in commands]
+            commands = [  # an unstamped one holds until the next, as in free run
+                command if command or link.is_unstamped else Twist()
+                for command, link in zip(commands, self._links, strict=True)
+            ]
         return commands, [link.beacon for link in self._links]
 
     def publish_for_viewers(self, observations: Sequence[Observation], world: World) -> None:
@@ -229,10 +236,9 @@ class Links:
                 if link.wants_truth:
                     link.publish_truth(*truth)
 
-    def poll_viewers(self) -> None:
-        """See which of the topics that only viewers need have a subscriber."""
-        for link in self._links:
-            link.poll_viewers()
+    def poll_viewers(self) -> bool:
+        """See which topics for viewers have a subscriber; return whether there is a new one."""
+        return any([link.poll_viewers() for link in self._links])
 
     def check_foreign_publishers(self) -> None:
         """Look for foreign publishers on topics of robots; a few robots at each call."""

@@ -24,8 +24,8 @@ class RunState:
         is_paused: Whether time stands still unless steps are asked for.
     """
 
-    def __init__(self) -> None:
-        self.is_paused = False
+    def __init__(self, *, is_paused: bool = False) -> None:
+        self.is_paused = is_paused
         self._steps = 0
         self._waiting: list[tuple[Callable[[bool], None], Callable[[], None]]] = []
 

@@ -1,0 +1,65 @@
+"""Swarms of mobile robots from Python; the names in `__all__` stay, everything else may change.
+
+Imports every other package, and nobody of ours imports it. ROS is imported when a swarm of real
+processes starts; the bench needs none.
+
+Modules, lower ones first:
+
+    tables         A DataFrame where pandas is there
+    trajectories   Where every robot was at each tick
+    report         Figures of a run
+    world          Worlds: those that come along, and new ones
+    place          Goals: a station, a pose or a pixel of the map
+    goal           A goal on its way
+    backend        What runs a swarm, seen from `Swarm`
+    bench          All in this process, without ROS
+    child          The process that runs a swarm for a program
+    graph          A process for each robot, seen over ROS
+    external       A robot that a node of one's own drives
+    robot          One robot
+    picture        Map, paths and stations by matplotlib
+    swarm          A swarm, on the bench or as processes
+    arena          Worlds to learn in
+    gym            Environments to learn in, with the extra `learn`
+    shortcuts      One call each: run a scenario, load a robot, start what swarm-up starts
+"""
+
+from __future__ import annotations
+
+from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.scenario import Scenario
+from swarm_commander.run.input.options import UpOptions
+from swarm_common.model.errors import SwarmError
+from swarm_common.model.records import Pose, Twist
+from swarm_workbench.external import ExternalRobot, Sensed
+from swarm_workbench.goal import Goal, GoalResult
+from swarm_workbench.place import Pixel
+from swarm_workbench.report import Report
+from swarm_workbench.robot import Robot
+from swarm_workbench.shortcuts import load_robot, run_scenario, start
+from swarm_workbench.swarm import Swarm
+from swarm_workbench.trajectories import Trajectories
+from swarm_workbench.world import World, load_world
+
+__all__ = [
+    "ExternalRobot",
+    "Goal",
+    "GoalResult",
+    "Pixel",
+    "Pose",
+    "Report",
+    "Robot",
+    "RunResult",
+    "Scenario",
+    "Sensed",
+    "Swarm",
+    "SwarmError",
+    "Trajectories",
+    "Twist",
+    "UpOptions",
+    "World",
+    "load_robot",
+    "load_world",
+    "run_scenario",
+    "start",
+]

@@ -1,0 +1,227 @@
+"""Worlds to learn in: twists in, poses, scans and contacts out; with or without a shield."""
+
+from __future__ import annotations
+
+import functools
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from swarm_bench.runs.episode import RunOptions, make_drivers, make_world, robot_named
+from swarm_bench.runs.scenario import Scenario
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import FloatArray, Mask, Pose, Twist
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.core.goals import Goal, GoalKind
+from swarm_sim.world.world import World
+from swarm_workbench.world import load_world
+
+GAP = 0.2  # [m] between robots, and half of it to walls, at random places
+TRIES = 200  # for each robot
+
+
+class Arena(Protocol):
+    """Robots that obey twists.
+
+    Attributes:
+        poses: (n, 3) true x, y, yaw in map.
+        twists: (n, 3) vx, wz, vy [m/s, rad/s, m/s].
+        ranges: (n, rays) [m] of the latest scans; inf where nothing was hit.
+    """
+
+    poses: FloatArray
+    twists: FloatArray
+    ranges: NDArray[np.float32]
+
+    def reset(self, starts: FloatArray, seed: int) -> None:
+        """Put the robots at poses (n, 3), standing, at tick 0."""
+
+    def step(self, twists: FloatArray) -> Mask:
+        """Drive towards twists (n, 3) for a tick; return who touches something."""
+
+
+class _OpenWorld(World):
+    """A world that takes twists and can begin anew; it has no radio, odometry or verdict."""
+
+    def begin(self, starts: FloatArray) -> None:
+        """Put the robots at poses (n, 3), standing, at tick 0."""
+        self._tick = 0
+        for robot, pose in enumerate(starts):
+            self._engine.place(robot, pose)
+
+    def drive(self, targets: FloatArray) -> Mask:
+        """Advance one tick towards twists (n, 3); return who touches something."""
+        contacts = np.zeros(len(self.specs), np.bool_)
+        for touch in self._engine.advance(targets):
+            contacts[touch.robot] = True
+            if touch.other >= 0:
+                contacts[touch.other] = True
+        self._tick += 1
+        return contacts
+
+    def take_scans(self, ranges: NDArray[np.float32]) -> None:
+        """Write the scans that are due at this tick."""
+        assert self._lidars is not None
+        for robot, scan in self._lidars.due(self._tick, self._engine.poses).items():
+            ranges[robot] = scan.ranges
+
+    @property
+    def twists(self) -> FloatArray:
+        """True vx, wz, vy (n, 3)."""
+        return self._engine.twists
+
+
+class OpenArena:
+    """Nobody holds a robot back from hitting something."""
+
+    def __init__(self, world: str, robot: str, count: int) -> None:
+        self._options = options_of(world, robot, count)
+        self._specs = [robot_named(robot)] * count
+        self._world: _OpenWorld | None = None
+        self.ranges = np.full((count, self._specs[0].lidar.rays), np.inf, np.float32)
+        self.poses = self.twists = np.zeros((count, 3))
+
+    def reset(self, starts: FloatArray, seed: int) -> None:
+        """Put the robots at poses (n, 3), standing, at tick 0."""
+        if self._world is None:
+            scene = load_world(self._options.scenario.world).scene
+            homes = [Pose(*pose) for pose in starts.tolist()]
+            world = make_world(self._options, scene, self._specs, homes, None, _OpenWorld)
+            assert isinstance(world, _OpenWorld)
+            self._world = world
+        self._world.begin(starts)
+        self._look(self._world)
+
+    def step(self, twists: FloatArray) -> Mask:
+        """Drive towards twists (n, 3) for a tick; return who touches something."""
+        assert self._world is not None
+        contacts = self._world.drive(twists)
+        self._look(self._world)
+        return contacts
+
+    def _look(self, world: _OpenWorld) -> None:
+        world.take_scans(self.ranges)
+        self.poses, self.twists = world.poses, world.twists
+
+
+class ShieldedArena:
+    """Each robot is steered by hand, as its navigator allows: inside space that it has reserved.
+
+    A navigator drives a steered robot straight, or turns it on the spot: of a twist, the larger of
+    its forward and its turning share counts.
+    """
+
+    def __init__(self, world: str, robot: str, count: int) -> None:
+        self._world_name, self._robot, self._count = world, robot, count
+        self._specs = [robot_named(robot)] * count
+        self._scene = load_world(world).scene
+        self._grid = grid_of(world)
+        self.ranges = np.full((count, self._specs[0].lidar.rays), np.inf, np.float32)
+        self.poses = self.twists = np.zeros((count, 3))
+
+    def reset(self, starts: FloatArray, seed: int) -> None:
+        """Put the robots at poses (n, 3), standing, at tick 0, with new navigators."""
+        options = options_of(self._world_name, self._robot, self._count, seed)
+        homes = [Pose(*pose) for pose in starts.tolist()]
+        self._world = make_world(options, self._scene, self._specs, homes, None)
+        made = make_drivers(options, self._scene.sites, self._specs, self._grid, homes)
+        self._navigators = [each for each in made if isinstance(each, Navigator)]
+        for navigator in self._navigators:
+            navigator.set_goal(Goal(kind=GoalKind.TELEOP, goal_id=1))
+        self._known = 0
+        self._observe()
+
+    def step(self, twists: FloatArray) -> Mask:
+        """Steer with twists (n, 3) for a tick; return who began to touch something."""
+        tick = self._world.tick
+        outputs = []
+        for navigator, (vx, wz, vy) in zip(self._navigators, twists.tolist(), strict=True):
+            navigator.steer(Twist(vx, vy, wz))
+            outputs.append(navigator.tick(tick))
+        self._world.step([each.twist for each in outputs], [each.beacon for each in outputs])
+        contacts = np.zeros(self._count, np.bool_)
+        for collision in self._world.collisions[self._known :]:
+            contacts[[self._world.names.index(name) for name in collision.robots]] = True
+        self._known = len(self._world.collisions)
+        self._observe()
+        return contacts
+
+    def _observe(self) -> None:
+        for robot, seen in enumerate(self._world.observe()):
+            navigator = self._navigators[robot]
+            navigator.on_odom(seen.odom)
+            if seen.scan is not None:
+                navigator.on_scan(seen.scan)
+                self.ranges[robot] = seen.scan.ranges
+            navigator.on_reception(seen.reception)
+        self.poses = self._world.poses
+        self.twists = np.array([(t.vx, t.wz, t.vy) for _, t in self._world.ground_truth()])
+
+
+def options_of(world: str, robot: str, count: int, seed: int = 0) -> RunOptions:
+    """Return the options of a run of robots without a mission."""
+    scenario = Scenario(
+        name="arena",
+        world=world,
+        mission="",
+        robots=(count,),
+        robot=robot,
+        with_lidar=True,
+        noise=0.0,
+    )
+    return RunOptions(scenario=scenario, robots=count, seed=seed)
+
+
+@functools.lru_cache(maxsize=4)
+def grid_of(world: str) -> Grid:
+    """Return the map of a world, with its zones."""
+    found = load_world(world)
+    return found.scene.sites.zones.mark(found.map)
+
+
+def spread(
+    places: FloatArray, radius: float, count: int, random: np.random.Generator
+) -> FloatArray:
+    """Return poses (count, 3) at random places where robots stand apart from each other.
+
+    Args:
+        places: Centres (m, 2) [m] to choose from.
+        radius: [m] of a robot.
+
+    Raises:
+        ConfigError: If no room is found for so many.
+    """
+    apart = 2.0 * radius + GAP
+    poses = np.empty((count, 3))
+    found = 0
+    for chosen in random.integers(len(places), size=TRIES * count).tolist():
+        near = np.hypot(*(poses[:found, :2] - places[chosen]).T)
+        if np.all(near > apart):
+            poses[found] = *places[chosen], random.uniform(-np.pi, np.pi)
+            found += 1
+            if found == count:
+                return poses
+    raise ConfigError(f"the world has room for {found} robots at random places, not for {count}")
+
+
+def places_on(grid: Grid, radius: float) -> FloatArray:
+    """Return the centres (m, 2) [m] of a map's cells where a robot stands clear of walls.
+
+    Only cells of the largest connected free region count, so that there is a way between any two.
+
+    Raises:
+        ConfigError: If there is none.
+    """
+    regions, _ = ndimage.label(grid.cells == 0)
+    sizes = np.bincount(regions.ravel())
+    sizes[0] = 0
+    room = ndimage.distance_transform_edt(regions == np.argmax(sizes)) * grid.resolution
+    rows, columns = np.nonzero(room > radius + GAP / 2.0)
+    if not len(rows) or not sizes.any():
+        raise ConfigError(f"the map has no place where a robot of radius {radius:.2f} m stands")
+    x = grid.origin_x + (columns + 0.5) * grid.resolution
+    y = grid.origin_y + (rows + 0.5) * grid.resolution
+    return np.column_stack([x, y])

@@ -1,0 +1,239 @@
+"""The bench as a backend: world and navigators in this process, tick by tick, without ROS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swarm_bench.runs.episode import Episode, RunOptions, build, robot_named
+from swarm_bench.runs.harness import Harness, InjectedFaults
+from swarm_common.model.errors import ConfigError, SwarmError
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan, Twist
+from swarm_nav.core.goals import Goal as NavGoal
+from swarm_nav.core.goals import GoalEnded, GoalKind, Output, Status
+from swarm_sim.world.world import Observation
+from swarm_workbench.goal import Goal
+from swarm_workbench.report import Report, RobotFigures
+from swarm_workbench.trajectories import Trajectories
+
+
+class _Stepped(Harness):
+    """A harness that has decided its present tick, and goes on although missions are over."""
+
+    def __init__(self, options: RunOptions, stage: Episode, faults: InjectedFaults) -> None:
+        super().__init__(options, stage=stage, faults=faults)
+        self.scans: list[Scan | None] = [None] * len(stage.drivers)
+        self.goals: dict[tuple[int, int], Goal] = {}  # by robot and id
+        self._think()
+
+    def advance(self) -> bool:
+        """Take a step of the world, then decide."""
+        self._watch(self.stage.world.step(self._twists, self._sent))
+        self._think()
+        return True
+
+    def die(self, robot: int) -> None:
+        """Let a robot do and say nothing from the next tick on; its goals fail."""
+        self._dead.add(robot)
+        self._twists[robot], self._sent[robot] = Twist(), None
+        for (owner, _), goal in self.goals.items():
+            if owner == robot:
+                goal.settle("aborted", "its navigator died", self.stage.world.tick)
+
+    def set_goal(self, robot: int, goal: Goal, order: Mapping[str, Any]) -> None:
+        """Send a goal; it takes effect at the next tick."""
+        if robot in self._dead:
+            raise SwarmError(f"the navigator of {goal.robot} is dead; it takes no goals")
+        self._goal_ids[robot] += 1
+        self.goals[robot, self._goal_ids[robot]] = goal
+        self.stage.drivers[robot].set_goal(NavGoal(goal_id=self._goal_ids[robot], **order))
+
+    def _think(self) -> None:
+        tick = self.stage.world.tick
+        self._die(tick)
+        observed: Sequence[Observation] = self.stage.world.observe()
+        self._decide(tick, observed)
+        self._note(tick)
+        for index, output in enumerate(self._outputs):
+            if observed[index].scan is not None:
+                self.scans[index] = observed[index].scan
+            if output is not None and (output.events or tick == 0):
+                self._settle(index, tick, output)
+
+    def _settle(self, index: int, tick: int, output: Output) -> None:
+        mine = {
+            id(event): self.goals.pop((index, event.goal_id), None)
+            for event in output.events
+            if isinstance(event, GoalEnded)
+        }
+        others = tuple(event for event in output.events if mine.get(id(event)) is None)
+        self._follow_mission(index, tick, Output(output.twist, output.beacon, others))
+        for event in output.events:
+            goal = mine.get(id(event))
+            if goal is not None and isinstance(event, GoalEnded):
+                code = f"error {int(event.error_code)}: " if event.error_code else ""
+                reason = "" if event.outcome.value == "succeeded" else f"{code}{event.message}"
+                goal.settle(event.outcome.value, reason, event.tick)
+
+
+class BenchBackend:
+    """World and navigators in this process."""
+
+    def __init__(self, options: RunOptions, faults: InjectedFaults | None = None) -> None:
+        """Build everything; the robots stand at tick 0.
+
+        Raises:
+            SwarmError: If a file or a value is unusable.
+        """
+        stage = build(options)
+        self.folder: Path | None = None
+        self.grid, self.sites = stage.grid, stage.sites
+        self.names: Sequence[str] = stage.world.names
+        self.specs: Sequence[RobotSpec] = [
+            robot_named(name) for name in options.scenario.models(options.robots)
+        ]
+        self._harness = _Stepped(options, stage, faults or InjectedFaults())
+        self._world = stage.world
+        self._is_closed = False
+        self.url = ""
+        self.domain: int | None = None
+        self._true: list[FloatArray] = []
+        self._estimated: list[FloatArray] = []
+        self._record()
+
+    @property
+    def tick(self) -> int:
+        """Control ticks since the start."""
+        return self._world.tick
+
+    def advance(self, ticks: int) -> None:
+        """Let time pass."""
+        for _ in range(ticks):
+            self._harness.advance()
+            self._record()
+
+    def _record(self) -> None:
+        self._true.append(self.true_poses())
+        self._estimated.append(self.estimated_poses())
+
+    def trajectories(self) -> Trajectories:
+        """Return where every robot was at each tick so far."""
+        times = np.arange(len(self._true), dtype=np.float64) * CONTROL_PERIOD
+        true, estimated = np.stack(self._true), np.stack(self._estimated)
+        return Trajectories(tuple(self.names), times, true, estimated)
+
+    def true_poses(self) -> FloatArray:
+        """Return x, y [m], yaw [rad] in map of each robot (n, 3)."""
+        return self._world.poses.copy()
+
+    def estimated_poses(self) -> FloatArray:
+        """Return likewise what the robots believe."""
+        poses: FloatArray = self._harness.beacons["pose"].astype(float)
+        return poses
+
+    def scan(self, robot: int) -> Scan | None:
+        """Return a robot's latest scan."""
+        return self._harness.scans[robot]
+
+    def status(self, robot: int) -> Status:
+        """Return a robot's status."""
+        return self._harness.stage.drivers[robot].status()
+
+    def drive(self, robot: int, goal: Goal, pose: Pose) -> None:
+        """Send a robot to a pose in map."""
+        self._harness.set_goal(robot, goal, {"kind": GoalKind.NAVIGATE, "poses_map": (pose,)})
+
+    def send(self, robot: int, goal: Goal, fields: Mapping[str, Any] | Any) -> None:
+        """Send a goal of spin, wait, backup or drive_on_heading, by the fields of its message."""
+        makers = {"spin": _spin, "wait": _wait, "backup": _drive, "drive_on_heading": _drive}
+        if goal.action not in makers or not isinstance(fields, Mapping):
+            raise ConfigError(
+                f"the bench takes {', '.join(makers)} with the fields of Nav2's message as a"
+                f" mapping, not {goal.action}; leave out bench=True for all of Nav2"
+            )
+        try:
+            order = makers[goal.action](fields)
+        except (KeyError, TypeError, ValueError) as error:
+            raise ConfigError(f"{goal.action} of {goal.robot}: {error!r} in {fields}") from None
+        self._harness.set_goal(robot, goal, {"kind": GoalKind(goal.action), **order})
+
+    def cancel(self, robot: int, goal: Goal) -> None:
+        """Cancel a robot's goal."""
+        driver = self._harness.stage.drivers[robot]
+        cancel = getattr(driver, "cancel_goal", None)
+        if cancel is None:
+            raise SwarmError(f"a {type(driver).__name__} cannot cancel goals; send another one")
+        cancel()
+
+    def fail(self, robot: int) -> None:
+        """Let a robot do and say nothing from now on."""
+        self._harness.die(robot)
+
+    def report(self) -> Report:
+        """Return the figures so far."""
+        verdict = self._world.verdict
+        statuses = [driver.status() for driver in self._harness.stage.drivers]
+        return Report(
+            sim_time=self._world.sim_time,
+            robot_robot=verdict.robot_robot,
+            robot_world=verdict.robot_world,
+            near_misses=verdict.near_misses,
+            min_clearance=verdict.min_clearance,
+            robots=[
+                figures_of(name, each) for name, each in zip(self.names, statuses, strict=True)
+            ],
+            full={},
+        )
+
+    def close(self) -> None:
+        """Release what the physics engine holds."""
+        if not self._is_closed:
+            self._is_closed = True
+            self._world.close()
+
+
+def figures_of(name: str, status: Any) -> RobotFigures:
+    """Return a robot's figures from its status, that of a navigator or the message."""
+    return RobotFigures(
+        robot=name,
+        state=status.state,
+        goals_reached=status.goals_reached,
+        goals_failed=status.goals_failed,
+        wait_time=status.wait_time,
+        hold_time=status.hold_time,
+        battery=status.battery,
+    )
+
+
+def _spin(fields: Mapping[str, Any]) -> dict[str, Any]:
+    return {"angle": _number(fields["target_yaw"]), "duration": _seconds(fields, "time_allowance")}
+
+
+def _wait(fields: Mapping[str, Any]) -> dict[str, Any]:
+    return {"duration": _seconds(fields, "time")}
+
+
+def _drive(fields: Mapping[str, Any]) -> dict[str, Any]:
+    distance = _number(fields["target"]["x"])
+    return {
+        "distance": abs(distance),
+        "is_reverse": distance < 0.0,
+        "speed": abs(_number(fields["speed"])),
+        "duration": _seconds(fields, "time_allowance"),
+    }
+
+
+def _seconds(fields: Mapping[str, Any], name: str) -> float:
+    time = fields.get(name, {})
+    return _number(time.get("sec", 0)) + 1e-9 * _number(time.get("nanosec", 0))
+
+
+def _number(value: Any) -> float:
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{value} is not finite")
+    return number

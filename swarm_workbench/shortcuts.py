@@ -1,0 +1,68 @@
+"""One call each: run a scenario, load a robot, start what `swarm-up` starts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from swarm_bench.runs.episode import RunOptions
+from swarm_bench.runs.harness import run
+from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.scenario import Scenario, load_scenario
+from swarm_commander.run.input.options import UpOptions
+from swarm_common.model.records import RobotSpec
+from swarm_common.robots import loading
+
+
+def run_scenario(
+    scenario: str | Scenario,
+    *,
+    robots: int | None = None,
+    seed: int = 0,
+    brain: str = "ours",
+    parameters: Mapping[str, Any] | None = None,
+) -> RunResult:
+    """Run a scenario on the bench to its end.
+
+    Args:
+        scenario: Its name or file, or a `Scenario`.
+        robots: Number of robots; None for the scenario's first.
+        brain: What decides for each robot: ours, dwa, orca, or `module:Class`.
+        parameters: Of the navigators by dotted name, in place of the defaults.
+
+    Raises:
+        SwarmError: If a file or a value is unusable.
+    """
+    chosen = load_scenario(scenario) if isinstance(scenario, str) else scenario
+    count = chosen.robots[0] if robots is None else robots
+    return run(
+        RunOptions(
+            scenario=chosen, robots=count, seed=seed, method=brain, parameters=parameters or {}
+        )
+    )
+
+
+def load_robot(model: str) -> RobotSpec:
+    """Return what is known of a robot model.
+
+    Args:
+        model: Its name, or the path of a folder, URDF, xacro or robot.yaml.
+
+    Raises:
+        SwarmError: If there is no such model, or its files are unusable.
+    """
+    return loading.load_robot(model)
+
+
+def start(options: UpOptions) -> int:
+    """Run a swarm as `swarm-up` does, until it ends; return the exit code.
+
+    Args:
+        options: Checked as they were made; names as on the command line.
+
+    Raises:
+        SwarmError: If a file or a value is unusable, or the ROS domain is in use.
+    """
+    from swarm_commander.cli.session import start as run_swarm
+
+    return run_swarm(options)

@@ -1,0 +1,321 @@
+"""A swarm, as processes with ROS or in this process on the bench: the same object."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import webbrowser
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from rich.progress import Progress
+
+from swarm_bench.runs.episode import RunOptions
+from swarm_bench.runs.scenario import Scenario
+from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
+from swarm_common.robots.fleet import load_fleet
+from swarm_workbench import picture
+from swarm_workbench.backend import Backend
+from swarm_workbench.bench import BenchBackend
+from swarm_workbench.place import Places
+from swarm_workbench.report import Report
+from swarm_workbench.robot import Robot
+from swarm_workbench.trajectories import Trajectories
+from swarm_workbench.world import World
+
+CHUNK = 5  # ticks that pass at a time while somebody waits for a goal
+DRIVES = {"wheels": "bullet", "planar": "planar"}
+
+
+class Swarm:
+    """Robots in a world; use it in a `with` block, or call `start` and `close`.
+
+    Time stands still unless somebody waits: in `run`, in `Goal.wait`, or with `await`.
+    """
+
+    def __init__(
+        self,
+        robots: int | None = None,
+        world: str | Path | World = "slim_blockage",
+        *,
+        bench: bool = False,
+        robot: str = "turtlebot3_waffle",
+        fleet: str | Path | None = None,
+        mission: str | None = None,
+        seed: int = 0,
+        brain: str = "ours",
+        drive: str | None = None,
+        speed: float | None = None,
+        realistic: bool = False,
+        parameters: Mapping[str, Any] | None = None,
+        run_dir: str | Path | None = None,
+        viewer: bool = False,
+        external: Sequence[str] = (),
+    ) -> None:
+        """Describe a swarm; `start` or the `with` block starts it.
+
+        Args:
+            robots: Number of robots; None for that of the fleet, or 5.
+            world: Name, file or folder of a world, or a `World`.
+            bench: Whether all is in this process, without ROS.
+            robot: Model of all robots, where there is no fleet.
+            fleet: Name or file of a fleet of several models.
+            mission: Name or file of a mission; None for robots that wait for goals.
+            brain: What decides for each robot on the bench: ours, dwa, orca, or `module:Class`.
+            drive: wheels or planar; None for planar on the bench, else that of swarm-up.
+            speed: Times real time, at most; None for as fast as possible. Not on the bench.
+            realistic: Whether sensors err, and robots localise by AMCL.
+            parameters: Of the navigators by dotted name, in place of the defaults.
+            run_dir: Folder of the run; None for a new one in runs/. Not on the bench.
+            viewer: Whether `show` is going to be used. Not on the bench.
+            external: Names of robots that an `ExternalRobot` each drives. Not on the bench.
+
+        Raises:
+            SwarmError: If options exclude each other.
+        """
+        if bench and (viewer or external or speed is not None or run_dir is not None):
+            raise ConfigError(
+                "viewer, speed, run_dir and external are for processes; leave out bench=True"
+            )
+        if not bench and brain != "ours":
+            raise ConfigError(
+                f"brain '{brain}' runs on the bench: add bench=True; a node of your own is driven"
+                " with ExternalRobot"
+            )
+        if drive is not None and drive not in DRIVES:
+            raise UnknownNameError("drive", drive, DRIVES)
+        self._world = str(world.file) if isinstance(world, World) else str(world)
+        self._count, self._robot, self._fleet, self._mission = robots, robot, fleet, mission
+        self._seed, self._brain, self._drive, self._speed = seed, brain, drive, speed
+        self._realistic, self._parameters = realistic, dict(parameters or {})
+        self._external = tuple(external)
+        self._run_dir, self._has_viewer, self._is_bench = run_dir, viewer, bench
+        self._backend: Backend | None = None
+        self._places: Places | None = None
+        self._robots: dict[str, Robot] = {}
+        self._lock = threading.RLock()  # one thread at a time lets time pass
+        self._last_report: Report | None = None
+        self._trajectories: Trajectories | None = None
+
+    # From start to end
+
+    def start(self) -> Swarm:
+        """Start it and wait until every robot takes goals.
+
+        Raises:
+            SwarmError: If something is unusable, or does not start; nothing is left running.
+        """
+        if self._backend is not None or self._last_report is not None:
+            raise SwarmError("a Swarm starts once; make another one")
+        self._backend = backend = self._bench() if self._is_bench else self._graph()
+        self._places = Places(backend.grid, backend.sites.stations)
+        for index, name in enumerate(backend.names):
+            self._robots[name] = Robot(name, index, self._running, self._known_places, self._chunk)
+        return self
+
+    def close(self) -> None:
+        """End it; the report and the trajectories stay."""
+        with self._lock:
+            backend, self._backend = self._backend, None
+            if backend is None:
+                return
+            try:
+                backend.close()
+            finally:
+                self._last_report = backend.report()
+                self._trajectories = backend.trajectories()
+
+    def __enter__(self) -> Swarm:
+        return self.start()
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _bench(self) -> Backend:
+        fleet = load_fleet(self._fleet) if self._fleet is not None else None
+        models = tuple(member.model for member in fleet.members) if fleet else ()
+        count = self._count if self._count is not None else len(models) or 5
+        scenario = Scenario(
+            name="swarm",
+            world=self._world,
+            mission=self._mission or "",
+            robots=(count,),
+            robot=self._robot,
+            fleet=models,
+            with_lidar=True,
+            noise=0.0,
+        )
+        options = RunOptions(
+            scenario=scenario,
+            robots=count,
+            seed=self._seed,
+            method=self._brain,
+            engine=DRIVES[self._drive or "planar"],
+            parameters=self._parameters,
+            realistic=self._realistic,
+        )
+        return BenchBackend(options)
+
+    def _graph(self) -> Backend:
+        from swarm_workbench.graph import GraphBackend
+
+        return GraphBackend(
+            world=self._world,
+            robots=self._count,
+            robot=self._robot,
+            fleet=self._fleet,
+            mission=self._mission,
+            seed=self._seed,
+            drive=self._drive,
+            speed=self._speed,
+            realistic=self._realistic,
+            parameters=self._parameters,
+            run_dir=Path(self._run_dir) if self._run_dir is not None else None,
+            viewer=self._has_viewer,
+            external=self._external,
+        )
+
+    # Robots
+
+    def __getitem__(self, name: str) -> Robot:
+        self._running()
+        if name not in self._robots:
+            raise UnknownNameError("robot", name, self._robots)
+        return self._robots[name]
+
+    def __iter__(self) -> Iterator[Robot]:
+        return iter(list(self._robots.values()))
+
+    def __len__(self) -> int:
+        return len(self._robots)
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Names of the robots, in order."""
+        return tuple(self._robots)
+
+    @property
+    def stations(self) -> Mapping[str, Pose]:
+        """Poses in map of the world's stations, by name."""
+        return self._running().sites.stations
+
+    # Time
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self._running().tick * CONTROL_PERIOD
+
+    def run(
+        self,
+        until: float | None = None,
+        *,
+        seconds: float | None = None,
+        progress: bool = False,
+    ) -> None:
+        """Let time pass.
+
+        Args:
+            until: [s] of simulated time since the start.
+            seconds: [s] from now, in place of `until`.
+            progress: Whether to show a bar, also in a notebook.
+
+        Raises:
+            SwarmError: If neither or both are given, `until` is over, or the swarm has ended.
+        """
+        if (until is None) == (seconds is None):
+            raise ConfigError("run needs until=… or seconds=…, and not both")
+        end = until if until is not None else self.time + (seconds or 0.0)
+        if not np.isfinite(end) or end < self.time - 1e-6:
+            raise ConfigError(f"it is t = {self.time:.1f} s already; run until a later time")
+        last = round(end / CONTROL_PERIOD)
+        total = last - self._running().tick
+        with Progress(disable=not progress) as bar:
+            task = bar.add_task("simulated time", total=total)
+            while (left := last - self._running().tick) > 0:
+                self._chunk(min(left, CHUNK))
+                bar.update(task, completed=total - left)
+
+    def _chunk(self, ticks: int = CHUNK) -> int:
+        """Let a few ticks pass; return the tick that is reached."""
+        with self._lock:
+            backend = self._running()
+            backend.advance(ticks)
+            return backend.tick
+
+    # Results
+
+    @property
+    def true_poses(self) -> FloatArray:
+        """x, y [m], yaw [rad] in map of each robot (n, 3)."""
+        return self._running().true_poses()
+
+    @property
+    def poses(self) -> FloatArray:
+        """Likewise what the robots believe."""
+        return self._running().estimated_poses()
+
+    @property
+    def report(self) -> Report:
+        """Figures so far; after the end, of the whole run."""
+        if self._backend is None and self._last_report is not None:
+            return self._last_report
+        return self._running().report()
+
+    @property
+    def domain(self) -> int | None:
+        """ROS domain of the swarm; None on the bench."""
+        return self._running().domain
+
+    @property
+    def folder(self) -> Path | None:
+        """Folder of the run; None on the bench."""
+        return self._running().folder
+
+    @property
+    def trajectories(self) -> Trajectories:
+        """Where every robot was at each tick so far."""
+        return self._trajectories or self._running().trajectories()
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw map, paths and stations by matplotlib; return the axes."""
+        backend = self._running()
+        return picture.draw(backend.grid, backend.sites.stations, self.trajectories, axes)
+
+    def show(self) -> Any:
+        """Show the viewer: inline in a notebook, else in the browser; return what it shows.
+
+        Raises:
+            SwarmError: If the swarm was made without viewer=True.
+        """
+        url = self._running().url
+        if not url:
+            raise SwarmError("there is no viewer: make the Swarm with viewer=True, or use plot()")
+        if "ipykernel" in sys.modules:
+            from IPython.display import IFrame
+
+            return IFrame(url, width="100%", height=500)
+        webbrowser.open(url)
+        return url
+
+    def _running(self) -> Backend:
+        if self._backend is None:
+            raise SwarmError(
+                "the swarm does not run: use it inside its with block, or between start() and"
+                " close()"
+            )
+        return self._backend
+
+    def _known_places(self) -> Places:
+        self._running()
+        assert self._places is not None
+        return self._places

@@ -1,0 +1,166 @@
+"""A swarm on the bench: goals, results and what is refused."""
+
+from __future__ import annotations
+
+import asyncio
+import importlib.util
+import threading
+
+import numpy as np
+import pytest
+
+from swarm_common.model.errors import SwarmError
+from swarm_workbench import Pixel, Pose, Swarm, Trajectories, load_robot, load_world
+from swarm_workbench.goal import GoalTimeoutError
+
+
+@pytest.fixture(scope="module")
+def swarm():
+    with Swarm(robots=2, world="doorway", bench=True, seed=3) as started:
+        yield started
+
+
+def test_a_goal_is_reached_and_told(swarm):
+    robot = swarm["Srobot1"]
+    x, y = robot.true_pose.x, robot.true_pose.y
+    goal = robot.go_to((x + 0.6, y))
+    result = goal.wait(timeout=60.0)
+    assert result
+    assert result.outcome == "succeeded"
+    assert goal.wait() is result  # a second wait returns at once
+    assert abs(robot.true_pose.x - x - 0.6) < 0.26
+    assert abs(robot.pose.x - robot.true_pose.x) < 0.05
+    assert swarm.report.goals_reached == 1
+    assert swarm.report.collisions == 0
+    assert robot.scan is not None
+    assert len(robot.scan.ranges) == load_robot("turtlebot3_waffle").lidar.rays
+
+
+def test_time_passes_by_ticks_and_is_recorded(swarm):
+    before = swarm.time
+    swarm.run(seconds=1.3)
+    assert swarm.time == pytest.approx(before + 1.3)
+    run = swarm.trajectories
+    assert run.names == ("Srobot1", "Srobot2")
+    assert len(run.times) == round(swarm.time * 10) + 1
+    assert np.allclose(run.true[-1], swarm.true_poses)
+    assert np.allclose(run.estimated[-1], swarm.poses)
+    assert len(run.table()) == 2 * len(run.times)
+
+
+def test_goals_are_awaited_in_an_event_loop_that_runs(swarm):
+    async def both():
+        start = swarm["Srobot2"].true_pose
+        goals = [
+            swarm["Srobot2"].go_to((start.x, start.y, start.yaw)),
+            swarm["Srobot1"].send("spin", {"target_yaw": 0.3}),
+        ]
+        return await asyncio.gather(*goals)
+
+    assert all(asyncio.run(both()))
+
+
+def test_a_thread_of_its_own_may_wait(swarm):
+    results = []
+    thread = threading.Thread(
+        target=lambda: results.append(swarm["Srobot1"].send("wait", {"time": {"sec": 1}}).wait())
+    )
+    thread.start()
+    swarm.run(seconds=2.0)
+    thread.join(20.0)
+    assert results
+    assert results[0]
+
+
+def test_cancel_and_timeout(swarm):
+    goal = swarm["Srobot1"].go_to("east_north")
+    with pytest.raises(GoalTimeoutError, match="has not arrived after 1 s"):
+        goal.wait(timeout=1.0)
+    goal.cancel()
+    assert goal.wait(timeout=5.0).outcome == "canceled"
+
+
+@pytest.mark.parametrize(
+    ("place", "message"),
+    [
+        ("east_nort", "unknown station 'east_nort'; did you mean"),
+        ((99.0, 0.0), "is in a wall, off the map"),
+        (Pixel(0, 0), "is in a wall"),
+        ((1.0,), "expected the name of a station"),
+        ((1.0, float("nan"), 0.0), "expected the name of a station"),
+        (None, "expected the name of a station"),
+        ((1.0, 2.0, 3.0, 4.0), "expected the name of a station"),
+        (Pose(0.0, float("inf"), 0.0), "expected the name of a station"),
+    ],
+)
+def test_a_goal_that_makes_no_sense_is_refused(swarm, place, message):
+    with pytest.raises(SwarmError, match=message):
+        swarm["Srobot1"].go_to(place)
+
+
+def test_names_and_times_that_make_no_sense_are_refused(swarm):
+    with pytest.raises(SwarmError, match="unknown robot 'Srobot9'"):
+        swarm["Srobot9"]
+    with pytest.raises(SwarmError, match="until a later time"):
+        swarm.run(until=0.0)
+    with pytest.raises(SwarmError, match="not both"):
+        swarm.run()
+    with pytest.raises(SwarmError, match="the bench takes spin"):
+        swarm["Srobot1"].send("dock_robot", {})
+    with pytest.raises(SwarmError, match="starts once"):
+        swarm.start()
+
+
+def test_after_the_block_only_results_are_there():
+    with Swarm(robots=1, world="doorway", bench=True) as swarm:
+        robot = swarm["Srobot1"]
+        swarm.run(seconds=0.2)
+    assert swarm.report.sim_time == pytest.approx(0.2)
+    assert len(swarm.trajectories.times) == 3
+    for use in (lambda: robot.pose, lambda: robot.go_to((1, 1)), lambda: swarm.run(until=9.0)):
+        with pytest.raises(SwarmError, match="use it inside its with block"):
+            use()
+    swarm.close()  # once more is harmless
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"world": "no_such"}, "unknown world 'no_such'"),
+        ({"robot": "no_such"}, "unknown robot 'no_such'"),
+        ({"brain": "no_such"}, "unknown method 'no_such'"),
+        ({"brain": "no_such:Brain"}, "cannot be imported"),
+        ({"drive": "wings"}, "unknown drive 'wings'"),
+        ({"parameters": {"traffic.no_such": 1}}, "no_such"),
+        ({"viewer": True}, "leave out bench=True"),
+        ({"robots": 0}, "0; expected a swarm size"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(options, message):
+    with pytest.raises(SwarmError, match=message):
+        Swarm(**({"robots": 1, "world": "doorway", "bench": True} | options)).start()
+
+
+def test_processes_need_rclpy(monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(SwarmError, match="this Python has no rclpy"):
+        Swarm(robots=1).start()
+
+
+def test_a_folder_without_trajectories_is_refused(tmp_path):
+    with pytest.raises(SwarmError, match="expected the folder of a run"):
+        Trajectories.load(tmp_path)
+
+
+def test_a_picture_has_the_paths(swarm):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    axes = swarm.plot()
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["Srobot1", "Srobot2"]
+    matplotlib.pyplot.close(axes.figure)
+
+
+def test_worlds_that_come_along_have_a_map_and_stations():
+    world = load_world("doorway")
+    assert "east_north" in world.stations
+    assert world.map.cells.shape[0] > 50
