@@ -77,7 +77,7 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     """Write the report, say how it went; return the exit code."""
     statistics = run.statistics
     verdict = run.verdict or load_verdict(folder.verdict)
-    is_unborn = run.is_stopped_by_user and not verdict and statistics.sim_time == 0.0
+    is_unborn = run.is_stopped_by_user and run.is_unborn
     if (
         not verdict and not is_unborn
     ):  # without a verdict the other figures do not vouch for the run
@@ -96,8 +96,8 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
         code = COMPONENT_FAILED
         complain(problem)
     if is_unborn and code == OK:
-        console.print("stopped before the start")
-        return code
+        console.print("stopped before the robots drove")
+        return 128 + run.ending_signal
     console.print(summary_table(report, code))
     for line in broken_lines(report):
         console.print(line, highlight=False, soft_wrap=True)

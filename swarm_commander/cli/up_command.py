@@ -32,6 +32,7 @@ from swarm_common.middleware.addresses import check_address, check_port, own_add
 from swarm_common.middleware.secret import given_secret
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.robot_names import DEFAULT, RobotNames
+from swarm_common.process.browser import has_display
 from swarm_common.robots.fleet import fleet_names, load_fleet
 from swarm_common.robots.loading import robot_names as robot_models
 from swarm_common.robots.packages import add_package_paths
@@ -171,6 +172,14 @@ def up(
     ] = None,
     headless: Annotated[bool, _windows("--headless", help="Open no window.")] = False,
     viewer: Annotated[bool, _windows(help="3D view in the browser.")] = False,
+    open_: Annotated[
+        bool | None,
+        _windows(
+            "--open/--no-open",
+            show_default="where there is a display",
+            help="Open the viewer in a browser; --open implies --viewer.",
+        ),
+    ] = None,
     port: Annotated[int, _windows(help="TCP port of the viewer.")] = VIEWER_PORT,
     viewer_host: Annotated[str, _windows(help="Address that the viewer listens on.")] = LOOPBACK,
     rviz: Annotated[
@@ -228,7 +237,7 @@ def up(
     Exit code: 0 all goals reached without collision, or stopped by you or at
     --duration without a miss or a collision; 1 a goal missed (also by
     --duration, if --until-done is given) or a collision; 2 bad input; 3 a
-    component failed.
+    component failed; 130 Ctrl-C before the robots drove.
     """
     if describe is not None:
         add_package_paths(package_path or [])
@@ -249,6 +258,7 @@ def up(
         )
         raise typer.Exit(hosts_command.bring_up_robots(plan))
     check_port(port)
+    viewer = viewer or bool(open_)
     if viewer and headless:
         raise ConfigError("--viewer and --headless exclude each other")
     if viewer:
@@ -285,6 +295,7 @@ def up(
         viewer=viewer,
         viewer_host=viewer_host,
         port=port,
+        open_page=viewer and (has_display() if open_ is None else open_),
         record=record,
         record_topics=record_topics,
         record_rate=record_rate,
