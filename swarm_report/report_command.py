@@ -13,7 +13,7 @@ from rich.table import Table
 from swarm_common.files.run_folders import run_folders
 from swarm_common.middleware.addresses import check_port
 from swarm_common.model.errors import ConfigError
-from swarm_report.compare import comparison, what_differs, write_comparison
+from swarm_report.compare import comparison, sentences, what_differs, write_comparison
 from swarm_report.document import write_document
 from swarm_report.inputs import differences
 from swarm_report.run import RunData
@@ -73,18 +73,20 @@ def report(
         console.print(f"report: {write_document(folders[0])}", highlight=False, soft_wrap=True)
         return
     data = [RunData(folder) for folder in folders]
-    console.print(f"input: {what_differs(data)}", highlight=False, soft_wrap=True)
+    for sentence in sentences(data):
+        console.print(sentence, highlight=False, soft_wrap=True)
     found = comparison(data)
     unequal, _ = differences(data)
     table = Table()
     for index, name in enumerate(found.head):
         table.add_column(name, justify="left" if index == 0 else "right", overflow="fold")
-    for line in unequal:
-        table.add_row(*line)
-    table.add_section()
     for line in found.rows:
         table.add_row(*line)
+    table.add_section()
+    for line in unequal:
+        table.add_row(*line)
     console.print(table)
+    console.print(f"input: {what_differs(data)}", highlight=False, soft_wrap=True)
     write_comparison(data, output)
     console.print(f"comparison: {output}", highlight=False, soft_wrap=True)
 

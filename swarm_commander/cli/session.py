@@ -104,6 +104,8 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     breaches = breach_lines(report["breaches"], had_to_finish=is_unfinished)
     for line in (*shortened(run.failures, "failures"), *breaches):
         console.print(Text(line, style="red"), soft_wrap=True)
+    if report["headline"]:
+        console.print(Text(report["headline"], style="bold"), soft_wrap=True)
     written = _draw_page(folder, console) if plan.options.page else folder.report
     console.print(f"report: {written}", highlight=False, soft_wrap=True)
     return code

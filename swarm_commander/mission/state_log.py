@@ -5,6 +5,7 @@ from __future__ import annotations
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_common.files.journal import Journal
+from swarm_common.model.run_words import stopped_by
 
 FILE = "robots.jsonl"
 WAIT_STEP = 1.0  # [s] of waiting between two lines about it
@@ -43,11 +44,12 @@ class StateLog:
             int(status.queue_place),
             int(status.goals_reached),
             int(status.goals_failed),
+            stopped_by(status.state, status.detail),
         )
         if self._latest.get(robot) == news:
             return
         self._latest[robot] = news
-        state, station, place, reached, failed = news
+        state, station, place, reached, failed, blocker = news
         self._journal.write(
             t=at,
             robot=robot,
@@ -56,6 +58,7 @@ class StateLog:
             place=place,
             reached=reached,
             failed=failed,
+            blocker=blocker,
         )
 
     def goal(self, robot: str, goal: str, outcome: str, t: float, duration: float = 0.0) -> None:

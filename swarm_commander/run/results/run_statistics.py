@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 from typing import assert_never
 
 from swarm_commander.mission.itinerary import LOST_REASON
-from swarm_commander.run.results.wait_graph import WaitGraph, waits_for
+from swarm_commander.run.results.wait_graph import WaitGraph
 from swarm_common.model.breaches import MISSED, Collision, MissedGoal, UnfinishedGoal
+from swarm_common.model.run_words import waits_for
 from swarm_common.process.messages import (
     ClientEvent,
     CollisionBegan,
