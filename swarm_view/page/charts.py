@@ -78,7 +78,7 @@ def lanes_html(history: History) -> str:
         )
         rows.append(
             f"<div style='display:flex;align-items:center;height:{LANE}px'>"
-            "<span style='width:5.5em;overflow:hidden;font-size:0.72rem'>"
+            f"<span style='width:5.5em;overflow:hidden;font-size:0.72rem;line-height:{LANE}px'>"
             f"{html.escape(robot)}</span>"
             f"<div data-swarm-line data-start='{start:.2f}' data-end='{start + length:.2f}'"
             f" style='flex:1;height:{LANE - 2}px;cursor:pointer'><svg viewBox='0 0 1000 10'"

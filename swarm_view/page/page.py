@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from swarm_common.model.palette import LOOKS, css
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_view.page.charts import Charts
 from swarm_view.page.driving import Driving
@@ -47,6 +48,7 @@ from swarm_view.state.topics import Layer
 
 PANEL_PERIOD = 0.5  # [s] of wall time between two looks of the panel
 PLANS_PERIOD = 5.0  # [s] of wall time between two choices of the robots whose plans are shown
+LEGEND = 6  # states in the legend of a film
 SHOWN_CHANGES = 12  # of a robot's states, in its history
 SLOW_PERIOD = 0.25  # [s] of wall time between two updates of trails, names and claims
 PICK_RADIUS, PICK_HEIGHT = 0.25, 0.1  # [m] of the ball that stands for a robot that is clicked
@@ -108,7 +110,9 @@ class Page:
         self._is_filming = False
         client.scene.on_click()(self._on_click)
         Inbox(client, self._on_message)
-        run_script(client, f"window.swarm.hints = {json.dumps(self._panel.hints)}")
+        self._run(f"hints = {json.dumps(self._panel.hints)}")
+        legend = [[name, css(look.color)] for name, look in LOOKS.items()][:LEGEND]
+        self._run(f"legend = {json.dumps(legend)}")
         self._panel_due = self._slow_due = 0.0
         self._planned: list[str] = []
         self._plans_due = 0.0
@@ -210,7 +214,7 @@ class Page:
         """Begin to film, or stop and save it."""
         self._is_filming = not self._is_filming
         self._panel.film.label = STOP_FILM if self._is_filming else FILM
-        name = json.dumps(f"swarm_{self.shown_time:.1f}s.webm")
+        name = json.dumps(f"swarm_{self.shown_time:.1f}s")
         script = "startFilm()" if self._is_filming else f"stopFilm({name})"
         run_script(self._client, f"window.swarm.{script}")
 

@@ -57,8 +57,8 @@ def _legend(states: Mapping[str, ReportedState]) -> str:
     counts = Counter(state.state for state in states.values())
     rows = "".join(
         f"<tr><td style='padding-right:0.4em'>{dot(look.color)}</td>"
-        f"<td style='white-space:nowrap;padding-right:0.6em;opacity:{1.0 if counts[name] else 0.85}'"
-        f">{name} {counts[name]}</td>"
+        f"<td style='white-space:nowrap;padding-right:0.6em;"
+        f"opacity:{1.0 if counts[name] else 0.85}'>{name} {counts[name]}</td>"
         f"<td style='line-height:1.2;opacity:{0.95 if counts[name] else 0.8}'"
         f">{look.meaning}</td></tr>"
         for name, look in LOOKS.items()

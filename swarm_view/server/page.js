@@ -301,25 +301,79 @@ document.addEventListener("click", (event) => {
   if (source) swarm.copy(source.dataset.swarmCopy);
 });
 
-// A film of the scene, as a file of the browser's downloads.
+// A film of what is shown, with clock and legend, as a file of the browser's downloads.
 swarm.film = null;
+swarm.legend = []; // [name, colour] of the states
 swarm.startFilm = () => {
   const area = (canvas) => canvas.width * canvas.height; // others serve to measure text and curves
-  const [scene] = [...document.querySelectorAll("canvas")].sort((a, b) => area(b) - area(a));
-  const stream = scene.captureStream(25);
-  const film = new MediaRecorder(stream, { mimeType: "video/webm", videoBitsPerSecond: 6e6 });
-  const parts = [];
+  const seen = [...document.querySelectorAll("canvas")].filter((one) => one.id !== "swarm-plan");
+  const [scene] = seen.sort((a, b) => area(b) - area(a));
+  const canvas = document.createElement("canvas"), context = canvas.getContext("2d");
+  const kinds = ["video/mp4;codecs=avc1", "video/webm"].filter((kind) => MediaRecorder.isTypeSupported(kind));
+  const film = new MediaRecorder(canvas.captureStream(25), { mimeType: kinds[0], videoBitsPerSecond: 6e6 });
+  const parts = [], began = performance.now();
+  const draw = () => {
+    if (film.state === "inactive") return;
+    const source = swarm.plan?.isOn ? swarm.plan.canvas : scene;
+    const [width, height] = [source.width & ~1, source.height & ~1]; // encoders want even sizes
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    context.drawImage(source, 0, 0);
+    swarm.drawLegend(context);
+    requestAnimationFrame(draw);
+  };
   film.ondataavailable = (event) => parts.push(event.data);
-  film.onstop = () => {
+  film.onstop = async () => {
+    const isWebm = film.mimeType.includes("webm");
+    let content = new Uint8Array(await new Blob(parts).arrayBuffer());
+    if (isWebm) content = swarm.withDuration(content, performance.now() - began);
     const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob(parts, { type: "video/webm" }));
-    link.download = swarm.filmName;
+    link.href = URL.createObjectURL(new Blob([content], { type: film.mimeType }));
+    link.download = `${swarm.filmName}.${isWebm ? "webm" : "mp4"}`;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 60000);
-    swarm.send("filmed", parts.reduce((sum, part) => sum + part.size, 0));
+    swarm.send("filmed", content.length);
   };
+  draw();
   film.start(1000);
   swarm.film = film;
+};
+swarm.drawLegend = (context) => {
+  context.font = "600 16px system-ui, sans-serif";
+  context.textBaseline = "middle";
+  let right = 16;
+  const [time] = swarm.shown ?? [0];
+  for (const [name, color] of [[`${time.toFixed(1)} s`, ""], ...swarm.legend]) {
+    const wide = context.measureText(name).width + (color ? 22 : 0) + 16;
+    context.fillStyle = "#14171bd9";
+    context.fillRect(right - 8, context.canvas.height - 40, wide, 28);
+    context.fillStyle = color;
+    if (color) context.fillRect(right, context.canvas.height - 33, 14, 14);
+    context.fillStyle = "#ffffff";
+    context.fillText(name, right + (color ? 22 : 0), context.canvas.height - 26);
+    right += wide;
+  }
+};
+// A WebM file that is written live has no duration: it goes into the element Info (Matroska).
+swarm.withDuration = (film, milliseconds) => {
+  const INFO = [0x15, 0x49, 0xa9, 0x66];
+  const at = film.findIndex((_, place) => INFO.every((byte, offset) => film[place + offset] === byte));
+  if (at < 0) return film;
+  const length = Math.clz32(film[at + 4]) - 23; // bytes of its size
+  let size = film[at + 4] & (0xff >> length);
+  for (let byte = 1; byte < length; byte += 1) size = size * 256 + film[at + 4 + byte];
+  const begin = at + 4 + length, body = film.subarray(begin, begin + size);
+  if (body.some((byte, place) => byte === 0x44 && body[place + 1] === 0x89)) return film;
+  const head = new Uint8Array(4 + 8 + 11), view = new DataView(head.buffer);
+  head.set(INFO);
+  view.setUint32(4, 0x01000000);
+  view.setUint32(8, size + 11);
+  head.set([0x44, 0x89, 0x88], 12);
+  view.setFloat64(15, milliseconds);
+  const result = new Uint8Array(film.length + head.length - 4 - length);
+  result.set(film.subarray(0, at));
+  result.set(head, at);
+  result.set(film.subarray(begin), at + head.length);
+  return result;
 };
 swarm.stopFilm = (name) => {
   swarm.filmName = name;
