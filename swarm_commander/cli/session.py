@@ -53,6 +53,8 @@ def bring_up(plan: RunPlan, lock: DomainLock) -> int:
         write_env_sh(folder, os.environ)
         console = terminal.console()
         statistics = RunStatistics.of(plan.options.robot_names, plan.mission is not None)
+        for name in set(plan.options.robot_names) - set(plan.alive):
+            statistics.robots[name].is_broken = True
         progress = Progress(console, statistics, time.monotonic)
         write_rviz(folder.rviz, plan.options.robot_names)
         write_foxglove(folder.foxglove, plan.options.robot_names)

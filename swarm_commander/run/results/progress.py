@@ -81,9 +81,10 @@ class Progress:
         self._due = 0.0 if self._console.is_terminal else self._due
 
     def pin(self, text: str) -> None:
-        """Print a line, and keep it in sight on a terminal."""
+        """Keep a line in sight on a terminal; print it elsewhere."""
         self._pinned = text
-        self.note(text)
+        if not self._console.is_terminal:
+            self.note(text)
 
     def note(self, text: str, style: str = "") -> None:
         """Print a line that stays.

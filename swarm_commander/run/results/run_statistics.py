@@ -154,6 +154,7 @@ class RobotStatistics:
     Attributes:
         restarts: Times that its navigator was restarted.
         left: Whether it was removed from the world.
+        is_broken: Whether its mission says that it stands still, without a navigator.
         goal: Name of the goal under way; empty without one.
         since: Simulated time [s] at which it entered its state.
         durations: [s] that each goal took which was reached, by simulated time.
@@ -167,6 +168,7 @@ class RobotStatistics:
     died: bool = False
     restarts: int = 0
     left: bool = False
+    is_broken: bool = False
     state: str = ""
     detail: str = ""
     since: float = 0.0

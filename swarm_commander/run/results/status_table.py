@@ -23,6 +23,7 @@ MARKS = {
     "inactive": (LOOKS["inactive"].letter, "dim"),
     "": (LOOKS["inactive"].letter, "dim"),
     "dead": (LOOKS["dead"].letter, "bold red"),
+    "broken": ("!", "dim"),
     "gone": (" ", "dim"),
 }
 COUNTED = ("holding", "waiting", "recovering", "dead")
@@ -89,8 +90,8 @@ def shown_state(robot: RobotStatistics) -> str:
     Returns:
         Empty before the first status.
     """
-    if robot.left:
-        return "gone"
+    if robot.left or robot.is_broken:
+        return "gone" if robot.left else "broken"
     return "dead" if robot.died else robot.state
 
 
