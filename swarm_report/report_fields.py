@@ -11,10 +11,6 @@ from swarm_report.measures import state_shares, station_use, throughput
 from swarm_report.run import RunData
 
 DIGITS = 4
-FIELDS = (
-    "stations", "throughput", "state_shares", "bottleneck", "headline", "lost", "ideal_times",
-    "longest_stop", "waited_for",
-)  # fmt: skip
 
 
 def report_fields(run: RunData) -> dict[str, Any]:

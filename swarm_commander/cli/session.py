@@ -35,6 +35,7 @@ from swarm_common.middleware import ros_env
 from swarm_common.middleware.secret import own_secret
 from swarm_common.model.breaches import breach_lines, broken_lines, shortened
 from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
+from swarm_common.model.run_words import SERIES_FIELDS
 
 COPIES = "inputs"  # of the user's files
 
@@ -93,7 +94,7 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     report |= {"exit_code": code, "failures": list(run.failures)}
     report["incidents"] = list(run.incidents)
     report["broken"] = [n for n in plan.options.robot_names if n not in plan.alive]
-    report |= _measures(folder, report)
+    report |= dict.fromkeys(SERIES_FIELDS) if is_unborn else _measures(folder, report)
     if problem := write_report(folder.report, report):
         code = COMPONENT_FAILED
         complain(problem)
@@ -126,14 +127,14 @@ def _run_of(
 
 def _measures(folder: RunFolder, report: dict[str, Any]) -> dict[str, Any]:
     """Return the report's fields that are worked out from the time series; null if that fails."""
-    from swarm_report.report_fields import FIELDS, report_fields
+    from swarm_report.report_fields import report_fields
     from swarm_report.run import RunData
 
     try:
         return report_fields(RunData(folder.path, report))
     except Exception as error:  # the figures that are known must not be lost with these
         complain(f"the time series could not be read: {error!r}")
-        return dict.fromkeys(FIELDS)
+        return dict.fromkeys(SERIES_FIELDS)
 
 
 def _draw_page(folder: RunFolder, console: Console) -> Path:

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from swarm_commander.cli.listing import listing, world_names
+from swarm_commander.cli.main import CTRL_C
 from swarm_commander.cli.robot_table import robot_table
 from swarm_commander.cli.session import bring_up
 from swarm_commander.hosts.host_options import Role, check_combination
@@ -310,7 +311,8 @@ def up(
     lock = DomainLock(domain_id())  # from now on commands in other terminals wait for us
     ensure_interfaces()
     code = bring_up(run_plan, lock)
-    ensure_bytecode([*own_packages(), *interface_packages()])  # for the next start
+    if code < CTRL_C:
+        ensure_bytecode([*own_packages(), *interface_packages()])  # for the next start
     raise typer.Exit(code)
 
 

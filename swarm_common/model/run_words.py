@@ -9,6 +9,10 @@ from typing import Any
 _NAMED = re.compile(r"for (\w+)[,:]")  # as `announcement` of swarm_nav says it
 _SERVED = re.compile(r"makes way for (\w+)")
 OPEN = "goals are open"  # instead of a makespan
+SERIES_FIELDS = (  # of report.json, worked out from the time series
+    "stations", "throughput", "state_shares", "bottleneck", "headline", "lost", "ideal_times",
+    "longest_stop", "waited_for",
+)  # fmt: skip
 
 
 def makespan(report: Mapping[str, Any]) -> float | None:
