@@ -9,6 +9,7 @@ import pytest
 from swarm_common.files.journal import Journal
 from swarm_common.files.map_io import save_map
 from swarm_common.model.grid import Grid
+from swarm_common.model.run_words import SERIES_FIELDS
 from swarm_common.robots.loading import load_robot
 from swarm_report.bottleneck import find_bottleneck, lost_words
 from swarm_report.charts import timeline
@@ -22,7 +23,7 @@ from swarm_report.measures import (
     station_use,
     throughput,
 )
-from swarm_report.report_fields import FIELDS, report_fields
+from swarm_report.report_fields import report_fields
 from swarm_report.run import RunData
 
 SITES = "stations:\n  dock: [2.0, 2.0, 0.0]\n  shop: [8.0, 8.0, 0.0]\n"
@@ -213,7 +214,7 @@ def test_the_report_has_the_figures(story: Story) -> None:
     story.state(0, 40.0, "driving")
     story.reached(0, 45.0, "dock")
     fields = report_fields(story.run())
-    assert tuple(fields) == FIELDS
+    assert tuple(fields) == SERIES_FIELDS
     assert json.loads(json.dumps(fields, allow_nan=False)) == fields
     assert fields["stations"]["dock"]["queue"] == 0.3
     assert fields["throughput"]["per_minute"][4] == 6.0
@@ -226,7 +227,7 @@ def test_a_run_without_time_series_has_no_figures(tmp_path: Path) -> None:
     (tmp_path / "config" / "world.json").write_text('{"robots": [{"name": "Srobot1"}]}')
     fields = report_fields(RunData(tmp_path))
     empty = {"stations": {}, "state_shares": {}, "ideal_times": {}, "waited_for": []}
-    assert fields == dict.fromkeys(FIELDS) | empty
+    assert fields == dict.fromkeys(SERIES_FIELDS) | empty
 
 
 def test_the_ideal_time_is_that_of_the_shortest_way_around_walls(tmp_path: Path) -> None:
