@@ -82,6 +82,7 @@ class Page:
             post: Brings a call to the main thread.
             playback: Controls a recording; None for a live swarm.
         """
+        self._client = client
         self.robot = place.robot
         self.history = history
         self._playback = playback
@@ -106,7 +107,6 @@ class Page:
         self._opened_with: Viewpoint | None = place
         self._ruler = Ruler(client.scene)
         self._driving: Driving | None = None
-        self._client = client
         self._is_filming = False
         client.scene.on_click()(self._on_click)
         Inbox(client, self._on_message)
