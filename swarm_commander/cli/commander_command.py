@@ -42,6 +42,7 @@ from swarm_common.model.records import Pose
 
 CANCEL_LIMIT = 2.0  # [s] of wall time for cancelled goals to end
 READY_LIMIT = 20.0  # [s] of wall time for a robot to say where it is and to take goals
+SAME_GOAL = 0.5  # [m] between two places that are one goal
 CALM_PERIOD = 10.0  # [s] of simulated time between two lines of one robot among several
 
 EXAMPLES = """Examples:
@@ -185,7 +186,7 @@ class Commander:
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
         """Print waypoint, remaining distance and remaining time from time to time."""
-        if driver.is_over or not has_goal(status):
+        if driver.is_over or not has_goal(status) or not _is_own(driver, status):
             return
         line = self._narrators[driver.name].line(_goal_label(driver), _moment(status))
         if line is not None:
@@ -238,6 +239,14 @@ class Commander:
         end = time.monotonic() + CANCEL_LIMIT
         while time.monotonic() < end and not all(robot.isTaskComplete() for robot in robots):
             rclpy.spin_once(self._node, timeout_sec=0.1)
+
+
+def _is_own(driver: RobotDriver, status: RobotStatus) -> bool:
+    """True if a robot is on its way to our goal, not to one that somebody else gave it since."""
+    if driver.order is None:
+        return False
+    pose = driver.order.stop.pose_map
+    return math.dist((status.goal.x, status.goal.y), (pose.x, pose.y)) < SAME_GOAL
 
 
 def _goal_label(driver: RobotDriver) -> str:
