@@ -134,8 +134,8 @@ def _refuse(path: Path, folder: Path) -> None:
         raise wrong_format(other, folder)
     hint = " The files that its metadata.yaml lists are not there." * (folder / METADATA).exists()
     raise ConfigError(
-        f"{path}: there is no bag; expected an .mcap file, or the folder of a run that was"
-        f" made with --record.{hint}"
+        f"{path}: there is no bag; expected an .mcap file, or the folder of a run"
+        f" or of a recording.{hint}"
     )
 
 

@@ -90,7 +90,7 @@ def replay(
         ),
     ] = None,
 ) -> None:
-    """Play a run that was recorded with `swarm-up --record`.
+    """Play a run, recorded with `swarm-up --record` or not.
 
     Without --ros it opens in the browser, where it can be paused and moved through.
     """
