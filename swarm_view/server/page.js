@@ -309,15 +309,14 @@ swarm.startFilm = () => {
   const seen = [...document.querySelectorAll("canvas")].filter((one) => one.id !== "swarm-plan");
   const [scene] = seen.sort((a, b) => area(b) - area(a));
   const canvas = document.createElement("canvas"), context = canvas.getContext("2d");
+  [canvas.width, canvas.height] = [innerWidth & ~1, innerHeight & ~1]; // even, as encoders want; and fixed
   const kinds = ["video/mp4;codecs=avc1", "video/webm"].filter((kind) => MediaRecorder.isTypeSupported(kind));
   const film = new MediaRecorder(canvas.captureStream(25), { mimeType: kinds[0], videoBitsPerSecond: 6e6 });
   const parts = [], began = performance.now();
   const draw = () => {
     if (film.state === "inactive") return;
     const source = swarm.plan?.isOn ? swarm.plan.canvas : scene;
-    const [width, height] = [source.width & ~1, source.height & ~1]; // encoders want even sizes
-    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
-    context.drawImage(source, 0, 0);
+    context.drawImage(source, 0, 0, canvas.width, canvas.height);
     swarm.drawLegend(context);
     requestAnimationFrame(draw);
   };
@@ -333,8 +332,8 @@ swarm.startFilm = () => {
     setTimeout(() => URL.revokeObjectURL(link.href), 60000);
     swarm.send("filmed", content.length);
   };
-  draw();
   film.start(1000);
+  draw();
   swarm.film = film;
 };
 swarm.drawLegend = (context) => {

@@ -38,6 +38,18 @@ def open_page(browser: WebDriver, address: str) -> None:
     browser.get(address)
 
 
+def resize(browser: WebDriver, width: int, height: int) -> None:
+    """Let the page have a size [px], whatever the browser's own bars take."""
+    for _ in range(4):
+        window = browser.get_window_size()
+        inner = browser.execute_script("return [innerWidth, innerHeight]")
+        share = 0.5 if inner[0] > 1.2 * window["width"] else 1.0
+        browser.set_window_size(
+            round(window["width"] + share * (width - inner[0])),
+            round(window["height"] + share * (height - inner[1])),
+        )
+
+
 def text_of(browser: WebDriver) -> str:
     """Return all that can be read on the page."""
     return str(browser.execute_script("return document.body ? document.body.innerText : ''"))

@@ -31,6 +31,7 @@ from tests.browser.page import (
     open_tab,
     picture,
     press,
+    resize,
     see,
     text_of,
     tick_box,
@@ -99,14 +100,7 @@ def test_a_robot_has_a_page_of_its_own(browser: WebDriver, show: Show) -> None:
 def overview(browser: WebDriver) -> Iterator[None]:
     """Let the page be 1600 x 900 pixels large."""
     before = browser.get_window_size()
-    for _ in range(4):
-        window = browser.get_window_size()
-        inner = browser.execute_script("return [innerWidth, innerHeight]")
-        share = 0.5 if inner[0] > 1.2 * window["width"] else 1.0
-        browser.set_window_size(
-            round(window["width"] + share * (1600 - inner[0])),
-            round(window["height"] + share * (900 - inner[1])),
-        )
+    resize(browser, 1600, 900)
     yield
     browser.set_window_size(before["width"], before["height"])
 
@@ -191,7 +185,7 @@ def test_presets_walls_and_darkness(browser: WebDriver, show: Show) -> None:
     wait_for(lambda: differing(light, picture(browser)) > 100, "whole walls")
     tick_box(browser, "Whole walls")
     tick_box(browser, "Dark")
-    wait_for(lambda: picture(browser)[5:60, 5:60].mean() < 60, "darkness")
+    wait_for(lambda: is_dark(browser), "darkness")
     eye = seen_from(show, browser, "Robot's eye")
     index = show.feed.names.index("Srobot5")
     poses = show.viewer._swarm.track.latest
@@ -330,11 +324,16 @@ def test_measuring_pictures_films_and_links(browser: WebDriver, show: Show, tmp_
     page = page_of(show)
     assert page.robot == "Srobot3"
     assert page.shown_time == pytest.approx(shown, abs=0.11)
-    wait_for(lambda: picture(browser)[5:60, 5:60].mean() < 60, "darkness")
+    wait_for(lambda: is_dark(browser), "darkness")
     then = sight_of(show).camera
     assert then is not None
     np.testing.assert_allclose(then.position, camera.position, atol=0.1)
     assert errors(browser) == []
+
+
+def is_dark(browser: WebDriver) -> bool:
+    """Return whether floor and ground of the upper left corner are those of the dark."""
+    return bool(picture(browser)[5:60, 5:60].mean() < 110.0)  # light ones are above 190
 
 
 def test_nobody_looks(browser: WebDriver, show: Show) -> None:
