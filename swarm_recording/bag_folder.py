@@ -12,6 +12,7 @@ from swarm_recording.bag_metadata import METADATA, BagMetadata, read_metadata
 SUFFIXES = (".mcap", ".mcap.zstd", ".mcap.zst")
 OTHERS = (".db3", ".db3.zstd", ".bag")  # formats that are only told apart
 RECORDING = "recording"  # folder of the bag in that of a run
+REPLAY = Path("trace", "replay")  # of what every run keeps, see `run_trace`
 SHOWN = 5  # names in a message
 CONVERT = (
     "convert it: pip install rosbags, then rosbags-convert --src {path} --dst NEW"
@@ -36,6 +37,8 @@ def bag_files(path: Path, tell: Tell) -> tuple[tuple[Path, ...], BagMetadata]:
     folder = path.parent if path.name == METADATA else path
     if not _present(folder, SUFFIXES) and (folder / RECORDING).is_dir():
         folder = folder / RECORDING
+    if not _present(folder, SUFFIXES) and (found := _present(folder / REPLAY, SUFFIXES)):
+        return tuple(found), BagMetadata()
     found = _present(folder, SUFFIXES)
     if not found:
         _refuse(path, folder)
@@ -131,8 +134,8 @@ def _refuse(path: Path, folder: Path) -> None:
         raise wrong_format(other, folder)
     hint = " The files that its metadata.yaml lists are not there." * (folder / METADATA).exists()
     raise ConfigError(
-        f"{path}: there is no bag; expected an .mcap file, or the folder of a run that was"
-        f" made with --record.{hint}"
+        f"{path}: there is no bag; expected an .mcap file, or the folder of a run"
+        f" or of a recording.{hint}"
     )
 
 

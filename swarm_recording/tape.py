@@ -108,12 +108,16 @@ class Tape:
         counts: Messages so far, by topic.
     """
 
-    def __init__(self, path: Path, about: Mapping[str, str]) -> None:
+    def __init__(
+        self, path: Path, about: Mapping[str, str], *,
+        compression: CompressionType = CompressionType.LZ4, has_metadata: bool = True,
+    ) -> None:  # fmt: skip
         """Begin a file.
 
         Args:
             path: Of the file, which is there after the first save; replaced if it exists.
             about: Facts about the run, kept in the file as metadata ``swarm``.
+            has_metadata: Whether rosbag2's metadata.yaml is written beside it.
 
         Raises:
             OSError: If it cannot be written.
@@ -124,11 +128,12 @@ class Tape:
         self._writer = Writer(
             self._sheet,  # type: ignore[arg-type]
             chunk_size=CHUNK_SIZE,
-            compression=CompressionType.LZ4,
+            compression=compression,
             use_summary_offsets=False,
         )
         self._writer.start(profile="ros2", library=LIBRARY)
         self._writer.add_metadata("swarm", dict(about))
+        self._has_metadata = has_metadata
         self._path, self._topics = path, dict[str, Topic]()
         self._span = (0, 0)  # [ns] first and last message
         self._schemas: dict[str, int] = {}
@@ -183,7 +188,8 @@ class Tape:
         self._writer.finish()  # type: ignore[no-untyped-call]
         self._summary_size = self._sheet.tell() - end
         self._sheet.lay_down(end)
-        self._save_metadata()
+        if self._has_metadata:
+            self._save_metadata()
         self._latest, self._size = time.monotonic(), 0
 
     def _save_metadata(self) -> None:

@@ -18,12 +18,14 @@ from swarm_report.charts import DASHES, INK, Chart, axis, line, packed, text
 from swarm_report.document import Drawing, drawn, number
 from swarm_report.inputs import SEED, differences
 from swarm_report.judgement import judge
+from swarm_report.measures import lost_time
 from swarm_report.page import escape, page_html, plots_html, table_html
 from swarm_report.run import RunData, mission_goals
 from swarm_report.style import BLACK, CYCLE, LINE_STYLES, figure, legend_below, plot
 from swarm_report.tables import Table
 
 BIN = 0.02  # [m] of the clearance curve
+FACTOR = 2.0  # from which a change is told as a factor
 BARS = {  # of the report -> what the panel is called
     "makespan": "makespan [s]",
     "throughput_per_minute": "goals per minute",
@@ -135,6 +137,46 @@ def comparison(runs: Sequence[RunData]) -> Comparison:
     return Comparison(["", *names], rows, marks)
 
 
+def sentences(runs: Sequence[RunData]) -> list[str]:
+    """Return a sentence for each run after the first: what it has more or less of than that."""
+    base = runs[0]
+    found = []
+    for label, run in list(zip(labels(runs), runs, strict=True))[1:]:
+        size = run.report.get("swarm_size")
+        who = label if size is None else f"{label} ({size} robots)"
+        lost = lost_time(base), lost_time(run)
+        waits = None if None in lost else tuple(one.share for one in lost if one is not None)
+        parts = [
+            _change(
+                "goals per minute", *(_merit(one, "throughput_per_minute") for one in (base, run))
+            ),
+            _change("makespan", *(_merit(one, "makespan") for one in (base, run))),
+            _change("share of time lost", *waits) if waits else "",
+            _crashes(base, run),
+        ]
+        found.append(f"{who}: {', '.join(filter(None, parts)) or 'no figure to compare'}.")
+    return found
+
+
+def _change(name: str, base: float | None, value: float | None) -> str:
+    """Return by how much a figure differs; from a factor of two on, how many times it is."""
+    if not base or value is None:
+        return ""
+    share = value / base
+    if share >= FACTOR:
+        return f"{name} {share:.1f} times as large"
+    change = round(100.0 * (share - 1.0))
+    return f"{name} equal" if not change else f"{change:+d} % {name}".replace("-", "−")
+
+
+def _crashes(base: RunData, run: RunData) -> str:
+    counts = [
+        sum(value or 0 for value in one.report.get("collisions", {}).values())
+        for one in (base, run)
+    ]
+    return "" if counts[0] == counts[1] else f"{counts[1]} collisions instead of {counts[0]}"
+
+
 def what_differs(runs: Sequence[RunData]) -> str:
     """Return in words what differed in the input, and what that says about the results."""
     unequal, equal = differences(runs)
@@ -165,14 +207,15 @@ def comparison_html(runs: Sequence[RunData], folder: Path | None = None) -> str:
     found = comparison(runs)
     unequal, _ = differences(runs)
     body = [
-        f"<h2>Input</h2><p>{escape(what_differs(runs))}</p>",
-        table_html(found.head, unequal) if unequal else "",
+        *(f'<p class="headline">{escape(sentence)}</p>' for sentence in sentences(runs)),
         "<h2>Results</h2>",
         f'<p class="note">In brackets: the difference from {escape(found.head[1])}.'
         " Blue is better, orange is worse, whatever the reason.</p>",
         table_html(found.head, found.rows, found.marks),
         "<h2>Plots</h2>",
         plots_html(drawn(DRAWINGS, runs, folder)),
+        f"<h2>Input</h2><p>{escape(what_differs(runs))}</p>",
+        table_html(found.head, unequal) if unequal else "",
     ]
     return page_html(f"{len(runs)} runs compared", ", ".join(labels(runs)), body)
 

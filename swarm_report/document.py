@@ -13,14 +13,16 @@ from matplotlib.figure import Figure
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.run_words import OPEN, makespan, robots_text
-from swarm_report import charts, curves, maps, style, tables, timeline
+from swarm_report import blockers, charts, curves, maps, style, tables, timeline
 from swarm_report.bottleneck import lost_words
+from swarm_report.headline import headline
 from swarm_report.judgement import breach_lines, judge
-from swarm_report.measures import lost_time, state_shares
+from swarm_report.measures import IDLE, LOST, state_shares
 from swarm_report.page import (
     Plot,
     cards_html,
     escape,
+    headline_html,
     page_html,
     plots_html,
     table_html,
@@ -31,6 +33,10 @@ from swarm_report.tables import Table, percent
 
 Data = TypeVar("Data")  # a run, or several
 PAGE, PLOTS = "report.html", "plots"
+MAIN = (
+    "of the mission's goals reached", "collisions robot-robot, robot-world", "smallest clearance",
+    "makespan", "goals per minute",
+)  # fmt: skip
 DPI = 150  # of the PNG files
 PIXELS_DPI = 130  # of the pixel images within an SVG
 
@@ -47,6 +53,18 @@ class Drawing(Generic[Data]):
 
 
 DRAWINGS: dict[str, Drawing[RunData]] = {
+    "timeline": Drawing(
+        timeline.timeline, charts.timeline, tables.timeline,
+        "What each robot did when; crosses are missed goals", is_wide=True,
+    ),
+    "waiting": Drawing(
+        maps.waiting, charts.waiting, tables.waiting,
+        "Where robots lost time: they held, waited, made way or recovered",
+    ),
+    "blockers": Drawing(
+        blockers.picture, blockers.chart, blockers.table,
+        "Who stopped for whom; the wider an arrow, the longer",
+    ),
     "trajectories": Drawing(
         maps.trajectories, charts.trajectories, tables.trajectories,
         "Where the robots drove, by ground truth",
@@ -54,10 +72,6 @@ DRAWINGS: dict[str, Drawing[RunData]] = {
     "density": Drawing(
         maps.density, charts.density, tables.density,
         "Where the robots were, in robot-seconds per area",
-    ),
-    "timeline": Drawing(
-        timeline.timeline, charts.timeline, tables.timeline,
-        "What each robot did when; crosses are missed goals", is_wide=True,
     ),
     "goals": Drawing(
         curves.goals_over_time, charts.goals, tables.goals, "Goals reached over simulated time"
@@ -68,10 +82,6 @@ DRAWINGS: dict[str, Drawing[RunData]] = {
     "stations": Drawing(
         timeline.stations, charts.stations, tables.stations,
         "How much the stations were used and waited for",
-    ),
-    "waiting": Drawing(
-        maps.waiting, charts.waiting, tables.waiting,
-        "Where robots held or waited because of others",
     ),
     "states": Drawing(
         curves.states_over_time, charts.states, tables.states,
@@ -159,14 +169,18 @@ def _document(run: RunData, plots: list[Plot]) -> str:
         for name, count in run.left_out.items()  # known once all has been drawn
     ]
     body = [verdict_html(verdict.kind, verdict.headline, (*verdict.lines, *damaged))]
+    if parts := headline(run):
+        body.append(headline_html(parts, run.folder))
     if words := lost_words(run):
         body.append(f'<p class="bottleneck">{escape(words)}</p>')
-    shares, lost = {}, lost_time(run)
-    if lost is not None:
-        driving = state_shares(run).get("driving", 0.0)
-        shares["of the robots' time driving"] = percent(driving)
-        shares["of it holding or waiting"] = percent(lost.share)
-    body.append(cards_html(merits(report) | shares))
+    figures = merits(report)
+    main = {name: figures.pop(name) for name in MAIN if name in figures}
+    body.append(cards_html(main | shares(run)))
+    if figures:
+        body.append(
+            '<details class="more"><summary>More figures</summary>'
+            f"{table_html(['', ''], list(figures.items()))}</details>"
+        )
     body.append(plots_html(plots, None if run.grid is None else charts.map_image(run.grid)))
     lines = breach_lines(report) if report else []
     if lines:
@@ -179,6 +193,22 @@ def _document(run: RunData, plots: list[Plot]) -> str:
             " fields are explained in docs/report.md</footer>"
         )
     return page_html(title, subtitle, body)
+
+
+def shares(run: RunData) -> dict[str, str]:
+    """Return what the robots did with their time; the shares add up to all of it."""
+    known = state_shares(run)
+    if not known:
+        return {}
+    lost = sum(known.get(state, 0.0) for state in LOST)
+    others = 1.0 - lost - sum(known.get(state, 0.0) for state in ("driving", IDLE))
+    found = {
+        "of the robots' time driving": known.get("driving", 0.0),
+        "of it lost (holding, waiting, making way, recovering)": lost,
+        "of it without a goal": known.get(IDLE, 0.0),
+        "of it served, charging or not active": others,
+    }
+    return {name: percent(share) for name, share in found.items() if share > 5e-4}
 
 
 def merits(report: Mapping[str, Any]) -> dict[str, str]:

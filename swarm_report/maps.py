@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from swarm_common.model.records import FloatArray
 from swarm_common.model.zones import keepout_area, speed_area, triangles
-from swarm_report.measures import HOLDING
+from swarm_report.measures import IDLE, LOST
 from swarm_report.run import RunData, Series
 from swarm_report.style import (
     BLACK,
@@ -122,20 +122,17 @@ def presence_heat(run: RunData) -> Heat | None:
     series = run.series
     if series is None or len(series.times) < 2:
         return None
-    seconds = _seconds_per_sample(series)
-    return _heat(run, series, np.broadcast_to(seconds[:, None], series.poses.shape[:2]))
+    is_busy = run.states_at(series.times) != IDLE  # a robot at home says nothing about the traffic
+    return _heat(run, series, is_busy * _seconds_per_sample(series)[:, None])
 
 
 def waiting_heat(run: RunData) -> Heat | None:
-    """Return where robots held or waited for others; None if that is not known."""
+    """Return where robots lost time; None if that is not known."""
     series = run.series
     if series is None or len(series.times) < 2 or not run.spans:
         return None
-    weights = (run.states_at(series.times) == HOLDING) * _seconds_per_sample(series)[:, None]
-    for wait in run.waits:
-        sample = min(int(np.searchsorted(series.times, wait.time)), len(series.times) - 1)
-        weights[sample, wait.robot] += wait.duration
-    return _heat(run, series, weights)
+    is_lost = np.isin(run.states_at(series.times), LOST)
+    return _heat(run, series, is_lost * _seconds_per_sample(series)[:, None])
 
 
 def density(run: RunData) -> Figure | None:
@@ -145,9 +142,9 @@ def density(run: RunData) -> Figure | None:
 
 
 def waiting(run: RunData) -> Figure | None:
-    """Draw where robots held or waited for others; return None if that is not known."""
+    """Draw where robots lost time; return None if that is not known."""
     heat = waiting_heat(run)
-    title = "Time spent holding or waiting"
+    title = "Time lost"
     return None if heat is None else _draw_heat(run, heat, title, "YlOrRd")
 
 

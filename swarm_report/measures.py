@@ -12,7 +12,9 @@ from swarm_common.model.records import FloatArray, Pose
 from swarm_report.run import RunData, Series, Span
 
 AT_STATION = 0.5  # [m] from a station within which a robot counts as there
-HOLDING = "holding"
+HOLDING, IDLE = "holding", "idle"
+LOST = (HOLDING, "waiting", "yielding", "recovering")  # states of robots that do not get on
+LOST_WORDS = "holding, waiting, making way and recovering"
 WINDOWS = (10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0)  # [s]
 MOST_WINDOWS = 40
 SHARE_WINDOWS = 120  # over which the shares of states are taken
@@ -145,23 +147,16 @@ def state_shares(run: RunData) -> dict[str, float]:
 
 @dataclass(frozen=True, slots=True)
 class LostTime:
-    """The time that robots held or waited: `hold_time` and `wait_time` of report.json.
-
-    It is less than the time in the states `holding` and `waiting` where a robot waits for an
-    obstacle, and more where one waits for another robot for less than a second.
-    """
+    """The time in which robots did not get on: in the states of `LOST`."""
 
     seconds: float  # of all robots
     share: float  # of the robots' time
 
 
 def lost_time(run: RunData) -> LostTime | None:
-    """Return how long robots held or waited; by the trace without a report; None if unknown."""
+    """Return the time that was lost; None if the states are not known."""
     known = sum(span.length for span in run.spans)
     if known <= 0.0:
         return None
-    held, waited = (run.report.get(key) for key in ("hold_time", "wait_time"))
-    if held is None or waited is None:
-        held = sum(span.length for span in run.spans if span.state == HOLDING)
-        waited = sum(wait.duration for wait in run.waits)
-    return LostTime(held + waited, (held + waited) / known)
+    lost = sum(span.length for span in run.spans if span.state in LOST)
+    return LostTime(lost, lost / known)

@@ -20,6 +20,8 @@
     dark.addEventListener("change", () => { if (!remembered()) show(dark.matches ? "dark" : "light"); });
     document.querySelectorAll("table").forEach(sortable);
     document.querySelectorAll("details.data").forEach(savable);
+    document.querySelectorAll("[data-moment]").forEach((link) =>
+      link.addEventListener("click", (event) => { event.preventDefault(); goTo(link); }));
     draw();
   });
 
@@ -61,6 +63,21 @@
       link.click();
     };
     details.append(button);
+  }
+
+  // A part of the headline leads to its moment in the bars of the robots, and tells its replay.
+  async function goTo(link) {
+    const moment = Number(link.dataset.moment), figure = document.getElementById("timeline");
+    document.getElementById("replay").textContent = `Watch it: ${link.title}`;
+    if (!figure) return;
+    figure.scrollIntoView({ block: "center" });
+    const place = figure.querySelector(".live");
+    for (let tries = 0; tries < 50 && !place.layout; tries += 1)
+      await new Promise((done) => setTimeout(done, 100));
+    if (!place.layout) return;
+    const mark = { type: "line", x0: moment, x1: moment, yref: "paper", y0: 0, y1: 1,
+                   line: { color: "#D55E00", width: 2 } };
+    await Plotly.relayout(place, { "xaxis.range": [Math.max(0, moment - 30), moment + 90], shapes: [mark] });
   }
 
   // Plots: plotly.js lies packed in the page; without it, or without this script, the stills stay.

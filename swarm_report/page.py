@@ -8,14 +8,17 @@ import gzip
 import html
 import importlib.util
 import json
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from swarm_report.headline import Part
 from swarm_report.tables import Table
 
+BEFORE = 5.0  # [s] before a moment, at which its replay begins
 # A page needs nothing but itself, and may ask nobody for anything.
 POLICY = (
     "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
@@ -117,6 +120,22 @@ def verdict_html(kind: str, headline: str, lines: Sequence[str]) -> str:
     points = "".join(f"<li>{escape(line)}</li>" for line in lines)
     rest = f"<ul>{points}</ul>" if points else ""
     return f'<div class="verdict {kind}"><strong>{escape(headline)}</strong>{rest}</div>'
+
+
+def headline_html(parts: Sequence[Part], folder: Path) -> str:
+    """Return the headline; a part that is about a moment leads there, and says how to replay it."""
+    texts = []
+    for part in parts:
+        words = escape(part.text)
+        if part.time is not None:
+            start = max(0.0, part.time - BEFORE)
+            replay = f"swarm-replay {shlex.quote(str(folder))} --start {start:.0f}"
+            words = (
+                f'<a href="#timeline" data-moment="{part.time:.1f}"'
+                f' title="{escape(replay)}">{words}</a>'
+            )
+        texts.append(words)
+    return f'<p class="headline">{"".join(texts)}</p><p class="note" id="replay"></p>'
 
 
 def page_html(title: str, subtitle: str, body: Sequence[str], script: str = "") -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -9,35 +10,51 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from swarm_common.files.run_folders import run_folders
 from swarm_common.middleware.addresses import check_port
 from swarm_common.model.errors import ConfigError
-from swarm_report.compare import comparison, what_differs, write_comparison
+from swarm_report.compare import comparison, sentences, what_differs, write_comparison
 from swarm_report.document import write_document
 from swarm_report.inputs import differences
 from swarm_report.run import RunData
 
 PORT = 8090
 
-report_app = typer.Typer(rich_markup_mode=None)
+EXAMPLES = """Examples:
+
+swarm-report
+
+swarm-report runs/8_robots runs/16_robots -o comparison.html
+
+swarm-report --serve runs
+"""
+_several = partial(typer.Option, rich_help_panel="Several runs")
+
+report_app = typer.Typer(rich_markup_mode="rich")
 
 
-@report_app.command()
+@report_app.command(epilog=EXAMPLES)
 def report(
     runs: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="RUN", help="Folders of runs.  [default: runs/latest]"),
+        typer.Argument(
+            metavar="RUN",
+            autocompletion=run_folders,
+            help="Folders of runs.",
+            show_default="runs/latest",
+        ),
     ] = None,
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="Page that compares several runs.")
+        Path, _several("--output", "-o", help="Page that compares several runs.")
     ] = Path("comparison.html"),
     serve: Annotated[
         Path | None,
-        typer.Option(
+        _several(
             help="Folder of runs to list in the browser, with search, reports and comparisons.",
             show_default=False,
         ),
     ] = None,
-    port: Annotated[int, typer.Option(help="With --serve: TCP port on 127.0.0.1.")] = PORT,
+    port: Annotated[int, _several(help="With --serve: TCP port on 127.0.0.1.")] = PORT,
 ) -> None:
     """Draw report.html of a run again, compare several runs, or list all runs in the browser.
 
@@ -56,18 +73,20 @@ def report(
         console.print(f"report: {write_document(folders[0])}", highlight=False, soft_wrap=True)
         return
     data = [RunData(folder) for folder in folders]
-    console.print(f"input: {what_differs(data)}", highlight=False, soft_wrap=True)
+    for sentence in sentences(data):
+        console.print(sentence, highlight=False, soft_wrap=True)
     found = comparison(data)
     unequal, _ = differences(data)
     table = Table()
     for index, name in enumerate(found.head):
         table.add_column(name, justify="left" if index == 0 else "right", overflow="fold")
-    for line in unequal:
-        table.add_row(*line)
-    table.add_section()
     for line in found.rows:
         table.add_row(*line)
+    table.add_section()
+    for line in unequal:
+        table.add_row(*line)
     console.print(table)
+    console.print(f"input: {what_differs(data)}", highlight=False, soft_wrap=True)
     write_comparison(data, output)
     console.print(f"comparison: {output}", highlight=False, soft_wrap=True)
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
+from swarm_report import headline
 from swarm_report.bottleneck import find_bottleneck
 from swarm_report.measures import state_shares, station_use, throughput
 from swarm_report.run import RunData
 
 DIGITS = 4
-FIELDS = ("stations", "throughput", "state_shares", "bottleneck")
 
 
 def report_fields(run: RunData) -> dict[str, Any]:
-    """Return use of the stations, goals over time, shares of states, and the bottleneck."""
+    """Return use of the stations, goals over time, shares of states, and where time was lost."""
     flow, worst = throughput(run), find_bottleneck(run)
     per_minute = [] if flow is None else [_rounded(float(rate)) for rate in flow.per_minute]
     return {
@@ -25,6 +25,7 @@ def report_fields(run: RunData) -> dict[str, Any]:
         "throughput": None if flow is None else {"window": flow.window, "per_minute": per_minute},
         "state_shares": {state: _rounded(share) for state, share in state_shares(run).items()},
         "bottleneck": None if worst is None else worst.as_json(),
+        **headline.as_json(run),
     }
 
 

@@ -58,20 +58,12 @@ class Span:
     state: str
     station: str
     place: int
+    blocker: str = ""  # robot that it waits or makes way for; empty for none
 
     @property
     def length(self) -> float:
         """Duration [s]."""
         return self.end - self.start
-
-
-@dataclass(frozen=True, slots=True)
-class Wait:
-    """At `time` [s] a robot had stood for `duration` [s] because of another one."""
-
-    robot: int
-    time: float
-    duration: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,11 +154,11 @@ class RunData:
         return Series(times, np.stack([x, y, yaw], 2), to_robot, to_world, self._near)
 
     @functools.cached_property
-    def _diary(self) -> tuple[list[StateLine], list[WaitLine], list[GoalLine]]:
+    def _diary(self) -> tuple[list[StateLine], list[GoalLine]]:
         """What the robots of the run did, by kind."""
         found = self._trace("robots.jsonl", StateLine, WaitLine, GoalLine)
-        states, waits, goals = ([line for line in k if line["robot"] in self._index] for k in found)
-        return states, waits, goals
+        states, _, goals = ([line for line in k if line["robot"] in self._index] for k in found)
+        return states, goals
 
     @functools.cached_property
     def end(self) -> float:
@@ -187,8 +179,12 @@ class RunData:
             ends = [*starts[1:], self.end][: len(starts)]
             for line, start, end in zip(lines, starts, ends, strict=True):
                 if end > start:
-                    place = line["place"]
-                    spans.append(Span(robot, start, end, line["state"], line["station"], place))
+                    spans.append(
+                        Span(
+                            robot, start, end, line["state"], line["station"], line["place"],
+                            line.get("blocker", ""),
+                        )
+                    )  # fmt: skip
         return spans
 
     @functools.cached_property
@@ -199,15 +195,9 @@ class RunData:
                 self._index[line["robot"]], line["t"], line["goal"], line["outcome"],
                 line["duration"],
             )
-            for line in self._diary[2]
+            for line in self._diary[1]
         ]  # fmt: skip
         return sorted(events, key=lambda event: event.time)
-
-    @functools.cached_property
-    def waits(self) -> list[Wait]:
-        """Waits of robots for others on their way, in order of time."""
-        index = self._index
-        return [Wait(index[line["robot"]], line["t"], line["waited"]) for line in self._diary[1]]
 
     @functools.cached_property
     def usage(self) -> UsageSeries | None:

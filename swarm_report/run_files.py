@@ -157,6 +157,7 @@ class StateLine(TypedDict):
     state: str
     station: str
     place: Annotated[int, Meta(ge=0, le=10**6)]
+    blocker: NotRequired[str]  # robot that it waits or makes way for; empty for none
 
 
 class WaitLine(TypedDict):

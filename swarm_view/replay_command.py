@@ -6,6 +6,7 @@ import contextlib
 import functools
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -16,6 +17,7 @@ from rich.table import Table
 from swarm_commander.run.domain import DomainLock, domain_id
 from swarm_commander.run.input.options import parse_speed
 from swarm_commander.run.processes.signals import SignalCounter
+from swarm_common.files.run_folders import run_folders
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError
 from swarm_recording.bag import Bag
@@ -25,51 +27,70 @@ from swarm_setup.build import ensure_interfaces
 
 TELL_PERIOD = 2.0  # [s] of wall time between two lines about the progress
 
-replay_app = typer.Typer(rich_markup_mode=None)
+EXAMPLES = """Examples:
+
+swarm-replay
+
+swarm-replay runs/2026-01-31_12-00-00 --start 120 --speed 4
+
+swarm-replay --ros --clock 100 --loop
+"""
+_viewer = partial(typer.Option, rich_help_panel="In the viewer")
+_graph = partial(typer.Option, rich_help_panel="On the ROS graph")
+
+replay_app = typer.Typer(rich_markup_mode="rich")
 
 
-@replay_app.command()
+@replay_app.command(epilog=EXAMPLES)
 def replay(
     bag: Annotated[
         Path,
-        typer.Argument(metavar="BAG", help="File, or folder of a run."),
+        typer.Argument(metavar="BAG", autocompletion=run_folders, help="File, or folder of a run."),
     ] = Path("runs/latest"),
     info: Annotated[
         bool, typer.Option("--info", help="Only list the topics and messages.")
     ] = False,
     ros: Annotated[
-        bool, typer.Option("--ros", help="Play on the ROS graph, for RViz and any node.")
+        bool, _graph("--ros", help="Play on the ROS graph, for RViz and any node.")
     ] = False,
     speed: Annotated[
         str, typer.Option(help="Multiple of real time; with --ros also max.", show_default=True)
     ] = "1",
     start: Annotated[
         float | None,
-        typer.Option(help="Time in the recording at which to begin [s].", show_default=False),
+        typer.Option(help="Time in the recording at which to begin, in s.", show_default=False),
     ] = None,
     offset: Annotated[
         float | None,
-        typer.Option(
-            help="With --ros: begin so long after the first message [s], without what was last"
+        _graph(
+            help="With --ros: begin so long after the first message, in s, without what was last"
             " said before, but for what stays for latecomers.",
             show_default=False,
         ),
     ] = None,
     topics: Annotated[
-        str, typer.Option(help="With --ros: play only these topics, separated by commas.")
+        str, _graph(help="With --ros: play only these topics, separated by commas.")
     ] = "",
     clock: Annotated[
         float | None,
-        typer.Option(
+        _graph(
             help="With --ros: publish the bag's time on /clock, so often per second of wall time,"
             " in place of the recorded one.",
             show_default=False,
         ),
     ] = None,
-    loop: Annotated[bool, typer.Option("--loop", help="Start again at the end.")] = False,
-    port: Annotated[int, typer.Option(help="TCP port of the viewer.")] = 8080,
+    loop: Annotated[bool, _graph("--loop", help="With --ros: start again at the end.")] = False,
+    port: Annotated[int, _viewer(help="TCP port of the viewer.")] = 8080,
+    open_: Annotated[
+        bool | None,
+        _viewer(
+            "--open/--no-open",
+            show_default="where there is a display",
+            help="Open it in a browser.",
+        ),
+    ] = None,
 ) -> None:
-    """Play a run that was recorded with `swarm-up --record`.
+    """Play a run, recorded with `swarm-up --record` or not.
 
     Without --ros it opens in the browser, where it can be paused and moved through.
     """
@@ -94,7 +115,7 @@ def replay(
             if value not in (None, False, ""):
                 hint = "; in the viewer, Play at the end starts again" if loop else ""
                 raise ConfigError(f"{option} needs --ros{hint}")
-        _view(bag, begin, factor, port, tell)
+        _view(bag, begin, factor, port, tell, open_)
 
 
 def _play_options(
@@ -156,7 +177,12 @@ def _play(bag: Bag, options: PlayOptions, say: Callable[[str], None], console: C
 
 
 def _view(
-    bag: Path, start: float, speed: float | None, port: int, tell: Callable[[str], None]
+    bag: Path,
+    start: float,
+    speed: float | None,
+    port: int,
+    tell: Callable[[str], None],
+    opens: bool | None,
 ) -> None:
     """Open the viewer on a bag."""
     if speed is None:
@@ -169,4 +195,4 @@ def _view(
     feed.seek(start)
     feed.speed = speed
     feed.play()
-    show_recording(feed, port=port)
+    show_recording(feed, port=port, opens=opens)

@@ -23,11 +23,12 @@ from swarm_bench.runs.pose_error import PoseErrors
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.result_builder import compose_result
 from swarm_commander.mission.itinerary import Order
-from swarm_commander.run.results.wait_graph import WaitGraph, waits_for
+from swarm_commander.run.results.wait_graph import WaitGraph
 from swarm_common.middleware.cdr import yaw_of
 from swarm_common.model.beacon import BEACON_DTYPE, BeaconArray, empty_beacons
 from swarm_common.model.breaches import Collision
 from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, Twist
+from swarm_common.model.run_words import waits_for
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome, Output
 from swarm_sim.world.world import Observation, World
 

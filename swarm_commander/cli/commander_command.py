@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import signal
 import time
+from functools import partial
 from typing import Annotated
 
 import rclpy
@@ -14,6 +14,7 @@ from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.cli.command_node import command_node
+from swarm_commander.cli.completion import first_words, stations
 from swarm_commander.cli.console import Moment, StatusConsole
 from swarm_commander.mission.discovery import (
     find_robots,
@@ -35,25 +36,41 @@ from swarm_commander.mission.swarm_watch import SwarmWatch
 from swarm_commander.run.domain import domain_id, patience_for
 from swarm_commander.run.processes.signals import SignalCounter
 from swarm_common.middleware.ros_io import tick_of
-from swarm_common.model.errors import ConfigError
+from swarm_common.model.errors import ConfigError, UnknownNameError, close_names
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import FLEET_COMMANDS
 
 CANCEL_LIMIT = 2.0  # [s] of wall time for cancelled goals to end
 READY_LIMIT = 20.0  # [s] of wall time for a robot to say where it is and to take goals
+SAME_GOAL = 0.5  # [m] between two places that are one goal
 CALM_PERIOD = 10.0  # [s] of simulated time between two lines of one robot among several
 
-commander_app = typer.Typer(rich_markup_mode=None)
+EXAMPLES = """Examples:
+
+swarm-commander Srobot3
+
+swarm-commander Srobot3 Srobot4 --mission loading_route
+
+swarm-commander Srobot3 --to loader_2
+
+swarm-commander Srobot3 --goal 2.0 1.5 0
+
+swarm-commander spawn --help
+"""
+_goal = partial(typer.Option, rich_help_panel="Where to")
+
+commander_app = typer.Typer(rich_markup_mode="rich")
 
 
-@commander_app.command()
+@commander_app.command(epilog=EXAMPLES)
 def command(
     robots: Annotated[
-        list[str] | None, typer.Argument(help="Names of robots, like Srobot3.")
+        list[str] | None,
+        typer.Argument(autocompletion=first_words, help="Names of robots, like Srobot3."),
     ] = None,
     mission: Annotated[
         str | None,
-        typer.Option(
+        _goal(
             autocompletion=mission_names,
             help="Name or file of a mission.",
             show_default="loading_route, or the stations or places of this world, then home",
@@ -61,9 +78,13 @@ def command(
     ] = None,
     goal: Annotated[
         tuple[float, float, float] | None,
-        typer.Option(help="X Y YAW in the map, instead of a mission."),
+        _goal(help="X Y YAW in the map, instead of a mission."),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the order of the stations.")] = 0,
+    to: Annotated[
+        str | None,
+        _goal(autocompletion=stations, help="Name of a station, instead of a mission."),
+    ] = None,
+    seed: Annotated[int, _goal(help="Seed of the order of the stations.")] = 0,
     all_: Annotated[bool, typer.Option("--all", help="Drive every robot.")] = False,
 ) -> None:
     """Drive robots of a running swarm through a mission, or to one goal.
@@ -76,6 +97,8 @@ def command(
         raise ConfigError(f"{' '.join(robots)} and --all exclude each other")
     if not robots and not all_:
         raise ConfigError("name a robot, like Srobot3, or give --all")
+    if sum(one is not None for one in (mission, goal, to)) > 1:
+        raise ConfigError("--mission, --goal and --to exclude each other")
     plan = None if mission is None else load_mission(mission)
     if goal is not None:
         if not all(map(math.isfinite, goal)):
@@ -86,10 +109,15 @@ def command(
         names = running if all_ else list(dict.fromkeys(robots or []))
         for name in names:
             if name not in running:
-                close = difflib.get_close_matches(name, FLEET_COMMANDS, n=1)
+                close = close_names(name, FLEET_COMMANDS, 1)
                 hint = f"; did you mean the command {close[0]}?" if close else ""
                 there = ", ".join(running)
                 raise ConfigError(f"no robot '{name}' is running; there are {there}{hint}")
+        if to is not None:
+            sites, where = read_sites(node, names[0])
+            if to not in sites.stations:
+                raise UnknownNameError("station", to, sites.stations, where)
+            plan = single_goal(sites.stations[to])
         raise typer.Exit(Commander(node, names, calm=len(names) > 1).drive(plan, seed))
 
 
@@ -158,7 +186,7 @@ class Commander:
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
         """Print waypoint, remaining distance and remaining time from time to time."""
-        if driver.is_over or not has_goal(status):
+        if driver.is_over or not has_goal(status) or not _is_own(driver, status):
             return
         line = self._narrators[driver.name].line(_goal_label(driver), _moment(status))
         if line is not None:
@@ -211,6 +239,14 @@ class Commander:
         end = time.monotonic() + CANCEL_LIMIT
         while time.monotonic() < end and not all(robot.isTaskComplete() for robot in robots):
             rclpy.spin_once(self._node, timeout_sec=0.1)
+
+
+def _is_own(driver: RobotDriver, status: RobotStatus) -> bool:
+    """True if a robot is on its way to our goal, not to one that somebody else gave it since."""
+    if driver.order is None:
+        return False
+    pose = driver.order.stop.pose_map
+    return math.dist((status.goal.x, status.goal.y), (pose.x, pose.y)) < SAME_GOAL
 
 
 def _goal_label(driver: RobotDriver) -> str:

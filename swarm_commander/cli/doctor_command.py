@@ -17,10 +17,10 @@ STYLES = {Level.GOOD: "green", Level.WARNING: "yellow", Level.ERROR: "bold red"}
 MOST_ROBOTS = 1000
 UNFIT = 1
 
-doctor_app = typer.Typer(rich_markup_mode=None)
+doctor_app = typer.Typer(rich_markup_mode="rich")
 
 
-@doctor_app.command()
+@doctor_app.command(epilog="Example: swarm-doctor --swarm-size 100 --pack 10")
 def doctor(
     swarm_size: Annotated[int, typer.Option(help="Number of robots to check for.")] = 100,
     pack: Annotated[int, typer.Option(help="Navigators per process.")] = 1,

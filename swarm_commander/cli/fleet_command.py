@@ -29,6 +29,7 @@ from simulation_interfaces.srv import (
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.cli.command_node import command_node
+from swarm_commander.cli.completion import robots
 from swarm_commander.cli.thing_request import thing_request
 from swarm_commander.mission.swarm_watch import SwarmWatch
 from swarm_commander.run import domain
@@ -41,7 +42,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.process.messages import RestartNavigator
 from swarm_common.process.pipes import EventWriter
-from swarm_common.robots.source import find_robot
+from swarm_common.robots.source import find_robot, robot_names
 from swarm_recording.recorder import record
 from swarm_recording.selection import select
 
@@ -51,36 +52,41 @@ ANSWER_LIMIT = 60.0  # [s] of wall time for it to answer; it does between two ti
 ACTIVE_LIMIT = 60.0  # [s] of wall time for a new navigator to be there
 
 fleet_app = typer.Typer(
-    rich_markup_mode=None,
+    rich_markup_mode="rich",
     help="Add, remove and move robots and objects of a running swarm.",
 )
 
 
-@fleet_app.command("spawn")
+@fleet_app.command(
+    "spawn", epilog="Example: swarm-commander spawn --robot turtlebot3_burger --pose 1 2 0"
+)
 def spawn(
     name: Annotated[
-        str, typer.Argument(help="Name, like Srobot7, or an object's.  [default: the next free]")
+        str,
+        typer.Argument(help="Name, like Srobot7, or an object's.", show_default="the next free"),
     ] = "",
-    robot: Annotated[str, typer.Option(help="Name or path of a robot model.")] = DEFAULT_ROBOT,
+    robot: Annotated[
+        str, typer.Option(autocompletion=robot_names, help="Name or path of a robot model.")
+    ] = DEFAULT_ROBOT,
     pose: Annotated[
         tuple[float, float, float] | None,
         typer.Option(
-            help="X Y YAW in the map; required for objects.  [default: a free start place]"
+            help="X Y YAW in the map; required for objects.", show_default="a free start place"
         ),
     ] = None,
     thing: Annotated[
         str, typer.Option("--object", help="Spawn an object: .sdf, .urdf, or model://NAME.")
     ] = "",
     box: Annotated[
-        tuple[float, float, float] | None, typer.Option(help="Spawn a box with edges X Y Z [m].")
+        tuple[float, float, float] | None, typer.Option(help="Spawn a box with edges X Y Z in m.")
     ] = None,
     cylinder: Annotated[
-        tuple[float, float] | None, typer.Option(help="Spawn a cylinder with RADIUS HEIGHT [m].")
+        tuple[float, float] | None, typer.Option(help="Spawn a cylinder with RADIUS HEIGHT in m.")
     ] = None,
     mass: Annotated[
         float | None,
         typer.Option(
-            help="Mass of a box or cylinder that can be pushed [kg]; without it, it is fixed."
+            help="Mass of a box or cylinder that can be pushed, in kg; without it, it is fixed."
         ),
     ] = None,
 ) -> None:
@@ -106,9 +112,11 @@ def spawn(
     typer.echo(f"{new} is there: {robot} at {_place(state)}")
 
 
-@fleet_app.command("remove")
+@fleet_app.command("remove", epilog="Example: swarm-commander remove Srobot3")
 def remove(
-    names: Annotated[list[str], typer.Argument(help="Names of robots or objects.")],
+    names: Annotated[
+        list[str], typer.Argument(autocompletion=robots, help="Names of robots or objects.")
+    ],
 ) -> None:
     """Remove robots, with their navigators, or objects from a running swarm."""
     with _node() as node:
@@ -117,9 +125,11 @@ def remove(
             typer.echo(f"{name} was taken out")
 
 
-@fleet_app.command("move")
+@fleet_app.command("move", epilog="Example: swarm-commander move Srobot3 --pose 1 2 0")
 def move(
-    name: Annotated[str, typer.Argument(help="Name of a robot or object, see list.")],
+    name: Annotated[
+        str, typer.Argument(autocompletion=robots, help="Name of a robot or object, see list.")
+    ],
     pose: Annotated[tuple[float, float, float], typer.Option(help="X Y YAW in the map.")],
 ) -> None:
     """Put a robot or a thing elsewhere; a robot's navigator is told."""
@@ -144,8 +154,12 @@ def list_() -> None:
         typer.echo(f"{name.ljust(width)}  {_place(state)}")
 
 
-@fleet_app.command("restart")
-def restart(robot: Annotated[str, typer.Argument(help="Name of the robot, like Srobot3.")]) -> None:
+@fleet_app.command("restart", epilog="Example: swarm-commander restart Srobot3")
+def restart(
+    robot: Annotated[
+        str, typer.Argument(autocompletion=robots, help="Name of the robot, like Srobot3.")
+    ],
+) -> None:
     """Restart a robot's navigator; its mission continues with the current goal."""
     typer.echo(domain.ask(domain.domain_id(), RestartNavigator(robot), ACTIVE_LIMIT))
 
@@ -158,13 +172,13 @@ def reset() -> None:
     typer.echo("all are where they were at first; simulated time and goals go on")
 
 
-@fleet_app.command("record")
+@fleet_app.command("record", epilog="Example: swarm-commander record --topics scan,/Srobot1/*")
 def record_(
     topics: Annotated[
         str, typer.Option(help="Topics to record, as for swarm-up --record-topics.")
     ] = "",
     output: Annotated[
-        Path | None, typer.Option(help="Folder of the bag.  [default: named by the time]")
+        Path | None, typer.Option(help="Folder of the bag.", show_default="named by the time")
     ] = None,
     rate: Annotated[
         float | None, typer.Option(help="At most this many messages per simulated second.")

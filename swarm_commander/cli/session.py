@@ -36,10 +36,12 @@ from swarm_common.middleware import ros_env
 from swarm_common.middleware.secret import own_secret
 from swarm_common.model.breaches import breach_lines, broken_lines, shortened
 from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
+from swarm_common.model.run_words import SERIES_FIELDS
 from swarm_common.process.start import ensure_bytecode, own_packages
 from swarm_setup.build import ensure_interfaces, interface_packages
 
 COPIES = "inputs"  # of the user's files
+SIGNALED = 128  # exit codes from here on are those of a signal
 
 
 def start(options: UpOptions) -> int:
@@ -55,7 +57,8 @@ def start(options: UpOptions) -> int:
     lock = DomainLock(domain_id())  # from now on commands in other terminals wait for us
     ensure_interfaces()
     code = bring_up(plan, lock)
-    ensure_bytecode([*own_packages(), *interface_packages()])  # for the next start
+    if code < SIGNALED:
+        ensure_bytecode([*own_packages(), *interface_packages()])  # for the next start
     return code
 
 
@@ -73,6 +76,8 @@ def bring_up(plan: RunPlan, lock: DomainLock) -> int:
         write_env_sh(folder, os.environ)
         console = terminal.console()
         statistics = RunStatistics.of(plan.options.robot_names, plan.mission is not None)
+        for name in set(plan.options.robot_names) - set(plan.alive):
+            statistics.robots[name].is_broken = True
         progress = Progress(console, statistics, time.monotonic)
         write_rviz(folder.rviz, plan.options.robot_names)
         write_foxglove(folder.foxglove, plan.options.robot_names)
@@ -97,7 +102,7 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     """Write the report, say how it went; return the exit code."""
     statistics = run.statistics
     verdict = run.verdict or load_verdict(folder.verdict)
-    is_unborn = run.is_stopped_by_user and not verdict and statistics.sim_time == 0.0
+    is_unborn = run.is_stopped_by_user and run.is_unborn
     if (
         not verdict and not is_unborn
     ):  # without a verdict the other figures do not vouch for the run
@@ -115,19 +120,21 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     report["broken"] = [name for name in without if name not in external]
     if external:
         report["external"] = list(external)
-    report |= _measures(folder, report)
+    report |= dict.fromkeys(SERIES_FIELDS) if is_unborn else _measures(folder, report)
     if problem := write_report(folder.report, report):
         code = COMPONENT_FAILED
         complain(problem)
     if is_unborn and code == OK:
-        console.print("stopped before the start")
-        return code
+        console.print("stopped before the robots drove")
+        return SIGNALED + run.ending_signal
     console.print(summary_table(report, code))
     for line in broken_lines(report):
         console.print(line, highlight=False, soft_wrap=True)
     breaches = breach_lines(report["breaches"], had_to_finish=is_unfinished)
     for line in (*shortened(run.failures, "failures"), *breaches):
         console.print(Text(line, style="red"), soft_wrap=True)
+    if report["headline"]:
+        console.print(Text(report["headline"], style="bold"), soft_wrap=True)
     written = _draw_page(folder, console) if plan.options.page else folder.report
     console.print(f"report: {written}", highlight=False, soft_wrap=True)
     return code
@@ -146,14 +153,14 @@ def _run_of(
 
 def _measures(folder: RunFolder, report: dict[str, Any]) -> dict[str, Any]:
     """Return the report's fields that are worked out from the time series; null if that fails."""
-    from swarm_report.report_fields import FIELDS, report_fields
+    from swarm_report.report_fields import report_fields
     from swarm_report.run import RunData
 
     try:
         return report_fields(RunData(folder.path, report))
     except Exception as error:  # the figures that are known must not be lost with these
         complain(f"the time series could not be read: {error!r}")
-        return dict.fromkeys(FIELDS)
+        return dict.fromkeys(SERIES_FIELDS)
 
 
 def _draw_page(folder: RunFolder, console: Console) -> Path:

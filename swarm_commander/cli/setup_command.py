@@ -6,7 +6,7 @@ import typer
 
 from swarm_setup.build import ensure_interfaces
 
-setup_app = typer.Typer(rich_markup_mode=None)
+setup_app = typer.Typer(rich_markup_mode="rich")
 
 
 @setup_app.command()

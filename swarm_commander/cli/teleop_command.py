@@ -22,6 +22,7 @@ from std_msgs.msg import Empty
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.cli.command_node import command_node
+from swarm_commander.cli.completion import robots
 from swarm_commander.cli.teleop_keys import HELP, Keys
 from swarm_commander.mission.client import RobotCommander
 from swarm_commander.mission.discovery import find_robots, read_parameters
@@ -39,12 +40,14 @@ END_LIMIT = 5.0  # [s] of wall time for it to end
 STATUS_PERIOD = 1.0  # [s] between two lines about the robot
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # mean what Q means
 
-teleop_app = typer.Typer(rich_markup_mode=None)
+teleop_app = typer.Typer(rich_markup_mode="rich")
 
 
-@teleop_app.command()
+@teleop_app.command(epilog="Example: swarm-teleop Srobot3 --speed 0.3")
 def teleop(
-    robot: Annotated[str, typer.Argument(help="Name of the robot, like Srobot3.")],
+    robot: Annotated[
+        str, typer.Argument(autocompletion=robots, help="Name of the robot, like Srobot3.")
+    ],
     speed: Annotated[
         float, typer.Option(help="Share of the robot's full speed to begin with, 0.1 to 1.")
     ] = 0.5,

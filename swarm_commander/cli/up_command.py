@@ -32,6 +32,7 @@ from swarm_common.middleware.addresses import check_address, check_port, own_add
 from swarm_common.middleware.secret import given_secret
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.robot_names import DEFAULT, RobotNames
+from swarm_common.process.browser import has_display
 from swarm_common.robots.fleet import fleet_names, load_fleet
 from swarm_common.robots.packages import add_package_paths
 from swarm_common.robots.source import robot_names as robot_models
@@ -172,6 +173,14 @@ class UpArguments:
     )
     headless: Annotated[bool, _windows("--headless", help="Open no window.")] = False
     viewer: Annotated[bool, _windows(help="3D view in the browser.")] = False
+    open_: Annotated[
+        bool | None,
+        _windows(
+            "--open/--no-open",
+            show_default="where there is a display",
+            help="Open the viewer in a browser; --open implies --viewer.",
+        ),
+    ] = None
     port: Annotated[int, _windows(help="TCP port of the viewer.")] = VIEWER_PORT
     viewer_host: Annotated[str, _windows(help="Address that the viewer listens on.")] = LOOPBACK
     rviz: Annotated[
@@ -227,9 +236,10 @@ class UpArguments:
     def options(self) -> UpOptions:
         """Return what they ask for on this host, checked."""
         check_port(self.port)
-        if self.viewer and self.headless:
+        viewer = self.viewer or bool(self.open_)
+        if viewer and self.headless:
             raise ConfigError("--viewer and --headless exclude each other")
-        if self.viewer:
+        if viewer:
             DomainLock(domain_id()).release()  # a swarm that runs has the port, too
             check_address(self.viewer_host, self.port)
         add_package_paths(self.package_path or [])
@@ -242,7 +252,9 @@ class UpArguments:
             "fleet": fleet,
             "names": names,
             "map": self.map_,
-            "speed": parse_speed(self.speed, self.viewer or self.mission is None),
+            "speed": parse_speed(self.speed, viewer or self.mission is None),
+            "viewer": viewer,
+            "open_page": viewer and (has_display() if self.open_ is None else self.open_),
             "rviz": _rviz_windows(self.rviz, self.headless, names, size),
             "bind": _address_to_bind(self.bind),
         }
@@ -257,7 +269,7 @@ def _up(context: typer.Context, **values: Any) -> None:
     Exit code: 0 all goals reached without collision, or stopped by you or at
     --duration without a miss or a collision; 1 a goal missed (also by
     --duration, if --until-done is given) or a collision; 2 bad input; 3 a
-    component failed.
+    component failed; 130 Ctrl-C before the robots drove.
     """
     arguments = UpArguments(**values)
     if arguments.describe is not None:

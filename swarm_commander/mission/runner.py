@@ -52,6 +52,7 @@ from swarm_common.process.messages import (
     WatchRobot,
 )
 from swarm_common.process.pipes import EventWriter, MessageReader, child_options
+from swarm_recording.run_trace import RunTrace
 
 BEAT_PERIOD = 2.0  # [s] of wall time between two signs of life
 TURN_PERIOD = 0.25  # [s] of wall time between two looks at everything else
@@ -88,7 +89,9 @@ class Runner:
             )
         }
         folder = config.get("trace_dir")
-        self._state_log = StateLog(Journal(Path(folder) / FILE)) if folder else None
+        self._state_log: StateLog | None = None
+        if folder:
+            self._state_log = StateLog(Journal(Path(folder) / FILE), RunTrace(Path(folder)))
         self._dead: set[str] = set()  # that will not be restarted
         self._silent: set[str] = set()  # whose current goal may be lost
         self._removed: set[str] = set()  # taken out by the operator: their goals do not count
@@ -150,6 +153,8 @@ class Runner:
 
     def finish(self) -> None:
         """Pass on the last status."""
+        if self._state_log is not None:
+            self._state_log.close()
         self._flush()
         self._rejections.flush()
 

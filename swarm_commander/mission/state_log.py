@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
+from rclpy.serialization import serialize_message
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_common.files.journal import Journal
+from swarm_common.middleware.topic_table import robot_topic
+from swarm_common.model.records import CONTROL_PERIOD
+from swarm_common.model.run_words import stopped_by
+from swarm_recording.run_trace import RunTrace
 
 FILE = "robots.jsonl"
+KEPT_PERIOD = 2.0  # [s] between two statuses for replays that say the same
 WAIT_STEP = 1.0  # [s] of waiting between two lines about it
 
 
 class StateLog:
     """Writes changes of state with their stamps, goals sent and goals settled."""
 
-    def __init__(self, journal: Journal) -> None:
+    def __init__(self, journal: Journal, trace: RunTrace | None = None) -> None:
         """Begin to write.
 
         Args:
             journal: Open file, a JSON object per line.
+            trace: Keeps statuses for replays; None if nobody wants that.
         """
         self._journal = journal
+        self._trace = trace
+        self._kept: dict[str, tuple[float, object]] = {}  # when, and what it said
         self._latest: dict[str, tuple[object, ...]] = {}
         self._waited: dict[str, float] = {}
 
@@ -31,6 +40,7 @@ class StateLog:
             status: As received; the stamp in it is the time that is written.
         """
         at = round(status.stamp.sec + 1e-9 * status.stamp.nanosec, 3)
+        self._keep(robot, status, at)
         waited = float(status.wait_time)
         if waited < self._waited.setdefault(robot, 0.0):  # its navigator was started again
             self._waited[robot] = 0.0
@@ -43,11 +53,12 @@ class StateLog:
             int(status.queue_place),
             int(status.goals_reached),
             int(status.goals_failed),
+            stopped_by(status.state, status.detail),
         )
         if self._latest.get(robot) == news:
             return
         self._latest[robot] = news
-        state, station, place, reached, failed = news
+        state, station, place, reached, failed, blocker = news
         self._journal.write(
             t=at,
             robot=robot,
@@ -56,7 +67,24 @@ class StateLog:
             place=place,
             reached=reached,
             failed=failed,
+            blocker=blocker,
         )
+
+    def _keep(self, robot: str, status: RobotStatus, at: float) -> None:
+        """Keep a status that says something new, or is the first after a while."""
+        if self._trace is None:
+            return
+        said = status.state, status.detail, status.station, status.queue_place, status.goals_reached
+        before = self._kept.get(robot)
+        if before is None or before[1] != said or at >= before[0] + KEPT_PERIOD:
+            self._kept[robot] = at, said
+            tick = round(at / CONTROL_PERIOD)
+            self._trace.write(robot_topic(robot, "status"), tick, serialize_message(status))
+
+    def close(self) -> None:
+        """Complete what is kept for replays."""
+        if self._trace is not None:
+            self._trace.close()
 
     def goal(self, robot: str, goal: str, outcome: str, t: float, duration: float = 0.0) -> None:
         """Note what became of a goal.

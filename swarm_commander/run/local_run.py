@@ -33,6 +33,7 @@ from swarm_commander.viewers.rviz import (
 from swarm_common.files.map_io import MAP_FILE
 from swarm_common.middleware import ros_env
 from swarm_common.model.records import Pose
+from swarm_common.process.browser import open_page
 from swarm_common.process.messages import (
     CollisionBegan,
     Compiling,
@@ -131,6 +132,12 @@ class LocalRun(ProcessRun):
         self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
         self.map_sha256 = ""  # of the map that the world will send
         self._robots: list[dict[str, Any]] = []  # what the fork server is to start
+
+    @property
+    def is_unborn(self) -> bool:
+        """True if the robots never were active together, so that none has driven."""
+        is_awaited = self._awaits_activity and self.active_after_wall is None
+        return is_awaited or self.statistics.sim_time == 0.0
 
     def _check(self) -> None:
         self._check_start()
@@ -274,7 +281,9 @@ class LocalRun(ProcessRun):
                         " machine could not keep up, or was stopped for a while"
                     )
             case ViewerOpened(url=url):
-                self._progress.note(f"viewer: {url}")
+                self._progress.pin(f"viewer: {url}")
+                if self._plan.options.open_page:
+                    open_page(url)
             case _:
                 assert_never(event)
 

@@ -143,6 +143,16 @@ class ProcessRun:
             raise RunRefusedError(self._refusal)
 
     @property
+    def is_unborn(self) -> bool:
+        """True before any robot drives: there is nothing to conclude."""
+        return False
+
+    @property
+    def ending_signal(self) -> int:
+        """Number of the signal that ended the run; 0 for none."""
+        return self._signals.latest
+
+    @property
     def restarts(self) -> int:
         """Number of processes that were started again."""
         return self._restarts.total
@@ -211,7 +221,10 @@ class ProcessRun:
             self._on_exit(exit_)
         if self._signals.count and not self._is_stopping:
             self.is_stopped_by_user = True
+            is_unborn = self.is_unborn
             self._stop("stopping (press Ctrl-C again to kill)")
+            if is_unborn:  # nothing to conclude, and who compiles hears no signal
+                self._supervisor.kill()
         if self._signals.count > 1:
             self._supervisor.kill()
         self._heartbeats.look()
@@ -399,7 +412,7 @@ class ProcessRun:
     def _on_exit(self, exit_: Exit) -> None:
         self._heartbeats.forget(exit_.name)
         self._selector.unregister(self._children[exit_.name].event_fd)
-        if exit_.killed and self._signals.count < 2:
+        if exit_.killed and self._signals.count < 2 and not self.is_unborn:
             self._on_overdue(exit_.name)
         if exit_.expected or self._is_stopping or self._refusal is not None:
             return

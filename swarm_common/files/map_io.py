@@ -6,7 +6,6 @@ thresholds, alpha, rotated origins.
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from pathlib import Path
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from swarm_common.files.map_image import TOP, MapImage, read_image
 from swarm_common.files.resources import file_of, share_directory
 from swarm_common.files.yaml_io import read_yaml
-from swarm_common.model.errors import MapError, MapImageError
+from swarm_common.model.errors import MapError, MapImageError, close_names
 from swarm_common.model.grid import OCCUPIED, UNKNOWN, Grid
 
 WORLD_FILE = "world.sdf"
@@ -110,7 +109,7 @@ def _check_keys(data: dict[str, Any], path: Path) -> None:
         raise MapError(f"{path} lacks {', '.join(missing)}")
     free = [key for key in OPTIONAL if key not in data]
     for key in data.keys() - {*REQUIRED, *OPTIONAL}:
-        meant = difflib.get_close_matches(key.casefold(), free, n=1)
+        meant = close_names(key, free, 1)
         if meant:
             raise MapError(f"{path}: unknown key '{key}'; did you mean '{meant[0]}'?")
 

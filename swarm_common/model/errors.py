@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
+import re
 from collections.abc import Iterable
 
 # In the message of a navigator's result whose reason is the map alone: no other try can succeed.
 ON_THIS_MAP = "on this map"
+_WORDS = re.compile(r"[^a-z0-9]+")
 
 
 class SwarmError(Exception):
@@ -77,6 +78,37 @@ class MeshError(SwarmError):
     """A mesh file is missing or unusable."""
 
 
+def close_names(name: str, known: Iterable[str], most: int = 3) -> list[str]:
+    """Return the known names that a misspelt one is nearest to, at equal edit distance.
+
+    A name of several words is also met by one of them: `wafle` by `turtlebot3_waffle`.
+    """
+    wanted = name.casefold()
+    apart = {}
+    for each in known:
+        folded = each.casefold()
+        apart[each] = min(edit_distance(wanted, word) for word in (folded, *_WORDS.split(folded)))
+    least = min(apart.values(), default=0)
+    if least > max(1, len(wanted) // 3):
+        return []
+    return sorted(each for each, distance in apart.items() if distance == least)[:most]
+
+
+def edit_distance(one: str, other: str) -> int:
+    """Return how many letters to insert, delete, replace or swap (Damerau 1964)."""
+    rows = [list(range(len(other) + 1))]
+    for place, letter in enumerate(one, 1):
+        row = [place]
+        for at, wanted in enumerate(other, 1):
+            changed = rows[-1][at - 1] + (letter != wanted)
+            least = min(changed, rows[-1][at] + 1, row[-1] + 1)
+            if place > 1 and at > 1 and one[place - 2 : place] == wanted + other[at - 2]:
+                least = min(least, rows[-2][at - 2] + 1)
+            row.append(least)
+        rows.append(row)
+    return rows[-1][-1]
+
+
 class UnknownNameError(ConfigError):
     """A name is not among the known ones.
 
@@ -99,8 +131,7 @@ class UnknownNameError(ConfigError):
         super().__init__(f"unknown {kind} '{name}'{place}; {self._advice()}")
 
     def _advice(self) -> str:
-        folded = {name.casefold(): name for name in self.known}
-        close = difflib.get_close_matches(self.name.casefold(), folded, n=3, cutoff=0.5)
+        close = close_names(self.name, self.known)
         if close:
-            return "did you mean " + " or ".join(f"'{folded[name]}'" for name in close) + "?"
+            return "did you mean " + " or ".join(f"'{name}'" for name in close) + "?"
         return "known: " + (", ".join(self.known) or "none")

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
+_NAMED = re.compile(r"for (\w+)[,:]")  # as `announcement` of swarm_nav says it
+_SERVED = re.compile(r"makes way for (\w+)")
 OPEN = "goals are open"  # instead of a makespan
+SERIES_FIELDS = (  # of report.json, worked out from the time series
+    "stations", "throughput", "state_shares", "bottleneck", "headline", "lost", "ideal_times",
+    "longest_stop", "waited_for",
+)  # fmt: skip
 
 
 def makespan(report: Mapping[str, Any]) -> float | None:
@@ -20,3 +27,19 @@ def robots_text(report: Mapping[str, Any]) -> str:
     came = max(0, len(report.get("robots") or ()) - size)
     text = f"{size} robot{'' if size == 1 else 's'}"
     return f"{text} and {came} that came" if came else text
+
+
+def waits_for(state: str, detail: str) -> str:
+    """Return the name of the robot that a status says to wait for, empty for none.
+
+    Making way for a robot is not waiting for it.
+    """
+    text = detail if state == "waiting" else detail.partition("waits ")[2]
+    found = _NAMED.match(text)
+    return found[1] if found is not None else ""
+
+
+def stopped_by(state: str, detail: str) -> str:
+    """Return the name of the robot that a status says to wait for or to make way for."""
+    served = _SERVED.match(detail)
+    return waits_for(state, detail) or (served[1] if served is not None else "")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-from swarm_common.model.errors import RobotModelError
+from swarm_common.model.errors import RobotModelError, close_names
 from swarm_common.robots.drive_tags import DriveTags, drive_of, is_mover, is_steered
 from swarm_common.robots.urdf_tree import number_in
 
@@ -110,7 +109,7 @@ def _unknown(plugin: ET.Element, name: str) -> Iterator[str]:
     for child in plugin:
         is_foreign = "}" in str(child.tag)  # of another namespace
         if child.tag not in known and not is_foreign and not OF_NO_CONCERN.fullmatch(child.tag):
-            close = difflib.get_close_matches(str(child.tag), known, n=1)
+            close = close_names(str(child.tag), known, 1)
             advice = f"; did you mean <{close[0]}>?" if close else ""
             yield f"plugin {name}: <{child.tag}> is not known and not used{advice}"
     for tag in known - {*LEFT, *RIGHT}:

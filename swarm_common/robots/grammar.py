@@ -6,10 +6,11 @@ place, the second of two `<origin>`. Each is told.
 
 from __future__ import annotations
 
-import difflib
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from dataclasses import dataclass
+
+from swarm_common.model.errors import close_names
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,5 +234,5 @@ def _is_looked_into(element: ET.Element, parent: str, rules: dict[str, _Rule]) -
 
 
 def _advice(name: str, known: tuple[str, ...]) -> str:
-    close = difflib.get_close_matches(name, known, n=1)
+    close = close_names(name, known, 1)
     return f"; did you mean {close[0]}?" if close else ""

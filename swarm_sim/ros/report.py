@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.serialization import serialize_message
 from swarm_interfaces.msg import Verdict as VerdictMsg
 
 from swarm_common.files.whole_file import write_whole
@@ -22,6 +23,7 @@ from swarm_common.process.messages import (
     WorldProgress,
 )
 from swarm_common.process.pipes import EventWriter
+from swarm_recording.run_trace import TOPICS, RunTrace
 from swarm_sim.ros.pacing import SpeedMeter
 from swarm_sim.ros.robots.barrier import Barrier
 from swarm_sim.world.world import World
@@ -30,8 +32,16 @@ from swarm_sim.world.world import World
 class Reporter:
     """The topic /sim/verdict, and events for swarm-up."""
 
-    def __init__(self, node: Node, world: World, barrier: Barrier, events: EventWriter) -> None:
-        """Create the topic."""
+    def __init__(
+        self, node: Node, world: World, barrier: Barrier, events: EventWriter,
+        replay: RunTrace | None = None,
+    ) -> None:  # fmt: skip
+        """Create the topic.
+
+        Args:
+            replay: Keeps verdicts for replays; None if nobody wants that.
+        """
+        self._replay = replay
         self._world = world
         self._barrier = barrier
         self._events = events
@@ -57,6 +67,8 @@ class Reporter:
         message.min_clearance = verdict.min_clearance
         message.late_ticks = self._barrier.late_ticks
         self._verdict.publish(message)
+        if self._replay is not None:
+            self._replay.write(TOPICS["/sim/verdict"], tick, serialize_message(message))
         self._events.write(
             WorldProgress(
                 sim_time=verdict.sim_time,

@@ -10,12 +10,15 @@ import rclpy
 from nav_msgs.msg import OccupancyGrid
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
 
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_poll import drain
+from swarm_common.middleware.topic_table import robot_topic
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.process.last_resort import FaultLog
 from swarm_common.process.messages import (
@@ -32,6 +35,7 @@ from swarm_common.process.messages import (
     WorldCommand,
 )
 from swarm_common.process.pipes import EventWriter, MessageReader
+from swarm_recording.run_trace import TOPICS, RunTrace
 from swarm_sim.ros.build import WorldSetup, silent_notes
 from swarm_sim.ros.pacing import Rate, Throttle
 from swarm_sim.ros.report import Reporter
@@ -93,8 +97,10 @@ class WorldNode:
         self._observations: list[Observation] = []
         self._control: MessageReader[WorldCommand] | None = None
         self._trace: Trace | None = None
+        self._replay: RunTrace | None = None
         if settings.trace_dir is not None:
             self._trace = begin_trace(Path(settings.trace_dir), stage)
+            self._replay = RunTrace(Path(settings.trace_dir))
         self._node = _create_node()
         self._faults = FaultLog("message")
         self._rejections = Rejections(events, self._node.get_logger().warning)
@@ -103,13 +109,18 @@ class WorldNode:
         make = self._node.create_publisher
         self._clock = make(Clock, "/clock", ros_io.RELIABLE)
         self._map = make(OccupancyGrid, "/map", ros_io.LATCHED)
-        self._map.publish(ros_io.grid_msg(stage.grid, 0))
-        self._reporter = Reporter(self._node, stage.world, self._barrier, events)
+        grid = ros_io.grid_msg(stage.grid, 0)
+        self._map.publish(grid)
+        if self._replay is not None:
+            self._replay.write(TOPICS["/map"], 0, serialize_message(grid))
+        self._reporter = Reporter(self._node, stage.world, self._barrier, events, self._replay)
         foreigners = Foreigners(self._rejections, events)
         self._links = Links(
             self._node, stage, settings, self._barrier, foreigners, is_large=is_large
         )
-        self._scenery = ScenePublisher(self._node, stage.scene, stage.world)
+        for name, urdf in zip(self._links.names, stage.urdfs, strict=True):
+            self._keep_description(name, urdf)
+        self._scenery = ScenePublisher(self._node, stage.scene, stage.world, self._replay)
         self._robots = RobotRegistry(
             stage.world, stage.grid, stage.poses_map, settings.spawn, settings.names
         )
@@ -162,6 +173,7 @@ class WorldNode:
             self._barrier.add()
         else:
             self._barrier.welcome(robot)
+        self._keep_description(arrival.name, arrival.robot.urdf)
         self._scenery.renew(self._robots.robots)
         for note in silent_notes(self._world, self._settings.body_margin):
             if note not in self._told:
@@ -177,6 +189,11 @@ class WorldNode:
                 self._world.sim_time,
             )
         )
+
+    def _keep_description(self, name: str, urdf: str) -> None:
+        if self._replay is not None:
+            topic = robot_topic(name, "robot_description")
+            self._replay.write(topic, self._tick, serialize_message(String(data=urdf)))
 
     def on_removal(self, robot: int) -> None:
         """Let a robot that was taken out no longer take part."""
@@ -350,6 +367,8 @@ class WorldNode:
         """Return the verdict of the run, and write it if the settings say where."""
         data = self._reporter.final(self._settings.verdict_path)
         self._report()
+        if self._replay is not None:
+            self._replay.close()
         self._rejections.flush()
         self._world.close()
         return data

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from swarm_common.model.palette import LOOKS, css
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_view.page.charts import Charts
 from swarm_view.page.driving import Driving
@@ -27,6 +28,7 @@ from swarm_view.page.panel_text import (
     verdict_html,
 )
 from swarm_view.page.past import Past
+from swarm_view.page.plan import FROM, MOST_TUBES, Plan, head_of_chain
 from swarm_view.page.playback import Playback
 from swarm_view.page.time_line import TimeLine, next_mark
 from swarm_view.page.tool import ORDERS, Hand, Post, Ruler, Tool, heading
@@ -46,6 +48,7 @@ from swarm_view.state.topics import Layer
 
 PANEL_PERIOD = 0.5  # [s] of wall time between two looks of the panel
 PLANS_PERIOD = 5.0  # [s] of wall time between two choices of the robots whose plans are shown
+LEGEND = 6  # states in the legend of a film
 SHOWN_CHANGES = 12  # of a robot's states, in its history
 SLOW_PERIOD = 0.25  # [s] of wall time between two updates of trails, names and claims
 PICK_RADIUS, PICK_HEIGHT = 0.25, 0.1  # [m] of the ball that stands for a robot that is clicked
@@ -55,6 +58,8 @@ SELECT_FIRST = "Select a robot first."
 LEAVE_PAST = "This page shows the past; press **Live** on the time line first."
 UNKNOWN_TIME = "Nothing is known of that time: the viewer remembers while a page is open."
 TIME_ORDERS = ("seek", "step", "mark", "play", "live")
+ROBOT_TAB = "Robot"
+MOVE_IN_PLAN = "**Move**: in *Plan*, drag a robot or an object to where it is to be."
 
 
 class Page:
@@ -77,6 +82,7 @@ class Page:
             post: Brings a call to the main thread.
             playback: Controls a recording; None for a live swarm.
         """
+        self._client = client
         self.robot = place.robot
         self.history = history
         self._playback = playback
@@ -93,16 +99,20 @@ class Page:
         self._view = PageView(client, fleet)
         self._hand = Hand(client, self._use, post)
         self._panel = Panel(client.gui, is_live=link is not None)
-        self._panel.raise_robot(is_chosen=bool(place.robot))
+        self._plan = Plan(client)
+        self._has_look = bool(place.robot) or place.camera is not None  # else many get the plan
+        if place.robot:
+            self._open_tab(ROBOT_TAB)
         self._view.take(View.FOLLOW if place.robot else View.HALL)
         self._opened_with: Viewpoint | None = place
         self._ruler = Ruler(client.scene)
         self._driving: Driving | None = None
-        self._client = client
         self._is_filming = False
         client.scene.on_click()(self._on_click)
         Inbox(client, self._on_message)
-        run_script(client, f"window.swarm.hints = {json.dumps(self._panel.hints)}")
+        self._run(f"hints = {json.dumps(self._panel.hints)}")
+        legend = [[name, css(look.color)] for name, look in LOOKS.items()][:LEGEND]
+        self._run(f"legend = {json.dumps(legend)}")
         self._panel_due = self._slow_due = 0.0
         self._planned: list[str] = []
         self._plans_due = 0.0
@@ -122,6 +132,7 @@ class Page:
         click(panel.measure, lambda: self._receive_tool(Tool.MEASURE))
         panel.picture.on_click(lambda _: self._save_picture())  # on viser's thread: it waits
         click(panel.film, self._film)
+        click(panel.keys, lambda: self._run("showKeys()"))
         click(panel.link, self._copy_link)
         if self._link is not None:
             self._connect_orders(self._link)
@@ -137,6 +148,7 @@ class Page:
         click(panel.spawn, lambda: give(lambda: link.spawn(panel.model.value, None, say)))
         click(panel.place, lambda: self._receive_tool(Tool.SPAWN))
         click(panel.tool, lambda: self._receive_tool(Tool(panel.tool.value)))
+        click(panel.head, lambda: self._follow_chain(self.robot))
         click(panel.cancel, lambda: give(lambda: link.cancel(self.robot, say), needs_robot=True))
         click(panel.remove, lambda: give(lambda: self._ask_to_remove(link), needs_robot=True))
         drive = self._drive
@@ -202,7 +214,7 @@ class Page:
         """Begin to film, or stop and save it."""
         self._is_filming = not self._is_filming
         self._panel.film.label = STOP_FILM if self._is_filming else FILM
-        name = json.dumps(f"swarm_{self.shown_time:.1f}s.webm")
+        name = json.dumps(f"swarm_{self.shown_time:.1f}s")
         script = "startFilm()" if self._is_filming else f"stopFilm({name})"
         run_script(self._client, f"window.swarm.{script}")
 
@@ -251,7 +263,7 @@ class Page:
             layers = self._panel.wanted_layers()
             wanted |= {topics.of_layer(self.robot, layer) for layer in layers}
         wanted |= {topics.of_layer(name, Layer.PLAN) for name in self._planned}
-        if self._panel.claims.value:
+        if self._shows_tubes():
             wanted |= {topics.of_layer(name, Layer.MOTION) for name in self._swarm.names}
         return wanted
 
@@ -261,7 +273,8 @@ class Page:
         self._was_there = False
         self._view.rest()
         self._layers.clear()
-        self._panel.raise_robot(is_chosen=bool(robot))
+        if robot:
+            self._open_tab(ROBOT_TAB)
         self._panel_due = 0.0
 
     def look(self, view: View) -> None:
@@ -269,8 +282,31 @@ class Page:
         if view in (View.FOLLOW, View.EYE) and not self.robot:
             self._say(SELECT_FIRST)
             return
+        self._has_look = True
+        if view is View.PLAN:
+            self._plan.fit()
+            self._plan.follow(is_wanted=False)
+        elif view is View.FOLLOW and self._plan.is_on:
+            self._plan.follow(is_wanted=True)
+            return
+        self._plan.show(is_on=view is View.PLAN)
         self._view.take(view)
-        self._panel.whole_walls.value = view is View.EYE or self._panel.whole_walls.value
+        self._view.show_walls(whole=view is View.EYE or self._panel.whole_walls.value)
+
+    def _follow_chain(self, robot: str) -> None:
+        """Select the robot that a chain of waiting robots leads to, and say what it does."""
+        if not robot:
+            self._say(SELECT_FIRST)
+            return
+        head, sentence = head_of_chain(robot, self._swarm.states)
+        self.select(head)
+        self._say(html.escape(sentence))
+
+    def _open_tab(self, name: str) -> None:
+        self._run(f"openTab({json.dumps(name)})")
+
+    def _run(self, call: str) -> None:
+        run_script(self._client, f"window.swarm.{call}")
 
     # Drawing
 
@@ -283,20 +319,43 @@ class Page:
             poses = self._past.swarm.track.latest
         self._show(self._past.time is not None)
         self._draw_robot(poses, now)
+        if self._plan.is_on:
+            self._plan.move(poses)
         self._draw_time(now)
         self._charts.update(self.history, now)
         if now >= self._slow_due:
             self._slow_due = now + SLOW_PERIOD
-            panel = self._panel
-            self._view.scale_marks(poses, now)
-            self._draw_labels(poses)
             self._choose_plans(poses, now)
-            self._overlay.draw_plans(self._planned)
-            self._overlay.draw_trails(wanted=panel.trails.value)
-            self._overlay.draw_claims(wanted=panel.claims.value)
+            if self._plan.is_on:
+                self._draw_plan()
+            else:
+                self._draw_scene(poses, now)
         if now >= self._panel_due:
             self._panel_due = now + PANEL_PERIOD
             self._tell(cpu)
+
+    def _draw_scene(self, poses: FloatArray, now: float) -> None:
+        panel = self._panel
+        self._view.scale_marks(poses, now)
+        self._draw_labels(poses)
+        self._overlay.draw_plans(self._planned)
+        self._overlay.draw_trails(wanted=panel.trails.value)
+        self._overlay.draw_claims(wanted=panel.claims.value)
+
+    def _draw_plan(self) -> None:
+        planned = self._planned
+        if self.robot and Layer.PLAN in self._panel.wanted_layers():
+            planned = [*planned, self.robot]
+        fleet = self._past.fleet if self._past.time is not None else self._fleet
+        self._plan.tell(
+            self._swarm, fleet.meshes, self.robot, planned, is_dark=self._view.is_dark,
+            names=self._panel.names.value, tubes=self._shows_tubes(),
+        )  # fmt: skip
+
+    def _shows_tubes(self) -> bool:
+        """True if the held space of all robots is shown."""
+        is_small = self._plan.is_on and len(self._swarm.names) <= MOST_TUBES
+        return bool(self._panel.claims.value) or is_small
 
     def _show(self, is_past: bool) -> None:
         """Show the swarm of the present, or of the past."""
@@ -342,6 +401,8 @@ class Page:
 
     def _draw_robot(self, poses: FloatArray, now: float) -> None:
         index = self._swarm.index(self.robot)
+        if not self._has_look and len(self._swarm.names) >= FROM and self._swarm.map is not None:
+            self.look(View.PLAN)
         if self._swarm.map is not None:
             self._view.show_map(self._swarm.map)
         self._view.update(poses, index, now)
@@ -395,6 +456,18 @@ class Page:
             self._post(lambda: self._say(f"Saved a film of {value / 1e6:.1f} MB."))
         elif kind == "select" and value in self._swarm.names:
             self._post(lambda: self.select(value))
+        elif kind == "follow-chain" and value in self._swarm.names:
+            self._post(lambda: self._follow_chain(value))
+        elif kind == "plan-floor" and (place := numbers(value, 2)) is not None:
+            self._post(lambda: self._click_floor(np.array(place)))
+        elif kind == "plan-tool" and (drawn := numbers(value, 4)) is not None:
+            self._post(lambda: self._use_in_plan(np.array(drawn[:2]), np.array(drawn[2:])))
+        elif kind == "plan-carry" and isinstance(value, list):
+            if (line := numbers(value[1:], 4)) is not None:
+                name, start, end = str(value[0]), np.array(line[:2]), np.array(line[2:])
+                self._post(lambda: self._carry(name, start, end))
+        elif kind == "key" and isinstance(value, str):
+            self._post(lambda: self._press(value))
         elif kind == "copied" and isinstance(value, str):
             self._post(lambda: self._say(f"Copied: `{value}`"))
         elif kind in TIME_ORDERS and isinstance(value, int | float) and abs(value) < 1e7:
@@ -464,6 +537,10 @@ class Page:
             self._say(LEAVE_PAST)
         elif tool in ORDERS and not self.robot:
             self._say(SELECT_FIRST)
+        elif tool is Tool.MOVE:
+            self.look(View.PLAN)
+            self._hand.take(tool, self._swarm.map)
+            self._say(MOVE_IN_PLAN)
         else:
             self._hand.take(tool, self._swarm.map)
             whose = f" for {self.robot}" if tool in ORDERS else ""
@@ -483,7 +560,44 @@ class Page:
         if index is not None:
             self.select(self._swarm.names[index])
         elif (point := on_floor(origin, direction)) is not None:
+            self._click_floor(point)
+
+    def _click_floor(self, point: FloatArray) -> None:
+        if self._past.time is None:  # there, what was refused stays in sight
             self._say(f"Clicked: x {point[0]:.2f}, y {point[1]:.2f}.")
+
+    def _use_in_plan(self, start: FloatArray, tip: FloatArray) -> None:
+        tool = self._hand.tool
+        if tool not in (Tool.SELECT, Tool.MOVE):
+            self._hand.drop()
+            self._use(tool, start, None if (start == tip).all() else tip)
+
+    def _carry(self, name: str, start: FloatArray, end: FloatArray) -> None:
+        """Put a robot or an object elsewhere; the world refuses where it does not fit."""
+        link = self._link
+        if link is None or self._past.time is not None:
+            self._say(LEAVE_PAST)
+            return
+        pose = self._swarm.pose_at(name, -1)
+        yaw = None if pose is None else float(pose[2])
+        self._say(f"Moving {html.escape(name)} to ({end[0]:.2f}, {end[1]:.2f}).")
+        known = "" if pose is None else name
+        link.move(known, self._swarm.names, start, end, yaw, self._say)
+
+    def _press(self, key: str) -> None:
+        """Do what a key of the page stands for; see `swarm.keys` in page.js."""
+        if key == "f":
+            self.look(View.FOLLOW)
+        elif key == "g":
+            self._receive_tool(Tool.GOAL)
+        elif key == "p":
+            self.look(View.HALL if self._plan.is_on else View.PLAN)
+        elif key == "Escape" and self._hand.tool is not Tool.SELECT:
+            self._receive_tool(Tool.SELECT)
+        elif key == "Escape" and self._past.time is not None:
+            self._turn_time("live", 0.0)
+        elif key == "Escape":
+            self.select("")
 
     def _measure(self, point: FloatArray, tip: FloatArray | None) -> None:
         distance = self._ruler.point(point) if tip is None else self._ruler.measure(point, tip)

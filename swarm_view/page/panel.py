@@ -40,82 +40,78 @@ class Panel:
     def __init__(self, gui: Any, *, is_live: bool) -> None:
         self._gui = gui
         self.hints: dict[str, str] = {}  # of buttons by their labels, which viser does not show
-        if is_live:
-            self._add_simulation()
-        self._add_view()
-        self.message = gui.add_markdown("")  # in sight, whatever is unfolded below
-        with gui.add_folder("Swarm") as swarm:
+        self.message = gui.add_markdown("")  # in sight, whatever is open below
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Run"):
+            if is_live:
+                self._add_simulation()
             self.verdict = gui.add_html("")
-        with gui.add_folder("Robot") as self._of_robot:
+            with gui.add_folder("Stations", expand_by_default=False):
+                self.stations = gui.add_html("")
+            if is_live:
+                self._add_spawning()
+        with tabs.add_tab("Robot"):
             self.robot = gui.add_dropdown("Robot", (NOBODY,))
             self.status = gui.add_html("")
             if is_live:
                 self._add_orders()
-        if is_live:
-            self._add_spawning()
-        with gui.add_folder("History of the robot", expand_by_default=False):
-            self.history = gui.add_html("")
-        with gui.add_folder("Topics of the robot", expand_by_default=False):
-            self.topics = gui.add_html("")
-        with gui.add_folder("Show of the robot", expand_by_default=False):
-            self.layers = {
-                layer: gui.add_checkbox(LABELS[layer], layer in SHOWN_AT_FIRST) for layer in Layer
-            }
-            self.way = gui.add_checkbox("Its way so far", False)
-        with gui.add_folder("Show of all", expand_by_default=False):
-            self.names = gui.add_checkbox("Names and states", False)
-            self.plans = gui.add_checkbox(
-                f"Plans of up to {MOST_PLANS} robots", False, hint="Those nearest to the middle"
-            )
-            self.trails = gui.add_checkbox("Trails", False)
-            self.claims = gui.add_checkbox("Committed motion", False)
-        with gui.add_folder("Stations", expand_by_default=False):
-            self.stations = gui.add_html("")
-        with gui.add_folder("Measure and take away"):
-            self.measure = self._button("Measure", "Click two places on the floor, or drag")
-            self.picture = self._button("Save picture", "Of the scene, as PNG")
-            self.film = self._button(FILM, "Of the scene, as WebM")
-            self.link = self._button("Copy link", "To this camera, robot and time")
-        if is_live:
-            with gui.add_folder("What cannot be undone", expand_by_default=False):
-                self.remove = self._button("Remove robot", "Takes it out of the world", color="red")
-        self._places = swarm.order - 0.5, self._of_robot.order
+            with gui.add_folder("Show", expand_by_default=False):
+                self.layers = {
+                    layer: gui.add_checkbox(LABELS[layer], layer in SHOWN_AT_FIRST)
+                    for layer in Layer
+                }
+                self.way = gui.add_checkbox("Its way so far", False)
+            with gui.add_folder("History", expand_by_default=False):
+                self.history = gui.add_html("")
+            with gui.add_folder("Topics", expand_by_default=False):
+                self.topics = gui.add_html("")
+            if is_live:
+                with gui.add_folder("What cannot be undone", expand_by_default=False):
+                    self.remove = self._button("Remove robot", "Takes it out of the world", "red")
+        with tabs.add_tab("View"):
+            self._add_view()
 
     def _button(self, label: str, hint: str, color: Any = None) -> Any:
         """Add a button with a hint."""
         self.hints[label] = hint
         return self._gui.add_button(label, color=color)
 
-    def raise_robot(self, *, is_chosen: bool) -> None:
-        """Show what a chosen robot does above what all do."""
-        above, below = self._places
-        self._of_robot.order = above if is_chosen else below
-
     def _add_view(self) -> None:
         gui = self._gui
-        with gui.add_folder("View"):
-            self.view = gui.add_button_group(
-                "Camera", [view.value for view in View],
-                hint="Top and hall show all of it; the other two go with the robot",
-            )  # fmt: skip
-            self.whole_walls = gui.add_checkbox(
-                "Whole walls", False, hint="Else they are cut at 0.5 m, so that robots are seen"
+        self.view = gui.add_button_group(
+            "Camera", [view.value for view in View],
+            hint="Plan, top and hall show all of it; the other two go with the robot",
+        )  # fmt: skip
+        self.whole_walls = gui.add_checkbox(
+            "Whole walls", False, hint="Else they are cut at 0.5 m, so that robots are seen"
+        )
+        self.dark = gui.add_checkbox("Dark", False)
+        with gui.add_folder("Show of all robots"):
+            self.names = gui.add_checkbox("Names and states", False)
+            self.plans = gui.add_checkbox(
+                f"Plans of up to {MOST_PLANS} robots", False, hint="Those nearest to the middle"
             )
-            self.dark = gui.add_checkbox("Dark", False)
+            self.trails = gui.add_checkbox("Trails", False)
+            self.claims = gui.add_checkbox("Committed motion", False)
+        self.link = self._button("Copy link", "To this camera, robot and time")
+        self.measure = self._button("Measure", "Click two places on the floor, or drag")
+        self.picture = self._button("Save picture", "As PNG")
+        self.film = self._button(FILM, "As WebM or MP4")
+        self.keys = self._button("Keys", "All keys of this page, also with ?")
 
     def _add_simulation(self) -> None:
         gui = self._gui
-        with gui.add_folder("Simulation"):
-            self.pause = gui.add_button("Pause")
-            self.step = gui.add_button("Step 0.1 s", disabled=True)
-            self.speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1 x")
+        self.pause = gui.add_button("Pause")
+        self.step = gui.add_button("Step 0.1 s", disabled=True)
+        self.speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1 x")
 
     def _add_orders(self) -> None:
         gui = self._gui
-        tools = [tool.value for tool in (Tool.SELECT, *ORDERS)]
+        tools = [tool.value for tool in (Tool.SELECT, *ORDERS, Tool.MOVE)]
         self.tool = gui.add_button_group(
             "Tool", tools, hint="Goal and initial pose: click the floor, or drag for a heading"
         )
+        self.head = self._button("Head of its chain", "To the robot that all of them wait for")
         self.cancel = gui.add_button("Cancel goal")
         self.drive = self._button("Drive by hand", "With the keys W A S D or the arrows")
         self.pad = gui.add_html(PAD, visible=False)

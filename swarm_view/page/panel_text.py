@@ -7,10 +7,10 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from swarm_commander.run.results.wait_graph import waits_for
 from swarm_common.middleware.topic_table import ROBOT_TOPICS
 from swarm_common.model.palette import LOOKS, RGB, VERMILLION, css, state_color
 from swarm_common.model.records import FloatArray
+from swarm_common.model.run_words import waits_for
 from swarm_view.state.decode import ReportedState
 from swarm_view.state.history import StateChange
 from swarm_view.state.swarm import Swarm
@@ -46,7 +46,7 @@ def verdict_html(swarm: Swarm, paused: bool | None, cpu: str) -> str:
 
 def _table(rows: Sequence[tuple[str, str]]) -> str:
     cells = "".join(
-        f"<tr><td style='opacity:0.75;padding-right:0.8em'>{name}</td><td>{value}</td></tr>"
+        f"<tr><td style='opacity:0.85;padding-right:0.8em'>{name}</td><td>{value}</td></tr>"
         for name, value in rows
     )
     return f"<div style='{STYLE}'><table>{cells}</table></div>"
@@ -57,9 +57,9 @@ def _legend(states: Mapping[str, ReportedState]) -> str:
     counts = Counter(state.state for state in states.values())
     rows = "".join(
         f"<tr><td style='padding-right:0.4em'>{dot(look.color)}</td>"
-        f"<td style='white-space:nowrap;padding-right:0.6em;opacity:{1.0 if counts[name] else 0.7}'"
-        f">{name} {counts[name]}</td>"
-        f"<td style='line-height:1.2;opacity:{0.85 if counts[name] else 0.6}'"
+        f"<td style='white-space:nowrap;padding-right:0.6em;"
+        f"opacity:{1.0 if counts[name] else 0.85}'>{name} {counts[name]}</td>"
+        f"<td style='line-height:1.2;opacity:{0.95 if counts[name] else 0.8}'"
         f">{look.meaning}</td></tr>"
         for name, look in LOOKS.items()
     )

@@ -8,10 +8,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from swarm_common.model.palette import GREEN, ORANGE, PINK, RGB, SKY, VERMILLION, css
+from swarm_view.scene.views import PANEL_WIDTH
 from swarm_view.scene.viser_compat import run_script
 from swarm_view.state.history import History, Kind, Mark
 
 HEIGHT = 58  # [px] of the line: signs, waits, goals, and the times below them
+NARROW = 900.0  # [px] of a page on which the panel is not beside the line
 PERIOD = 2.0  # [s] of wall time between two drawings of the marks
 REPEAT = 1.0  # [s] of wall time after which the cursor is put again: the line may be a new one
 NOW_PERIOD = 0.2  # [s] of wall time between two moves of the cursor
@@ -50,7 +52,8 @@ class TimeLine:
 
     def place(self, width: float) -> None:
         """Lie at the lower edge of a page of a width [px], beside its panel."""
-        self.panel.float(x=15, y=-15, width=max(420.0, min(1500.0, width - 370.0)))
+        room = width - PANEL_WIDTH - 30.0 if width > NARROW else width - 30.0
+        self.panel.float(x=15, y=-15, width=max(300.0, min(1500.0, room)))
 
     def update(
         self, history: History, now: float, time: float, *, is_playing: bool, is_past: bool
@@ -88,7 +91,7 @@ def strip_html(
     length = max(1.0, end - start)
     counts = Counter(mark.kind for mark in marks)
     legend = " &nbsp; ".join(
-        f"<span style='white-space:nowrap;opacity:{1.0 if counts[kind] else 0.7}'>"
+        f"<span style='white-space:nowrap;opacity:{1.0 if counts[kind] else 0.85}'>"
         f"<span style='color:{css(color)}'>{sign}</span> {kind.value} {counts[kind]}</span>"
         for kind, (sign, color, _) in SIGNS.items()
     )
@@ -170,7 +173,7 @@ def _ticks(start: float, length: float) -> str:
     first = int(-(-start // step)) * step
     return "".join(
         f"<span style='position:absolute;left:{100.0 * (time - start) / length:.2f}%;bottom:0;"
-        f"top:0;border-left:1px solid #8884;padding:0 0 2px 3px;font-size:0.7rem;opacity:0.75;"
+        f"top:0;border-left:1px solid #8884;padding:0 0 2px 3px;font-size:0.7rem;opacity:0.85;"
         f"display:flex;align-items:end;line-height:1'>{time:g}</span>"
         for time in range(first, int(start + length) + 1, step)
     )

@@ -30,6 +30,7 @@ class Tool(Enum):
     INITIAL_POSE = "Initial pose"
     SPAWN = "Spawn"
     MEASURE = "Measure"
+    MOVE = "Move"
 
 
 BUTTONS = {tool: tool.value for tool in Tool} | {Tool.SPAWN: "Spawn by a click"}  # their labels

@@ -75,11 +75,11 @@ class PageView:
         """Choose a preset."""
         self._chase.rest()
         self._eye = None
+        if view is View.PLAN:
+            return
         is_whole = view in (View.TOP, View.HALL)
         self.view = None if is_whole else view
         self._waiting, self._fitted = (view if is_whole else None), None
-        if view is View.EYE:
-            self.show_walls(whole=True)
 
     def rest(self) -> None:
         """Look at another robot from now on."""

@@ -26,6 +26,7 @@ NEAREST, FARTHEST = 0.5, 2000.0  # [m] of a camera from the middle of a hall
 class View(Enum):
     """A preset; the value is its name on the panel."""
 
+    PLAN = "Plan"
     TOP = "Top"
     HALL = "Hall"
     FOLLOW = "Follow"

@@ -29,7 +29,10 @@ HTTP_PORT = 80  # which browsers leave out
 KEY_HEADER = "X-Swarm-Key"
 DECISIVE = frozenset({"host", "origin", "upgrade", "connection", KEY_HEADER.lower()})
 CHUNK = 1 << 16
-SCRIPT = "<script>\n{\n" + Path(__file__).with_name("page.js").read_text("utf-8") + "}\n</script>"
+SCRIPT = "".join(
+    "<script>\n{\n" + Path(__file__).with_name(name).read_text("utf-8") + "}\n</script>"
+    for name in ("page.js", "plan.js")
+)
 
 
 class AccessError(SwarmError):

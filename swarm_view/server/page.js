@@ -151,10 +151,31 @@ document.addEventListener("DOMContentLoaded", () => {
     "box-shadow:inset 0 2px 4px #0008}" +
     "body[data-swarm-aiming] canvas{cursor:crosshair !important}" +
     // viser's own hints would lie below its panel
-    ".mantine-Tooltip-tooltip{z-index:2000 !important;font-size:0.85rem;line-height:1.35}";
+    ".mantine-Tooltip-tooltip{z-index:2000 !important;font-size:0.85rem;line-height:1.35}" +
+    "body[data-swarm-plan] canvas[data-engine]{visibility:hidden}" +
+    // One primary button in each tab; all others are outlines. Grey text is dark enough to be read.
+    ".mantine-Button-root:not([data-swarm-primary]):not([data-swarm-pressed])" +
+    "{background:transparent !important;color:inherit !important;border:1px solid #868e96 !important}" +
+    ".mantine-Button-root[data-swarm-primary]{background:#1864ab !important;color:#fff !important}" +
+    ".mantine-Button-root:disabled{opacity:0.75}" +
+    ":root[data-mantine-color-scheme=light]{--mantine-color-dimmed:#495057 !important}" +
+    ":root[data-mantine-color-scheme=dark]{--mantine-color-dimmed:#c1c7cd !important;" +
+    "--mantine-primary-color-filled:#4dabf7 !important}" +
+    "[data-dock-tab][aria-selected=true]{color:#1864ab !important}" +
+    ":root[data-mantine-color-scheme=dark] [data-dock-tab][aria-selected=true]{color:#74c0fc !important}" +
+    "[data-swarm-hidden]{display:none !important}" +
+    "#swarm-past{position:fixed;inset:0;border:6px solid #e67700;z-index:900;pointer-events:none}" +
+    "#swarm-past span{position:absolute;top:0;left:50%;transform:translateX(-50%);padding:0.3em 1em;" +
+    "background:#e67700;color:#16191c;font:600 0.95rem sans-serif;border-radius:0 0 8px 8px;" +
+    "white-space:nowrap;max-width:96vw;overflow:hidden;text-overflow:ellipsis}" +
+    "#swarm-keys{position:fixed;inset:0;margin:auto;width:min(30rem,92vw);height:fit-content;z-index:1500;" +
+    "background:#fff;color:#16191c;border-radius:10px;padding:1rem 1.4rem;box-shadow:0 8px 40px #0008;" +
+    "font:0.95rem/1.7 sans-serif}" +
+    "#swarm-keys kbd{display:inline-block;min-width:5.5em;font-weight:600}";
   document.head.append(style);
 });
 swarm.press = (label) => {
+  if (swarm.plan) swarm.plan.aim = label;
   for (const button of document.querySelectorAll("button"))
     button.toggleAttribute("data-swarm-pressed", label !== "" && button.textContent.trim() === label);
   document.body.toggleAttribute("data-swarm-aiming", label !== "");
@@ -168,17 +189,96 @@ document.addEventListener("mouseover", (event) => {
   if (hint) button.title = hint;
 });
 
+// Keys of the page; what they mean to the swarm is decided in Python (`Page._press`).
+swarm.keys = [
+  ["Space", "play or pause what is shown"], ["← →", "a second back or on"], ["F", "follow the chosen robot"],
+  ["G", "send the chosen robot to a goal"], ["P", "plan, or the hall in 3D"], ["?", "this sheet"],
+  ["Esc", "drop the tool, leave the past, choose nobody"],
+];
+swarm.showKeys = () => {
+  const shown = document.getElementById("swarm-keys");
+  if (shown) return shown.remove();
+  const sheet = document.createElement("div");
+  sheet.id = "swarm-keys";
+  sheet.innerHTML = swarm.keys.map(([key, text]) => `<div><kbd>${key}</kbd>${text}</div>`).join("");
+  sheet.onclick = () => sheet.remove();
+  document.body.append(sheet);
+};
+window.addEventListener(
+  "keydown",
+  (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("input, textarea")) return;
+    if (swarm.drive.isOn && event.code in swarm.ways) return;
+    const sheet = document.getElementById("swarm-keys");
+    const steps = { ArrowLeft: -10, ArrowRight: 10 };
+    if (event.key === "?") swarm.showKeys();
+    else if (event.key === "Escape" && sheet) sheet.remove();
+    else if (event.code === "Space") swarm.send("play", 0);
+    else if (event.code in steps) swarm.send("step", steps[event.code]);
+    else if (["f", "g", "p", "Escape"].includes(event.key)) swarm.send("key", event.key);
+    else return;
+    event.preventDefault();
+    event.stopImmediatePropagation(); // a button that has the focus, and viser's camera
+  },
+  true,
+);
+swarm.openTab = (name) => {
+  const tab = [...document.querySelectorAll("[role=tab]")].find((one) => one.title === name);
+  if (tab) tab.dispatchEvent(new KeyboardEvent("keydown", { bubbles: true, key: "Enter", code: "Enter" }));
+  else setTimeout(() => swarm.openTab(name), 300);
+};
+
+// What viser draws anew: the main button of each tab, and what is not ours and stays out of sight.
+swarm.primary = new Set(["Pause", "Resume", "Play", "Drive by hand", "Copy link"]);
+swarm.tidy = () => {
+  for (const button of document.querySelectorAll(".mantine-Button-root"))
+    button.toggleAttribute("data-swarm-primary", swarm.primary.has(button.textContent.trim()));
+  for (const note of document.querySelectorAll(".mantine-Notification-root"))
+    if (/WebGL/.test(note.textContent)) note.toggleAttribute("data-swarm-hidden", true);
+  for (const icon of document.querySelectorAll(".tabler-icon-adjustments, .tabler-icon-arrow-back"))
+    icon.closest("button")?.toggleAttribute("data-swarm-hidden", true);
+  if (swarm.shown) swarm.drawTime(...swarm.shown);
+};
+document.addEventListener("DOMContentLoaded", () => {
+  new MutationObserver((changes) => {
+    if (changes.some(({ addedNodes }) => [...addedNodes].some((node) => node.nodeType === 1))) swarm.tidy();
+  }).observe(document.body, { childList: true, subtree: true });
+});
+
+// The past has a frame and a sentence, which stay until Python says otherwise.
+swarm.showPast = (time, isPast) => {
+  let frame = document.getElementById("swarm-past");
+  if (!isPast) return frame?.remove();
+  if (!frame) {
+    frame = document.createElement("div");
+    frame.id = "swarm-past";
+    frame.append(document.createElement("span"));
+    document.body.append(frame);
+  }
+  const text = `The past: ${time.toFixed(1)} s. The swarm goes on, orders wait; Esc or Live leads back.`;
+  if (frame.firstChild.textContent !== text) frame.firstChild.textContent = text;
+};
+
+swarm.shown = null;
 swarm.showTime = (time, isPlaying, isPast) => {
   swarm.heard = Date.now();
+  swarm.shown = [time, isPlaying, isPast];
+  swarm.drawTime(time, isPlaying, isPast);
+};
+swarm.drawTime = (time, isPlaying, isPast) => {
+  swarm.showPast(time, isPast);
   for (const cursor of document.querySelectorAll("[data-swarm-now]")) {
     const { start, end } = cursor.parentElement.dataset;
     const share = (time - start) / (end - start);
     cursor.style.left = `${100 * Math.min(1, Math.max(0, share))}%`;
   }
   for (const button of document.querySelectorAll("[data-swarm-send=play]"))
-    button.textContent = isPlaying ? "❚❚" : "▶";
+    swarm.write(button, isPlaying ? "❚❚" : "▶");
   for (const clock of document.querySelectorAll("[data-swarm-clock]"))
-    clock.textContent = `${time.toFixed(1)} s${isPast ? " · the past" : ""}${isPlaying ? "" : " · paused"}`;
+    swarm.write(clock, `${time.toFixed(1)} s${isPast ? " · the past" : ""}${isPlaying ? "" : " · paused"}`);
+};
+swarm.write = (node, text) => {
+  if (node.textContent !== text) node.textContent = text;
 };
 
 // Text to copy, also where browsers offer no clipboard (a page that came by plain HTTP).
@@ -201,25 +301,78 @@ document.addEventListener("click", (event) => {
   if (source) swarm.copy(source.dataset.swarmCopy);
 });
 
-// A film of the scene, as a file of the browser's downloads.
+// A film of what is shown, with clock and legend, as a file of the browser's downloads.
 swarm.film = null;
+swarm.legend = []; // [name, colour] of the states
 swarm.startFilm = () => {
   const area = (canvas) => canvas.width * canvas.height; // others serve to measure text and curves
-  const [scene] = [...document.querySelectorAll("canvas")].sort((a, b) => area(b) - area(a));
-  const stream = scene.captureStream(25);
-  const film = new MediaRecorder(stream, { mimeType: "video/webm", videoBitsPerSecond: 6e6 });
-  const parts = [];
+  const seen = [...document.querySelectorAll("canvas")].filter((one) => one.id !== "swarm-plan");
+  const [scene] = seen.sort((a, b) => area(b) - area(a));
+  const canvas = document.createElement("canvas"), context = canvas.getContext("2d");
+  [canvas.width, canvas.height] = [innerWidth & ~1, innerHeight & ~1]; // even, as encoders want; and fixed
+  const kinds = ["video/mp4;codecs=avc1", "video/webm"].filter((kind) => MediaRecorder.isTypeSupported(kind));
+  const film = new MediaRecorder(canvas.captureStream(25), { mimeType: kinds[0], videoBitsPerSecond: 6e6 });
+  const parts = [], began = performance.now();
+  const draw = () => {
+    if (film.state === "inactive") return;
+    const source = swarm.plan?.isOn ? swarm.plan.canvas : scene;
+    context.drawImage(source, 0, 0, canvas.width, canvas.height);
+    swarm.drawLegend(context);
+    requestAnimationFrame(draw);
+  };
   film.ondataavailable = (event) => parts.push(event.data);
-  film.onstop = () => {
+  film.onstop = async () => {
+    const isWebm = film.mimeType.includes("webm");
+    let content = new Uint8Array(await new Blob(parts).arrayBuffer());
+    if (isWebm) content = swarm.withDuration(content, performance.now() - began);
     const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob(parts, { type: "video/webm" }));
-    link.download = swarm.filmName;
+    link.href = URL.createObjectURL(new Blob([content], { type: film.mimeType }));
+    link.download = `${swarm.filmName}.${isWebm ? "webm" : "mp4"}`;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 60000);
-    swarm.send("filmed", parts.reduce((sum, part) => sum + part.size, 0));
+    swarm.send("filmed", content.length);
   };
   film.start(1000);
+  draw();
   swarm.film = film;
+};
+swarm.drawLegend = (context) => {
+  context.font = "600 16px system-ui, sans-serif";
+  context.textBaseline = "middle";
+  let right = 16;
+  const [time] = swarm.shown ?? [0];
+  for (const [name, color] of [[`${time.toFixed(1)} s`, ""], ...swarm.legend]) {
+    const wide = context.measureText(name).width + (color ? 22 : 0) + 16;
+    context.fillStyle = "#14171bd9";
+    context.fillRect(right - 8, context.canvas.height - 40, wide, 28);
+    context.fillStyle = color;
+    if (color) context.fillRect(right, context.canvas.height - 33, 14, 14);
+    context.fillStyle = "#ffffff";
+    context.fillText(name, right + (color ? 22 : 0), context.canvas.height - 26);
+    right += wide;
+  }
+};
+// A WebM file that is written live has no duration: it goes into the element Info (Matroska).
+swarm.withDuration = (film, milliseconds) => {
+  const INFO = [0x15, 0x49, 0xa9, 0x66];
+  const at = film.findIndex((_, place) => INFO.every((byte, offset) => film[place + offset] === byte));
+  if (at < 0) return film;
+  const length = Math.clz32(film[at + 4]) - 23; // bytes of its size
+  let size = film[at + 4] & (0xff >> length);
+  for (let byte = 1; byte < length; byte += 1) size = size * 256 + film[at + 4 + byte];
+  const begin = at + 4 + length, body = film.subarray(begin, begin + size);
+  if (body.some((byte, place) => byte === 0x44 && body[place + 1] === 0x89)) return film;
+  const head = new Uint8Array(4 + 8 + 11), view = new DataView(head.buffer);
+  head.set(INFO);
+  view.setUint32(4, 0x01000000);
+  view.setUint32(8, size + 11);
+  head.set([0x44, 0x89, 0x88], 12);
+  view.setFloat64(15, milliseconds);
+  const result = new Uint8Array(film.length + head.length - 4 - length);
+  result.set(film.subarray(0, at));
+  result.set(head, at);
+  result.set(film.subarray(begin), at + head.length);
+  return result;
 };
 swarm.stopFilm = (name) => {
   swarm.filmName = name;

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
+from swarm_common.model.robot_names import natural
 from swarm_view.state.decode import ReportedState
 
 LONG_WAIT = 60.0  # [s] from which a wait is marked
@@ -92,6 +93,7 @@ class History:
         self._samples: list[tuple[float, Counter[str]]] = []
         self._sample_due = 0.0
         self._clearance: list[tuple[float, float]] = []
+        self._factors: list[tuple[float, float]] = []
         self._poses: list[Moment] = []
         self._reached: list[float] = []  # times of goals
 
@@ -155,6 +157,7 @@ class History:
         for (kind, text), now, old in zip(kinds, counts, before, strict=True):
             if now > old:
                 self._mark(Mark(time, kind, text if now == old + 1 else f"{now - old} x {text}"))
+        self._factors.append((time, float(verdict.real_time_factor)))
         if math.isfinite(verdict.min_clearance):
             self._clearance.append((time, min(CLEAREST, float(verdict.min_clearance))))
 
@@ -295,6 +298,32 @@ class History:
         times = np.array([time for time, _ in self._samples])
         rows = [[counts[state] for _, counts in self._samples] for state in states]
         return times, np.array(rows, np.float64).reshape(len(states), -1)
+
+    def lanes(self, shortest: float) -> dict[str, list[tuple[float, float, str]]]:
+        """Return by robot what it did: (from [s], until [s], state), joined where it is equal.
+
+        Args:
+            shortest: [s] below which a part is left to the one before.
+        """
+        found: dict[str, list[tuple[float, float, str]]] = {}
+        for robot in sorted(self._robots, key=natural):
+            parts: list[tuple[float, float, str]] = []
+            changes = self._robots[robot].changes
+            ends = [*(change.time for change in changes[1:]), self.end]
+            for change, end in zip(changes, ends, strict=True):
+                state = change.state.state
+                if parts and (parts[-1][2] == state or end - change.time < shortest):
+                    since, _, state = parts.pop()
+                    parts.append((since, end, state))
+                else:
+                    parts.append((change.time, end, state))
+            found[robot] = parts
+        return found
+
+    def factors(self) -> tuple[FloatArray, FloatArray]:
+        """Return times [s] and the real-time factor at each."""
+        array = np.array(self._factors, np.float64).reshape(-1, 2)
+        return array[:, 0], array[:, 1]
 
     def clearance(self) -> tuple[FloatArray, FloatArray]:
         """Return times [s] and the smallest clearance [m] of the run up to each."""

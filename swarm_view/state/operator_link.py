@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 from uuid import uuid4
 
+import numpy as np
 from action_msgs.srv import CancelGoal
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from geometry_msgs.msg import Twist as TwistMsg
@@ -17,7 +18,9 @@ from rclpy.node import Node
 from simulation_interfaces.msg import Result, SimulationState
 from simulation_interfaces.srv import (
     DeleteEntity,
+    GetEntitiesStates,
     GetSimulationState,
+    SetEntityState,
     SetSimulationState,
     SpawnEntity,
     StepSimulation,
@@ -29,7 +32,7 @@ from swarm_common.middleware import ros_io
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.ros_poll import drain
 from swarm_common.middleware.simulation import resource_in
-from swarm_common.model.records import Pose, Twist
+from swarm_common.model.records import FloatArray, Pose, Twist
 
 POSITION_VARIANCE, YAW_VARIANCE = 0.25, 0.0685  # what RViz's tool sends
 PATIENCE = 5.0  # [s] of wall time in which a listener must appear
@@ -151,6 +154,49 @@ class OperatorLink:
         self._call(
             "/sim/spawn_entity", SpawnEntity, request, "new robots", tell,
             lambda response: tell(f"{response.entity_name} has come."),
+        )  # fmt: skip
+
+    def move(
+        self, name: str, robots: Collection[str], start_map: FloatArray, end_map: FloatArray,
+        yaw: float | None, tell: Tell,
+    ) -> None:  # fmt: skip
+        """Put something at `end_map` (2,) in map.
+
+        Args:
+            name: Of a robot; empty for the object that is nearest to `start_map` (2,).
+            robots: Names of those that are no objects.
+            yaw: [rad] in map; None to leave it as it is.
+        """
+
+        def choose(response: Any) -> None:
+            found = {
+                entity: state
+                for entity, state in zip(response.entities, response.states, strict=True)
+                if (entity == name if name else entity not in robots)
+            }
+            places = {
+                entity: np.hypot(
+                    state.pose.position.x - start_map[0], state.pose.position.y - start_map[1]
+                )
+                for entity, state in found.items()
+            }
+            entity = min(places, key=places.__getitem__, default="")
+            if not entity:
+                tell(f"There is no {name or 'object'} to move.")
+                return
+            request = SetEntityState.Request(entity=entity)
+            request.state.pose = found[entity].pose
+            request.state.pose.position.x, request.state.pose.position.y = map(float, end_map)
+            if yaw is not None:
+                request.state.pose.orientation = ros_io.pose_msg(Pose(0.0, 0.0, yaw)).orientation
+            self._call(
+                "/sim/set_entity_state", SetEntityState, request, f"the move of {entity}", tell,
+                lambda _: tell(f"{entity} is at ({end_map[0]:.2f}, {end_map[1]:.2f}) now."),
+            )  # fmt: skip
+
+        self._call(
+            "/sim/get_entities_states", GetEntitiesStates, GetEntitiesStates.Request(),
+            "moves", tell, choose,
         )  # fmt: skip
 
     def remove(self, robot: str, tell: Tell) -> None:

@@ -10,13 +10,15 @@ from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.remote.webdriver import WebDriver
 
+from tests.browser.page import resize
+
+SIZE = 760, 520  # pixels cost: they are drawn without a GPU
 FLAGS = (
     "--headless=new",
     "--no-sandbox",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--disable-dev-shm-usage",
-    "--window-size=760,520",  # pixels cost: they are drawn without a GPU
     "--force-device-scale-factor=0.5",
 )
 
@@ -34,6 +36,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WebDriver]:
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     with webdriver.Chrome(options=options, service=Service(driver)) as found:
+        resize(found, *SIZE)
         found.set_page_load_timeout(90)
         found.set_script_timeout(90)
         yield found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import time
 from collections.abc import Callable
 
@@ -13,6 +14,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.remote.webdriver import WebDriver
 from selenium.webdriver.remote.webelement import WebElement
 
+TABS = ("Run", "Robot", "View")  # of the panel
 LIMIT = 150.0  # [s] of wall time for anything to show; software rendering on a busy machine
 
 
@@ -36,16 +38,54 @@ def open_page(browser: WebDriver, address: str) -> None:
     browser.get(address)
 
 
+def resize(browser: WebDriver, width: int, height: int) -> None:
+    """Let the page have a size [px], whatever the browser's own bars take."""
+    for _ in range(4):
+        window = browser.get_window_size()
+        inner = browser.execute_script("return [innerWidth, innerHeight]")
+        share = 0.5 if inner[0] > 1.2 * window["width"] else 1.0
+        browser.set_window_size(
+            round(window["width"] + share * (width - inner[0])),
+            round(window["height"] + share * (height - inner[1])),
+        )
+
+
 def text_of(browser: WebDriver) -> str:
     """Return all that can be read on the page."""
     return str(browser.execute_script("return document.body ? document.body.innerText : ''"))
+
+
+def reach(browser: WebDriver, attempt: Callable[[], bool], what: str) -> None:
+    """Wait until something succeeds in one of the panel's tabs, which are opened in turn."""
+    tabs = itertools.cycle(TABS)
+
+    def turn() -> bool:
+        if attempt():
+            return True
+        browser.execute_script("window.swarm?.openTab?.(arguments[0])", next(tabs))
+        return False
+
+    wait_for(turn, what)
+
+
+def see(browser: WebDriver, text: str, what: str = "") -> None:
+    """Wait until a text is to be read on the page, in whichever tab."""
+    reach(browser, lambda: text in text_of(browser), what or text)
 
 
 def press(browser: WebDriver, label: str) -> None:
     """Press the button with a label."""
     script = """const b = [...document.querySelectorAll('button')].find(
         (button) => button.innerText.trim() === arguments[0]); if (b) b.click(); return !!b;"""
-    wait_for(lambda: bool(browser.execute_script(script, label)), f"a button '{label}'")
+    reach(browser, lambda: bool(browser.execute_script(script, label)), f"a button '{label}'")
+
+
+def open_tab(browser: WebDriver, name: str) -> None:
+    """Open a tab of the panel, or beside the time line."""
+    script = """const tab = document.querySelector(`[role=tab][title='${arguments[0]}']`);
+      if (tab) window.swarm.openTab(arguments[0]);
+      return tab?.getAttribute('aria-selected') === 'true';"""
+    wait_for(lambda: bool(browser.execute_script(script, name)), f"the tab '{name}'")
 
 
 def click_canvas(browser: WebDriver, right: int, down: int) -> None:
@@ -82,7 +122,7 @@ def unfold(browser: WebDriver, title: str) -> None:
         && x.textContent.trim() === arguments[0]) ?? [...document.querySelectorAll('*')].filter(
         (x) => x.textContent.trim() === arguments[0]).pop();
       if (found) found.click(); return !!found;"""
-    wait_for(lambda: bool(browser.execute_script(script, title)), f"a folder '{title}'")
+    reach(browser, lambda: bool(browser.execute_script(script, title)), f"a folder '{title}'")
 
 
 def chosen(browser: WebDriver, label: str) -> str:
@@ -100,7 +140,7 @@ def labelled(browser: WebDriver, label: str, number: int = 0) -> WebElement:
     script = """const found = [...document.querySelectorAll('label')].filter(
         (x) => (x.innerText || x.textContent).trim() === arguments[0]);
       return found.length > arguments[1] && document.getElementById(found[arguments[1]].htmlFor);"""
-    wait_for(lambda: bool(browser.execute_script(script, label, number)), f"an input '{label}'")
+    reach(browser, lambda: bool(browser.execute_script(script, label, number)), f"'{label}'")
     found = browser.execute_script(script, label, number)
     assert isinstance(found, WebElement)
     return found

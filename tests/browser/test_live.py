@@ -24,6 +24,8 @@ from tests.browser.page import (
     labelled,
     open_page,
     press,
+    reach,
+    see,
     text_of,
     tick_box,
     unfold,
@@ -108,22 +110,22 @@ def _address(process: "subprocess.Popen[bytes]", log: Path, sign: str) -> str:
 def _open(browser: WebDriver, address: str, robot: str) -> None:
     """Open a robot's page and wait until all of it is there."""
     open_page(browser, f"{address}&robot={robot}")
-    wait_for(lambda: "answering" in text_of(browser), "the robots")
-    wait_for(lambda: "estimate" in text_of(browser), "the robot of the address")
-    wait_for(lambda: "Step 0.1 s" in text_of(browser), "the simulation's buttons")
+    see(browser, "answering", "the robots")
+    see(browser, "estimate", "the robot of the address")
+    see(browser, "Step 0.1 s", "the simulation's buttons")
     time.sleep(4.0)  # the camera comes to the robot
 
 
 def _use(browser: WebDriver, tool: str) -> None:
     press(browser, tool)
-    wait_for(lambda: "click the floor" in text_of(browser), f"the tool '{tool}'")
+    see(browser, "click the floor", f"the tool '{tool}'")
 
 
 def _pause(browser: WebDriver) -> None:
     """Let time stand still, so that the outcome does not depend on how slow the browser is."""
     if "(paused)" not in text_of(browser):
         press(browser, "Pause")
-    wait_for(lambda: "(paused)" in text_of(browser), "the pause")
+    see(browser, "(paused)", "the pause")
 
 
 def _step(browser: WebDriver, ticks: int) -> None:
@@ -133,6 +135,7 @@ def _step(browser: WebDriver, ticks: int) -> None:
 
 
 def _number(browser: WebDriver, pattern: str) -> float:
+    reach(browser, lambda: re.search(pattern, text_of(browser)) is not None, pattern)
     found = re.search(pattern, text_of(browser))
     assert found is not None, text_of(browser)
     return float(found[1])
@@ -146,8 +149,8 @@ def test_a_robot_goes_where_the_floor_is_clicked(browser: WebDriver, address: st
     _open(browser, address, "Srobot1")
     _use(browser, "Goal")
     click_canvas(browser, -70, -60)
-    wait_for(lambda: "Goal sent" in text_of(browser), "the goal to be sent")
-    wait_for(lambda: "1 reached, 0 tries failed" in text_of(browser), "the robot to arrive")
+    see(browser, "Goal sent", "the goal to be sent")
+    see(browser, "1 reached, 0 tries failed", "the robot to arrive")
     assert errors(browser) == []
 
 
@@ -169,18 +172,18 @@ def test_a_drag_gives_the_heading_and_a_goal_is_cancelled(browser: WebDriver, ad
     _pause(browser)
     _use(browser, "Goal")
     drag_canvas(browser, (-100, -60), (-70, 40))
-    wait_for(lambda: "Goal sent" in text_of(browser), "the goal to be sent")
+    see(browser, "Goal sent", "the goal to be sent")
     clicked = _number(browser, r"Goal sent: \(\S+, \S+, (\S+)\)")
     assert -3.1 < clicked < -1.6  # towards the reader and to the left
     _step(browser, 5)
-    wait_for(lambda: "driving" in text_of(browser), "the robot to set off")
+    see(browser, "driving", "the robot to set off")
     press(browser, "Cancel goal")
     _step(browser, 5)  # robots answer in their ticks
-    wait_for(lambda: "goal cancelled" in text_of(browser), "the cancellation")
-    wait_for(lambda: "idle 2" in text_of(browser), "the robot to stand")
+    see(browser, "goal cancelled", "the cancellation")
+    see(browser, "idle 2", "the robot to stand")
     press(browser, "Cancel goal")
     _step(browser, 2)
-    wait_for(lambda: "no goal to cancel" in text_of(browser), "the answer that there is none")
+    see(browser, "no goal to cancel", "the answer that there is none")
     press(browser, "Resume")
     assert errors(browser) == []
 
@@ -192,7 +195,7 @@ def test_an_initial_pose_is_believed(browser: WebDriver, address: str) -> None:
     _pause(browser)
     _use(browser, "Initial pose")
     click_canvas(browser, 0, -20)  # above the time line
-    wait_for(lambda: "Initial pose sent" in text_of(browser), "the pose to be sent")
+    see(browser, "Initial pose sent", "the pose to be sent")
     _step(browser, 8)
     wait_for(lambda: _number(browser, offset) > 0.05, "another estimate")
     press(browser, "Resume")
@@ -201,7 +204,7 @@ def test_an_initial_pose_is_believed(browser: WebDriver, address: str) -> None:
 
 def test_time_stands_still_and_goes_on(browser: WebDriver, address: str) -> None:
     open_page(browser, address)
-    wait_for(lambda: "answering" in text_of(browser), "the robots")
+    see(browser, "answering", "the robots")
     _pause(browser)
     before = _time(browser)
     press(browser, "Step 0.1 s")
@@ -224,34 +227,34 @@ def test_the_speed_is_chosen(browser: WebDriver, address: str) -> None:
 
 def test_robots_come_and_go(browser: WebDriver, address: str) -> None:
     open_page(browser, address)
-    wait_for(lambda: "2, 2 answering" in text_of(browser), "two robots")
+    see(browser, "2, 2 answering", "two robots")
     press(browser, "Spawn at a free place")
-    wait_for(lambda: "3, 3 answering" in text_of(browser), "a third robot")
-    assert "Srobot3 has come" in text_of(browser)
+    see(browser, "3, 3 answering", "a third robot")
+    see(browser, "Srobot3 has come")
     press(browser, "Remove robot")
-    wait_for(lambda: "Select a robot first" in text_of(browser), "the question which")
+    see(browser, "Select a robot first", "the question which")
     unfold(browser, "New robots")
     choose(browser, "Model", "turtlebot3_burger")
     _use(browser, "Spawn by a click")
     click_canvas(browser, -60, -45)  # on the floor, above the time line
-    wait_for(lambda: "4, 4 answering" in text_of(browser), "a fourth robot")
+    see(browser, "4, 4 answering", "a fourth robot")
     for name in ("Srobot3", "Srobot4"):
         choose(browser, "Robot", name)
-        wait_for(lambda: "estimate" in text_of(browser), "what the newcomer says")
+        see(browser, "estimate", "what the newcomer says")
         press(browser, "Remove robot")
         press(browser, "Cancel")  # it asks first
         wait_for(lambda: "counts as missed" not in text_of(browser), "the question to go")
         press(browser, "Remove robot")
         press(browser, f"Remove {name}")
         wait_for(lambda: chosen(browser, "Robot") == "(none)", f"{name} to be gone")
-    wait_for(lambda: "2, 2 answering" in text_of(browser), "two robots again")
+    see(browser, "2, 2 answering", "two robots again")
     assert errors(browser) == []
 
 
 def test_a_robot_is_driven_by_hand(browser: WebDriver, address: str) -> None:
     _open(browser, address, "Srobot1")
     press(browser, "Drive by hand")
-    wait_for(lambda: "Srobot1 is yours" in text_of(browser), "the robot to be handed over")
+    see(browser, "Srobot1 is yours", "the robot to be handed over")
 
     def x() -> float:
         return _number(browser, r"estimate\s+\((-?[\d.]+), ")
@@ -273,8 +276,8 @@ def test_a_robot_is_driven_by_hand(browser: WebDriver, address: str) -> None:
     time.sleep(2.0)
     assert (x(), y()) == pytest.approx(still, abs=0.05)  # nobody presses a key
     press(browser, "Give Srobot1 back")
-    wait_for(lambda: "Srobot1 is on its own again" in text_of(browser), "the robot to be free")
-    wait_for(lambda: "Drive by hand" in text_of(browser), "the button as before")
+    see(browser, "Srobot1 is on its own again", "the robot to be free")
+    see(browser, "Drive by hand", "the button as before")
     assert errors(browser) == []
 
 
@@ -308,9 +311,9 @@ def test_a_view_of_its_own_is_attached(browser: WebDriver, swarm: Swarm) -> None
         assert port is not None
         assert query.startswith("token=")
         open_page(browser, f"http://127.0.0.1:{port[1]}/")
-        assert "needs its token" in text_of(browser)
+        see(browser, "needs its token")
         open_page(browser, f"http://127.0.0.1:{port[1]}/?robot=Srobot1&{query}")
-        wait_for(lambda: "2, 2 answering" in text_of(browser), "two robots")
-        wait_for(lambda: "estimate" in text_of(browser), "the robot of the address")
+        see(browser, "2, 2 answering", "two robots")
+        see(browser, "estimate", "the robot of the address")
         assert errors(browser) == []
         browser.get("about:blank")

@@ -52,7 +52,10 @@ def _write_trace(trace: Path, names: list[str], seconds: int) -> None:
         for part, state in enumerate(("idle", "driving", "holding", "waiting", "pausing")):
             at = part * seconds / 5
             place = int(state == "holding")
-            robots.write(t=at, robot=name, state=state, station="dock", place=place)
+            whom = names[-1] if state == "waiting" and name != names[-1] else ""
+            robots.write(
+                t=at, robot=name, state=state, station="dock", place=place, blocker=whom
+            )  # fmt: skip
         robots.write(t=seconds / 2, robot=name, waited=1.0)
         for part, goal in enumerate(("dock", "shop"), 1):
             at = part * seconds / 2

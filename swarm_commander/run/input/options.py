@@ -60,6 +60,7 @@ class UpOptions:
     run_dir: Path | None = None
     over_limit: bool = False
     restart: bool = True
+    open_page: bool = False  # the viewer in a browser
     skip_missing: bool = False  # leave out models and meshes that are not found
     skip_broken: bool = False  # leave out models of a world that are unusable
     bind: str = ""  # address of this host with --role world; empty: all is on one host

@@ -17,6 +17,7 @@ from swarm_common.model.run_words import OPEN, makespan, robots_text
 
 REFRESH = 0.25  # [s] of wall time between two pictures
 LINE_PERIOD = 5.0  # [s] between two lines where there is no terminal
+BAR = 20  # characters of the bar of a first start
 SEPARATOR = " | "
 STARTING = "starting"  # first word of the phases in which kernels may be compiled
 SHOWN_NOTES = 8  # of a kind; the report has all
@@ -39,6 +40,8 @@ class Progress:
         self._due = 0.0
         self._phase = STARTING
         self._aside = ""
+        self._pinned = ""
+        self._compiled: tuple[float, int] | None = None  # when first told [s], and how far it was
         self._last_line = ""
         self._shown: list[Text] = []
         self._breaches: Counter[str] = Counter()
@@ -61,11 +64,27 @@ class Progress:
         self._due = 0.0
 
     def compiling(self, ready: int, known: int) -> None:
-        """Say beside the phase that a first start compiles, and how far it is."""
+        """Show that a first start compiles, how far it is, and an estimate of what is left."""
         if not self._phase.startswith(STARTING):
             return
-        self._aside = f" (first start: compiling, {ready} of {known} kernels are ready)"
+        now = self._clock()
+        self._compiled = self._compiled or (now, ready)
+        began, first = self._compiled
+        left = (known - ready) * (now - began) / (ready - first) if ready > first else None
+        estimate = "" if left is None else f", about {left:.0f} s left"
+        filled = BAR * ready // max(1, known)
+        bar = "█" * filled + "░" * (BAR - filled) if self._console.is_terminal else ""
+        self._aside = (
+            f" (first start: compiling, {bar}{' ' if bar else ''}"
+            f"{ready} of {known} kernels are ready{estimate})"
+        )
         self._due = 0.0 if self._console.is_terminal else self._due
+
+    def pin(self, text: str) -> None:
+        """Keep a line in sight on a terminal; print it elsewhere."""
+        self._pinned = text
+        if not self._console.is_terminal:
+            self.note(text)
 
     def note(self, text: str, style: str = "") -> None:
         """Print a line that stays.
@@ -118,9 +137,10 @@ class Progress:
         head = packed(_parts(self._phase + self._aside, self._statistics), self._console.width)
         style = "red" if collided else ""
         rest = [Text(line, style="red") for line in self._untold()]
-        room = self._console.height - len(head) - len(rest) - 1
-        table = status_table(self._statistics, room)
-        return [*(Text(line, style=style) for line in head), *table, *rest]
+        pinned = [Text(self._pinned, style="bold", no_wrap=True)] if self._pinned else []
+        room = self._console.height - len(head) - len(rest) - len(pinned) - 1
+        table = status_table(self._statistics, room, self._console.width)
+        return [*pinned, *(Text(line, style=style) for line in head), *table, *rest]
 
 
 def summary_line(phase: str, statistics: RunStatistics) -> str:

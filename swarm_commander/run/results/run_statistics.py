@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 from typing import assert_never
 
 from swarm_commander.mission.itinerary import LOST_REASON
-from swarm_commander.run.results.wait_graph import WaitGraph, waits_for
+from swarm_commander.run.results.wait_graph import WaitGraph
 from swarm_common.model.breaches import MISSED, Collision, MissedGoal, UnfinishedGoal
+from swarm_common.model.run_words import waits_for
 from swarm_common.process.messages import (
     ClientEvent,
     CollisionBegan,
@@ -153,6 +154,7 @@ class RobotStatistics:
     Attributes:
         restarts: Times that its navigator was restarted.
         left: Whether it was removed from the world.
+        is_broken: Whether its mission says that it stands still, without a navigator.
         goal: Name of the goal under way; empty without one.
         since: Simulated time [s] at which it entered its state.
         durations: [s] that each goal took which was reached, by simulated time.
@@ -166,6 +168,7 @@ class RobotStatistics:
     died: bool = False
     restarts: int = 0
     left: bool = False
+    is_broken: bool = False
     state: str = ""
     detail: str = ""
     since: float = 0.0

@@ -2,23 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from typing import Any
 
 LASTING = 5.0  # [s] of simulated time from which a circle counts: shorter ones are mere encounters
 MOST_TOLD = 20  # circles that are listed one by one, the longest ones
-_NAMED = re.compile(r"for (\w+)[,:]")  # as `announcement` of swarm_nav says it
-
-
-def waits_for(state: str, detail: str) -> str:
-    """Return the name of the robot that a status says to wait for, empty for none.
-
-    Making way for a robot is not waiting for it.
-    """
-    text = detail if state == "waiting" else detail.partition("waits ")[2]
-    found = _NAMED.match(text)
-    return found[1] if found is not None else ""
 
 
 @dataclass(slots=True)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 from geometry_msgs.msg import Point
 from rclpy.node import Node
+from rclpy.serialization import serialize_message
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -13,6 +15,7 @@ from swarm_common.middleware import ros_io
 from swarm_common.middleware.cdr import TransformsWriter
 from swarm_common.model.records import FloatArray, Pose
 from swarm_common.model.zones import keepout_area, speed_area, triangles
+from swarm_recording.run_trace import TOPICS, RunTrace
 from swarm_sim.ros.viewing.markers import body_markers, marker_of, set_scale
 from swarm_sim.scene.scene import Scene
 from swarm_sim.world.world import World
@@ -23,23 +26,36 @@ BASE = "base_footprint"
 STATION, CIRCUIT = (0.18, 0.55, 0.34, 0.9), (0.90, 0.60, 0.00, 0.9)  # colours
 KEEPOUT, SLOW = (0.84, 0.37, 0.30, 0.5), (0.94, 0.89, 0.26, 0.5)
 ZONE_HEIGHT = 0.01  # [m]
+MOVER_TICKS = 5  # between two moments for which the trace keeps people and objects
+GRAIN = 1024.0  # parts of a metre and a radian in the trace: short numbers pack well
 STATION_SIZE = (0.5, 0.02)  # [m] diameter and height of the disc
 
 
 class ScenePublisher:
     """The topics `/sim/scene`, `/sim/tf` and `/sim/movers`."""
 
-    def __init__(self, node: Node, scene: Scene, world: World) -> None:
-        """Create the topics, and publish what never moves."""
+    def __init__(
+        self, node: Node, scene: Scene, world: World, trace: RunTrace | None = None
+    ) -> None:
+        """Create the topics, and publish what never moves.
+
+        Args:
+            trace: Keeps the same for replays; None if nobody wants that.
+        """
+        self._trace = trace
         self._world = world
         self.renew(world.names)
         make = node.create_publisher
         self._scene = make(MarkerArray, "/sim/scene", ros_io.LATCHED)
         self._tf = make(TFMessage, "/sim/tf", ros_io.TRANSFORMS)
         self._movers = make(MarkerArray, "/sim/movers", ros_io.RELIABLE)
-        self._scene.publish(MarkerArray(markers=scene_markers(scene)))
+        markers = MarkerArray(markers=scene_markers(scene))
+        self._scene.publish(markers)
+        if trace is not None:
+            trace.write(TOPICS["/sim/scene"], 0, serialize_message(markers))
         self._movers_seen = Movers(world)
         self._tf_readers = self._mover_readers = 0
+        self._kept = -1  # tick
 
     def renew(self, present: Sequence[str]) -> None:
         """Show these robots from now on."""
@@ -59,12 +75,21 @@ class ScenePublisher:
 
     def publish(self, tick: int) -> None:
         """Publish the poses of all robots to whoever has subscribed."""
+        poses = self._world.poses[self._rows]
         if self._tf_readers:
-            self._tf.publish(self._writer.encode(tick, self._world.poses[self._rows]))
-        if self._mover_readers:
+            self._tf.publish(self._writer.encode(tick, poses))
+        keeps_movers = self._trace is not None and tick % MOVER_TICKS == 0
+        if self._mover_readers or keeps_movers:
             markers = self._movers_seen.markers(tick)
-            if markers:
+            if markers and self._mover_readers:
                 self._movers.publish(MarkerArray(markers=markers))
+            if markers and self._trace is not None and keeps_movers:
+                data = serialize_message(MarkerArray(markers=markers))
+                self._trace.write(TOPICS["/sim/movers"], tick, data)
+        if self._trace is not None and tick > self._kept:
+            self._kept = tick
+            rounded = np.round(GRAIN * poses) / GRAIN
+            self._trace.write(TOPICS["/sim/tf"], tick, self._writer.encode(tick, rounded))
 
 
 def scene_markers(scene: Scene) -> list[Marker]:

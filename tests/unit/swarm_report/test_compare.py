@@ -90,5 +90,7 @@ def test_parameters_of_some_robots(tmp_path: Path) -> None:
 def test_the_page_says_both(tmp_path: Path) -> None:
     text = comparison_html([a_run(tmp_path / "a"), a_run(tmp_path / "b", seed=7, makespan=30.0)])
     assert "Only the seed differs" in text
+    assert "+50 % makespan" in text
+    assert text.index("headline") < text.index("Results") < text.index("Only the seed differs")
     assert '<td class="worse">30 s (+10, +50.0 %)</td>' in text
     assert text.count("<summary>Table</summary>") == 3

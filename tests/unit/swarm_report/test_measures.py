@@ -7,9 +7,15 @@ import numpy as np
 import pytest
 
 from swarm_common.files.journal import Journal
+from swarm_common.files.map_io import save_map
+from swarm_common.model.grid import Grid
+from swarm_common.model.run_words import SERIES_FIELDS
+from swarm_common.robots.loading import load_robot
 from swarm_report.bottleneck import find_bottleneck, lost_words
 from swarm_report.charts import timeline
-from swarm_report.document import document_html
+from swarm_report.document import document_html, shares
+from swarm_report.headline import headline, headline_text, waits_between
+from swarm_report.ideal import ideal_times
 from swarm_report.measures import (
     lost_time,
     shares_over_time,
@@ -17,7 +23,7 @@ from swarm_report.measures import (
     station_use,
     throughput,
 )
-from swarm_report.report_fields import FIELDS, report_fields
+from swarm_report.report_fields import report_fields
 from swarm_report.run import RunData
 
 SITES = "stations:\n  dock: [2.0, 2.0, 0.0]\n  shop: [8.0, 8.0, 0.0]\n"
@@ -33,8 +39,10 @@ class Story:
     def state(self, robot: int, t: float, state: str, station: str = "", place: int = 0) -> None:
         self.lines.append((t, robot, {"state": state, "station": station, "place": place}))
 
-    def waited(self, robot: int, t: int, seconds: float, at: list[float]) -> None:
-        self.lines.append((t, robot, {"waited": seconds}))
+    def waited(self, robot: int, t: int, seconds: float, at: list[float], whom: str = "") -> None:
+        waiting = {"state": "waiting", "station": "", "place": 0, "blocker": whom}
+        self.lines.append((t, robot, waiting))
+        self.state(robot, t + seconds, "driving")
         self.places[robot, t] = at
 
     def reached(self, robot: int, t: float, goal: str) -> None:
@@ -127,30 +135,46 @@ def test_a_station_that_most_robots_held_for_is_the_bottleneck(story: Story) -> 
     assert found is not None
     assert (found.station, found.seconds, found.lost.seconds) == ("dock", 36.0, 40.0)
     assert found.words.startswith(
-        "dock at (2.0, 2.0) is the bottleneck: 90 % of all holding and waiting"
+        "dock at (2.0, 2.0) is the bottleneck: 90 % of all lost time"
         " (36 of 40 robot-seconds) was for it or within 1.5 m of it"
     )
     assert "took 10.0 % of the robots' time." in found.words
 
 
-def test_the_share_of_holding_and_waiting_is_the_same_everywhere(story: Story) -> None:
+def test_the_share_of_lost_time_is_the_same_everywhere_and_shares_are_all_of_it(
+    story: Story,
+) -> None:
     story.state(0, 10.0, "holding", "dock")
     story.state(0, 40.0, "driving")
-    story.state(1, 50.0, "waiting")  # for an obstacle
-    story.state(1, 70.0, "driving")
+    story.state(1, 50.0, "yielding")
+    story.state(1, 70.0, "idle")
     story.waited(2, 60, 6.0, [20.0, 20.0])
     run = story.run()
     found, lost = find_bottleneck(run), lost_time(run)
     assert found is not None
     assert lost is not None
-    assert (lost.seconds, lost.share) == (36.0, 0.09)
-    words = "took 9.0 % of the robots' time"
-    assert words in found.words
-    assert "<b>9.0 %</b>" in document_html(run)
-    reported = RunData(story.folder, {"hold_time": 30.1, "wait_time": 6.9})
-    lost = lost_time(reported)
-    assert lost is not None
-    assert lost.share == pytest.approx(0.0925)  # with what the trace has not
+    assert (lost.seconds, lost.share) == (56.0, 0.14)
+    assert "took 14.0 % of the robots' time" in found.words
+    assert "<b>14.0 %</b>" in document_html(run)
+    assert headline_text(run).startswith("100 s; 14 % lost, most of it near dock; ")
+    told = sum(float(share.removesuffix(" %")) for share in shares(run).values())
+    assert told == pytest.approx(100.0, abs=0.2)
+    assert sum(state_shares(run).values()) == pytest.approx(1.0)
+
+
+def test_the_headline_names_the_longest_stop_and_its_reason_across_states(story: Story) -> None:
+    story.waited(1, 20, 5.0, [20.0, 20.0], "Srobot3")
+    story.waited(0, 30, 7.0, [20.0, 20.0], "Srobot3")
+    story.waited(0, 37, 3.0, [20.0, 20.0], "Srobot4")
+    parts = {part.text: part.time for part in headline(story.run())}
+    assert parts["Srobot1 waited longest, 10 s, for Srobot3"] == 30.0
+    assert waits_between(RunData(story.folder)) == {
+        ("Srobot1", "Srobot3"): 7.0, ("Srobot2", "Srobot3"): 5.0, ("Srobot1", "Srobot4"): 3.0,
+    }  # fmt: skip
+    text = document_html(RunData(story.folder))
+    assert 'data-moment="30.0"' in text
+    assert "--start 25" in text
+    assert 'id="blockers"' in text
 
 
 def test_a_place_without_a_station_can_be_the_bottleneck(story: Story) -> None:
@@ -190,7 +214,7 @@ def test_the_report_has_the_figures(story: Story) -> None:
     story.state(0, 40.0, "driving")
     story.reached(0, 45.0, "dock")
     fields = report_fields(story.run())
-    assert tuple(fields) == FIELDS
+    assert tuple(fields) == SERIES_FIELDS
     assert json.loads(json.dumps(fields, allow_nan=False)) == fields
     assert fields["stations"]["dock"]["queue"] == 0.3
     assert fields["throughput"]["per_minute"][4] == 6.0
@@ -202,4 +226,28 @@ def test_a_run_without_time_series_has_no_figures(tmp_path: Path) -> None:
     (tmp_path / "config").mkdir()
     (tmp_path / "config" / "world.json").write_text('{"robots": [{"name": "Srobot1"}]}')
     fields = report_fields(RunData(tmp_path))
-    assert fields == {"stations": {}, "throughput": None, "state_shares": {}, "bottleneck": None}
+    empty = {"stations": {}, "state_shares": {}, "ideal_times": {}, "waited_for": []}
+    assert fields == dict.fromkeys(SERIES_FIELDS) | empty
+
+
+def test_the_ideal_time_is_that_of_the_shortest_way_around_walls(tmp_path: Path) -> None:
+    cells = np.zeros((100, 100), np.int8)
+    cells[:, 50:52] = 100
+    cells[80:, 50:52] = 0  # a gap at the top
+    for name in ("config", "trace"):
+        (tmp_path / name).mkdir()
+    save_map(Grid(cells, 0.1, 0.0, 0.0), tmp_path / "trace" / "map.yaml")
+    robots = [{"name": "Srobot1", "model": "turtlebot3_waffle"}, {"name": "Srobot2"}]
+    (tmp_path / "config" / "world.json").write_text(json.dumps({"robots": robots}))
+    world = Journal(tmp_path / "trace" / "world.jsonl")
+    world.write(robots=["Srobot1", "Srobot2"], near_mm=500)
+    for t, x in ((0, 2000), (50, 8000)):
+        world.write(t=t, x=[x, x], y=[2000, 2000], yaw=[0, 0], to_robot=[0, 0], to_world=[0, 0])
+    journal = Journal(tmp_path / "trace" / "robots.jsonl")
+    for name in ("Srobot1", "Srobot2"):
+        journal.write(t=50.0, robot=name, goal="there", outcome="reached", duration=50.0)
+    straight, around = 6.0, 2.0 * np.hypot(3.0, 6.0)
+    times = ideal_times(RunData(tmp_path))
+    assert list(times) == ["Srobot1"]  # of the other one no model is known
+    length = times["Srobot1"] * load_robot("turtlebot3_waffle").max_vel_x
+    assert straight < around < length < 1.15 * around

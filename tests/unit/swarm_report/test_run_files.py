@@ -93,7 +93,7 @@ def test_whatever_is_in_the_files_all_is_worked_out_or_refused(folder: Path) -> 
 def _work_out(run: RunData) -> None:
     assert run.series is None or run.series.poses.shape[1:] == (len(run.robots), 3)
     assert run.usage is None or len(run.usage.wall)
-    assert len(run.goals) + len(run.waits) + len(run.spans) + run.end >= 0
+    assert len(run.goals) + len(run.spans) + run.end >= 0
     judge(run), merits(run.report), breach_lines(run.report)
     throughput(run), state_shares(run), station_use(run), find_bottleneck(run)
 

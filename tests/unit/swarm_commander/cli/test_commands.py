@@ -7,21 +7,27 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 import typer
+from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.cli import main, setup_command
+from swarm_commander.cli import commander_command, completion, main, setup_command
 from swarm_commander.cli.listing import listing, world_names
 from swarm_commander.cli.thing_request import thing_request
 from swarm_commander.mission.mission import mission_names
 from swarm_commander.mission.patience import SwarmPatience
 from swarm_commander.run.domain import DomainLock, check_swarm
+from swarm_common.files.run_folders import run_folders
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError, NoSwarmError
+from swarm_common.model.records import Pose
 from swarm_common.robots.fleet import fleet_names
 from swarm_common.robots.source import robot_names
 from tests.fakes.foreign_robots import ACCELERATIONS, fast_wheels, two_wheels
+from tests.fakes.run_folder import make_run
 
 ROOT = Path(__file__).parents[4]
 SCRIPTS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["scripts"]
@@ -171,3 +177,25 @@ def test_without_a_swarm_nobody_waits(monkeypatch) -> None:
         lock.release()
     monkeypatch.setattr(ros_env, "bound_address", lambda: "192.0.2.1")  # perhaps on another host
     check_swarm(FREE_DOMAIN)
+
+
+def test_the_way_to_a_goal_that_somebody_else_gave_is_not_told() -> None:
+    stop = SimpleNamespace(pose_map=Pose(1.0, 2.0, 0.0))
+    driver: Any = SimpleNamespace(order=SimpleNamespace(stop=stop))
+    status = RobotStatus()
+    status.goal.x, status.goal.y = 1.0, 2.0
+    assert commander_command._is_own(driver, status)
+    status.goal.x = 4.0
+    assert not commander_command._is_own(driver, status)
+
+
+def test_tab_offers_robots_stations_and_subcommands_of_the_latest_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert completion.robots() == completion.stations() == []
+    make_run(tmp_path / "runs" / "latest", robots=2, seconds=0)
+    assert completion.robots() == ["Srobot1", "Srobot2"]
+    assert completion.stations() == ["dock", "shop"]
+    assert {"Srobot1", "spawn", "restart"} <= set(completion.first_words())
+    assert run_folders() == ["runs/latest"]

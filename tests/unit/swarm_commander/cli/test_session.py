@@ -16,7 +16,7 @@ from swarm_commander.run.results.run_statistics import RunStatistics
 
 @pytest.mark.parametrize(
     ("stopped", "code", "said"),
-    [(True, 0, "stopped before the start\n"), (False, 3, "there is no verdict")],
+    [(True, 130, "stopped before the robots drove\n"), (False, 3, "there is no verdict")],
 )
 def test_a_start_that_is_stopped_says_so_in_one_line(
     tmp_path: Path, stopped: bool, code: int, said: str
@@ -28,7 +28,8 @@ def test_a_start_that_is_stopped_says_so_in_one_line(
     run: Any = SimpleNamespace(
         statistics=RunStatistics.of(["Srobot1"], has_mission=False),
         verdict={}, failures=[], incidents=[], wall_time=1.0, active_after_wall=None,
-        restarts=0, usage=UsageMeter(), is_stopped_by_user=stopped, complete=lambda _: None,
+        restarts=0, usage=UsageMeter(), is_stopped_by_user=stopped, is_unborn=True, ending_signal=2,
+        complete=lambda _: None,
     )  # fmt: skip
     console = Console(width=100, file=io.StringIO())
     assert session._conclude(plan, folder, run, console) == code

@@ -197,11 +197,23 @@ def test_a_mission_that_does_not_begin_makes_it_three(up: Up) -> None:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_stops_everything_and_the_report_is_written(up: Up, number: int) -> None:
     process = up.start()
-    wait_for(lambda: len(up.left_running()) >= 7)
+    wait_for((up.run_dir / "config" / "active").exists)
+    time.sleep(1.0)
     process.send_signal(number)
     assert process.wait(timeout=60) == 0
     process.communicate()
     assert up.report()["goals"]["sent"] == 0
+
+
+def test_ctrl_c_before_the_robots_drive_waits_for_nobody(up: Up) -> None:
+    process = up.start(world="deaf", host="mute")
+    wait_for((up.run_dir / "config" / "active").exists)
+    begin = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    assert process.returncode == 130, output
+    assert output.splitlines()[-1] == "stopped before the robots drove"
+    assert time.monotonic() - begin < 9.0, "a process that hears no signal is given 10 s else"
 
 
 def test_nothing_outlives_a_killed_swarm_up(up: Up) -> None:

@@ -1,0 +1,124 @@
+"""How long the run took, how long it would have taken, and who waited longest for whom.
+
+Lost is the time in which robots held, waited, made way or recovered: `LOST`, here and everywhere.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import Any
+
+from swarm_common.model.run_words import makespan
+from swarm_report.bottleneck import worst_places
+from swarm_report.ideal import ideal_times
+from swarm_report.measures import LOST, lost_time
+from swarm_report.run import RunData
+
+JOIN = 0.5  # [s] of driving between two stops that are one
+LEAST = 1.0  # [s] of a stop that is told
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """A robot that did not get on."""
+
+    robot: int
+    start: float  # [s]
+    end: float  # [s]
+    blocker: str  # robot that it waited or made way for most of that time; empty for none
+
+    @property
+    def length(self) -> float:
+        """Duration [s]."""
+        return self.end - self.start
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of the headline; `time` [s] is the moment that it is about, None for none."""
+
+    text: str
+    time: float | None = None
+    robot: str = ""
+
+
+def longest_stop(run: RunData) -> Stop | None:
+    """Return the longest stop of any robot; None if no robot stopped."""
+    return max(_stops(run), key=lambda stop: stop.length, default=None)
+
+
+def _stops(run: RunData) -> list[Stop]:
+    """Return all stops; the parts of one may be in several states."""
+    found: list[Stop] = []
+    seconds: dict[str, float] = defaultdict(float)
+    for span in run.spans:
+        if span.state not in LOST:
+            continue
+        joins = found and found[-1].robot == span.robot and span.start <= found[-1].end + JOIN
+        if not joins:
+            seconds = defaultdict(float)
+        seconds[span.blocker] += span.length
+        named = {name: time for name, time in seconds.items() if name}
+        blocker = max(named, key=named.__getitem__, default="")
+        start = found.pop().start if joins else span.start
+        found.append(Stop(span.robot, start, span.end, blocker))
+    return found
+
+
+def headline(run: RunData) -> list[Part]:
+    """Return the sentence in parts; none if the states of the robots are not known."""
+    lost, stop = lost_time(run), longest_stop(run)
+    if lost is None:
+        return []
+    took = makespan(run.report) or run.end
+    parts = [Part(f"{took:.0f} s", took)]
+    ideal = ideal_times(run)
+    if ideal:
+        slowest = max(ideal, key=ideal.__getitem__)
+        parts.append(Part(f"; {slowest} alone would need {ideal[slowest]:.0f} s", None, slowest))
+    parts.append(Part(f"; {100.0 * lost.share:.0f} % lost"))
+    if places := worst_places(run):
+        parts += [Part(", most of it near "), Part(places[0].name, places[0].time)]
+    if stop is not None and stop.length >= LEAST:
+        name = run.robots[stop.robot]
+        whom = f", for {stop.blocker}" if stop.blocker else ""
+        text = f"{name} waited longest, {stop.length:.0f} s{whom}"
+        parts += [Part("; "), Part(text, stop.start, name)]
+    return [*parts, Part(".")]
+
+
+def headline_text(run: RunData) -> str:
+    """Return the headline as a sentence."""
+    return "".join(part.text for part in headline(run))
+
+
+def waits_between(run: RunData) -> dict[tuple[str, str], float]:
+    """Return the seconds [s] that each robot (first) lost to each other one (second)."""
+    sums: dict[tuple[str, str], float] = defaultdict(float)
+    for span in run.spans:
+        if span.state in LOST and span.blocker:
+            sums[run.robots[span.robot], span.blocker] += span.length
+    return dict(sorted(sums.items(), key=lambda item: -item[1]))
+
+
+def as_json(run: RunData) -> dict[str, Any]:
+    """Return what report.json says."""
+    lost, stop = lost_time(run), longest_stop(run)
+    return {
+        "headline": headline_text(run) or None,
+        "lost": None if lost is None else {"seconds": lost.seconds, "share": lost.share},
+        "ideal_times": {name: round(time, 1) for name, time in ideal_times(run).items()},
+        "longest_stop": None
+        if stop is None
+        else {
+            "robot": run.robots[stop.robot],
+            "since": stop.start,
+            "duration": round(stop.length, 3),
+            "for": stop.blocker or None,
+        },
+        "waited_for": [
+            {"robot": robot, "for": blocker, "seconds": round(seconds, 1)}
+            for (robot, blocker), seconds in waits_between(run).items()
+        ],
+    }
