@@ -15,6 +15,7 @@ from swarm_commander.cli.session import bring_up
 from swarm_commander.hosts.host_options import Role, check_combination
 from swarm_commander.mission.mission import mission_names
 from swarm_commander.run.domain import DomainLock, domain_id
+from swarm_commander.run.input.fleet_link import fleet_link
 from swarm_commander.run.input.options import (
     DEFAULT_ROBOT,
     LOOPBACK,
@@ -44,6 +45,7 @@ _simulation = partial(typer.Option, rich_help_panel="Simulation")
 _windows = partial(typer.Option, rich_help_panel="Windows")
 _output = partial(typer.Option, rich_help_panel="Recording and report")
 _hosts = partial(typer.Option, rich_help_panel="Several hosts")
+_vda5050 = partial(typer.Option, rich_help_panel="Fleet control (VDA 5050)", show_default=False)
 EXAMPLES = """Examples:
 
 swarm-up --viewer
@@ -222,6 +224,26 @@ def up(
         str | None,
         _hosts(show_default="the route to --connect", help="Address or interface to use."),
     ] = None,
+    vda5050: Annotated[
+        str | None,
+        _vda5050(
+            metavar="URL",
+            help="MQTT broker: mqtt://HOST:PORT, mqtts://HOST:PORT, or embedded to start one.",
+        ),
+    ] = None,
+    manufacturer: Annotated[
+        str | None, _vda5050(help="Manufacturer in topics and headers.  [default: swarm]")
+    ] = None,
+    vda5050_version: Annotated[
+        str | None, _vda5050(help="2.1 or 3.0.  [default: 2.1]", metavar="VERSION")
+    ] = None,
+    vda5050_user: Annotated[
+        str | None,
+        _vda5050(help="User of the broker; the password is in SWARM_VDA5050_PASSWORD."),
+    ] = None,
+    vda5050_ca: Annotated[
+        Path | None, _vda5050(help="Certificates to trust with mqtts.  [default: the system's]")
+    ] = None,
 ) -> None:
     """Start a swarm of robots: world, navigators and, if wanted, their mission.
 
@@ -294,6 +316,7 @@ def up(
         skip_missing=skip_missing,
         skip_broken=skip_broken,
         bind=_address_to_bind(bind),
+        vda5050=fleet_link(vda5050, manufacturer, vda5050_version, vda5050_user, vda5050_ca),
     )
     run_plan = check_plan(options)
     lock = DomainLock(domain_id())  # from now on commands in other terminals wait for us

@@ -1,0 +1,125 @@
+"""How the robots of a swarm reach a fleet control that speaks VDA 5050: options of `swarm-up`."""
+
+from __future__ import annotations
+
+import importlib.util
+import ipaddress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from swarm_common.model.errors import ConfigError, UnknownNameError
+
+EMBEDDED = "embedded"  # a broker of our own, on loopback
+PORT, SECURE_PORT = 1883, 8883
+VERSIONS = ("2.1", "3.0")
+EXPECTED = "mqtt://HOST:PORT, mqtts://HOST:PORT or embedded"
+NOT_IN_TOPICS = "/+#\0"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FleetLink:
+    """Broker, name and version, checked."""
+
+    url: str
+    manufacturer: str = "swarm"
+    version: str = VERSIONS[0]
+    user: str = ""
+    ca: Path | None = None  # certificates to trust, with mqtts; None for the system's
+
+    def __post_init__(self) -> None:
+        if self.version not in VERSIONS:
+            raise UnknownNameError("VDA 5050 version", self.version, VERSIONS)
+        if not self.manufacturer or set(self.manufacturer) & set(NOT_IN_TOPICS):
+            raise ConfigError(
+                f"--manufacturer is '{self.manufacturer}'; expected a name without / + #"
+            )
+        if self.ca is not None and not self.ca.is_file():
+            raise ConfigError(f"--vda5050-ca: there is no file {self.ca}")
+        if self.ca is not None and not self._is_secure:
+            raise ConfigError("--vda5050-ca is for a broker with TLS: mqtts://HOST:PORT")
+        if not self.user and not _is_loopback(self._host) and not self.is_embedded:
+            raise ConfigError(
+                f"--vda5050 {self.url} leaves this machine; give --vda5050-user NAME, and the"
+                " password in SWARM_VDA5050_PASSWORD"
+            )
+        if importlib.util.find_spec("paho") is None:
+            raise ConfigError("--vda5050 needs paho-mqtt: pip install swarm-workbench[vda5050]")
+
+    @property
+    def is_embedded(self) -> bool:
+        """Whether we start the broker."""
+        return self.url.split(":")[0] == EMBEDDED
+
+    @property
+    def _is_secure(self) -> bool:
+        return self.url.startswith("mqtts://")
+
+    @property
+    def _host(self) -> str:
+        return "127.0.0.1" if self.is_embedded else self._parts[0]
+
+    @property
+    def _parts(self) -> tuple[str, int]:
+        """Host and port of the URL."""
+        url = self.url
+        if self.is_embedded:
+            url = f"mqtt://127.0.0.1{url.removeprefix(EMBEDDED)}"
+        try:
+            parts = urlsplit(url)
+            port = parts.port or (SECURE_PORT if self._is_secure else PORT)
+        except ValueError as error:
+            raise ConfigError(f"--vda5050 is '{self.url}': {error}; expected {EXPECTED}") from None
+        is_bare = not (parts.username or parts.password or parts.path.strip("/") or parts.query)
+        if parts.scheme not in ("mqtt", "mqtts") or not parts.hostname or not is_bare:
+            raise ConfigError(f"--vda5050 is '{self.url}'; expected {EXPECTED}")
+        return parts.hostname, port
+
+    def config(self) -> dict[str, Any]:
+        """Return what the process of the vehicles needs to know."""
+        host, port = self._parts
+        return {
+            "embedded": self.is_embedded,
+            "manufacturer": self.manufacturer,
+            "version": self.version,
+            "broker": {
+                "host": host,
+                "port": port,
+                "user": self.user,
+                "is_secure": self._is_secure,
+                "ca": str(self.ca.absolute()) if self.ca else "",
+            },
+        }
+
+
+def fleet_link(
+    url: str | None,
+    manufacturer: str | None,
+    version: str | None,
+    user: str | None,
+    ca: Path | None,
+) -> FleetLink | None:
+    """Return the link as typed; None without --vda5050.
+
+    Raises:
+        ConfigError: If an option is given that needs --vda5050, or one is wrong.
+    """
+    given = {"manufacturer": manufacturer, "version": version, "user": user, "ca": ca}
+    typed = {name: value for name, value in given.items() if value is not None}
+    if url is None:
+        if typed:
+            name = next(iter(typed))
+            flag = "--manufacturer" if name == "manufacturer" else f"--vda5050-{name}"
+            raise ConfigError(f"{flag} needs --vda5050, like --vda5050 mqtt://localhost:1883")
+        return None
+    return FleetLink(url=url, **typed)  # type: ignore[arg-type]
+
+
+def _is_loopback(host: str) -> bool:
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
