@@ -7,12 +7,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from swarm_common.model.records import RobotSpec
-from swarm_vda5050.actions import Offer, Scope
+from swarm_vda5050.actions import Offer
 from swarm_vda5050.dialect import LARGEST
 from swarm_vda5050.order_check import LONGEST_ID, MOST_ACTIONS, MOST_NODES
-
-BLOCKING_OF_2 = ("NONE", "SOFT", "HARD")
-BLOCKING_OF_3 = ("NONE", "SINGLE", "SOFT", "HARD")
 
 
 def factsheet(spec: RobotSpec, offered: Mapping[str, Offer], major: int) -> dict[str, Any]:
@@ -109,14 +106,11 @@ def _action(name: str, offer: Offer, major: int) -> dict[str, Any]:
         {"key": key, "valueDataType": kind, "isOptional": key not in offer.required}
         for key, kind in (offer.required | offer.optional).items()
     ]
-    blocking = BLOCKING_OF_2 if major == 2 else BLOCKING_OF_3
-    only_instant = offer.scopes == (Scope.INSTANT,)
     return {
         "actionType": name,
         "actionDescription" if major == 2 else "actionDescriptor": offer.about,
         "actionScopes": [scope.value for scope in offer.scopes],
         "actionParameters": parameters,
-        "blockingTypes": ["NONE"] if only_instant else list(blocking),
     }
 
 

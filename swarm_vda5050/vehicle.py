@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from swarm_common.model.records import Pose
 from swarm_vda5050.actions import OFFERED, Offer, Running, Scope, check_action
@@ -36,7 +36,7 @@ MOST_TRIES = 3  # of a leg
 RETRY_PAUSE = 5.0  # [s] between two of them
 MOST_LEFT = 5000  # nodes of an order that are not traversed yet
 MOST_KEPT = 50  # errors of a kind, instant actions that ended
-MOST_USED = 10_000  # orderIds that are remembered, so that no order is done twice
+MOST_USED = 10_000  # orders and instant actions that are remembered: none is done twice
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +117,8 @@ class Vehicle:
         self._edges: list[Edge] = []  # whose end is not reached yet
         self._actions: dict[int, list[Running]] = {}  # of the order, by sequence id
         self._instant: dict[str, Running] = {}
-        self._used: dict[str, None] = {}
+        self._used: dict[str, None] = {}  # orderIds
+        self._seen: dict[str, Action] = {}  # instant actions, also those that are forgotten
         self._cancelled = ""  # orderId
         self._cancel: Running | None = None  # the action under way
         self._order_errors: list[Report] = []
@@ -342,9 +343,7 @@ class Vehicle:
     def _begin(self, order: Order) -> None:
         """Forget the order before, and stand at the first node of this one."""
         self.order_id = order.order_id
-        self._used[order.order_id] = None
-        if len(self._used) > MOST_USED:
-            del self._used[next(iter(self._used))]
+        _remember(self._used, order.order_id, None)
         self._actions.clear()
         self._instant = {k: a for k, a in self._instant.items() if not a.status.is_final}
         self._action_errors.clear()
@@ -547,13 +546,14 @@ class Vehicle:
     # Instant actions
 
     def _begin_instant(self, action: Action) -> None:
-        known = self._instant.get(action.action_id)
+        known = self._seen.get(action.action_id)
+        if known is not None and known != action:
+            raise RejectedError(Fault.INSTANT, "another action has this actionId")
         if known is not None:
-            if known.action != action:
-                raise RejectedError(Fault.INSTANT, "another action has this actionId")
             return  # the message came twice
         if action.action_id in {each.action.action_id for each in self._all}:
             raise RejectedError(Fault.INSTANT, "an action of the order has this actionId")
+        _remember(self._seen, action.action_id, action)
         run = Running(action, Scope.INSTANT)
         self._instant[action.action_id] = run
         self._forget_instant()
@@ -614,6 +614,13 @@ class Vehicle:
         ended = [key for key, action in self._instant.items() if action.status.is_final]
         for key in ended[: max(0, len(self._instant) - MOST_KEPT)]:
             del self._instant[key]
+
+
+def _remember(known: dict[str, Any], name: str, value: Any) -> None:
+    """Put a value under a name, and forget the oldest if there are too many."""
+    known[name] = value
+    if len(known) > MOST_USED:
+        del known[next(iter(known))]
 
 
 def _pass_radius(node: Node) -> float:
