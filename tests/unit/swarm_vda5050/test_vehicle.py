@@ -202,6 +202,7 @@ def test_charging_begins_with_the_current() -> None:
     assert toy.done["a"] == "RUNNING"
     toy.sense(is_charging=True)
     assert toy.done["a"] == "FINISHED"
+    toy.sense(is_charging=False)
     toy.do("startCharging", "b")
     toy.now += 11.0
     toy.sense(is_charging=False)
