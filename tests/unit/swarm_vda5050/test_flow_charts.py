@@ -98,11 +98,14 @@ class Orders(RuleBasedStateMachine):
         if self.accepted is not None:
             self.send(self.accepted)
 
-    @rule(number=st.integers(1, 5))
-    def old_order(self, number: int) -> None:
+    @rule(data=st.data())
+    def old_order(self, data: st.DataObject) -> None:
         first = round(self.toy.pose.x / SPACING)
-        if f"o{number}" in self.used and f"o{number}" != self.toy.vehicle.order_id:
-            self.send(along(first, first + 1, first + 1, f"o{number}"))
+        if old := sorted(self.used - {self.toy.vehicle.order_id}):
+            content = along(first, first + 1, first + 1, data.draw(st.sampled_from(old)))
+            for each in content["nodes"]:
+                each["nodePosition"]["allowedDeviationXY"] = 0.7
+            self.send(content)
 
     @rule()
     def drive(self) -> None:
@@ -146,6 +149,6 @@ class Orders(RuleBasedStateMachine):
 
 TestOrders = Orders.TestCase
 TestOrders.settings = settings(
-    max_examples=100, stateful_step_count=30, deadline=None,
+    max_examples=200, stateful_step_count=30, deadline=None,
     suppress_health_check=list(HealthCheck),
 )  # fmt: skip
