@@ -24,7 +24,7 @@ from tests.fakes.fleet_orders import action, edge, header, node
 from tests.fakes.ros_domains import reserved_domain
 
 ROOT = Path(__file__).resolve().parents[2]
-WORLD = "slim_blockage"
+WORLD = "hall_12"
 LIMIT = 90.0  # [s] of wall time, on a busy machine
 COMMAND = "from swarm_commander.cli.main import {0}; {0}()"
 HAS_BROKER = shutil.which("mosquitto", path=os.environ["PATH"] + ":/usr/sbin") is not None
@@ -80,7 +80,16 @@ class Listener:
 def swarm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Listener, int, Any, Any]]:
     folder, port = tmp_path_factory.mktemp("vda5050"), free_port()
     flags = ("--swarm-size", "5", "--world", WORLD, "--vda5050", f"embedded:{port}")
-    flags += ("--speed", "max", "--headless", "--no-report", "--run-dir", str(folder / "run"))
+    flags += (
+        "--drive",
+        "planar",
+        "--speed",
+        "max",
+        "--headless",
+        "--no-report",
+        "--run-dir",
+        str(folder / "run"),
+    )
     log = folder / "up.log"
     with reserved_domain() as domain, log.open("w", encoding="utf-8") as output:
         environment = os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)}
