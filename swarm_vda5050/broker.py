@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-import shutil
 import socket
 import subprocess
 import time
 from pathlib import Path
 
+from swarm_commander.run.input.fleet_link import find_mosquitto
 from swarm_common.model.errors import ConfigError
 from swarm_common.process.lifetime import die_with
 
@@ -18,22 +18,6 @@ allow_anonymous true
 persistence false
 message_size_limit 1100000
 """
-
-
-def find_mosquitto() -> str:
-    """Return the path of the program.
-
-    Raises:
-        ConfigError: If it is not installed.
-    """
-    path = os.environ.get("PATH", "") + os.pathsep + "/usr/sbin"  # where Debian has it
-    program = shutil.which("mosquitto", path=path)
-    if program is None:
-        raise ConfigError(
-            "--vda5050 embedded needs the program mosquitto, which is not installed: install it"
-            " (Debian: apt-get install mosquitto), or give the URL of another broker"
-        )
-    return program
 
 
 class Broker:
@@ -50,18 +34,28 @@ class Broker:
             ConfigError: If it does not start.
         """
         self.port = port
-        config, self._log = folder / "mosquitto.conf", folder / "mosquitto.log"
-        config.write_text(CONFIG.format(port=port), encoding="utf-8")
+        self._config, self._log = folder / "mosquitto.conf", folder / "mosquitto.log"
+        self._config.write_text(CONFIG.format(port=port), encoding="utf-8")
+        self._process = self._start()
+        self._await()
+
+    def revive(self) -> bool:
+        """Start it again if it ended; return whether it had."""
+        if self._process.poll() is None:
+            return False
+        self._process = self._start()
+        return True
+
+    def _start(self) -> subprocess.Popen[bytes]:
         parent = os.getpid()
         with self._log.open("ab") as log:
-            self._process = subprocess.Popen(
-                (find_mosquitto(), "-c", str(config)),
+            return subprocess.Popen(
+                (find_mosquitto(), "-c", str(self._config)),
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 preexec_fn=lambda: die_with(parent),
             )
-        self._await()
 
     def _await(self) -> None:
         end = time.monotonic() + START_LIMIT

@@ -7,9 +7,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from swarm_common.model.records import RobotSpec
-from swarm_vda5050.actions import Offer
+from swarm_vda5050.actions import PAUSABLE, Offer
 from swarm_vda5050.dialect import LARGEST
 from swarm_vda5050.order_check import LONGEST_ID, MOST_ACTIONS, MOST_NODES
+
+NUMBER = "NUMBER"  # of 3.0, which has no FLOAT
 
 
 def factsheet(spec: RobotSpec, offered: Mapping[str, Offer], major: int) -> dict[str, Any]:
@@ -20,26 +22,23 @@ def factsheet(spec: RobotSpec, offered: Mapping[str, Offer], major: int) -> dict
         major: 2 or 3.
     """
     xs, ys = ([point[axis] for point in spec.footprint] for axis in (0, 1))
-    kinematic, robot = ("agvKinematic", "agv") if major == 2 else (
-        "mobileRobotKinematics", "mobileRobot"
-    )  # fmt: skip
-    name_of_class = "agvClass" if major == 2 else "mobileRobotClass"
+    robot, suffix = ("agv", "") if major == 2 else ("mobileRobot", "imum")
     speed = max(spec.max_vel_x, spec.max_vel_y)
     return {
         "typeSpecification": {
             "seriesName": spec.model,
-            kinematic: "OMNI" if spec.is_omni else "DIFF",
-            name_of_class: "CARRIER",
-            "maxLoadMass" if major == 2 else "maximumLoadMass": 0.0,
+            f"{robot}Kinematic": "OMNI" if spec.is_omni else "DIFF",
+            f"{robot}Class": "CARRIER",
+            f"max{suffix}LoadMass": 0.0,
             "localizationTypes": ["NATURAL"],
-            "navigationTypes": ["AUTONOMOUS"],
+            "navigationTypes": ["AUTONOMOUS" if major == 2 else "FREELY_NAVIGATING"],
         },
         "physicalParameters": _physical(spec, speed, max(xs) - min(xs), max(ys) - min(ys), major),
         "protocolLimits": _limits(major),
         "protocolFeatures": {
             "optionalParameters": [
                 {"parameter": "order.nodes.nodePosition", "support": "REQUIRED"},
-                {"parameter": "order.edges.maxSpeed", "support": "SUPPORTED"},
+                {"parameter": f"order.edges.max{suffix}Speed", "support": "SUPPORTED"},
             ],
             f"{robot}Actions": [_action(name, offer, major) for name, offer in offered.items()],
         },
@@ -103,12 +102,19 @@ def _limits(major: int) -> dict[str, Any]:
 
 def _action(name: str, offer: Offer, major: int) -> dict[str, Any]:
     parameters = [
-        {"key": key, "valueDataType": kind, "isOptional": key not in offer.required}
+        {
+            "key": key,
+            "valueDataType": NUMBER if kind == "FLOAT" and major == 3 else kind,
+            "isOptional": key not in offer.required,
+        }
         for key, kind in (offer.required | offer.optional).items()
     ]
-    return {
+    promises = {} if major == 2 else {
+        "pauseAllowed": str(name in PAUSABLE).lower(), "cancelAllowed": "true",
+    }  # fmt: skip
+    return promises | {
         "actionType": name,
-        "actionDescription" if major == 2 else "actionDescriptor": offer.about,
+        "actionDescription": offer.about,
         "actionScopes": [scope.value for scope in offer.scopes],
         "actionParameters": parameters,
     }

@@ -44,6 +44,7 @@ from swarm_vda5050.link import Address
 from swarm_vda5050.order_check import Ground
 from swarm_vda5050.pilot import Pilot
 
+BROKER_PERIOD = 1.0  # [s] of wall time between two looks at our broker
 TURN_PERIOD = 0.05  # [s] of wall time between two looks at MQTT
 
 
@@ -150,7 +151,7 @@ def main(arguments: list[str] | None = None) -> int:
         sys.stderr.write(f"{error}\n")
         return 2
     events.write(Note(f"VDA 5050: {len(config['robots'])} robots at {Address(**config['broker'])}"))
-    due = 0.0
+    due = broker_due = 0.0
     while not stopping:
         fleet.executor.spin_once(timeout_sec=TURN_PERIOD)
         if time.monotonic() >= due:
@@ -158,6 +159,10 @@ def main(arguments: list[str] | None = None) -> int:
             for command in commands.read():
                 fleet.obey(command)
             fleet.turn()
+            if broker is not None and time.monotonic() >= broker_due:
+                broker_due = time.monotonic() + BROKER_PERIOD
+                if broker.revive():
+                    events.write(Note("the MQTT broker ended; it is started again"))
     fleet.close()
     if broker is not None:
         broker.stop()

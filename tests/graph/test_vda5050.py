@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import paho.mqtt.client as mqtt
+import psutil
 import pytest
 from paho.mqtt.enums import CallbackAPIVersion
 from vda5050.validation import SchemaValidator
@@ -114,6 +115,14 @@ def swarm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Listener, 
             up.wait(timeout=LIMIT)
 
 
+def kill_broker(up: subprocess.Popen[bytes]) -> None:
+    (broker,) = (
+        child for child in psutil.Process(up.pid).children(recursive=True)
+        if child.name() == "mosquitto"
+    )  # fmt: skip
+    broker.kill()
+
+
 def order_from(state: dict[str, Any], order_id: str, x: float, y: float, *actions: Any) -> Any:
     """Return an order from where a robot is to a place."""
     here = state["agvPosition"]
@@ -162,10 +171,15 @@ def test_a_fleet_control_drives_the_swarm(swarm: tuple[Listener, int, Any, Any])
         ),
         "it arrives although its navigator was killed",
     )
+    count = len(listener.all("Srobot2", "connection"))
+    kill_broker(up)
+    listener.wait(lambda: len(listener.all("Srobot2", "connection")) > count, "the broker is back")
+    listener.send("Srobot2", "order", order_from(listener.state("Srobot2"), "back", 0.0, 0.0))
+    listener.wait(lambda: listener.state("Srobot2")["orderId"] == "back", "it takes an order")
     up.send_signal(signal.SIGINT)
     assert up.wait(timeout=LIMIT) == 0
     connections = [m["connectionState"] for m in listener.all("Srobot1", "connection")]
-    assert connections == ["ONLINE", "CONNECTIONBROKEN", "ONLINE", "OFFLINE"]
+    assert connections == ["ONLINE", "CONNECTIONBROKEN", "ONLINE", "ONLINE", "OFFLINE"]
     valid = SchemaValidator()
     for robot, topic, content in listener.messages:
         if topic not in ("order", "instantActions"):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import ipaddress
+import os
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -39,7 +41,10 @@ class FleetLink:
             raise ConfigError(f"--vda5050-ca: there is no file {self.ca}")
         if self.ca is not None and not self._is_secure:
             raise ConfigError("--vda5050-ca is for a broker with TLS: mqtts://HOST:PORT")
-        if not self.user and not _is_loopback(self._host) and not self.is_embedded:
+        if self.is_embedded:
+            find_mosquitto()
+        host, _ = self._parts
+        if not self.user and not _is_loopback(host):
             raise ConfigError(
                 f"--vda5050 {self.url} leaves this machine; give --vda5050-user NAME, and the"
                 " password in SWARM_VDA5050_PASSWORD"
@@ -55,10 +60,6 @@ class FleetLink:
     @property
     def _is_secure(self) -> bool:
         return self.url.startswith("mqtts://")
-
-    @property
-    def _host(self) -> str:
-        return "127.0.0.1" if self.is_embedded else self._parts[0]
 
     @property
     def _parts(self) -> tuple[str, int]:
@@ -91,6 +92,22 @@ class FleetLink:
                 "ca": str(self.ca.absolute()) if self.ca else "",
             },
         }
+
+
+def find_mosquitto() -> str:
+    """Return the path of the program.
+
+    Raises:
+        ConfigError: If it is not installed.
+    """
+    path = os.environ.get("PATH", "") + os.pathsep + "/usr/sbin"  # where Debian has it
+    program = shutil.which("mosquitto", path=path)
+    if program is None:
+        raise ConfigError(
+            "--vda5050 embedded needs the program mosquitto, which is not installed: install it"
+            " (Debian: apt-get install mosquitto), or give the URL of another broker"
+        )
+    return program
 
 
 def fleet_link(
