@@ -70,8 +70,7 @@ def check_action(action: Action, scope: Scope, offered: dict[str, Offer] = OFFER
     """Return what is wrong with an action; empty if the robot can do it.
 
     Args:
-        scope: Where it stands.
-        offered: The actions of the version.
+        offered: The actions of the version, by actionType.
     """
     offer = offered.get(action.action_type)
     if offer is None or scope not in offer.scopes:

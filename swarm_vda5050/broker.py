@@ -27,8 +27,7 @@ class Broker:
         """Start it, and wait until it answers.
 
         Args:
-            port: TCP port on loopback.
-            folder: For its configuration and its log.
+            folder: For its configuration and its log; it must exist.
 
         Raises:
             ConfigError: If it does not start.

@@ -112,7 +112,6 @@ class Dialect:
 
         Args:
             topic: Like `state`; each counts its headerIds.
-            content: All but the header.
         """
         fields = msgspec.to_builtins(content)
         if isinstance(content, State):
@@ -227,8 +226,8 @@ def _from_3(content: Any) -> Any:
         if len(axes) != 2 or set(ellipse) != {"a", "b", "theta"}:
             raise _invalid(f"allowedDeviationXY is {ellipse!r:.80}; expected a, b, theta", b"")
         result["allowedDeviationXY"] = min(axes)
-    if "reachOrientationBeforeEntering" in result:
-        result["rotationAllowed"] = not result.pop("reachOrientationBeforeEntering")
+    if "reachOrientationBeforeEntering" in result:  # no heading is to be reached
+        del result["reachOrientationBeforeEntering"]
     return result
 
 

@@ -18,7 +18,7 @@ def factsheet(spec: RobotSpec, offered: Mapping[str, Offer], major: int) -> dict
     """Return the content of a factsheet.
 
     Args:
-        offered: Actions of the version.
+        offered: Actions of the version, by actionType.
         major: 2 or 3.
     """
     xs, ys = ([point[axis] for point in spec.footprint] for axis in (0, 1))

@@ -71,7 +71,6 @@ class Link:
         """Prepare a client; `open` connects it.
 
         Args:
-            topics: To subscribe to.
             will: Returns topic and payload of the last will.
             name: Of the robot, for the client's id.
         """
@@ -117,12 +116,7 @@ class Link:
             self._client.publish(topic, payload, qos=1 if is_kept else 0, retain=is_kept)
 
     def close(self, topic: str, payload: bytes) -> None:
-        """Say goodbye and disconnect.
-
-        Args:
-            topic: Of the last message.
-            payload: The last message.
-        """
+        """Send a last message, and disconnect."""
         client, self._client = self._client, None
         if client is not None:
             if client.is_connected():

@@ -124,20 +124,19 @@ def _check_node(node: Node, ground: Ground) -> None:
 
 def _check_edge(edge: Edge) -> None:
     _check_id(edge.edge_id, edgeId=edge.edge_id)
-    for name, value in (("trajectory", edge.trajectory), ("corridor", edge.corridor)):
-        if value is not None:
-            message = f"{name} is not supported: this robot plans its own way"
+    unsupported = {
+        "trajectory": edge.trajectory is not None,
+        "corridor": edge.corridor is not None,
+        "orientation": bool(edge.orientation) or edge.orientation_type != "TANGENTIAL",
+        "maxRotationSpeed": edge.max_rotation_speed is not None,
+        "rotationAllowed": edge.rotation_allowed is False,
+    }
+    for name, is_asked in unsupported.items():
+        if is_asked:
+            message = f"{name} is not supported: this robot plans its own way and heading"
             raise RejectedError(Fault.UNSUPPORTED, message, edgeId=edge.edge_id, parameter=name)
-    if edge.orientation or edge.orientation_type not in ("TANGENTIAL", "GLOBAL"):
-        message = "orientation is not supported: this robot chooses its heading"
-        raise RejectedError(
-            Fault.UNSUPPORTED, message, edgeId=edge.edge_id, parameter="orientation"
-        )
-    for name, limit in (
-        ("maxSpeed", edge.max_speed), ("maxRotationSpeed", edge.max_rotation_speed)
-    ):  # fmt: skip
-        if limit is not None and not (0.0 < limit < math.inf):
-            raise _invalid(f"{name} is {limit}; it must be positive", edgeId=edge.edge_id)
+    if edge.max_speed is not None and not 0.0 < edge.max_speed < math.inf:
+        raise _invalid(f"maxSpeed is {edge.max_speed}; it must be positive", edgeId=edge.edge_id)
     _check_actions(edge.actions, Scope.EDGE, edgeId=edge.edge_id)
 
 

@@ -72,7 +72,6 @@ class Pilot:
             node: Node that all ROS traffic goes through; spinning it is the caller's work.
             door: Of the statuses of all robots.
             is_realistic: Whether the robot estimates its pose; otherwise it knows it.
-            note: Tells the user something.
         """
         self.name = identity.serial
         self.vehicle = Vehicle(ground, identity.offered)

@@ -100,7 +100,7 @@ class Vehicle:
         """Begin without an order.
 
         Args:
-            offered: Actions of the version.
+            offered: Actions of the version, by actionType.
         """
         self.order_id = ""
         self.order_update_id = 0
@@ -205,7 +205,6 @@ class Vehicle:
         """The robot gave a leg up; another try follows, unless it would end alike.
 
         Args:
-            reason: For people.
             is_final: Whether every other try would fail, too.
         """
         if not self._nodes or self.senses is None:
