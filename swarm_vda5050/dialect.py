@@ -226,8 +226,7 @@ def _from_3(content: Any) -> Any:
         if len(axes) != 2 or set(ellipse) != {"a", "b", "theta"}:
             raise _invalid(f"allowedDeviationXY is {ellipse!r:.80}; expected a, b, theta", b"")
         result["allowedDeviationXY"] = min(axes)
-    if "reachOrientationBeforeEntering" in result:  # no heading is to be reached
-        del result["reachOrientationBeforeEntering"]
+    result.pop("reachOrientationBeforeEntering", None)  # no heading is to be reached
     return result
 
 
