@@ -65,13 +65,13 @@ class Link:
         self,
         address: Address,
         topics: Sequence[str],
-        will: Callable[[], tuple[str, bytes]],
+        will: Callable[[], tuple[str, bytes]] | None,
         name: str,
     ) -> None:
         """Prepare a client; `open` connects it.
 
         Args:
-            will: Returns topic and payload of the last will.
+            will: Returns topic and payload of the last will; None for a client without one.
             name: Of the robot, for the client's id.
         """
         self.inbox: queue.SimpleQueue[Arrival] = queue.SimpleQueue()
@@ -96,8 +96,9 @@ class Link:
             client.username_pw_set(self._address.user, os.environ.get(PASSWORD, ""))
         if self._address.is_secure:
             client.tls_set(self._address.ca or None, tls_version=ssl.PROTOCOL_TLS_CLIENT)
-        topic, payload = self._will()
-        client.will_set(topic, payload, qos=1, retain=True)
+        if self._will is not None:
+            topic, payload = self._will()
+            client.will_set(topic, payload, qos=1, retain=True)
         client.reconnect_delay_set(*RECONNECT)
         client.on_connect = self._on_connect
         client.on_connect_fail = self._on_connect_fail

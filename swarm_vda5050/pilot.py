@@ -415,7 +415,7 @@ def _velocity(before_map: Pose, now_map: Pose, duration: float) -> Velocity:
     yaw = before_map.yaw + 0.5 * turn
     cos, sin = math.cos(yaw), math.sin(yaw)
     return Velocity(
-        vx=round((cos * dx + sin * dy) / duration, 3),
-        vy=round((cos * dy - sin * dx) / duration, 3),
-        omega=round(turn / duration, 3),
+        vx=round((cos * dx + sin * dy) / duration, 3) + 0.0,
+        vy=round((cos * dy - sin * dx) / duration, 3) + 0.0,  # never -0
+        omega=round(turn / duration, 3) + 0.0,
     )

@@ -40,11 +40,12 @@ from swarm_common.process.pipes import EventWriter, MessageReader, child_options
 from swarm_common.robots.loading import load_robot
 from swarm_vda5050.broker import Broker
 from swarm_vda5050.dialect import Identity
-from swarm_vda5050.link import Address
+from swarm_vda5050.link import Address, Link
 from swarm_vda5050.order_check import Ground
 from swarm_vda5050.pilot import Pilot
 
 BROKER_PERIOD = 1.0  # [s] of wall time between two looks at our broker
+MOST_UNKNOWN = 20  # names of robots that do not exist, of which the user is told
 TURN_PERIOD = 0.05  # [s] of wall time between two looks at MQTT
 
 
@@ -69,6 +70,11 @@ class Fleet:
         self._pilots: dict[str, Pilot] = {}
         self.executor = SafeExecutor()
         self.executor.add_node(self._node)
+        every = Identity(config["manufacturer"], "+", config["version"])
+        topics = [every.topic("order"), every.topic("instantActions")]
+        self._overheard = Link(self._address, topics, None, "swarm")
+        self._overheard.open()
+        self._unknown: set[str] = set()  # robots that do not exist, but get messages
         for robot in config["robots"]:
             self._attach(robot["name"], robot["model"], robot.get("battery"))
 
@@ -77,6 +83,17 @@ class Fleet:
         now = time.monotonic()
         for pilot in self._pilots.values():
             pilot.turn(now)
+        while not self._overheard.inbox.empty():
+            self._check_receiver(self._overheard.inbox.get().topic)
+
+    def _check_receiver(self, topic: str) -> None:
+        """Tell the user of a message for a robot that does not exist; nobody else answers it."""
+        name = topic.split("/")[-2] if topic else ""
+        is_new = name not in self._pilots and name not in self._unknown
+        if topic and is_new and len(self._unknown) < MOST_UNKNOWN:
+            self._unknown.add(name)
+            known = ", ".join(self._pilots)
+            self._events.write(Note(f"{topic}: there is no robot '{name:.80}'; there are {known}"))
 
     def obey(self, command: MissionCommand) -> None:
         """Take what swarm-up says of a robot."""

@@ -344,7 +344,8 @@ class Vehicle:
         self.order_id = order.order_id
         _remember(self._used, order.order_id, None)
         self._actions.clear()
-        self._instant = {k: a for k, a in self._instant.items() if not a.status.is_final}
+        if "clearInstantActions" not in self._offered:  # else they stay until that is asked for
+            self._instant = {k: a for k, a in self._instant.items() if not a.status.is_final}
         self._action_errors.clear()
         self._reset_drive()
         self._nodes, self._edges = list(order.nodes), list(order.edges)

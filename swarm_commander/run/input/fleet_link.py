@@ -6,6 +6,7 @@ import importlib.util
 import ipaddress
 import os
 import shutil
+import socket
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -69,13 +70,14 @@ class FleetLink:
             url = f"mqtt://127.0.0.1{url.removeprefix(EMBEDDED)}"
         try:
             parts = urlsplit(url)
-            port = parts.port or (SECURE_PORT if self._is_secure else PORT)
+            given = parts.port
         except ValueError as error:
             raise ConfigError(f"--vda5050 is '{self.url}': {error}; expected {EXPECTED}") from None
         is_bare = not (parts.username or parts.password or parts.path.strip("/") or parts.query)
-        if parts.scheme not in ("mqtt", "mqtts") or not parts.hostname or not is_bare:
+        is_known = parts.scheme in ("mqtt", "mqtts") and bool(parts.hostname)
+        if not is_known or not is_bare or given == 0:
             raise ConfigError(f"--vda5050 is '{self.url}'; expected {EXPECTED}")
-        return parts.hostname, port
+        return str(parts.hostname), given or (SECURE_PORT if self._is_secure else PORT)
 
     def config(self) -> dict[str, Any]:
         """Return what the process of the vehicles needs to know."""
@@ -130,7 +132,27 @@ def fleet_link(
             flag = "--manufacturer" if name == "manufacturer" else f"--vda5050-{name}"
             raise ConfigError(f"{flag} needs --vda5050, like --vda5050 mqtt://localhost:1883")
         return None
-    return FleetLink(url=url, **typed)  # type: ignore[arg-type]
+    link = FleetLink(url=url, **typed)  # type: ignore[arg-type]
+    if link.is_embedded:
+        check_free(link.config()["broker"]["port"])
+    return link
+
+
+def check_free(port: int) -> None:
+    """Refuse a port for our broker that another program has, before anything is started.
+
+    Raises:
+        ConfigError: If it is taken or not allowed.
+    """
+    try:
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(("127.0.0.1", port))
+    except OSError as error:
+        raise ConfigError(
+            f"--vda5050 embedded cannot use port {port}: {error.strerror}; give another with"
+            " embedded:PORT, or the URL of the broker that has it, like mqtt://localhost:1883"
+        ) from None
 
 
 def _is_loopback(host: str) -> bool:

@@ -66,10 +66,14 @@ def test_headers_count_by_topic() -> None:
 def test_version_3_has_its_own_names() -> None:
     toy = Toy(OF_3)
     toy.do("stateRequest", "s")
+    toy.send(along(0, 1, 1, "B"))
+    assert set(toy.done) == {"s"}
     toy.do("clearInstantActions", "c")
+    toy.do("cancelOrder", "x")
+    toy.wait(0.1)
     toy.send(along(3, 4, 4))
     message = written("state", toy.state(), OF_3)
-    assert [a["actionId"] for a in message["instantActionStates"]] == ["c"]
+    assert [a["actionId"] for a in message["instantActionStates"]] == ["c", "x"]
     assert message["powerSupply"] == {"stateOfCharge": 100.0, "charging": False}
     assert message["safetyState"]["activeEmergencyStop"] == "NONE"
     assert message["errors"][0]["errorType"] == "START_NODE_OUT_OF_RANGE"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,7 @@ def test_addresses_are_read() -> None:
         ({"url": "mqtt://localhost:99999"}, "expected mqtt://"),
         ({"url": "mqtt://me:secret@localhost"}, "expected mqtt://"),
         ({"url": "embedded:x"}, "expected mqtt://"),
+        ({"url": "embedded:0"}, "expected mqtt://"),
         ({"url": "mqtt://192.0.2.1"}, "--vda5050-user"),
         ({"url": "embedded", "version": "1.1"}, "did you mean '2.1'"),
         ({"url": "embedded", "manufacturer": "a/b"}, "--manufacturer"),
@@ -39,6 +41,15 @@ def test_addresses_are_read() -> None:
 def test_what_makes_no_sense_is_refused(given: dict, word: str) -> None:
     with pytest.raises(ConfigError, match=word):
         FleetLink(**given)
+
+
+def test_a_port_that_another_has_is_refused() -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(ConfigError, match=f"cannot use port {port}"):
+            fleet_link(f"embedded:{port}", None, None, None, None)
 
 
 def test_options_need_each_other() -> None:
