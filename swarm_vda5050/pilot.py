@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from typing import Any
 
 import msgspec
@@ -48,7 +48,7 @@ CANCEL_PERIOD = 2.0  # [s] of wall time after which a robot that drives on is to
 STILL = 0.02  # [m/s], [rad/s] below which a robot stands
 WAITING = ("waiting", "holding", "yielding")  # states in which `detail` says for whom
 OBSTACLE = "before an obstacle"  # how `detail` ends of a robot that stopped for somebody
-ROBOT_IN = re.compile(r"(?:for|of) (\S+?)[,:]? ?(?=[ ,:]|$)")
+AWAITED = re.compile(r"\bfor ([^\s,:]+)")  # in `detail`: a robot, or something else
 
 
 class Pilot:
@@ -64,6 +64,7 @@ class Pilot:
         *,
         door: StatusCheck,
         is_realistic: bool,
+        names: Container[str],
         note: Callable[[str], None],
     ) -> None:
         """Attach to a robot, and connect to the broker.
@@ -71,6 +72,7 @@ class Pilot:
         Args:
             node: Node that all ROS traffic goes through; spinning it is the caller's work.
             door: Of the statuses of all robots.
+            names: Of all robots, for what is said of them; may change.
             is_realistic: Whether the robot estimates its pose; otherwise it knows it.
         """
         self.name = identity.serial
@@ -80,6 +82,7 @@ class Pilot:
         self._map_id = ground.map_id
         self._dialect = Dialect(identity)
         self._note = note
+        self._names = names
         self.robot = RobotCommander(
             node, self.name, self._receive_status, with_feedback=False, door=door,
             watches_swarm=False,
@@ -347,7 +350,7 @@ class Pilot:
             battery_state=self._battery_state(),
             operating_mode="MANUAL" if vehicle.is_manual else "AUTOMATIC",
             errors=tuple(self._dialect.error(report) for report in vehicle.errors),
-            information=_information(status, self.name),
+            information=_information(status, self._names),
             safety_state=SafetyState(
                 e_stop="NONE", field_violation=status.detail.endswith(OBSTACLE)
             ),
@@ -388,15 +391,14 @@ def _essence(state: State) -> State:
     )  # fmt: skip
 
 
-def _information(status: RobotStatus, name: str) -> tuple[Info, ...]:
+def _information(status: RobotStatus, names: Container[str]) -> tuple[Info, ...]:
     """Return what the robot does, for people; of one that waits, for whom."""
     if status.state not in WAITING:
         return (Info(info_type=status.state.replace(" ", "_").upper(), info_level="DEBUG"),)
-    others = [other for other in ROBOT_IN.findall(status.detail) if other != name]
     references = tuple(
         Reference(reference_key="serialNumber", reference_value=other)
-        for other in others
-        if any(letter.isdigit() for letter in other)
+        for other in AWAITED.findall(status.detail)
+        if other in names
     )
     return (
         Info(

@@ -126,7 +126,7 @@ class Fleet:
             spec = replace(spec, battery=msgspec.convert(battery, BatterySpec))
         self._pilots[name] = Pilot(
             self._node, identity, spec, self._ground, self._address,
-            door=self._door, is_realistic=self._config["realistic"],
+            door=self._door, is_realistic=self._config["realistic"], names=self._pilots,
             note=lambda text: self._events.write(Note(text)),
         )  # fmt: skip
 
