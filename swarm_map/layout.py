@@ -35,7 +35,7 @@ ROOM = 0.05  # [m] beside a robot on an edge
 LARGEST = 50_000_000  # bytes of a file that is read
 
 
-class Place(msgspec.Struct, frozen=True):
+class LayoutPosition(msgspec.Struct, frozen=True):
     """A position in a layout; stations have a heading, too."""
 
     x: float
@@ -53,7 +53,7 @@ class LayoutNode(msgspec.Struct, frozen=True, rename="camel"):
     """A node of a layout."""
 
     node_id: str
-    node_position: Place
+    node_position: LayoutPosition
     vehicle_type_node_properties: tuple[NodeProperties, ...] = ()
 
     @property
@@ -70,10 +70,10 @@ class LayoutStation(msgspec.Struct, frozen=True, rename="camel"):
     station_id: str
     interaction_node_ids: tuple[str, ...]
     station_name: str = ""
-    station_position: Place | None = None
+    station_position: LayoutPosition | None = None
 
 
-class Layout(msgspec.Struct, frozen=True, rename="camel"):
+class LayoutLevel(msgspec.Struct, frozen=True, rename="camel"):
     """One level of a site."""
 
     nodes: tuple[LayoutNode, ...]
@@ -83,7 +83,7 @@ class Layout(msgspec.Struct, frozen=True, rename="camel"):
 class LayoutFile(msgspec.Struct, frozen=True, rename="camel"):
     """A file; what is left out here does not matter for a world."""
 
-    layouts: tuple[Layout, ...]
+    layouts: tuple[LayoutLevel, ...]
 
 
 def load_layout(path: Path, wall_height: float) -> FloorPlan:
@@ -119,7 +119,7 @@ def load_layout(path: Path, wall_height: float) -> FloorPlan:
 
 
 def _stations(
-    path: Path, layout: Layout, nodes: dict[str, LayoutNode]
+    path: Path, layout: LayoutLevel, nodes: dict[str, LayoutNode]
 ) -> tuple[dict[str, list[float]], set[str]]:
     """Return the stations by name, one for each of their nodes, and these nodes' ids."""
     stations: dict[str, list[float]] = {}

@@ -6,14 +6,14 @@ import math
 from dataclasses import dataclass, field
 from enum import Enum
 
-from swarm_vda5050.messages import Action, ActionState, ActionStatus
+from swarm_vda5050.messages import ActionState, ActionStatus, OrderAction
 
 HANDLING_TIME = 5.0  # [s] of a pick or drop that names no duration
 LONGEST = 86_400.0  # [s] of an action
 CURRENT_PATIENCE = 10.0  # [s] without current after which startCharging fails
 
 
-class Scope(Enum):
+class ActionScope(Enum):
     """Where an action may stand."""
 
     NODE = "NODE"
@@ -22,7 +22,7 @@ class Scope(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Offer:
+class ActionOffer:
     """One action that robots offer.
 
     Attributes:
@@ -32,41 +32,53 @@ class Offer:
         optional: Parameters that it may have.
     """
 
-    scopes: tuple[Scope, ...]
+    scopes: tuple[ActionScope, ...]
     about: str
     required: dict[str, str] = field(default_factory=dict)
     optional: dict[str, str] = field(default_factory=dict)
 
 
-_ON_WAY = (Scope.NODE, Scope.EDGE)
+_ON_WAY = (ActionScope.NODE, ActionScope.EDGE)
 _LOAD = {"loadId": "STRING", "loadType": "STRING", "stationName": "STRING", "stationType": "STRING"}
 _DURATION = {"duration": "FLOAT"}
 _POSE = {"x": "FLOAT", "y": "FLOAT", "theta": "FLOAT", "mapId": "STRING"}
-OFFERED: dict[str, Offer] = {
-    "pick": Offer(_ON_WAY, "Take a load; lasts `duration`.", optional=_LOAD | _DURATION),
-    "drop": Offer(_ON_WAY, "Put the load down; lasts `duration`.", optional=_LOAD | _DURATION),
-    "wait": Offer(_ON_WAY, "Wait for `duration` [s].", required=_DURATION),
-    "startCharging": Offer((Scope.NODE, Scope.INSTANT), "Finished when current flows."),
-    "stopCharging": Offer((Scope.NODE, Scope.INSTANT), "The robot may leave the charger."),
-    "initPosition": Offer(
-        (Scope.NODE, Scope.INSTANT),
+OFFERED: dict[str, ActionOffer] = {
+    "pick": ActionOffer(_ON_WAY, "Take a load; lasts `duration`.", optional=_LOAD | _DURATION),
+    "drop": ActionOffer(
+        _ON_WAY, "Put the load down; lasts `duration`.", optional=_LOAD | _DURATION
+    ),
+    "wait": ActionOffer(_ON_WAY, "Wait for `duration` [s].", required=_DURATION),
+    "startCharging": ActionOffer(
+        (ActionScope.NODE, ActionScope.INSTANT), "Finished when current flows."
+    ),
+    "stopCharging": ActionOffer(
+        (ActionScope.NODE, ActionScope.INSTANT), "The robot may leave the charger."
+    ),
+    "initPosition": ActionOffer(
+        (ActionScope.NODE, ActionScope.INSTANT),
         "Take a pose as one's own.",
         required=_POSE,
         optional={"lastNodeId": "STRING"},
     ),
-    "startPause": Offer((Scope.INSTANT,), "Stop, and pause the actions."),
-    "stopPause": Offer((Scope.INSTANT,), "Go on after a pause."),
-    "stateRequest": Offer((Scope.INSTANT,), "Publish the state."),
-    "factsheetRequest": Offer((Scope.INSTANT,), "Publish the factsheet."),
-    "cancelOrder": Offer((Scope.INSTANT,), "Give up the order.", optional={"orderId": "STRING"}),
+    "startPause": ActionOffer((ActionScope.INSTANT,), "Stop, and pause the actions."),
+    "stopPause": ActionOffer((ActionScope.INSTANT,), "Go on after a pause."),
+    "stateRequest": ActionOffer((ActionScope.INSTANT,), "Publish the state."),
+    "factsheetRequest": ActionOffer((ActionScope.INSTANT,), "Publish the factsheet."),
+    "cancelOrder": ActionOffer(
+        (ActionScope.INSTANT,), "Give up the order.", optional={"orderId": "STRING"}
+    ),
 }
-OF_3: dict[str, Offer] = {
-    "clearInstantActions": Offer((Scope.INSTANT,), "Forget the instant actions that ended."),
+OF_3: dict[str, ActionOffer] = {
+    "clearInstantActions": ActionOffer(
+        (ActionScope.INSTANT,), "Forget the instant actions that ended."
+    ),
 }
 PAUSABLE = ("pick", "drop", "wait")
 
 
-def check_action(action: Action, scope: Scope, offered: dict[str, Offer] = OFFERED) -> str:
+def check_action(
+    action: OrderAction, scope: ActionScope, offered: dict[str, ActionOffer] = OFFERED
+) -> str:
     """Return what is wrong with an action; empty if the robot can do it.
 
     Args:
@@ -97,7 +109,7 @@ def check_action(action: Action, scope: Scope, offered: dict[str, Offer] = OFFER
     return ""
 
 
-class Running:
+class RunningAction:
     """One action, from its acceptance to its end.
 
     Attributes:
@@ -108,7 +120,7 @@ class Running:
         is_triggered: Whether its node or edge is reached.
     """
 
-    def __init__(self, action: Action, scope: Scope) -> None:
+    def __init__(self, action: OrderAction, scope: ActionScope) -> None:
         self.action = action
         self.scope = scope
         self.status = ActionStatus.WAITING

@@ -14,10 +14,18 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from swarm_vda5050.actions import OF_3, OFFERED, Offer
-from swarm_vda5050.faults import Fault, RejectedError
-from swarm_vda5050.messages import Action, BlockingType, Error, Header, InstantActions, Order, State
-from swarm_vda5050.vehicle import Report
+from swarm_vda5050.actions import OF_3, OFFERED, ActionOffer
+from swarm_vda5050.faults import OrderFault, OrderRejectedError
+from swarm_vda5050.messages import (
+    BlockingType,
+    DriveOrder,
+    Error,
+    Header,
+    InstantActions,
+    OrderAction,
+    VehicleState,
+)
+from swarm_vda5050.vehicle import ActiveError
 
 LARGEST = 1_000_000  # bytes of a message that is read
 VERSIONS = {"2.1": "2.1.0", "3.0": "3.0.0"}  # as asked for and as in headers
@@ -70,7 +78,7 @@ class Identity:
         return f"uagv/v{self.major}/{self.manufacturer}/{self.serial}/{name}"
 
     @property
-    def offered(self) -> Mapping[str, Offer]:
+    def offered(self) -> Mapping[str, ActionOffer]:
         """Actions of the version."""
         return OFFERED if self.major == 2 else OFFERED | OF_3
 
@@ -91,13 +99,13 @@ class Dialect:
     identity: Identity
     _sent: dict[str, int] = field(default_factory=dict)  # headerIds, by topic
 
-    def read_order(self, data: bytes) -> Order:
+    def read_order(self, data: bytes) -> DriveOrder:
         """Return the order in a message.
 
         Raises:
             RejectedError: If it is none, or not for this robot.
         """
-        return self._read(data, Order)
+        return self._read(data, DriveOrder)
 
     def read_instant_actions(self, data: bytes) -> InstantActions:
         """Return the instant actions in a message.
@@ -107,14 +115,14 @@ class Dialect:
         """
         return self._read(data, InstantActions)
 
-    def write(self, topic: str, content: Mapping[str, Any] | State) -> bytes:
+    def write(self, topic: str, content: Mapping[str, Any] | VehicleState) -> bytes:
         """Return a message with its header.
 
         Args:
             topic: Like `state`; each counts its headerIds.
         """
         fields = msgspec.to_builtins(content)
-        if isinstance(content, State):
+        if isinstance(content, VehicleState):
             self._fit_state(fields)
         if self.identity.major == 3:
             fields = _renamed(fields, _TO_3)
@@ -124,7 +132,7 @@ class Dialect:
         self._sent[topic] = number + 1
         return msgspec.json.encode(self._header(number) | fields)
 
-    def error(self, report: Report) -> Error:
+    def error(self, report: ActiveError) -> Error:
         """Return an error of the version."""
         major = self.identity.major
         references = tuple(
@@ -172,18 +180,18 @@ class Dialect:
         own = self.identity
         if not message.version.startswith(f"{own.major}."):
             text = f"version is '{message.version:.20}'; this robot speaks {own.version}"
-            raise RejectedError(Fault.VALIDATION, text, parameter="version")
+            raise OrderRejectedError(OrderFault.VALIDATION, text, parameter="version")
         for name, found, expected in (
             ("manufacturer", message.manufacturer, own.manufacturer),
             ("serialNumber", message.serial_number, own.serial),
         ):
             if found != expected:
                 text = f"{name} is '{found:.80}'; this robot is '{expected}'"
-                raise RejectedError(Fault.VALIDATION, text, parameter=name)
+                raise OrderRejectedError(OrderFault.VALIDATION, text, parameter=name)
 
 
-def _actions_of(message: Header) -> tuple[Action, ...]:
-    if isinstance(message, Order):
+def _actions_of(message: Header) -> tuple[OrderAction, ...]:
+    if isinstance(message, DriveOrder):
         return tuple(message.actions)
     return message.actions if isinstance(message, InstantActions) else ()
 
@@ -192,10 +200,10 @@ def _check_blocking(message: Header) -> None:
     for action in _actions_of(message):
         if action.blocking_type is BlockingType.SINGLE:
             text = "the blockingType SINGLE is of version 3.0"
-            raise RejectedError(Fault.VALIDATION, text, actionId=action.action_id)
+            raise OrderRejectedError(OrderFault.VALIDATION, text, actionId=action.action_id)
 
 
-def _invalid(message: str, data: bytes) -> RejectedError:
+def _invalid(message: str, data: bytes) -> OrderRejectedError:
     """Return the error for a message that cannot be read, with the order it names if it does."""
     references: dict[str, str] = {}
     with contextlib.suppress(msgspec.MsgspecError, ValueError, RecursionError):
@@ -203,7 +211,7 @@ def _invalid(message: str, data: bytes) -> RejectedError:
         if isinstance(content, dict):
             names = ("headerId", "orderId", "orderUpdateId")
             references = {key: str(content[key])[:80] for key in names if key in content}
-    return RejectedError(Fault.VALIDATION, message, **references)
+    return OrderRejectedError(OrderFault.VALIDATION, message, **references)
 
 
 def _from_3(content: Any) -> Any:
@@ -217,8 +225,8 @@ def _from_3(content: Any) -> Any:
         for key, value in content.items()
     }
     if result.pop("retriable", False) is True:
-        raise RejectedError(
-            Fault.UNSUPPORTED, "retriable actions are not supported", parameter="retriable"
+        raise OrderRejectedError(
+            OrderFault.UNSUPPORTED, "retriable actions are not supported", parameter="retriable"
         )
     ellipse = result.get("allowedDeviationXY")
     if isinstance(ellipse, dict):  # the circle inside it

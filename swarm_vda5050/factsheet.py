@@ -7,14 +7,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from swarm_common.model.records import RobotSpec
-from swarm_vda5050.actions import PAUSABLE, Offer
+from swarm_vda5050.actions import PAUSABLE, ActionOffer
 from swarm_vda5050.dialect import LARGEST
 from swarm_vda5050.order_check import LONGEST_ID, MOST_ACTIONS, MOST_NODES
 
 NUMBER = "NUMBER"  # of 3.0, which has no FLOAT
 
 
-def factsheet(spec: RobotSpec, offered: Mapping[str, Offer], major: int) -> dict[str, Any]:
+def factsheet(spec: RobotSpec, offered: Mapping[str, ActionOffer], major: int) -> dict[str, Any]:
     """Return the content of a factsheet.
 
     Args:
@@ -100,7 +100,7 @@ def _limits(major: int) -> dict[str, Any]:
     }
 
 
-def _action(name: str, offer: Offer, major: int) -> dict[str, Any]:
+def _action(name: str, offer: ActionOffer, major: int) -> dict[str, Any]:
     parameters = [
         {
             "key": key,

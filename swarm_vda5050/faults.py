@@ -9,7 +9,7 @@ from swarm_common.model.errors import SwarmError
 WARNING, FATAL, CRITICAL = "WARNING", "FATAL", "CRITICAL"
 
 
-class Fault(Enum):
+class OrderFault(Enum):
     """Name and level in 2.1, name and level in 3.0."""
 
     VALIDATION = ("validationError", WARNING, "VALIDATION_FAILURE", WARNING)
@@ -48,7 +48,7 @@ class Fault(Enum):
         return self.value[1] if major == 2 else self.value[3]
 
 
-class RejectedError(SwarmError):
+class OrderRejectedError(SwarmError):
     """A message of the fleet control is rejected.
 
     Attributes:
@@ -56,7 +56,7 @@ class RejectedError(SwarmError):
         references: What it is about, by key like `nodeId`.
     """
 
-    def __init__(self, fault: Fault, message: str, **references: object) -> None:
+    def __init__(self, fault: OrderFault, message: str, **references: object) -> None:
         self.fault = fault
         self.references = {key: str(value) for key, value in references.items()}
         super().__init__(message)

@@ -42,7 +42,7 @@ class Address:
         return f"{'mqtts' if self.is_secure else 'mqtt'}://{self.host}:{self.port}"
 
 
-class Kind(Enum):
+class BrokerEventKind(Enum):
     """What comes from the broker."""
 
     CONNECTED = "connected"
@@ -50,10 +50,10 @@ class Kind(Enum):
     MESSAGE = "message"
 
 
-class Arrival(NamedTuple):
+class BrokerEvent(NamedTuple):
     """Something that came from the broker."""
 
-    kind: Kind
+    kind: BrokerEventKind
     topic: str
     payload: bytes
 
@@ -74,7 +74,7 @@ class Link:
             will: Returns topic and payload of the last will; None for a client without one.
             name: Of the robot, for the client's id.
         """
-        self.inbox: queue.SimpleQueue[Arrival] = queue.SimpleQueue()
+        self.inbox: queue.SimpleQueue[BrokerEvent] = queue.SimpleQueue()
         self._address = address
         self._topics = topics
         self._will = will
@@ -135,16 +135,16 @@ class Link:
         self, client: mqtt.Client, _data: Any, _flags: Any, reason: Any, _properties: Any
     ) -> None:
         if reason.is_failure:
-            self.inbox.put(Arrival(Kind.REFUSED, "", str(reason).encode()))
+            self.inbox.put(BrokerEvent(BrokerEventKind.REFUSED, "", str(reason).encode()))
             return
         client.subscribe([(topic, 1) for topic in self._topics])
-        self.inbox.put(Arrival(Kind.CONNECTED, "", b""))
+        self.inbox.put(BrokerEvent(BrokerEventKind.CONNECTED, "", b""))
 
     def _on_connect_fail(self, _client: mqtt.Client, _data: Any) -> None:
-        self.inbox.put(Arrival(Kind.REFUSED, "", b"nobody answers"))
+        self.inbox.put(BrokerEvent(BrokerEventKind.REFUSED, "", b"nobody answers"))
 
     def _on_message(self, _client: mqtt.Client, _data: Any, message: mqtt.MQTTMessage) -> None:
-        self.inbox.put(Arrival(Kind.MESSAGE, message.topic, bytes(message.payload)))
+        self.inbox.put(BrokerEvent(BrokerEventKind.MESSAGE, message.topic, bytes(message.payload)))
 
 
 def _break(client: mqtt.Client) -> None:

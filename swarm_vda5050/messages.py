@@ -68,7 +68,7 @@ class Parameter(Incoming, frozen=True):
     value: Any
 
 
-class Action(Incoming, frozen=True):
+class OrderAction(Incoming, frozen=True):
     """Something to do besides driving."""
 
     action_type: str
@@ -101,7 +101,7 @@ class Node(Incoming, frozen=True):
     node_id: str
     sequence_id: int
     released: bool
-    actions: tuple[Action, ...]
+    actions: tuple[OrderAction, ...]
     node_position: NodePosition | None = None
     node_description: str = ""
 
@@ -119,7 +119,7 @@ class Edge(Incoming, frozen=True):
     released: bool
     start_node_id: str
     end_node_id: str
-    actions: tuple[Action, ...]
+    actions: tuple[OrderAction, ...]
     edge_description: str = ""
     max_speed: float | None = None
     max_height: float | None = None
@@ -144,7 +144,7 @@ class Header(Incoming, frozen=True):
     serial_number: str
 
 
-class Order(Header, frozen=True):
+class DriveOrder(Header, frozen=True):
     """A way with its actions, or the continuation of one."""
 
     order_id: str
@@ -160,7 +160,7 @@ class Order(Header, frozen=True):
         return self.order_id, self.order_update_id, self.nodes, self.edges
 
     @property
-    def actions(self) -> list[Action]:
+    def actions(self) -> list[OrderAction]:
         """All actions, of nodes and edges, in their sequence."""
         parts: list[Node | Edge] = [*self.nodes, *self.edges]
         parts.sort(key=lambda part: part.sequence_id)
@@ -170,7 +170,7 @@ class Order(Header, frozen=True):
 class InstantActions(Header, frozen=True):
     """Actions that are to be done at once."""
 
-    actions: tuple[Action, ...]
+    actions: tuple[OrderAction, ...]
 
 
 # Outgoing
@@ -214,7 +214,7 @@ class AgvPosition(Outgoing, frozen=True):
     deviation_range: float | None = None
 
 
-class Velocity(Outgoing, frozen=True):
+class AgvVelocity(Outgoing, frozen=True):
     """In the robot's frame."""
 
     vx: float
@@ -277,7 +277,7 @@ class MapState(Outgoing, frozen=True):
     map_status: str
 
 
-class State(Outgoing, frozen=True):
+class VehicleState(Outgoing, frozen=True):
     """All that a fleet control is to know of a robot; the header is put before it."""
 
     order_id: str
@@ -300,4 +300,4 @@ class State(Outgoing, frozen=True):
     new_base_request: bool | None = None
     distance_since_last_node: float | None = None
     agv_position: AgvPosition | None = None
-    velocity: Velocity | None = None
+    velocity: AgvVelocity | None = None

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
-from swarm_vda5050.actions import OFFERED, Scope, check_action
-from swarm_vda5050.faults import Fault, RejectedError
-from swarm_vda5050.messages import Action, Edge, Node, Order
+from swarm_vda5050.actions import OFFERED, ActionScope, check_action
+from swarm_vda5050.faults import OrderFault, OrderRejectedError
+from swarm_vda5050.messages import DriveOrder, Edge, Node, OrderAction
 
 MOST_NODES = 1000  # of one message
 MOST_ACTIONS = 100  # of one node or edge
@@ -23,7 +23,7 @@ def anywhere(x: float, y: float) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Ground:
+class DrivingArea:
     """Where robots may drive.
 
     Attributes:
@@ -35,7 +35,7 @@ class Ground:
     obstacle_at: Callable[[float, float], str] = anywhere
 
 
-def check_order(order: Order, ground: Ground) -> None:
+def check_order(order: DriveOrder, ground: DrivingArea) -> None:
     """Check structure, places and actions of an order or an update.
 
     Raises:
@@ -50,10 +50,10 @@ def check_order(order: Order, ground: Ground) -> None:
     for action_id, count in counts.items():
         if count > 1:
             message = f"the actionId '{action_id}' occurs {count} times"
-            raise RejectedError(Fault.VALIDATION, message, actionId=action_id)
+            raise OrderRejectedError(OrderFault.VALIDATION, message, actionId=action_id)
 
 
-def _check_sequence(order: Order) -> None:
+def _check_sequence(order: DriveOrder) -> None:
     nodes, edges = order.nodes, order.edges
     if not 1 <= len(nodes) <= MOST_NODES:
         raise _invalid(f"{len(nodes)} nodes; expected 1 to {MOST_NODES}")
@@ -92,12 +92,12 @@ def _check_sequence(order: Order) -> None:
             raise _invalid("a released node follows one that is not", nodeId=node.node_id)
 
 
-def _check_node(node: Node, ground: Ground) -> None:
+def _check_node(node: Node, ground: DrivingArea) -> None:
     position = node.node_position
     _check_id(node.node_id, nodeId=node.node_id)
     if position is None:
-        raise RejectedError(
-            Fault.UNSUPPORTED, "nodePosition is required by this robot", nodeId=node.node_id
+        raise OrderRejectedError(
+            OrderFault.UNSUPPORTED, "nodePosition is required by this robot", nodeId=node.node_id
         )
     numbers = {
         "x": position.x,
@@ -110,16 +110,16 @@ def _check_node(node: Node, ground: Ground) -> None:
         if not math.isfinite(number) or (name.startswith("allowed") and number < 0.0):
             raise _invalid(f"{name} is {number}", nodeId=node.node_id)
     if position.map_id != ground.map_id:
-        raise RejectedError(
-            Fault.UNKNOWN_MAP,
+        raise OrderRejectedError(
+            OrderFault.UNKNOWN_MAP,
             f"the map '{position.map_id}' is unknown; this robot has '{ground.map_id}'",
             nodeId=node.node_id,
             mapId=position.map_id,
         )
     if obstacle := ground.obstacle_at(position.x, position.y):
         place = f"({position.x:g}, {position.y:g})"
-        raise RejectedError(Fault.NO_ROUTE, f"{place} is {obstacle}", nodeId=node.node_id)
-    _check_actions(node.actions, Scope.NODE, nodeId=node.node_id)
+        raise OrderRejectedError(OrderFault.NO_ROUTE, f"{place} is {obstacle}", nodeId=node.node_id)
+    _check_actions(node.actions, ActionScope.NODE, nodeId=node.node_id)
 
 
 def _check_edge(edge: Edge) -> None:
@@ -134,13 +134,15 @@ def _check_edge(edge: Edge) -> None:
     for name, is_asked in unsupported.items():
         if is_asked:
             message = f"{name} is not supported: this robot plans its own way and heading"
-            raise RejectedError(Fault.UNSUPPORTED, message, edgeId=edge.edge_id, parameter=name)
+            raise OrderRejectedError(
+                OrderFault.UNSUPPORTED, message, edgeId=edge.edge_id, parameter=name
+            )
     if edge.max_speed is not None and not 0.0 < edge.max_speed < math.inf:
         raise _invalid(f"maxSpeed is {edge.max_speed}; it must be positive", edgeId=edge.edge_id)
-    _check_actions(edge.actions, Scope.EDGE, edgeId=edge.edge_id)
+    _check_actions(edge.actions, ActionScope.EDGE, edgeId=edge.edge_id)
 
 
-def _check_actions(actions: tuple[Action, ...], scope: Scope, **where: object) -> None:
+def _check_actions(actions: tuple[OrderAction, ...], scope: ActionScope, **where: object) -> None:
     if len(actions) > MOST_ACTIONS:
         raise _invalid(f"{len(actions)} actions; at most {MOST_ACTIONS} are taken", **where)
     for action in actions:
@@ -148,8 +150,8 @@ def _check_actions(actions: tuple[Action, ...], scope: Scope, **where: object) -
         if problem := check_action(action, scope):
             names = ", ".join(sorted(OFFERED))
             hint = "" if action.action_type in OFFERED else f"; offered are {names}"
-            raise RejectedError(
-                Fault.UNKNOWN_ACTION,
+            raise OrderRejectedError(
+                OrderFault.UNKNOWN_ACTION,
                 f"{problem}{hint}",
                 actionId=action.action_id,
                 actionType=action.action_type,
@@ -162,5 +164,5 @@ def _check_id(value: str, **where: object) -> None:
         raise _invalid(f"an id has {len(value)} characters; expected 1 to {LONGEST_ID}", **where)
 
 
-def _invalid(message: str, **references: object) -> RejectedError:
-    return RejectedError(Fault.VALIDATION, message, **references)
+def _invalid(message: str, **references: object) -> OrderRejectedError:
+    return OrderRejectedError(OrderFault.VALIDATION, message, **references)

@@ -21,26 +21,26 @@ from swarm_commander.mission.status_check import StatusCheck
 from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.battery_state import read_battery
-from swarm_common.middleware.rejections import RejectedError as BadInputError
+from swarm_common.middleware.rejections import RejectedError
 from swarm_common.model.battery import BatteryReading, SupplyStatus
 from swarm_common.model.palette import BY_HAND
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, wrap_angle
 from swarm_vda5050.dialect import Dialect, Identity
 from swarm_vda5050.factsheet import factsheet, localization_score
-from swarm_vda5050.faults import RejectedError
-from swarm_vda5050.link import Address, Arrival, Kind, Link
+from swarm_vda5050.faults import OrderRejectedError
+from swarm_vda5050.link import Address, BrokerEvent, BrokerEventKind, Link
 from swarm_vda5050.messages import (
     AgvPosition,
+    AgvVelocity,
     BatteryState,
     Info,
     MapState,
     Reference,
     SafetyState,
-    State,
-    Velocity,
+    VehicleState,
 )
-from swarm_vda5050.order_check import Ground
-from swarm_vda5050.vehicle import Leg, Senses, Vehicle
+from swarm_vda5050.order_check import DrivingArea
+from swarm_vda5050.vehicle import DriveLeg, RobotSenses, Vehicle
 
 STATE_PERIOD = 30.0  # [s] of wall time between two states at the latest
 VISUAL_PERIOD = 1.0  # [s] of wall time between two messages for visualization
@@ -59,7 +59,7 @@ class Pilot:
         node: Node,
         identity: Identity,
         spec: RobotSpec,
-        ground: Ground,
+        ground: DrivingArea,
         address: Address,
         *,
         door: StatusCheck,
@@ -108,9 +108,9 @@ class Pilot:
         self._ended: Task | None = None  # until the status with the end is here
         self._cancelled_at = 0.0
         self._tick = 0
-        self._velocity = Velocity(vx=0.0, vy=0.0, omega=0.0)
+        self._velocity = AgvVelocity(vx=0.0, vy=0.0, omega=0.0)
         self._is_silent = False  # its navigator does not run
-        self._published: State | None = None
+        self._published: VehicleState | None = None
         self._state_at = 0.0
         self._visual_at = 0.0
         self._is_refused = False
@@ -161,13 +161,13 @@ class Pilot:
             self._publish_factsheet()
         self._publish(now, is_asked=requests.state)
 
-    def _receive(self, arrival: Arrival) -> None:
-        if arrival.kind is Kind.REFUSED:
+    def _receive(self, arrival: BrokerEvent) -> None:
+        if arrival.kind is BrokerEventKind.REFUSED:
             if not self._is_refused:
                 self._is_refused = True
                 reason = arrival.payload.decode()
                 self._note(f"{self.name}: the MQTT broker does not take it: {reason}; it tries on")
-        elif arrival.kind is Kind.CONNECTED:
+        elif arrival.kind is BrokerEventKind.CONNECTED:
             self._is_refused = False
             payload = self._dialect.write("connection", {"connectionState": "ONLINE"})
             self._link.publish(self._identity.topic("connection"), payload, is_kept=True)
@@ -184,7 +184,7 @@ class Pilot:
                 self.vehicle.receive_instant_actions(message)
             else:
                 self.vehicle.receive_order(self._dialect.read_order(payload))
-        except RejectedError as error:
+        except OrderRejectedError as error:
             self.vehicle.reject(error, is_instant=is_instant)
 
     # Driving
@@ -214,7 +214,7 @@ class Pilot:
         self._goal = ()
         self.robot.cancelTask()
 
-    def _send(self, leg: Leg) -> None:
+    def _send(self, leg: DriveLeg) -> None:
         status = self.robot.status
         before = (0.0, 0.0) if status is None else (status.pose.x, status.pose.y)
         poses = []
@@ -266,7 +266,7 @@ class Pilot:
                 before.pose_map, pose_map, CONTROL_PERIOD * (tick - self._tick)
             )
         self._tick = tick
-        senses = Senses(
+        senses = RobotSenses(
             now=CONTROL_PERIOD * tick,
             pose_map=pose_map,
             is_standing=self._task is None and self._ended is None and not self.is_driving,
@@ -280,7 +280,7 @@ class Pilot:
     def _receive_battery(self, data: bytes) -> None:
         try:
             self._battery = read_battery(data)
-        except BadInputError as error:
+        except RejectedError as error:
             self._note(f"{self.name}: a battery_state is left out: {error}")
 
     def _receive_pose(self, message: PoseWithCovarianceStamped) -> None:
@@ -327,11 +327,11 @@ class Pilot:
         payload = self._dialect.write(topic, content)
         self._link.publish(self._identity.topic(topic), payload)
 
-    def _state(self) -> State | None:
+    def _state(self) -> VehicleState | None:
         vehicle, status = self.vehicle, self.robot.status
         if status is None:
             return None
-        return State(
+        return VehicleState(
             order_id=vehicle.order_id,
             order_update_id=vehicle.order_update_id,
             last_node_id=vehicle.last_node[0],
@@ -380,7 +380,7 @@ class Pilot:
         )
 
 
-def _essence(state: State) -> State:
+def _essence(state: VehicleState) -> VehicleState:
     """Return what a new state is published for at once."""
     replace = msgspec.structs.replace
     information = tuple(replace(info, info_description=None) for info in state.information)
@@ -410,13 +410,13 @@ def _information(status: RobotStatus, names: Container[str]) -> tuple[Info, ...]
     )
 
 
-def _velocity(before_map: Pose, now_map: Pose, duration: float) -> Velocity:
+def _velocity(before_map: Pose, now_map: Pose, duration: float) -> AgvVelocity:
     """Return the mean velocity between two poses, in the robot's frame."""
     dx, dy = now_map.x - before_map.x, now_map.y - before_map.y
     turn = wrap_angle(now_map.yaw - before_map.yaw)
     yaw = before_map.yaw + 0.5 * turn
     cos, sin = math.cos(yaw), math.sin(yaw)
-    return Velocity(
+    return AgvVelocity(
         vx=round((cos * dx + sin * dy) / duration, 3) + 0.0,
         vy=round((cos * dy - sin * dx) / duration, 3) + 0.0,  # never -0
         omega=round(turn / duration, 3) + 0.0,

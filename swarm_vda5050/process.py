@@ -41,7 +41,7 @@ from swarm_common.robots.loading import load_robot
 from swarm_vda5050.broker import Broker
 from swarm_vda5050.dialect import Identity
 from swarm_vda5050.link import Address, Link
-from swarm_vda5050.order_check import Ground
+from swarm_vda5050.order_check import DrivingArea
 from swarm_vda5050.pilot import Pilot
 
 BROKER_PERIOD = 1.0  # [s] of wall time between two looks at our broker
@@ -49,7 +49,7 @@ MOST_UNKNOWN = 20  # names of robots that do not exist, of which the user is tol
 TURN_PERIOD = 0.05  # [s] of wall time between two looks at MQTT
 
 
-class Fleet:
+class VehicleFleet:
     """All robots of a run as vehicles."""
 
     def __init__(self, config: dict[str, Any], events: EventWriter) -> None:
@@ -131,7 +131,7 @@ class Fleet:
         )  # fmt: skip
 
 
-def ground_of(config: dict[str, Any]) -> Ground:
+def ground_of(config: dict[str, Any]) -> DrivingArea:
     """Return where robots may drive: free cells of the map, outside of keepout zones."""
     grid = load_map(config["map"]).upright()
     sites = load_sites(config["sites"]) if config["sites"] else Sites()
@@ -145,7 +145,7 @@ def ground_of(config: dict[str, Any]) -> Ground:
         zone = sites.zones.keepout_at(x, y)
         return f"in {zone}" if zone else ""
 
-    return Ground(config["map_id"], obstacle_at)
+    return DrivingArea(config["map_id"], obstacle_at)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -162,7 +162,7 @@ def main(arguments: list[str] | None = None) -> int:
             broker = Broker(config["broker"]["port"], Path(options.config).parent)
         ros_env.set_defaults()
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        fleet = Fleet(config, events)
+        fleet = VehicleFleet(config, events)
     except (SwarmError, ConfigError) as error:
         events.write(Refused(str(error)))
         sys.stderr.write(f"{error}\n")

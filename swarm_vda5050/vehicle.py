@@ -14,21 +14,21 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from swarm_common.model.records import Pose
-from swarm_vda5050.actions import OFFERED, Offer, Running, Scope, check_action
-from swarm_vda5050.faults import Fault, RejectedError
+from swarm_vda5050.actions import OFFERED, ActionOffer, ActionScope, RunningAction, check_action
+from swarm_vda5050.faults import OrderFault, OrderRejectedError
 from swarm_vda5050.messages import (
-    Action,
     ActionState,
     ActionStatus,
+    DriveOrder,
     Edge,
     EdgeState,
     InstantActions,
     Load,
     Node,
     NodeState,
-    Order,
+    OrderAction,
 )
-from swarm_vda5050.order_check import Ground, check_order
+from swarm_vda5050.order_check import DrivingArea, check_order
 
 PASS_RADIUS = 0.7  # [m] around a node without allowedDeviationXY: that of NavigateThroughPoses
 STOP_RADIUS = 0.35  # [m] around a node with a smaller one: the goal checker's, and its play
@@ -40,7 +40,7 @@ MOST_USED = 10_000  # orders and instant actions that are remembered: none is do
 
 
 @dataclass(frozen=True, slots=True)
-class Senses:
+class RobotSenses:
     """What the vehicle is told of its robot.
 
     Attributes:
@@ -58,17 +58,17 @@ class Senses:
     is_charging: bool | None = None
 
 
-class Leg(NamedTuple):
+class DriveLeg(NamedTuple):
     """Nodes to drive through without a stop, to the last; `max_speed` [m/s] holds to the first."""
 
     nodes: tuple[Node, ...]
     max_speed: float | None
 
 
-class Report(NamedTuple):
+class ActiveError(NamedTuple):
     """An error that is active."""
 
-    fault: Fault
+    fault: OrderFault
     message: str
     references: Mapping[str, str]
 
@@ -96,7 +96,7 @@ class Vehicle:
         senses: How the robot was last; None before the first word of it.
     """
 
-    def __init__(self, ground: Ground, offered: Mapping[str, Offer] = OFFERED) -> None:
+    def __init__(self, ground: DrivingArea, offered: Mapping[str, ActionOffer] = OFFERED) -> None:
         """Begin without an order.
 
         Args:
@@ -111,20 +111,20 @@ class Vehicle:
         self.driven = 0.0
         self._ground = ground
         self._offered = offered
-        self.senses: Senses | None = None
+        self.senses: RobotSenses | None = None
         self._content: object = None  # of the latest order message
         self._nodes: list[Node] = []  # not traversed yet
         self._edges: list[Edge] = []  # whose end is not reached yet
-        self._actions: dict[int, list[Running]] = {}  # of the order, by sequence id
-        self._instant: dict[str, Running] = {}
+        self._actions: dict[int, list[RunningAction]] = {}  # of the order, by sequence id
+        self._instant: dict[str, RunningAction] = {}
         self._used: dict[str, None] = {}  # orderIds
-        self._seen: dict[str, Action] = {}  # instant actions, also those that are forgotten
+        self._seen: dict[str, OrderAction] = {}  # instant actions, also those that are forgotten
         self._cancelled = ""  # orderId
-        self._cancel: Running | None = None  # the action under way
-        self._order_errors: list[Report] = []
-        self._instant_errors: list[Report] = []
-        self._action_errors: list[Report] = []
-        self._drive_error: Report | None = None
+        self._cancel: RunningAction | None = None  # the action under way
+        self._order_errors: list[ActiveError] = []
+        self._instant_errors: list[ActiveError] = []
+        self._action_errors: list[ActiveError] = []
+        self._drive_error: ActiveError | None = None
         self._tries = 0
         self._retry_at = 0.0
         self._is_stuck = False
@@ -132,11 +132,11 @@ class Vehicle:
 
     # What the fleet control sends
 
-    def receive_order(self, order: Order) -> None:
+    def receive_order(self, order: DriveOrder) -> None:
         """Accept an order or an update, or report why not."""
         try:
             self._accept(order)
-        except RejectedError as error:
+        except OrderRejectedError as error:
             self.reject(
                 error,
                 headerId=str(order.header_id),
@@ -151,12 +151,12 @@ class Vehicle:
         for action in message.actions:
             try:
                 self._begin_instant(action)
-            except RejectedError as error:
+            except OrderRejectedError as error:
                 header_id = str(message.header_id)
                 self.reject(error, is_instant=True, headerId=header_id, actionId=action.action_id)
         self._advance()
 
-    def reject(self, error: RejectedError, *, is_instant: bool = False, **more: str) -> None:
+    def reject(self, error: OrderRejectedError, *, is_instant: bool = False, **more: str) -> None:
         """Report that a message was rejected.
 
         Args:
@@ -164,14 +164,14 @@ class Vehicle:
             more: References besides those of the error.
         """
         errors = self._instant_errors if is_instant else self._order_errors
-        report = Report(error.fault, str(error), {**more, **error.references})
+        report = ActiveError(error.fault, str(error), {**more, **error.references})
         if report not in errors:
             errors.append(report)
             del errors[:-MOST_KEPT]
 
     # What the robot does
 
-    def sense(self, senses: Senses) -> None:
+    def sense(self, senses: RobotSenses) -> None:
         """Take how the robot is; time passes."""
         before, self.senses = self.senses, senses
         if before is not None:
@@ -213,13 +213,13 @@ class Vehicle:
         self._is_stuck = is_final or self._tries >= MOST_TRIES
         self._retry_at = self.senses.now + RETRY_PAUSE
         references = {"orderId": self.order_id, "nodeId": self._nodes[0].node_id}
-        fault = Fault.UNREACHABLE if self._is_stuck else Fault.DRIVING
-        self._drive_error = Report(fault, reason, references)
+        fault = OrderFault.UNREACHABLE if self._is_stuck else OrderFault.DRIVING
+        self._drive_error = ActiveError(fault, reason, references)
 
     # What it is to do
 
     @property
-    def leg(self) -> Leg | None:
+    def leg(self) -> DriveLeg | None:
         """Where to drive; None to stand."""
         is_kept = self.is_paused or self.is_manual or self._cancel is not None or self._is_stuck
         if is_kept or self.senses is None or self.senses.now < self._retry_at:
@@ -227,7 +227,7 @@ class Vehicle:
         if not self._nodes or not self._nodes[0].released or self._is_blocked:
             return None
         speed = self._edges[0].max_speed if self._edges else None
-        return Leg(tuple(self._nodes[: self._stop_index() + 1]), speed)
+        return DriveLeg(tuple(self._nodes[: self._stop_index() + 1]), speed)
 
     def take_requests(self) -> Requests:
         """Return what is to be published or sent once; the next call does not."""
@@ -248,7 +248,7 @@ class Vehicle:
         return released <= 1 and len(self._nodes) > released
 
     @property
-    def errors(self) -> list[Report]:
+    def errors(self) -> list[ActiveError]:
         """All active errors."""
         driving = [self._drive_error] if self._drive_error else []
         return [*self._order_errors, *self._instant_errors, *self._action_errors, *driving]
@@ -281,20 +281,20 @@ class Vehicle:
 
     # Orders
 
-    def _accept(self, order: Order) -> None:
+    def _accept(self, order: DriveOrder) -> None:
         check_order(order, self._ground)
         if self.is_manual:
-            raise RejectedError(Fault.NOT_AVAILABLE, "the robot is driven by hand")
+            raise OrderRejectedError(OrderFault.NOT_AVAILABLE, "the robot is driven by hand")
         if order.order_id != self.order_id:
             self._check_new(order)
             self._begin(order)
         elif order.order_update_id < self.order_update_id:
             message = f"orderUpdateId is {order.order_update_id}; {self.order_update_id} is there"
-            raise RejectedError(Fault.OUTDATED, message)
+            raise OrderRejectedError(OrderFault.OUTDATED, message)
         elif order.order_update_id == self.order_update_id:
             if order.content != self._content:
                 message = "the order has this orderUpdateId, but other content"
-                raise RejectedError(Fault.SAME_UPDATE, message)
+                raise OrderRejectedError(OrderFault.SAME_UPDATE, message)
             return
         else:
             self._check_update(order)
@@ -303,43 +303,45 @@ class Vehicle:
         self._content = order.content
         self._order_errors.clear()
 
-    def _check_new(self, order: Order) -> None:
+    def _check_new(self, order: DriveOrder) -> None:
         if self.is_busy or self._cancel is not None:
-            raise RejectedError(Fault.OTHER_ORDER, f"the order '{self.order_id}' is not done yet")
+            raise OrderRejectedError(
+                OrderFault.OTHER_ORDER, f"the order '{self.order_id}' is not done yet"
+            )
         if order.order_id in self._used:
-            raise RejectedError(Fault.USED_ORDER, "this orderId was used before")
+            raise OrderRejectedError(OrderFault.USED_ORDER, "this orderId was used before")
         if self.senses is None:
-            raise RejectedError(Fault.NOT_AVAILABLE, "the robot is not active yet")
+            raise OrderRejectedError(OrderFault.NOT_AVAILABLE, "the robot is not active yet")
         first = order.nodes[0]
         distance = _distance(first, self.senses.pose_map)
         if distance > _pass_radius(first):
             message = f"the robot is {distance:.1f} m from the first node"
-            raise RejectedError(Fault.START_FAR, message, nodeId=first.node_id)
+            raise OrderRejectedError(OrderFault.START_FAR, message, nodeId=first.node_id)
 
-    def _check_update(self, order: Order) -> None:
+    def _check_update(self, order: DriveOrder) -> None:
         if order.order_id == self._cancelled:
-            raise RejectedError(Fault.CANCELLED, "the order was cancelled")
+            raise OrderRejectedError(OrderFault.CANCELLED, "the order was cancelled")
         base = [node for node in self._nodes if node.released]
         end = base[-1].key if base else self.last_node
         first = order.nodes[0]
         if first.key != end:
             message = f"it begins at node {first.key}; the base ends at {end}"
-            raise RejectedError(Fault.NO_CONTINUATION, message, nodeId=first.node_id)
+            raise OrderRejectedError(OrderFault.NO_CONTINUATION, message, nodeId=first.node_id)
         known = {action.action.action_id for action in self._all}
         kept = {action.action_id for action in first.actions}
         if not kept <= known:
             message = "the first node of an update must not have new actions"
-            raise RejectedError(Fault.NO_CONTINUATION, message, nodeId=first.node_id)
+            raise OrderRejectedError(OrderFault.NO_CONTINUATION, message, nodeId=first.node_id)
         horizon = {a.action_id for n in self._nodes if not n.released for a in n.actions}
         horizon |= {a.action_id for e in self._edges if not e.released for a in e.actions}
         if used := {a.action_id for a in order.actions} - kept & known - horizon:
             name = min(used)
             message = f"the actionId '{name}' is in use"
-            raise RejectedError(Fault.VALIDATION, message, actionId=name)
+            raise OrderRejectedError(OrderFault.VALIDATION, message, actionId=name)
         if len(base) + len(order.nodes) > MOST_LEFT:
-            raise RejectedError(Fault.VALIDATION, f"more than {MOST_LEFT} nodes are left")
+            raise OrderRejectedError(OrderFault.VALIDATION, f"more than {MOST_LEFT} nodes are left")
 
-    def _begin(self, order: Order) -> None:
+    def _begin(self, order: DriveOrder) -> None:
         """Forget the order before, and stand at the first node of this one."""
         self.order_id = order.order_id
         _remember(self._used, order.order_id, None)
@@ -352,7 +354,7 @@ class Vehicle:
         self._add_actions(order.nodes, order.edges)
         self._traverse()
 
-    def _extend(self, order: Order) -> None:
+    def _extend(self, order: DriveOrder) -> None:
         """Put an update in the place of the horizon."""
         parts: list[Node | Edge] = [*self._nodes, *self._edges]
         for part in parts:
@@ -368,10 +370,10 @@ class Vehicle:
             self._trigger_edge()
 
     def _add_actions(self, nodes: tuple[Node, ...], edges: tuple[Edge, ...]) -> None:
-        for scope, parts in ((Scope.NODE, nodes), (Scope.EDGE, edges)):
+        for scope, parts in ((ActionScope.NODE, nodes), (ActionScope.EDGE, edges)):
             for part in parts:
                 if part.actions:
-                    runs = [Running(action, scope) for action in part.actions]
+                    runs = [RunningAction(action, scope) for action in part.actions]
                     self._actions[part.sequence_id] = runs
 
     def _drop_order(self, reason: str) -> None:
@@ -436,12 +438,12 @@ class Vehicle:
     # Actions
 
     @property
-    def _all(self) -> list[Running]:
+    def _all(self) -> list[RunningAction]:
         """Actions of the order in their sequence."""
         return [action for key in sorted(self._actions) for action in self._actions[key]]
 
     @property
-    def _due(self) -> list[Running]:
+    def _due(self) -> list[RunningAction]:
         """Actions that are triggered and have not ended."""
         return [a for a in self._all if a.is_triggered and not a.status.is_final]
 
@@ -464,7 +466,7 @@ class Vehicle:
             if action.status is ActionStatus.FAILED:
                 self._report_failure(action)
 
-    def _next_action(self) -> Running | None:
+    def _next_action(self) -> RunningAction | None:
         """Return the action of the order that may begin now."""
         due = self._due
         running = [action for action in due if action.is_active]
@@ -476,7 +478,7 @@ class Vehicle:
         head = waiting[0]
         return None if running and head.action.blocking_type.is_exclusive else head
 
-    def _start(self, action: Running, now: float) -> None:
+    def _start(self, action: RunningAction, now: float) -> None:
         action.begin(now)
         load_id = action.action.parameter("loadId")
         if action.kind == "pick" and self.load is not None:
@@ -491,7 +493,7 @@ class Vehicle:
             self._initialise(action)
         self._run(action, now)
 
-    def _run(self, action: Running, now: float) -> None:
+    def _run(self, action: RunningAction, now: float) -> None:
         assert self.senses is not None
         is_over = action.is_over(now)
         if action.kind == "startCharging" and action.is_active:
@@ -513,22 +515,22 @@ class Vehicle:
             self._handle_load(action)
             action.finish()
 
-    def _handle_load(self, action: Running) -> None:
+    def _handle_load(self, action: RunningAction) -> None:
         if action.kind == "pick":
             read = action.action.parameter
             self.load = Load(load_id=read("loadId"), load_type=read("loadType"))
         elif action.kind == "drop":
             self.load = None
 
-    def _report_failure(self, action: Running) -> None:
+    def _report_failure(self, action: RunningAction) -> None:
         references = {"actionId": action.action.action_id, "orderId": self.order_id}
-        report = Report(Fault.ACTION, f"{action.kind}: {action.result}", references)
+        report = ActiveError(OrderFault.ACTION, f"{action.kind}: {action.result}", references)
         is_given_up = self.order_id == self._cancelled or self._cancel is not None
         if not is_given_up and report not in self._action_errors:
             self._action_errors.append(report)
             del self._action_errors[:-MOST_KEPT]
 
-    def _initialise(self, action: Running) -> None:
+    def _initialise(self, action: RunningAction) -> None:
         read = action.action.parameter
         if read("mapId") != self._ground.map_id:
             action.fail(f"the map is '{self._ground.map_id}'")
@@ -545,26 +547,26 @@ class Vehicle:
 
     # Instant actions
 
-    def _begin_instant(self, action: Action) -> None:
+    def _begin_instant(self, action: OrderAction) -> None:
         known = self._seen.get(action.action_id)
         if known is not None and known != action:
-            raise RejectedError(Fault.INSTANT, "another action has this actionId")
+            raise OrderRejectedError(OrderFault.INSTANT, "another action has this actionId")
         if known is not None:
             return  # the message came twice
         if action.action_id in {each.action.action_id for each in self._all}:
-            raise RejectedError(Fault.INSTANT, "an action of the order has this actionId")
+            raise OrderRejectedError(OrderFault.INSTANT, "an action of the order has this actionId")
         _remember(self._seen, action.action_id, action)
-        run = Running(action, Scope.INSTANT)
+        run = RunningAction(action, ActionScope.INSTANT)
         self._instant[action.action_id] = run
         self._forget_instant()
-        if problem := check_action(action, Scope.INSTANT, dict(self._offered)):
+        if problem := check_action(action, ActionScope.INSTANT, dict(self._offered)):
             run.fail(problem)
-            raise RejectedError(Fault.INSTANT, problem)
+            raise OrderRejectedError(OrderFault.INSTANT, problem)
         run.begin(self.senses.now if self.senses is not None else 0.0)
         self._do_instant(run)
         self._instant_errors.clear()
 
-    def _do_instant(self, run: Running) -> None:
+    def _do_instant(self, run: RunningAction) -> None:
         requests = self._requests
         match run.kind:
             case "cancelOrder":
@@ -592,11 +594,11 @@ class Vehicle:
             case "stopCharging":
                 run.finish()
 
-    def _begin_cancel(self, run: Running) -> None:
+    def _begin_cancel(self, run: RunningAction) -> None:
         wanted = run.action.parameter("orderId", self.order_id)
         if not self.is_busy or self._cancel is not None or wanted != self.order_id:
             run.fail("there is no such order")
-            raise RejectedError(Fault.NO_ORDER, "there is no such order", orderId=wanted)
+            raise OrderRejectedError(OrderFault.NO_ORDER, "there is no such order", orderId=wanted)
         self._cancel = run
         for action in self._all:
             action.fail("cancelled")

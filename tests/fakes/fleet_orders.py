@@ -10,9 +10,15 @@ import msgspec
 
 from swarm_common.model.records import Pose
 from swarm_vda5050.dialect import Dialect, Identity
-from swarm_vda5050.messages import BatteryState, InstantActions, Order, SafetyState, State
-from swarm_vda5050.order_check import Ground
-from swarm_vda5050.vehicle import Senses, Vehicle
+from swarm_vda5050.messages import (
+    BatteryState,
+    DriveOrder,
+    InstantActions,
+    SafetyState,
+    VehicleState,
+)
+from swarm_vda5050.order_check import DrivingArea
+from swarm_vda5050.vehicle import RobotSenses, Vehicle
 
 MAP = "hall"
 SPACING = 2.0  # [m] between nodes
@@ -87,7 +93,7 @@ class Toy:
     """A vehicle on a robot that is where it is told to be at once."""
 
     def __init__(self, identity: Identity = OF_2) -> None:
-        self.vehicle = Vehicle(Ground(MAP), identity.offered)
+        self.vehicle = Vehicle(DrivingArea(MAP), identity.offered)
         self.dialect = Dialect(identity)
         self.now = 0.0
         self.pose = Pose(0.0, 0.0, 0.0)
@@ -95,10 +101,10 @@ class Toy:
         self.sense()
 
     def sense(self, **more: Any) -> None:
-        self.vehicle.sense(Senses(self.now, self.pose, **more))
+        self.vehicle.sense(RobotSenses(self.now, self.pose, **more))
 
     def send(self, content: Mapping[str, Any]) -> None:
-        self.vehicle.receive_order(msgspec.convert(content, Order))
+        self.vehicle.receive_order(msgspec.convert(content, DriveOrder))
 
     def do(self, kind: str, action_id: str = "i", **parameters: Any) -> None:
         actions = [action(kind, action_id, "NONE", **parameters)]
@@ -139,10 +145,10 @@ class Toy:
         states = (*vehicle.action_states, *vehicle.instant_action_states)
         return {state.action_id: str(state.action_status) for state in states}
 
-    def state(self) -> State:
+    def state(self) -> VehicleState:
         """Return the state as a pilot composes it."""
         vehicle = self.vehicle
-        return State(
+        return VehicleState(
             order_id=vehicle.order_id,
             order_update_id=vehicle.order_update_id,
             last_node_id=vehicle.last_node[0],

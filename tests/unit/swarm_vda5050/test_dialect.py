@@ -12,7 +12,7 @@ from vda5050.validation import SchemaValidator
 from swarm_common.robots.loading import load_robot
 from swarm_vda5050.dialect import Dialect, Identity
 from swarm_vda5050.factsheet import factsheet
-from swarm_vda5050.faults import Fault, RejectedError
+from swarm_vda5050.faults import OrderFault, OrderRejectedError
 from tests.fakes.fleet_orders import OF_2, OF_3, Toy, action, along, header, node, order
 
 THEIRS = SchemaValidator()
@@ -90,7 +90,7 @@ def test_orders_of_version_3_are_read() -> None:
     assert read.nodes[1].node_position.allowed_deviation_xy == 0.2
     assert read.edges[0].max_speed == 0.1
     content["nodes"][1]["actions"] = [action("pick", "p") | {"retriable": True}]
-    with pytest.raises(RejectedError):
+    with pytest.raises(OrderRejectedError):
         Dialect(OF_3).read_order(encoded(content))
 
 
@@ -118,13 +118,13 @@ def test_orders_of_version_3_are_read() -> None:
     ids=lambda data: repr(data[:20]),
 )
 def test_what_cannot_be_read_is_rejected(data: bytes) -> None:
-    with pytest.raises(RejectedError) as caught:
+    with pytest.raises(OrderRejectedError) as caught:
         Dialect(OF_2).read_order(data)
-    assert caught.value.fault is Fault.VALIDATION
+    assert caught.value.fault is OrderFault.VALIDATION
 
 
 def test_a_message_that_cannot_be_read_is_still_named() -> None:
-    with pytest.raises(RejectedError) as caught:
+    with pytest.raises(OrderRejectedError) as caught:
         Dialect(OF_2).read_order(encoded(along(0, 1, 1, "X") | {"speed": 3}))
     assert caught.value.references["orderId"] == "X"
     assert "speed" in str(caught.value)

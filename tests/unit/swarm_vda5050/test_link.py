@@ -16,7 +16,7 @@ from paho.mqtt.enums import CallbackAPIVersion
 
 from swarm_common.model.errors import ConfigError
 from swarm_vda5050.broker import Broker
-from swarm_vda5050.link import PASSWORD, Address, Kind, Link
+from swarm_vda5050.link import PASSWORD, Address, BrokerEventKind, Link
 
 PATH = os.environ["PATH"] + os.pathsep + "/usr/sbin"
 LIMIT = 20.0  # [s] of wall time
@@ -71,6 +71,7 @@ def test_a_cut_link_leaves_its_will_and_a_closed_one_a_goodbye(broker: Broker) -
     link = link_to(broker.port)
     wait(lambda: link.is_open)
     link.publish("out", b"hello")
+    wait(lambda: heard == [b"hello"])
     link.cut()
     wait(lambda: heard == [b"hello", b"broken"])
     link.open()
@@ -82,12 +83,12 @@ def test_a_cut_link_leaves_its_will_and_a_closed_one_a_goodbye(broker: Broker) -
 def test_a_link_outlives_its_broker(broker: Broker) -> None:
     link = link_to(broker.port)
     wait(lambda: not link.inbox.empty())
-    assert link.inbox.get().kind is Kind.CONNECTED
+    assert link.inbox.get().kind is BrokerEventKind.CONNECTED
     broker.stop()
     wait(lambda: not link.is_open)
     assert broker.revive()
     assert not broker.revive()
-    wait(lambda: not link.inbox.empty() and link.inbox.get().kind is Kind.CONNECTED)
+    wait(lambda: not link.inbox.empty() and link.inbox.get().kind is BrokerEventKind.CONNECTED)
     link.close("out", b"bye")
 
 
@@ -117,12 +118,15 @@ def test_users_are_known_by_password_and_brokers_by_certificate(
     program = str(shutil.which("mosquitto", path=PATH))
     with subprocess.Popen((program, "-c", config), stderr=subprocess.DEVNULL) as process:
         try:
-            for password, expected in (("wrong", Kind.REFUSED), ("right", Kind.CONNECTED)):
+            for password, expected in (
+                ("wrong", BrokerEventKind.REFUSED),
+                ("right", BrokerEventKind.CONNECTED),
+            ):
                 monkeypatch.setenv(PASSWORD, password)
                 link = link_to(port, "fleet", str(certificate))
-                seen: list[Kind] = []
+                seen: list[BrokerEventKind] = []
 
-                def is_told(link: Link = link, seen: list[Kind] = seen) -> bool:
+                def is_told(link: Link = link, seen: list[BrokerEventKind] = seen) -> bool:
                     while not link.inbox.empty():
                         arrival = link.inbox.get()
                         if arrival.payload != b"nobody answers":

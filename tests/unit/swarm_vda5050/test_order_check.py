@@ -8,19 +8,19 @@ from typing import Any
 import msgspec
 import pytest
 
-from swarm_vda5050.faults import Fault, RejectedError
-from swarm_vda5050.messages import Order
-from swarm_vda5050.order_check import Ground, check_order
+from swarm_vda5050.faults import OrderFault, OrderRejectedError
+from swarm_vda5050.messages import DriveOrder
+from swarm_vda5050.order_check import DrivingArea, check_order
 from tests.fakes.fleet_orders import MAP, action, along, node, order
 
 Change = Callable[[dict[str, Any]], object]
 
 
-def fault_of(content: dict[str, Any]) -> Fault | None:
-    ground = Ground(MAP, lambda x, _: "in a wall" if x > 50.0 else "")
+def fault_of(content: dict[str, Any]) -> OrderFault | None:
+    ground = DrivingArea(MAP, lambda x, _: "in a wall" if x > 50.0 else "")
     try:
-        check_order(msgspec.convert(content, Order), ground)
-    except RejectedError as error:
+        check_order(msgspec.convert(content, DriveOrder), ground)
+    except OrderRejectedError as error:
         return error.fault
     return None
 
@@ -52,31 +52,34 @@ def test_a_good_order_passes() -> None:
 def test_a_broken_structure_is_invalid(change: Change) -> None:
     content = along(0, 2, 2)
     change(content)
-    assert fault_of(content) is Fault.VALIDATION
+    assert fault_of(content) is OrderFault.VALIDATION
 
 
 @pytest.mark.parametrize(
     ("change", "fault"),
     [
-        (lambda o: o["nodes"][1].pop("nodePosition"), Fault.UNSUPPORTED),
-        (lambda o: o["edges"][0].update(trajectory={"degree": 1}), Fault.UNSUPPORTED),
-        (lambda o: o["edges"][0].update(corridor={"leftWidth": 1}), Fault.UNSUPPORTED),
-        (lambda o: o["edges"][0].update(orientation=1.0), Fault.UNSUPPORTED),
-        (lambda o: o["nodes"][1]["nodePosition"].update(mapId="moon"), Fault.UNKNOWN_MAP),
-        (lambda o: o["nodes"][1]["nodePosition"].update(x=60.0), Fault.NO_ROUTE),
-        (lambda o: o["nodes"][1]["actions"].append(action("dance", "d")), Fault.UNKNOWN_ACTION),
-        (lambda o: o["nodes"][1]["actions"].append(action("wait", "d")), Fault.UNKNOWN_ACTION),
+        (lambda o: o["nodes"][1].pop("nodePosition"), OrderFault.UNSUPPORTED),
+        (lambda o: o["edges"][0].update(trajectory={"degree": 1}), OrderFault.UNSUPPORTED),
+        (lambda o: o["edges"][0].update(corridor={"leftWidth": 1}), OrderFault.UNSUPPORTED),
+        (lambda o: o["edges"][0].update(orientation=1.0), OrderFault.UNSUPPORTED),
+        (lambda o: o["nodes"][1]["nodePosition"].update(mapId="moon"), OrderFault.UNKNOWN_MAP),
+        (lambda o: o["nodes"][1]["nodePosition"].update(x=60.0), OrderFault.NO_ROUTE),
+        (
+            lambda o: o["nodes"][1]["actions"].append(action("dance", "d")),
+            OrderFault.UNKNOWN_ACTION,
+        ),
+        (lambda o: o["nodes"][1]["actions"].append(action("wait", "d")), OrderFault.UNKNOWN_ACTION),
         (
             lambda o: o["nodes"][1]["actions"].append(action("wait", "d", duration=float("nan"))),
-            Fault.UNKNOWN_ACTION,
+            OrderFault.UNKNOWN_ACTION,
         ),
     ],
 )
-def test_what_robots_cannot_do_is_rejected(change: Change, fault: Fault) -> None:
+def test_what_robots_cannot_do_is_rejected(change: Change, fault: OrderFault) -> None:
     content = along(0, 2, 2)
     change(content)
     assert fault_of(content) is fault
 
 
 def test_too_many_nodes_are_rejected() -> None:
-    assert fault_of(along(0, 10_000, 10_000)) is Fault.VALIDATION
+    assert fault_of(along(0, 10_000, 10_000)) is OrderFault.VALIDATION
