@@ -58,7 +58,7 @@ docs: .venv/.ready-docs
 	@touch $@
 
 .venv/.ready-test: $(inputs)
-	tools/bootstrap.sh dev,bench,docs
+	tools/bootstrap.sh dev,bench,docs,vda5050
 	@touch $@ .venv/.ready-run .venv/.ready-docs
 
 .venv/.ready-docs: $(inputs)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import json
 import shlex
 from pathlib import Path
 from typing import Annotated
@@ -21,6 +22,7 @@ from swarm_common.model.records import RobotSpec
 from swarm_common.robots.loading import load_robot
 from swarm_map.floor_plan import FloorPlan, load_plan
 from swarm_map.grid_map import load_grid_map
+from swarm_map.layout import layout_of, load_layout
 from swarm_map.plan_image import MAX_PIXELS, PlanScale, WallRaster, load_picture
 from swarm_map.remarks import (
     close_stations,
@@ -36,6 +38,7 @@ from swarm_sim.maps.world_check import differences, picture
 from swarm_sim.scene.scene import Scene
 from swarm_sim.sdf.reader import SITES_FILE, load_world, world_names
 
+LAYOUTS = (".lif", ".json")  # endings of files in LIF
 NAME_RULE = "expected letters, digits, _ and -"
 
 
@@ -46,12 +49,13 @@ class PlanKind(enum.Enum):
     PICTURE = "a picture"
     NAV2_MAP = "a map of Nav2's"
     GRID = "a .map grid"
+    LAYOUT = "a layout of a fleet control"
 
 
 OPTIONS = {  # of `swarm-map new`: what they are for
-    "resolution": (PlanKind.PICTURE, PlanKind.GRID, PlanKind.YAML),
+    "resolution": (PlanKind.PICTURE, PlanKind.GRID, PlanKind.YAML, PlanKind.LAYOUT),
     "origin": (PlanKind.PICTURE,),
-    "wall_height": (PlanKind.PICTURE, PlanKind.NAV2_MAP, PlanKind.GRID),
+    "wall_height": (PlanKind.PICTURE, PlanKind.NAV2_MAP, PlanKind.GRID, PlanKind.LAYOUT),
     "drop": (PlanKind.PICTURE, PlanKind.NAV2_MAP),
     "cell": (PlanKind.GRID,),
     "scenario": (PlanKind.GRID,),
@@ -146,12 +150,37 @@ def check(
 
 
 @map_app.command()
+def export(
+    world: World,
+    vda5050_layout: Annotated[
+        Path, typer.Option(help="File to write: stations, places and circuits as LIF (JSON).")
+    ],
+    robot: Annotated[str, typer.Option(help="Robot model that is to fit along the edges.")] = ROBOT,
+    skip_missing: SkipMissing = False,
+    skip_broken: SkipBroken = False,
+) -> None:
+    """Write what other programs need of a world: nodes and edges for a fleet control."""
+    scene = _load(world, skip_missing, skip_broken)
+    spec = load_robot(robot)
+    grid = draw_world(scene, SCAN_HEIGHT, 0.05, reach=reach_of([spec]))
+    layout = layout_of(scene.name, scene.sites, grid, spec.circumscribed_radius, spec.model)
+    try:
+        vda5050_layout.write_text(json.dumps(layout, indent=1), encoding="utf-8")
+    except OSError as cause:
+        raise ConfigError(f"cannot write {vda5050_layout}: {cause}") from cause
+    parts = layout["layouts"][0]
+    counts = ", ".join(f"{len(parts[part])} {part}" for part in ("nodes", "edges", "stations"))
+    console.print(f"{vda5050_layout}: {counts}")
+
+
+@map_app.command()
 def new(
     context: typer.Context,
     plan: Annotated[
         Path,
         typer.Argument(
-            help="Floor plan: a YAML file, a picture (.png), a map of Nav2's, or a .map grid."
+            help="Floor plan: a YAML file, a picture (.png), a map of Nav2's, a .map grid, or a "
+            "layout of a fleet control (.lif, .json)."
         ),
     ],
     output: Annotated[
@@ -186,7 +215,8 @@ def new(
     In a picture dark pixels are walls, each green spot is a station, and a blue area is where the
     robots start; with --force, stations keep the names that sites.yaml gives them.
     docs/creating.md describes the YAML. A .map is a grid of the Moving AI Lab's
-    benchmarks; the mission own_place drives its .scen.
+    benchmarks; the mission own_place drives its .scen. A layout (LIF) becomes an empty
+    hall with its stations; its other nodes are places.
     """
     scale = PlanScale(resolution=resolution, origin=origin, wall_height=wall_height, drop=drop)
     _check(plan.is_file(), f"there is no floor plan {plan}")
@@ -199,6 +229,8 @@ def new(
         _check(not given or kind in kinds, f"--{flag} is for {fits}; {plan} is {kind.value}")
     if kind is PlanKind.GRID:
         floor = load_grid_map(plan, cell, scenario, wall_height)
+    elif kind is PlanKind.LAYOUT:
+        floor = load_layout(plan, wall_height)
     elif kind is PlanKind.NAV2_MAP:
         floor, resolution = load_nav2_map(plan, wall_height, drop)
     else:
@@ -242,6 +274,8 @@ def _kind_of(plan: Path) -> PlanKind:
     suffix = plan.suffix.lower()
     if suffix == ".map":
         return PlanKind.GRID
+    if suffix in LAYOUTS:
+        return PlanKind.LAYOUT
     if suffix not in YAML:
         return PlanKind.PICTURE
     if yaml_kind(plan) is YamlKind.NAV2_MAP:

@@ -17,6 +17,7 @@ from swarm_commander.cli.session import start
 from swarm_commander.hosts.host_options import Role, check_combination
 from swarm_commander.mission.mission import mission_names
 from swarm_commander.run.domain import DomainLock, domain_id
+from swarm_commander.run.input.fleet_link import fleet_link
 from swarm_commander.run.input.options import (
     DEFAULT_ROBOT,
     LOOPBACK,
@@ -45,6 +46,7 @@ _windows = partial(typer.Option, rich_help_panel="Windows")
 _output = partial(typer.Option, rich_help_panel="Recording and report")
 _hosts = partial(typer.Option, rich_help_panel="Several hosts")
 PLACE = ("role", "robots", "connect", "bind")  # options of a run on several hosts
+_vda5050 = partial(typer.Option, rich_help_panel="Fleet control (VDA 5050)", show_default=False)
 EXAMPLES = """Examples:
 
 swarm-up --viewer
@@ -232,6 +234,26 @@ class UpArguments:
         str | None,
         _hosts(show_default="the route to --connect", help="Address or interface to use."),
     ] = None
+    vda5050: Annotated[
+        str | None,
+        _vda5050(
+            metavar="URL",
+            help="MQTT broker: mqtt://HOST:PORT, mqtts://HOST:PORT, or embedded to start one.",
+        ),
+    ] = None
+    manufacturer: Annotated[
+        str | None, _vda5050(help="Manufacturer in topics and headers.  [default: swarm]")
+    ] = None
+    vda5050_version: Annotated[
+        str | None, _vda5050(help="2.1 or 3.0.  [default: 2.1]", metavar="VERSION")
+    ] = None
+    vda5050_user: Annotated[
+        str | None,
+        _vda5050(help="User of the broker; the password is in SWARM_VDA5050_PASSWORD."),
+    ] = None
+    vda5050_ca: Annotated[
+        Path | None, _vda5050(help="Certificates to trust with mqtts.  [default: the system's]")
+    ] = None
 
     def options(self) -> UpOptions:
         """Return what they ask for on this host, checked."""
@@ -257,6 +279,13 @@ class UpArguments:
             "open_page": viewer and (has_display() if self.open_ is None else self.open_),
             "rviz": _rviz_windows(self.rviz, self.headless, names, size),
             "bind": _address_to_bind(self.bind),
+            "vda5050": fleet_link(
+                self.vda5050,
+                self.manufacturer,
+                self.vda5050_version,
+                self.vda5050_user,
+                self.vda5050_ca,
+            ),
         }
         given = {item.name for item in fields(self)}
         same = {item.name for item in fields(UpOptions)} & given - converted.keys()

@@ -36,6 +36,7 @@ from swarm_common.model.records import Pose
 from swarm_common.process.browser import open_page
 from swarm_common.process.messages import (
     CollisionBegan,
+    CommandBase,
     Compiling,
     EndNavigator,
     Go,
@@ -73,7 +74,7 @@ from swarm_common.process.messages import (
 )
 
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
-RVIZ, VIEWER = "rviz", "viewer"
+RVIZ, VIEWER, VDA5050 = "rviz", "viewer", "vda5050"
 MODULES = {
     WORLD: "swarm_sim.ros.node",
     HOST: "swarm_nav.launch.fork_server_main",
@@ -81,13 +82,14 @@ MODULES = {
     RECORDER: "swarm_recording.recorder",
     RVIZ: "swarm_commander.viewers.window",
     VIEWER: "swarm_view.process",
+    VDA5050: "swarm_vda5050.process",
 }
 MEETING = (
     WORLD,
     RUNNER,
 )  # processes whose ports the navigators of a large swarm are told, see `participants`
 STOP_ORDER = (WORLD, RUNNER, RECORDER, HOST)  # the world first, so that no navigator is late for it
-ONLOOKERS = (RECORDER, RVIZ, VIEWER)  # the run goes on without them
+ONLOOKERS = (RECORDER, RVIZ, VIEWER, VDA5050)  # the run goes on without them
 WORLD_SILENCE = 20.0  # [s] of wall time without a word after which the world hangs,
 WORLD_START_SILENCE = 60.0  # [s] before its first step, when it may have to compile
 SUSPICION = 60.0  # [s] of wall time for robots to be heard again that were late with most others
@@ -168,6 +170,9 @@ class LocalRun(ProcessRun):
         if self._plan.options.viewer:
             options = self._plan.options
             self._start(VIEWER, {"host": options.viewer_host, "port": options.port})
+        if self._plan.options.vda5050 is not None:
+            drawn = self._plan.map or self._folder.trace / MAP_FILE
+            self._start(VDA5050, self._plan.vda5050_config(drawn))
         if not self._unmet:
             self._release_navigators()
         self._start(RUNNER, self._runner)
@@ -210,6 +215,12 @@ class LocalRun(ProcessRun):
             self._start(f"{RVIZ}_{name}", {"command": command})
         if program and MERGED in wanted:
             self._start(f"{RVIZ}_frames", {"command": relay_command()})
+
+    def _tell(self, name: str, command: CommandBase) -> None:
+        """Send a command to a process; who drives robots for others gets the mission's, too."""
+        super()._tell(name, command)
+        if name == RUNNER:
+            super()._tell(VDA5050, command)
 
     # What they say
 
@@ -560,7 +571,7 @@ class LocalRun(ProcessRun):
         self.usage.sample("navigators", process_tree(self._supervisor.pid(HOST)))
         own = [psutil.Process(), *process_tree(self._supervisor.pid(RUNNER))]
         self.usage.sample("operator", own)
-        for name in (RECORDER, VIEWER):
+        for name in (RECORDER, VIEWER, VDA5050):
             if name in self._children:
                 self.usage.sample(name, process_tree(self._supervisor.pid(name)))
 

@@ -6,8 +6,14 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from swarm_commander.run.input.fleet_link import FleetLink
 from swarm_common.files.zones_io import KEEPOUT_MASK, SPEED_MASK
-from swarm_common.middleware.ros_env import MOST_PARTICIPANTS, TERMINALS, participants_of
+from swarm_common.middleware.ros_env import (
+    FEW_ROBOTS,
+    MOST_PARTICIPANTS,
+    TERMINALS,
+    participants_of,
+)
 from swarm_common.model.engines import check_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.robot_names import RobotNames
@@ -64,6 +70,7 @@ class UpOptions:
     skip_missing: bool = False  # leave out models and meshes that are not found
     skip_broken: bool = False  # leave out models of a world that are unusable
     bind: str = ""  # address of this host with --role world; empty: all is on one host
+    vda5050: FleetLink | None = None  # None: no fleet control of another maker drives the robots
 
     def __post_init__(self) -> None:
         _at_least(1, "--swarm-size", self.swarm_size)
@@ -86,6 +93,7 @@ class UpOptions:
         self._check_mission()
         self._check_recording()
         self._check_external()
+        self._check_vda5050()
         if self.bind and self.pack != 1:
             raise ConfigError("--pack belongs to the robots' hosts: give it with --role robots")
 
@@ -144,6 +152,18 @@ class UpOptions:
         """Names of the robots that have no navigator of ours."""
         in_fleet = self.fleet.external if self.fleet is not None else ()
         return tuple(dict.fromkeys((*in_fleet, *self.external)))
+
+    def _check_vda5050(self) -> None:
+        if self.vda5050 is None:
+            return
+        if self.mission is not None:
+            raise ConfigError("--vda5050 and --mission exclude each other: both drive the robots")
+        if self.bind:
+            raise ConfigError("--vda5050 drives robots of one host: leave out --role")
+        if self.swarm_size > FEW_ROBOTS:
+            raise ConfigError(
+                f"--vda5050 is for up to {FEW_ROBOTS} robots; --swarm-size is {self.swarm_size}"
+            )
 
     def _check_recording(self) -> None:
         rate = self.record_rate

@@ -269,6 +269,30 @@ class RunPlan:
             "stand_still_at_end": options.until_done,
         }
 
+    def vda5050_config(self, map_file: Path) -> dict[str, Any]:
+        """Return the configuration of the process that makes vehicles of VDA 5050 of the robots.
+
+        Args:
+            map_file: Of the map that the robots have.
+
+        Returns:
+            As `swarm_vda5050.process` reads it.
+        """
+        assert self.options.vda5050 is not None
+        members = zip(self.options.robot_names, self.fleet.members, strict=True)
+        return self.options.vda5050.config() | {
+            "robots": [
+                {"name": name, "model": member.model, **_battery_of(member)}
+                for name, member in members
+                if name in self.alive
+            ],
+            "newcomer": self.fleet.members[0].model,
+            "map": str(map_file),
+            "map_id": self.world.parent.name,
+            "sites": self.sites_file or None,
+            "realistic": self.options.realistic,
+        }
+
 
 @functools.cache  # by the spec, too: a file may be another one when a robot is spawned later
 def _frames_of(model: str, _: RobotSpec) -> str:

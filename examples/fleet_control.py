@@ -1,0 +1,60 @@
+"""A fleet control in sixty lines: sends five robots to two stations each, by VDA 5050.
+swarm-up --world hall_12 --swarm-size 5 --vda5050 embedded
+python examples/fleet_control.py worlds/hall_12/sites.yaml [PORT]
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import paho.mqtt.client as mqtt
+import yaml
+from paho.mqtt.enums import CallbackAPIVersion
+
+PATH, PORT = Path(sys.argv[1]), int((*sys.argv, 1883)[2])
+STATIONS = yaml.safe_load(PATH.read_text(encoding="utf-8"))["stations"]
+WORK = {"actionType": "wait", "blockingType": "HARD",
+        "actionParameters": [{"key": "duration", "value": 2.0}]}  # fmt: skip
+todo: dict[str, list[str]] = {}  # stations that are left, by robot
+sent: dict[str, str] = {}  # latest order, by robot
+home: set[str] = set()  # robots that have nothing left to do
+
+
+def node(name: str, number: int, place: dict[str, float], *actions: dict) -> dict:
+    return {"nodeId": name, "sequenceId": number, "released": True, "actions": list(actions),
+            "nodePosition": {**place, "mapId": PATH.parent.name}}  # fmt: skip
+
+
+def order(state: dict, station: str) -> dict:
+    sent[state["serialNumber"]] = name = f"{state['serialNumber']}-{station}-{state['headerId']}"
+    here = {axis: state["agvPosition"][axis] for axis in "xy"}
+    there = dict(zip(("x", "y", "theta"), STATIONS[station], strict=True))
+    edge = {"edgeId": f"to-{station}", "sequenceId": 1, "released": True, "actions": [],
+            "startNodeId": "here", "endNodeId": station}  # fmt: skip
+    nodes = [node("here", 0, here), node(station, 2, there, WORK | {"actionId": f"{name}-work"})]
+    header = {key: state[key] for key in list(state)[:5]}
+    return {**header, "orderId": name, "orderUpdateId": 0, "nodes": nodes, "edges": [edge]}
+
+
+def on_state(client: mqtt.Client, _: object, message: mqtt.MQTTMessage) -> None:
+    state = json.loads(message.payload)
+    robot, names = state["serialNumber"], list(STATIONS)
+    todo.setdefault(robot, [names[(len(todo) + k) % len(names)] for k in range(2)])
+    works = any(a["actionStatus"] not in ("FINISHED", "FAILED") for a in state["actionStates"])
+    if state["orderId"] != sent.get(robot, "") or state["nodeStates"] or works:
+        return  # it has not heard of its order yet, or is not done
+    print(f"{robot} is done; left: {todo[robot]}", flush=True)
+    if todo[robot]:
+        topic = message.topic.replace("/state", "/order")
+        client.publish(topic, json.dumps(order(state, todo[robot].pop(0))))
+        return
+    home.add(robot)
+    if len(home) == 5:
+        client.disconnect()
+
+
+fleet = mqtt.Client(CallbackAPIVersion.VERSION2)
+fleet.on_message = on_state
+fleet.on_connect = lambda client, *_: client.subscribe("uagv/v2/+/+/state")
+fleet.connect("127.0.0.1", PORT)
+fleet.loop_forever()

@@ -1,0 +1,164 @@
+"""How the robots of a swarm reach a fleet control that speaks VDA 5050: options of `swarm-up`."""
+
+from __future__ import annotations
+
+import importlib.util
+import ipaddress
+import os
+import shutil
+import socket
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from swarm_common.model.errors import ConfigError, UnknownNameError
+
+EMBEDDED = "embedded"  # a broker of our own, on loopback
+PORT, SECURE_PORT = 1883, 8883
+VERSIONS = ("2.1", "3.0")
+EXPECTED = "mqtt://HOST:PORT, mqtts://HOST:PORT or embedded"
+NOT_IN_TOPICS = "/+#\0"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FleetLink:
+    """Broker, name and version, checked."""
+
+    url: str
+    manufacturer: str = "swarm"
+    version: str = VERSIONS[0]
+    user: str = ""
+    ca: Path | None = None  # certificates to trust, with mqtts; None for the system's
+
+    def __post_init__(self) -> None:
+        if self.version not in VERSIONS:
+            raise UnknownNameError("VDA 5050 version", self.version, VERSIONS)
+        if not self.manufacturer or set(self.manufacturer) & set(NOT_IN_TOPICS):
+            raise ConfigError(
+                f"--manufacturer is '{self.manufacturer}'; expected a name without / + #"
+            )
+        if self.ca is not None and not self.ca.is_file():
+            raise ConfigError(f"--vda5050-ca: there is no file {self.ca}")
+        if self.ca is not None and not self._is_secure:
+            raise ConfigError("--vda5050-ca is for a broker with TLS: mqtts://HOST:PORT")
+        if self.is_embedded:
+            find_mosquitto()
+        host, _ = self._parts
+        if not self.user and not _is_loopback(host):
+            raise ConfigError(
+                f"--vda5050 {self.url} leaves this machine; give --vda5050-user NAME, and the"
+                " password in SWARM_VDA5050_PASSWORD"
+            )
+        if importlib.util.find_spec("paho") is None:
+            raise ConfigError("--vda5050 needs paho-mqtt: pip install swarm-workbench[vda5050]")
+
+    @property
+    def is_embedded(self) -> bool:
+        """Whether we start the broker."""
+        return self.url.split(":")[0] == EMBEDDED
+
+    @property
+    def _is_secure(self) -> bool:
+        return self.url.startswith("mqtts://")
+
+    @property
+    def _parts(self) -> tuple[str, int]:
+        """Host and port of the URL."""
+        url = self.url
+        if self.is_embedded:
+            url = f"mqtt://127.0.0.1{url.removeprefix(EMBEDDED)}"
+        try:
+            parts = urlsplit(url)
+            given = parts.port
+        except ValueError as error:
+            raise ConfigError(f"--vda5050 is '{self.url}': {error}; expected {EXPECTED}") from None
+        is_bare = not (parts.username or parts.password or parts.path.strip("/") or parts.query)
+        is_known = parts.scheme in ("mqtt", "mqtts") and bool(parts.hostname)
+        if not is_known or not is_bare or given == 0:
+            raise ConfigError(f"--vda5050 is '{self.url}'; expected {EXPECTED}")
+        return str(parts.hostname), given or (SECURE_PORT if self._is_secure else PORT)
+
+    def config(self) -> dict[str, Any]:
+        """Return what the process of the vehicles needs to know."""
+        host, port = self._parts
+        return {
+            "embedded": self.is_embedded,
+            "manufacturer": self.manufacturer,
+            "version": self.version,
+            "broker": {
+                "host": host,
+                "port": port,
+                "user": self.user,
+                "is_secure": self._is_secure,
+                "ca": str(self.ca.absolute()) if self.ca else "",
+            },
+        }
+
+
+def find_mosquitto() -> str:
+    """Return the path of the program.
+
+    Raises:
+        ConfigError: If it is not installed.
+    """
+    path = os.environ.get("PATH", "") + os.pathsep + "/usr/sbin"  # where Debian has it
+    program = shutil.which("mosquitto", path=path)
+    if program is None:
+        raise ConfigError(
+            "--vda5050 embedded needs the program mosquitto, which is not installed: install it"
+            " (Debian: apt-get install mosquitto), or give the URL of another broker"
+        )
+    return program
+
+
+def fleet_link(
+    url: str | None,
+    manufacturer: str | None,
+    version: str | None,
+    user: str | None,
+    ca: Path | None,
+) -> FleetLink | None:
+    """Return the link as typed; None without --vda5050.
+
+    Raises:
+        ConfigError: If an option is given that needs --vda5050, or one is wrong.
+    """
+    given = {"manufacturer": manufacturer, "version": version, "user": user, "ca": ca}
+    typed = {name: value for name, value in given.items() if value is not None}
+    if url is None:
+        if typed:
+            name = next(iter(typed))
+            flag = "--manufacturer" if name == "manufacturer" else f"--vda5050-{name}"
+            raise ConfigError(f"{flag} needs --vda5050, like --vda5050 mqtt://localhost:1883")
+        return None
+    link = FleetLink(url=url, **typed)  # type: ignore[arg-type]
+    if link.is_embedded:
+        check_free(link.config()["broker"]["port"])
+    return link
+
+
+def check_free(port: int) -> None:
+    """Refuse a port for our broker that another program has, before anything is started.
+
+    Raises:
+        ConfigError: If it is taken or not allowed.
+    """
+    try:
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(("127.0.0.1", port))
+    except OSError as error:
+        raise ConfigError(
+            f"--vda5050 embedded cannot use port {port}: {error.strerror}; give another with"
+            " embedded:PORT, or the URL of the broker that has it, like mqtt://localhost:1883"
+        ) from None
+
+
+def _is_loopback(host: str) -> bool:
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False

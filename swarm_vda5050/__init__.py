@@ -1,0 +1,16 @@
+"""Robots of a swarm as vehicles of VDA 5050: orders over MQTT in, states out.
+
+    messages     The messages of the standard
+    faults       The errors that a robot reports
+    actions      The actions that robots offer
+    order_check  Whether an order makes sense in itself
+    vehicle      One robot's orders, actions and state: the protocol, without input and output
+    dialect      Versions 2.1 and 3.0 on the wire
+    factsheet    What a robot model can do
+    broker       A mosquitto of our own on loopback
+    link         The MQTT connection of one robot
+    pilot        One robot of the swarm, driven as its vehicle wants
+    process      The process that swarm-up starts
+
+May import swarm_common and swarm_commander.
+"""

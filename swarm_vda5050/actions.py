@@ -1,0 +1,188 @@
+"""The actions that robots offer: where each may stand, its parameters, and how it runs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+
+from swarm_vda5050.messages import ActionState, ActionStatus, OrderAction
+
+HANDLING_TIME = 5.0  # [s] of a pick or drop that names no duration
+LONGEST = 86_400.0  # [s] of an action
+CURRENT_PATIENCE = 10.0  # [s] without current after which startCharging fails
+
+
+class ActionScope(Enum):
+    """Where an action may stand."""
+
+    NODE = "NODE"
+    EDGE = "EDGE"
+    INSTANT = "INSTANT"
+
+
+@dataclass(frozen=True, slots=True)
+class ActionOffer:
+    """One action that robots offer.
+
+    Attributes:
+        scopes: Where it may stand.
+        about: For people, in the factsheet.
+        required: Parameters that it needs, with their type in the factsheet.
+        optional: Parameters that it may have.
+    """
+
+    scopes: tuple[ActionScope, ...]
+    about: str
+    required: dict[str, str] = field(default_factory=dict)
+    optional: dict[str, str] = field(default_factory=dict)
+
+
+_ON_WAY = (ActionScope.NODE, ActionScope.EDGE)
+_LOAD = {"loadId": "STRING", "loadType": "STRING", "stationName": "STRING", "stationType": "STRING"}
+_DURATION = {"duration": "FLOAT"}
+_POSE = {"x": "FLOAT", "y": "FLOAT", "theta": "FLOAT", "mapId": "STRING"}
+OFFERED: dict[str, ActionOffer] = {
+    "pick": ActionOffer(_ON_WAY, "Take a load; lasts `duration`.", optional=_LOAD | _DURATION),
+    "drop": ActionOffer(
+        _ON_WAY, "Put the load down; lasts `duration`.", optional=_LOAD | _DURATION
+    ),
+    "wait": ActionOffer(_ON_WAY, "Wait for `duration` [s].", required=_DURATION),
+    "startCharging": ActionOffer(
+        (ActionScope.NODE, ActionScope.INSTANT), "Finished when current flows."
+    ),
+    "stopCharging": ActionOffer(
+        (ActionScope.NODE, ActionScope.INSTANT), "The robot may leave the charger."
+    ),
+    "initPosition": ActionOffer(
+        (ActionScope.NODE, ActionScope.INSTANT),
+        "Take a pose as one's own.",
+        required=_POSE,
+        optional={"lastNodeId": "STRING"},
+    ),
+    "startPause": ActionOffer((ActionScope.INSTANT,), "Stop, and pause the actions."),
+    "stopPause": ActionOffer((ActionScope.INSTANT,), "Go on after a pause."),
+    "stateRequest": ActionOffer((ActionScope.INSTANT,), "Publish the state."),
+    "factsheetRequest": ActionOffer((ActionScope.INSTANT,), "Publish the factsheet."),
+    "cancelOrder": ActionOffer(
+        (ActionScope.INSTANT,), "Give up the order.", optional={"orderId": "STRING"}
+    ),
+}
+OF_3: dict[str, ActionOffer] = {
+    "clearInstantActions": ActionOffer(
+        (ActionScope.INSTANT,), "Forget the instant actions that ended."
+    ),
+}
+PAUSABLE = ("pick", "drop", "wait")
+
+
+def check_action(
+    action: OrderAction, scope: ActionScope, offered: dict[str, ActionOffer] = OFFERED
+) -> str:
+    """Return what is wrong with an action; empty if the robot can do it.
+
+    Args:
+        offered: The actions of the version, by actionType.
+    """
+    offer = offered.get(action.action_type)
+    if offer is None or scope not in offer.scopes:
+        place = "" if offer is None else f" as an action of scope {scope.value}"
+        return f"the action '{action.action_type}' is not offered{place}"
+    known = offer.required | offer.optional
+    keys = [parameter.key for parameter in action.action_parameters]
+    for key in keys:
+        if key not in known:
+            return f"{action.action_type} has no parameter '{key}'; it takes {sorted(known)}"
+        if keys.count(key) > 1:
+            return f"{action.action_type} has the parameter '{key}' twice"
+    for key in offer.required:
+        if key not in keys:
+            return f"{action.action_type} lacks the parameter '{key}'"
+    for parameter in action.action_parameters:
+        kind = float if known[parameter.key] == "FLOAT" else str
+        value = parameter.value
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not (is_number and math.isfinite(value) if kind is float else isinstance(value, str)):
+            return f"{parameter.key} of {action.action_type} is {value!r:.80}"
+        if parameter.key == "duration" and not 0.0 <= value <= LONGEST:
+            return f"duration of {action.action_type} is {value} s; expected 0 to {LONGEST:g}"
+    return ""
+
+
+class RunningAction:
+    """One action, from its acceptance to its end.
+
+    Attributes:
+        action: As the fleet control sent it.
+        scope: Where it stood.
+        status: How far it is.
+        result: For people; empty without one.
+        is_triggered: Whether its node or edge is reached.
+    """
+
+    def __init__(self, action: OrderAction, scope: ActionScope) -> None:
+        self.action = action
+        self.scope = scope
+        self.status = ActionStatus.WAITING
+        self.result = ""
+        self.is_triggered = False
+        self._left = 0.0  # [s] that it still takes
+        self._at = 0.0  # [s] when that was
+
+    @property
+    def kind(self) -> str:
+        """Its actionType."""
+        return self.action.action_type
+
+    @property
+    def is_active(self) -> bool:
+        """Whether it runs or pauses."""
+        return self.status in (
+            ActionStatus.INITIALIZING, ActionStatus.RUNNING, ActionStatus.PAUSED
+        )  # fmt: skip
+
+    def state(self) -> ActionState:
+        """Return its state for the fleet control."""
+        return ActionState(
+            action_id=self.action.action_id,
+            action_type=self.kind,
+            action_status=self.status,
+            action_description=self.action.action_description or None,
+            result_description=self.result or None,
+        )
+
+    def begin(self, now: float) -> None:
+        """Begin to run.
+
+        Args:
+            now: Simulated time [s].
+        """
+        usual = HANDLING_TIME if self.kind in ("pick", "drop") else CURRENT_PATIENCE
+        self._left = float(self.action.parameter("duration", usual))
+        self._at = now
+        self.status = ActionStatus.RUNNING
+
+    def is_over(self, now: float) -> bool:
+        """Let time pass; return whether its time is up.
+
+        Args:
+            now: Simulated time [s].
+        """
+        if self.status is ActionStatus.RUNNING:
+            self._left -= now - self._at
+        self._at = now
+        return self.status is ActionStatus.RUNNING and self._left <= 0.0
+
+    def pause(self, *, is_paused: bool) -> None:
+        """Stop the clock of an action that can pause, or go on."""
+        if self.kind in PAUSABLE and self.is_active:
+            self.status = ActionStatus.PAUSED if is_paused else ActionStatus.RUNNING
+
+    def finish(self, result: str = "") -> None:
+        """End well."""
+        self.status, self.result = ActionStatus.FINISHED, result
+
+    def fail(self, reason: str) -> None:
+        """End badly, unless it has ended."""
+        if not self.status.is_final:
+            self.status, self.result = ActionStatus.FAILED, reason

@@ -1,0 +1,78 @@
+"""A mosquitto of our own on loopback, for `--vda5050 embedded`."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import time
+from pathlib import Path
+
+from swarm_commander.run.input.fleet_link import find_mosquitto
+from swarm_common.model.errors import ConfigError
+from swarm_common.process.lifetime import die_with
+
+START_LIMIT = 5.0  # [s] for it to answer
+CONFIG = """listener {port} 127.0.0.1
+allow_anonymous true
+persistence false
+message_size_limit 1100000
+"""
+
+
+class Broker:
+    """A running mosquitto; it ends with this process."""
+
+    def __init__(self, port: int, folder: Path) -> None:
+        """Start it, and wait until it answers.
+
+        Args:
+            folder: For its configuration and its log; it must exist.
+
+        Raises:
+            ConfigError: If it does not start.
+        """
+        self.port = port
+        self._config, self._log = folder / "mosquitto.conf", folder / "mosquitto.log"
+        self._config.write_text(CONFIG.format(port=port), encoding="utf-8")
+        self._process = self._start()
+        self._await()
+
+    def revive(self) -> bool:
+        """Start it again if it ended; return whether it had."""
+        if self._process.poll() is None:
+            return False
+        self._process = self._start()
+        return True
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        parent = os.getpid()
+        with self._log.open("ab") as log:
+            return subprocess.Popen(
+                (find_mosquitto(), "-c", str(self._config)),
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                preexec_fn=lambda: die_with(parent),
+            )
+
+    def _await(self) -> None:
+        end = time.monotonic() + START_LIMIT
+        while time.monotonic() < end and self._process.poll() is None:
+            try:
+                with socket.create_connection(("127.0.0.1", self.port), timeout=1.0):
+                    time.sleep(0.05)  # an address in use is noticed after another's answer
+                    if self._process.poll() is None:
+                        return
+            except OSError:
+                time.sleep(0.05)
+        self.stop()
+        raise ConfigError(
+            f"the broker does not start on port {self.port}, which another may have (see"
+            f" {self._log}); give another port with embedded:PORT, or the broker's URL"
+        )
+
+    def stop(self) -> None:
+        """End it."""
+        self._process.terminate()
+        self._process.wait()

@@ -1,0 +1,62 @@
+"""The errors that a robot reports, with their names and levels in both versions."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from swarm_common.model.errors import SwarmError
+
+WARNING, FATAL, CRITICAL = "WARNING", "FATAL", "CRITICAL"
+
+
+class OrderFault(Enum):
+    """Name and level in 2.1, name and level in 3.0."""
+
+    VALIDATION = ("validationError", WARNING, "VALIDATION_FAILURE", WARNING)
+    UNSUPPORTED = ("orderError", WARNING, "UNSUPPORTED_PARAMETER", CRITICAL)
+    UNKNOWN_ACTION = ("orderError", WARNING, "INVALID_ORDER_ACTION", WARNING)
+    OUTDATED = ("orderUpdateError", WARNING, "OUTDATED_ORDER_UPDATE", WARNING)
+    SAME_UPDATE = ("orderUpdateError", WARNING, "SAME_ORDER_UPDATE_ID", WARNING)
+    NO_CONTINUATION = ("orderUpdateError", WARNING, "VALIDATION_FAILURE", WARNING)
+    CANCELLED = ("orderUpdateError", WARNING, "ORDER_UPDATE_FOLLOWING_CANCEL", WARNING)
+    OTHER_ORDER = ("orderError", WARNING, "OTHER_ORDER_ACTIVE", WARNING)
+    USED_ORDER = ("orderError", WARNING, "VALIDATION_FAILURE", WARNING)
+    START_FAR = ("noRouteError", WARNING, "START_NODE_OUT_OF_RANGE", WARNING)
+    NO_ROUTE = ("noRouteError", WARNING, "NO_ROUTE_TO_TARGET", WARNING)
+    UNKNOWN_MAP = ("noRouteError", WARNING, "UNKNOWN_MAP_ID", WARNING)
+    NOT_AVAILABLE = ("orderError", WARNING, "MOBILE_ROBOT_NOT_AVAILABLE", WARNING)
+    NO_ORDER = ("noOrderToCancel", WARNING, "NO_ORDER_TO_CANCEL", WARNING)
+    INSTANT = ("instantActionError", WARNING, "INVALID_INSTANT_ACTION", WARNING)
+    UNREACHABLE = ("noRouteError", FATAL, "NODE_UNREACHABLE", CRITICAL)
+    ACTION = ("actionError", WARNING, "ACTION_FAILED", WARNING)
+    DRIVING = ("drivingError", WARNING, "DRIVING_INTERRUPTED", WARNING)
+
+    def name_in(self, major: int) -> str:
+        """Return the errorType of a version.
+
+        Args:
+            major: 2 or 3.
+        """
+        return self.value[0] if major == 2 else self.value[2]
+
+    def level_in(self, major: int) -> str:
+        """Return the errorLevel of a version.
+
+        Args:
+            major: 2 or 3.
+        """
+        return self.value[1] if major == 2 else self.value[3]
+
+
+class OrderRejectedError(SwarmError):
+    """A message of the fleet control is rejected.
+
+    Attributes:
+        fault: The error to report.
+        references: What it is about, by key like `nodeId`.
+    """
+
+    def __init__(self, fault: OrderFault, message: str, **references: object) -> None:
+        self.fault = fault
+        self.references = {key: str(value) for key, value in references.items()}
+        super().__init__(message)

@@ -1,0 +1,303 @@
+"""The messages of VDA 5050 2.1, as they are inside this package; `dialect` has those of 3.0.
+
+Fields, units and meanings are the standard's: SI units, radians, the map's frame. What comes in is
+read strictly: an unknown field, a missing one or one of another type is an error that names it.
+What goes out leaves out optional fields without a value.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Any
+
+import msgspec
+
+
+class Incoming(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, rename="camel"
+):
+    """Sent by the fleet control."""
+
+
+class Outgoing(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, rename="camel"):
+    """Sent by a robot."""
+
+
+class BlockingType(StrEnum):
+    """What an action allows meanwhile."""
+
+    NONE = "NONE"  # driving and other actions
+    SINGLE = "SINGLE"  # driving, but no other action; of 3.0
+    SOFT = "SOFT"  # other actions, but no driving
+    HARD = "HARD"  # neither
+
+    @property
+    def allows_driving(self) -> bool:
+        """Whether the robot may drive meanwhile."""
+        return self in (BlockingType.NONE, BlockingType.SINGLE)
+
+    @property
+    def is_exclusive(self) -> bool:
+        """Whether no other action may run meanwhile."""
+        return self in (BlockingType.SINGLE, BlockingType.HARD)
+
+
+class ActionStatus(StrEnum):
+    """How far an action is."""
+
+    WAITING = "WAITING"
+    INITIALIZING = "INITIALIZING"
+    RUNNING = "RUNNING"
+    PAUSED = "PAUSED"
+    FINISHED = "FINISHED"
+    FAILED = "FAILED"
+
+    @property
+    def is_final(self) -> bool:
+        """Whether the action has ended."""
+        return self in (ActionStatus.FINISHED, ActionStatus.FAILED)
+
+
+# Incoming
+
+
+class Parameter(Incoming, frozen=True):
+    """A parameter of an action."""
+
+    key: str
+    value: Any
+
+
+class OrderAction(Incoming, frozen=True):
+    """Something to do besides driving."""
+
+    action_type: str
+    action_id: str
+    blocking_type: BlockingType
+    action_description: str = ""
+    action_parameters: tuple[Parameter, ...] = ()
+
+    def parameter(self, key: str, default: Any = None) -> Any:
+        """Return the value of a parameter, or `default` if it is not given."""
+        found = [each.value for each in self.action_parameters if each.key == key]
+        return found[0] if found else default
+
+
+class NodePosition(Incoming, frozen=True):
+    """Where a node is, and how exactly it is to be met."""
+
+    x: float
+    y: float
+    map_id: str
+    theta: float | None = None
+    allowed_deviation_xy: float = msgspec.field(default=0.0, name="allowedDeviationXY")
+    allowed_deviation_theta: float = 0.0
+    map_description: str = ""
+
+
+class Node(Incoming, frozen=True):
+    """A place on the way."""
+
+    node_id: str
+    sequence_id: int
+    released: bool
+    actions: tuple[OrderAction, ...]
+    node_position: NodePosition | None = None
+    node_description: str = ""
+
+    @property
+    def key(self) -> tuple[str, int]:
+        """What tells nodes of an order apart."""
+        return self.node_id, self.sequence_id
+
+
+class Edge(Incoming, frozen=True):
+    """The way from one node to the next."""
+
+    edge_id: str
+    sequence_id: int
+    released: bool
+    start_node_id: str
+    end_node_id: str
+    actions: tuple[OrderAction, ...]
+    edge_description: str = ""
+    max_speed: float | None = None
+    max_height: float | None = None
+    min_height: float | None = None
+    orientation: float | None = None
+    orientation_type: str = "TANGENTIAL"
+    direction: str = ""
+    rotation_allowed: bool | None = None
+    max_rotation_speed: float | None = None
+    trajectory: dict[str, Any] | None = None
+    length: float | None = None
+    corridor: dict[str, Any] | None = None
+
+
+class Header(Incoming, frozen=True):
+    """Beginning of each message of the fleet control."""
+
+    header_id: int
+    timestamp: str
+    version: str
+    manufacturer: str
+    serial_number: str
+
+
+class DriveOrder(Header, frozen=True):
+    """A way with its actions, or the continuation of one."""
+
+    order_id: str
+    order_update_id: int
+    nodes: tuple[Node, ...]
+    edges: tuple[Edge, ...]
+    zone_set_id: str = ""
+    order_description: str = ""
+
+    @property
+    def content(self) -> tuple[Any, ...]:
+        """What makes two messages the same order."""
+        return self.order_id, self.order_update_id, self.nodes, self.edges
+
+    @property
+    def actions(self) -> list[OrderAction]:
+        """All actions, of nodes and edges, in their sequence."""
+        parts: list[Node | Edge] = [*self.nodes, *self.edges]
+        parts.sort(key=lambda part: part.sequence_id)
+        return [action for part in parts for action in part.actions]
+
+
+class InstantActions(Header, frozen=True):
+    """Actions that are to be done at once."""
+
+    actions: tuple[OrderAction, ...]
+
+
+# Outgoing
+
+
+class NodeState(Outgoing, frozen=True):
+    """A node that is not traversed yet."""
+
+    node_id: str
+    sequence_id: int
+    released: bool
+
+
+class EdgeState(Outgoing, frozen=True):
+    """An edge whose end is not reached yet."""
+
+    edge_id: str
+    sequence_id: int
+    released: bool
+
+
+class ActionState(Outgoing, frozen=True):
+    """How far an action is, with its result."""
+
+    action_id: str
+    action_status: ActionStatus
+    action_type: str | None = None
+    action_description: str | None = None
+    result_description: str | None = None
+
+
+class AgvPosition(Outgoing, frozen=True):
+    """Where the robot is."""
+
+    x: float
+    y: float
+    theta: float
+    map_id: str
+    position_initialized: bool
+    localization_score: float | None = None
+    deviation_range: float | None = None
+
+
+class AgvVelocity(Outgoing, frozen=True):
+    """In the robot's frame."""
+
+    vx: float
+    vy: float
+    omega: float
+
+
+class Load(Outgoing, frozen=True):
+    """What the robot carries."""
+
+    load_id: str | None = None
+    load_type: str | None = None
+
+
+class BatteryState(Outgoing, frozen=True):
+    """Charge in percent."""
+
+    battery_charge: float
+    charging: bool
+    battery_voltage: float | None = None
+
+
+class Reference(Outgoing, frozen=True):
+    """What an error or an information is about."""
+
+    reference_key: str
+    reference_value: str
+
+
+class Error(Outgoing, frozen=True):
+    """Something that is wrong."""
+
+    error_type: str
+    error_level: str
+    error_description: str | None = None
+    error_references: tuple[Reference, ...] | None = None
+
+
+class Info(Outgoing, frozen=True):
+    """Something for people."""
+
+    info_type: str
+    info_level: str
+    info_description: str | None = None
+    info_references: tuple[Reference, ...] | None = None
+
+
+class SafetyState(Outgoing, frozen=True):
+    """Emergency stop and protective field."""
+
+    e_stop: str
+    field_violation: bool
+
+
+class MapState(Outgoing, frozen=True):
+    """A map that the robot has."""
+
+    map_id: str
+    map_version: str
+    map_status: str
+
+
+class VehicleState(Outgoing, frozen=True):
+    """All that a fleet control is to know of a robot; the header is put before it."""
+
+    order_id: str
+    order_update_id: int
+    last_node_id: str
+    last_node_sequence_id: int
+    node_states: tuple[NodeState, ...]
+    edge_states: tuple[EdgeState, ...]
+    driving: bool
+    action_states: tuple[ActionState, ...]
+    instant_action_states: tuple[ActionState, ...]  # in 2.1 at the end of `action_states`
+    battery_state: BatteryState
+    operating_mode: str
+    errors: tuple[Error, ...]
+    safety_state: SafetyState
+    information: tuple[Info, ...]
+    maps: tuple[MapState, ...]
+    loads: tuple[Load, ...]
+    paused: bool | None = None
+    new_base_request: bool | None = None
+    distance_since_last_node: float | None = None
+    agv_position: AgvPosition | None = None
+    velocity: AgvVelocity | None = None

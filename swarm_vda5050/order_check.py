@@ -1,0 +1,168 @@
+"""Whether an order makes sense in itself, before anybody asks if it fits the robot's state."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+from swarm_vda5050.actions import OFFERED, ActionScope, check_action
+from swarm_vda5050.faults import OrderFault, OrderRejectedError
+from swarm_vda5050.messages import DriveOrder, Edge, Node, OrderAction
+
+MOST_NODES = 1000  # of one message
+MOST_ACTIONS = 100  # of one node or edge
+LONGEST_ID = 256  # characters
+
+
+def anywhere(x: float, y: float) -> str:
+    """Return that robots may be at every place."""
+    return ""
+
+
+@dataclass(frozen=True, slots=True)
+class DrivingArea:
+    """Where robots may drive.
+
+    Attributes:
+        map_id: Of the only map.
+        obstacle_at: Returns what is in the way at a place x, y [m]; empty if it is free.
+    """
+
+    map_id: str
+    obstacle_at: Callable[[float, float], str] = anywhere
+
+
+def check_order(order: DriveOrder, ground: DrivingArea) -> None:
+    """Check structure, places and actions of an order or an update.
+
+    Raises:
+        RejectedError: For the first thing that is wrong.
+    """
+    _check_sequence(order)
+    for node in order.nodes:
+        _check_node(node, ground)
+    for edge in order.edges:
+        _check_edge(edge)
+    counts = Counter(action.action_id for action in order.actions)
+    for action_id, count in counts.items():
+        if count > 1:
+            message = f"the actionId '{action_id}' occurs {count} times"
+            raise OrderRejectedError(OrderFault.VALIDATION, message, actionId=action_id)
+
+
+def _check_sequence(order: DriveOrder) -> None:
+    nodes, edges = order.nodes, order.edges
+    if not 1 <= len(nodes) <= MOST_NODES:
+        raise _invalid(f"{len(nodes)} nodes; expected 1 to {MOST_NODES}")
+    if len(edges) != len(nodes) - 1:
+        raise _invalid(f"{len(edges)} edges for {len(nodes)} nodes; expected {len(nodes) - 1}")
+    if order.order_update_id < 0 or not order.order_id:
+        raise _invalid("orderId must not be empty, orderUpdateId not negative")
+    first = nodes[0].sequence_id
+    if first < 0 or first % 2:
+        raise _invalid(f"the first node has the sequenceId {first}; expected an even number")
+    for index, node in enumerate(nodes):
+        if node.sequence_id != first + 2 * index:
+            expected = first + 2 * index
+            raise _invalid(
+                f"the sequenceId is {node.sequence_id}; expected {expected}", nodeId=node.node_id
+            )
+    for index, edge in enumerate(edges):
+        start, end = nodes[index], nodes[index + 1]
+        if edge.sequence_id != start.sequence_id + 1:
+            raise _invalid(
+                f"the sequenceId is {edge.sequence_id}; expected {start.sequence_id + 1}",
+                edgeId=edge.edge_id,
+            )
+        if (edge.start_node_id, edge.end_node_id) != (start.node_id, end.node_id):
+            raise _invalid(
+                f"it leads from '{edge.start_node_id}' to '{edge.end_node_id}'; the nodes beside"
+                f" it are '{start.node_id}' and '{end.node_id}'",
+                edgeId=edge.edge_id,
+            )
+        if edge.released != end.released:
+            raise _invalid("edge and end node must be released together", edgeId=edge.edge_id)
+    if not nodes[0].released:
+        raise _invalid("the first node must be released", nodeId=nodes[0].node_id)
+    for before, node in pairwise(nodes):
+        if node.released and not before.released:
+            raise _invalid("a released node follows one that is not", nodeId=node.node_id)
+
+
+def _check_node(node: Node, ground: DrivingArea) -> None:
+    position = node.node_position
+    _check_id(node.node_id, nodeId=node.node_id)
+    if position is None:
+        raise OrderRejectedError(
+            OrderFault.UNSUPPORTED, "nodePosition is required by this robot", nodeId=node.node_id
+        )
+    numbers = {
+        "x": position.x,
+        "y": position.y,
+        "theta": position.theta or 0.0,
+        "allowedDeviationXY": position.allowed_deviation_xy,
+        "allowedDeviationTheta": position.allowed_deviation_theta,
+    }
+    for name, number in numbers.items():
+        if not math.isfinite(number) or (name.startswith("allowed") and number < 0.0):
+            raise _invalid(f"{name} is {number}", nodeId=node.node_id)
+    if position.map_id != ground.map_id:
+        raise OrderRejectedError(
+            OrderFault.UNKNOWN_MAP,
+            f"the map '{position.map_id}' is unknown; this robot has '{ground.map_id}'",
+            nodeId=node.node_id,
+            mapId=position.map_id,
+        )
+    if obstacle := ground.obstacle_at(position.x, position.y):
+        place = f"({position.x:g}, {position.y:g})"
+        raise OrderRejectedError(OrderFault.NO_ROUTE, f"{place} is {obstacle}", nodeId=node.node_id)
+    _check_actions(node.actions, ActionScope.NODE, nodeId=node.node_id)
+
+
+def _check_edge(edge: Edge) -> None:
+    _check_id(edge.edge_id, edgeId=edge.edge_id)
+    unsupported = {
+        "trajectory": edge.trajectory is not None,
+        "corridor": edge.corridor is not None,
+        "orientation": bool(edge.orientation) or edge.orientation_type != "TANGENTIAL",
+        "maxRotationSpeed": edge.max_rotation_speed is not None,
+        "rotationAllowed": edge.rotation_allowed is False,
+    }
+    for name, is_asked in unsupported.items():
+        if is_asked:
+            message = f"{name} is not supported: this robot plans its own way and heading"
+            raise OrderRejectedError(
+                OrderFault.UNSUPPORTED, message, edgeId=edge.edge_id, parameter=name
+            )
+    if edge.max_speed is not None and not 0.0 < edge.max_speed < math.inf:
+        raise _invalid(f"maxSpeed is {edge.max_speed}; it must be positive", edgeId=edge.edge_id)
+    _check_actions(edge.actions, ActionScope.EDGE, edgeId=edge.edge_id)
+
+
+def _check_actions(actions: tuple[OrderAction, ...], scope: ActionScope, **where: object) -> None:
+    if len(actions) > MOST_ACTIONS:
+        raise _invalid(f"{len(actions)} actions; at most {MOST_ACTIONS} are taken", **where)
+    for action in actions:
+        _check_id(action.action_id, actionId=action.action_id)
+        if problem := check_action(action, scope):
+            names = ", ".join(sorted(OFFERED))
+            hint = "" if action.action_type in OFFERED else f"; offered are {names}"
+            raise OrderRejectedError(
+                OrderFault.UNKNOWN_ACTION,
+                f"{problem}{hint}",
+                actionId=action.action_id,
+                actionType=action.action_type,
+                **where,
+            )
+
+
+def _check_id(value: str, **where: object) -> None:
+    if not 1 <= len(value) <= LONGEST_ID:
+        raise _invalid(f"an id has {len(value)} characters; expected 1 to {LONGEST_ID}", **where)
+
+
+def _invalid(message: str, **references: object) -> OrderRejectedError:
+    return OrderRejectedError(OrderFault.VALIDATION, message, **references)

@@ -1,0 +1,423 @@
+"""One robot of the swarm, driven as its vehicle wants; what it says of itself is published."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Container
+from typing import Any
+
+import msgspec
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
+from nav2_msgs.msg import SpeedLimit
+from rclpy.node import Node
+from sensor_msgs.msg import BatteryState as BatteryMsg
+from swarm_interfaces.msg import RobotStatus
+
+from swarm_commander.mission.client import RobotCommander
+from swarm_commander.mission.driver import has_goal, is_for_good
+from swarm_commander.mission.status_check import StatusCheck
+from swarm_commander.mission.task import Task, TaskResult
+from swarm_common.middleware import ros_io
+from swarm_common.middleware.battery_state import read_battery
+from swarm_common.middleware.rejections import RejectedError
+from swarm_common.model.battery import BatteryReading, SupplyStatus
+from swarm_common.model.palette import BY_HAND
+from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, wrap_angle
+from swarm_vda5050.dialect import Dialect, Identity
+from swarm_vda5050.factsheet import factsheet, localization_score
+from swarm_vda5050.faults import OrderRejectedError
+from swarm_vda5050.link import Address, BrokerEvent, BrokerEventKind, Link
+from swarm_vda5050.messages import (
+    AgvPosition,
+    AgvVelocity,
+    BatteryState,
+    Info,
+    MapState,
+    Reference,
+    SafetyState,
+    VehicleState,
+)
+from swarm_vda5050.order_check import DrivingArea
+from swarm_vda5050.vehicle import DriveLeg, RobotSenses, Vehicle
+
+STATE_PERIOD = 30.0  # [s] of wall time between two states at the latest
+VISUAL_PERIOD = 1.0  # [s] of wall time between two messages for visualization
+CANCEL_PERIOD = 2.0  # [s] of wall time after which a robot that drives on is told again to stop
+STILL = 0.02  # [m/s], [rad/s] below which a robot stands
+WAITING = ("waiting", "holding", "yielding")  # states in which `detail` says for whom
+OBSTACLE = "before an obstacle"  # how `detail` ends of a robot that stopped for somebody
+AWAITED = re.compile(r"\bfor ([^\s,:]+)")  # in `detail`: a robot, or something else
+
+
+class Pilot:
+    """One robot: its vehicle, its MQTT connection and its navigator."""
+
+    def __init__(
+        self,
+        node: Node,
+        identity: Identity,
+        spec: RobotSpec,
+        ground: DrivingArea,
+        address: Address,
+        *,
+        door: StatusCheck,
+        is_realistic: bool,
+        names: Container[str],
+        note: Callable[[str], None],
+    ) -> None:
+        """Attach to a robot, and connect to the broker.
+
+        Args:
+            node: Node that all ROS traffic goes through; spinning it is the caller's work.
+            door: Of the statuses of all robots.
+            names: Of all robots, for what is said of them; may change.
+            is_realistic: Whether the robot estimates its pose; otherwise it knows it.
+        """
+        self.name = identity.serial
+        self.vehicle = Vehicle(ground, identity.offered)
+        self._identity = identity
+        self._spec = spec
+        self._map_id = ground.map_id
+        self._dialect = Dialect(identity)
+        self._note = note
+        self._names = names
+        self.robot = RobotCommander(
+            node, self.name, self._receive_status, with_feedback=False, door=door,
+            watches_swarm=False,
+        )  # fmt: skip
+        self._speed = node.create_publisher(
+            SpeedLimit, f"/{self.name}/speed_limit", ros_io.RELIABLE
+        )
+        self._speed_limit = 0.0  # [m/s] that the navigator knows; 0 for none
+        self._battery: BatteryReading | None = None
+        if spec.battery is not None:
+            node.create_subscription(
+                BatteryMsg, f"/{self.name}/battery_state", self._receive_battery,
+                ros_io.RELIABLE, raw=True,
+            )  # fmt: skip
+        self._deviation: float | None = None if is_realistic else 0.0  # [m]
+        if is_realistic:
+            node.create_subscription(
+                PoseWithCovarianceStamped, f"/{self.name}/amcl_pose", self._receive_pose,
+                ros_io.LATCHED,
+            )  # fmt: skip
+        self._task: Task | None = None
+        self._goal: tuple[tuple[str, int], ...] = ()  # nodes that it leads to
+        self._ended: Task | None = None  # until the status with the end is here
+        self._cancelled_at = 0.0
+        self._tick = 0
+        self._velocity = AgvVelocity(vx=0.0, vy=0.0, omega=0.0)
+        self._is_silent = False  # its navigator does not run
+        self._published: VehicleState | None = None
+        self._state_at = 0.0
+        self._visual_at = 0.0
+        self._is_refused = False
+        topics = [identity.topic("order"), identity.topic("instantActions")]
+        self._link = Link(address, topics, self._will, self.name)
+        self._link.open()
+
+    # From swarm-up
+
+    def silence(self) -> None:
+        """The navigator died: the broker is to say so."""
+        self._is_silent = True
+        self._task = self._ended = None
+        self.robot.forgetTask()
+        self._link.cut()
+
+    def hear(self) -> None:
+        """The navigator runs again: go on with the order."""
+        if self._is_silent:
+            self._is_silent = False
+            self._link.open()
+
+    def close(self) -> None:
+        """Say goodbye to the fleet control."""
+        self._stop()
+        payload = self._dialect.write("connection", {"connectionState": "OFFLINE"})
+        self._link.close(self._identity.topic("connection"), payload)
+
+    # Turns
+
+    def turn(self, now: float) -> None:
+        """Take what arrived, drive, and publish.
+
+        Args:
+            now: Wall time [s].
+        """
+        while not self._link.inbox.empty():
+            self._receive(self._link.inbox.get())
+        if self._is_silent:
+            return
+        self.robot.look()
+        self._drive(now)
+        requests = self.vehicle.take_requests()
+        if requests.initial_pose_map is not None:
+            pose = ros_io.pose_stamped(requests.initial_pose_map, self._tick)
+            self.robot.setInitialPose(pose)
+        if requests.factsheet:
+            self._publish_factsheet()
+        self._publish(now, is_asked=requests.state)
+
+    def _receive(self, arrival: BrokerEvent) -> None:
+        if arrival.kind is BrokerEventKind.REFUSED:
+            if not self._is_refused:
+                self._is_refused = True
+                reason = arrival.payload.decode()
+                self._note(f"{self.name}: the MQTT broker does not take it: {reason}; it tries on")
+        elif arrival.kind is BrokerEventKind.CONNECTED:
+            self._is_refused = False
+            payload = self._dialect.write("connection", {"connectionState": "ONLINE"})
+            self._link.publish(self._identity.topic("connection"), payload, is_kept=True)
+            self._publish_factsheet()
+            self._published = None
+        else:
+            self._receive_message(arrival.topic, arrival.payload)
+
+    def _receive_message(self, topic: str, payload: bytes) -> None:
+        is_instant = topic == self._identity.topic("instantActions")
+        try:
+            if is_instant:
+                message = self._dialect.read_instant_actions(payload)
+                self.vehicle.receive_instant_actions(message)
+            else:
+                self.vehicle.receive_order(self._dialect.read_order(payload))
+        except OrderRejectedError as error:
+            self.vehicle.reject(error, is_instant=is_instant)
+
+    # Driving
+
+    def _drive(self, now: float) -> None:
+        leg = self.vehicle.leg
+        if leg is None or self._ended is not None:
+            if self._task is not None or self._drives_on(now):
+                self._stop()
+                self._cancelled_at = now
+            return
+        keys = tuple(node.key for node in leg.nodes)
+        if self._task is None or self._goal[-len(keys) :] != keys:
+            self._send(leg)
+            self._goal = keys
+        self._limit_speed(leg.max_speed or 0.0)
+
+    def _drives_on(self, now: float) -> bool:
+        """Whether the robot follows a goal of ours although it was told to stop."""
+        task, status = self.robot.task, self.robot.status
+        if self._ended is not None or task is None or task.is_complete or status is None:
+            return False
+        return has_goal(status) and now - self._cancelled_at > CANCEL_PERIOD
+
+    def _stop(self) -> None:
+        self._task = None
+        self._goal = ()
+        self.robot.cancelTask()
+
+    def _send(self, leg: DriveLeg) -> None:
+        status = self.robot.status
+        before = (0.0, 0.0) if status is None else (status.pose.x, status.pose.y)
+        poses = []
+        for node in leg.nodes:
+            position = node.node_position
+            assert position is not None
+            yaw = position.theta
+            if yaw is None:
+                yaw = math.atan2(position.y - before[1], position.x - before[0])
+            before = (position.x, position.y)
+            poses.append(ros_io.pose_stamped(Pose(*before, wrap_angle(yaw)), self._tick))
+        if len(poses) == 1:
+            goal = NavigateToPose.Goal(pose=poses[0])
+            name, kind = "navigate_to_pose", NavigateToPose
+        else:
+            goal = NavigateThroughPoses.Goal(poses=poses)
+            name, kind = "navigate_through_poses", NavigateThroughPoses
+        self._task = self.robot.send(name, kind, goal, self._receive_end)
+
+    def _limit_speed(self, limit: float) -> None:
+        if limit != self._speed_limit:
+            self._speed_limit = limit
+            self._speed.publish(SpeedLimit(speed_limit=limit, percentage=False))
+
+    def _receive_end(self, task: Task) -> None:
+        if task is self._task:
+            self._task = None
+            self._ended = task
+
+    def _settle(self) -> None:
+        """Tell the vehicle how its leg ended; called with a status from after the end."""
+        task, self._ended = self._ended, None
+        goal, self._goal = self._goal, ()
+        if task is None or not goal or task.is_forgotten:
+            return  # a forgotten goal is sent anew
+        if task.outcome is TaskResult.SUCCEEDED:
+            self.vehicle.arrive(goal[-1])
+        else:
+            self.vehicle.fail_drive(task.reason, is_for_good(task.result))
+
+    # From the robot
+
+    def _receive_status(self, status: RobotStatus) -> None:
+        tick = ros_io.tick_of(status.stamp)
+        pose_map = Pose(status.pose.x, status.pose.y, status.pose.theta)
+        before = self.vehicle.senses
+        if before is not None and tick > self._tick:
+            self._velocity = _velocity(
+                before.pose_map, pose_map, CONTROL_PERIOD * (tick - self._tick)
+            )
+        self._tick = tick
+        senses = RobotSenses(
+            now=CONTROL_PERIOD * tick,
+            pose_map=pose_map,
+            is_standing=self._task is None and self._ended is None and not self.is_driving,
+            is_by_hand=status.state == BY_HAND,
+            is_charging=self._is_charging,
+        )
+        self.vehicle.sense(senses)
+        if self._ended is not None:
+            self._settle()
+
+    def _receive_battery(self, data: bytes) -> None:
+        try:
+            self._battery = read_battery(data)
+        except RejectedError as error:
+            self._note(f"{self.name}: a battery_state is left out: {error}")
+
+    def _receive_pose(self, message: PoseWithCovarianceStamped) -> None:
+        covariance = message.pose.covariance
+        self._deviation = math.sqrt(max(covariance[0], covariance[7], 0.0))
+
+    @property
+    def is_driving(self) -> bool:
+        """Whether the robot moves."""
+        v = self._velocity
+        return max(abs(v.vx), abs(v.vy), abs(v.omega)) > STILL
+
+    @property
+    def _is_charging(self) -> bool | None:
+        if self._spec.battery is None:
+            return None
+        return self._battery is not None and self._battery.status is SupplyStatus.CHARGING
+
+    # To the fleet control
+
+    def _will(self) -> tuple[str, bytes]:
+        state = {"connectionState": self._identity.broken}
+        return self._identity.topic("connection"), self._dialect.write("connection", state)
+
+    def _publish_factsheet(self) -> None:
+        content = factsheet(self._spec, self._identity.offered, self._identity.major)
+        payload = self._dialect.write("factsheet", content)
+        self._link.publish(self._identity.topic("factsheet"), payload, is_kept=True)
+
+    def _publish(self, now: float, *, is_asked: bool) -> None:
+        state = self._state()
+        if state is None or not self._link.is_open:
+            return
+        is_new = self._published is None or _essence(state) != _essence(self._published)
+        if is_asked or is_new or now - self._state_at >= STATE_PERIOD:
+            self._published, self._state_at = state, now
+            self._send_message("state", state)
+        if now - self._visual_at >= VISUAL_PERIOD:
+            self._visual_at = now
+            visual = {"agvPosition": state.agv_position, "velocity": state.velocity}
+            self._send_message("visualization", visual)
+
+    def _send_message(self, topic: str, content: Any) -> None:
+        payload = self._dialect.write(topic, content)
+        self._link.publish(self._identity.topic(topic), payload)
+
+    def _state(self) -> VehicleState | None:
+        vehicle, status = self.vehicle, self.robot.status
+        if status is None:
+            return None
+        return VehicleState(
+            order_id=vehicle.order_id,
+            order_update_id=vehicle.order_update_id,
+            last_node_id=vehicle.last_node[0],
+            last_node_sequence_id=vehicle.last_node[1],
+            node_states=vehicle.node_states,
+            edge_states=vehicle.edge_states,
+            driving=self.is_driving,
+            paused=vehicle.is_paused,
+            new_base_request=vehicle.wants_base,
+            distance_since_last_node=round(vehicle.driven, 2),
+            agv_position=self._position(status),
+            velocity=self._velocity,
+            loads=() if vehicle.load is None else (vehicle.load,),
+            action_states=vehicle.action_states,
+            instant_action_states=vehicle.instant_action_states,
+            battery_state=self._battery_state(),
+            operating_mode="MANUAL" if vehicle.is_manual else "AUTOMATIC",
+            errors=tuple(self._dialect.error(report) for report in vehicle.errors),
+            information=_information(status, self._names),
+            safety_state=SafetyState(
+                e_stop="NONE", field_violation=status.detail.endswith(OBSTACLE)
+            ),
+            maps=(MapState(map_id=self._map_id, map_version="1", map_status="ENABLED"),),
+        )
+
+    def _position(self, status: RobotStatus) -> AgvPosition:
+        deviation = self._deviation
+        return AgvPosition(
+            x=round(status.pose.x, 4),
+            y=round(status.pose.y, 4),
+            theta=wrap_angle(status.pose.theta),
+            map_id=self._map_id,
+            position_initialized=True,
+            localization_score=None if deviation is None else localization_score(deviation),
+            deviation_range=deviation,
+        )
+
+    def _battery_state(self) -> BatteryState:
+        battery, reading = self._spec.battery, self._battery
+        if battery is None or reading is None:
+            return BatteryState(battery_charge=100.0, charging=False)
+        return BatteryState(
+            battery_charge=round(100.0 * reading.share, 1),
+            charging=reading.status is SupplyStatus.CHARGING,
+            battery_voltage=battery.voltage,
+        )
+
+
+def _essence(state: VehicleState) -> VehicleState:
+    """Return what a new state is published for at once."""
+    replace = msgspec.structs.replace
+    information = tuple(replace(info, info_description=None) for info in state.information)
+    charge = replace(state.battery_state, battery_charge=0.0)
+    return replace(
+        state, agv_position=None, velocity=None, distance_since_last_node=None,
+        battery_state=charge, information=information,
+    )  # fmt: skip
+
+
+def _information(status: RobotStatus, names: Container[str]) -> tuple[Info, ...]:
+    """Return what the robot does, for people; of one that waits, for whom."""
+    if status.state not in WAITING:
+        return (Info(info_type=status.state.replace(" ", "_").upper(), info_level="DEBUG"),)
+    references = tuple(
+        Reference(reference_key="serialNumber", reference_value=other)
+        for other in AWAITED.findall(status.detail)
+        if other in names
+    )
+    return (
+        Info(
+            info_type=status.state.upper(),
+            info_level="INFO",
+            info_description=f"{status.state} {status.detail}",
+            info_references=references or None,
+        ),
+    )
+
+
+def _velocity(before_map: Pose, now_map: Pose, duration: float) -> AgvVelocity:
+    """Return the mean velocity between two poses, in the robot's frame."""
+    dx, dy = now_map.x - before_map.x, now_map.y - before_map.y
+    turn = wrap_angle(now_map.yaw - before_map.yaw)
+    yaw = before_map.yaw + 0.5 * turn
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return AgvVelocity(
+        vx=round((cos * dx + sin * dy) / duration, 3) + 0.0,
+        vy=round((cos * dy - sin * dx) / duration, 3) + 0.0,  # never -0
+        omega=round(turn / duration, 3) + 0.0,
+    )

@@ -1,0 +1,192 @@
+"""The process that makes vehicles of the robots: `python -m swarm_vda5050.process CONFIG.json`."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+from swarm_commander.mission.status_check import StatusCheck
+from swarm_common.files.map_io import load_map
+from swarm_common.files.sites_io import load_sites
+from swarm_common.middleware import ros_env
+from swarm_common.middleware.rclpy_compat import SafeExecutor
+from swarm_common.middleware.rejections import Rejections
+from swarm_common.model.battery import BatterySpec
+from swarm_common.model.errors import ConfigError, SwarmError
+from swarm_common.model.grid import OCCUPIED
+from swarm_common.model.sites import Sites
+from swarm_common.process.messages import (
+    MISSION,
+    MissionCommand,
+    Note,
+    Refused,
+    RobotDead,
+    RobotGone,
+    RobotHeard,
+    RobotSilent,
+    WatchRobot,
+)
+from swarm_common.process.pipes import EventWriter, MessageReader, child_options
+from swarm_common.robots.loading import load_robot
+from swarm_vda5050.broker import Broker
+from swarm_vda5050.dialect import Identity
+from swarm_vda5050.link import Address, Link
+from swarm_vda5050.order_check import DrivingArea
+from swarm_vda5050.pilot import Pilot
+
+BROKER_PERIOD = 1.0  # [s] of wall time between two looks at our broker
+MOST_UNKNOWN = 20  # names of robots that do not exist, of which the user is told
+TURN_PERIOD = 0.05  # [s] of wall time between two looks at MQTT
+
+
+class VehicleFleet:
+    """All robots of a run as vehicles."""
+
+    def __init__(self, config: dict[str, Any], events: EventWriter) -> None:
+        """Attach to the robots.
+
+        Args:
+            config: As `LocalRun` writes it.
+        """
+        self._config = config
+        self._events = events
+        self._node = rclpy.create_node(
+            "vda5050", enable_rosout=False, start_parameter_services=False
+        )
+        rejections = Rejections(events, self._node.get_logger().warning)
+        self._door = StatusCheck(rejections)
+        self._ground = ground_of(config)
+        self._address = Address(**config["broker"])
+        self._pilots: dict[str, Pilot] = {}
+        self.executor = SafeExecutor()
+        self.executor.add_node(self._node)
+        every = Identity(config["manufacturer"], "+", config["version"])
+        topics = [every.topic("order"), every.topic("instantActions")]
+        self._overheard = Link(self._address, topics, None, "swarm")
+        self._overheard.open()
+        self._unknown: set[str] = set()  # robots that do not exist, but get messages
+        for robot in config["robots"]:
+            self._attach(robot["name"], robot["model"], robot.get("battery"))
+
+    def turn(self) -> None:
+        """Do what is due."""
+        now = time.monotonic()
+        for pilot in self._pilots.values():
+            pilot.turn(now)
+        while not self._overheard.inbox.empty():
+            self._check_receiver(self._overheard.inbox.get().topic)
+
+    def _check_receiver(self, topic: str) -> None:
+        """Tell the user of a message for a robot that does not exist; nobody else answers it."""
+        name = topic.split("/")[-2] if topic else ""
+        is_new = name not in self._pilots and name not in self._unknown
+        if topic and is_new and len(self._unknown) < MOST_UNKNOWN:
+            self._unknown.add(name)
+            known = ", ".join(self._pilots)
+            self._events.write(Note(f"{topic}: there is no robot '{name:.80}'; there are {known}"))
+
+    def obey(self, command: MissionCommand) -> None:
+        """Take what swarm-up says of a robot."""
+        name = command.robot
+        match command:
+            case WatchRobot():
+                self._attach(name, self._config["newcomer"])
+            case RobotSilent() | RobotDead():
+                if name in self._pilots:
+                    self._pilots[name].silence()
+            case RobotHeard():
+                if name in self._pilots:
+                    self._pilots[name].hear()
+            case RobotGone():
+                if name in self._pilots:
+                    self._pilots.pop(name).close()
+
+    def close(self) -> None:
+        """Take all robots off the broker."""
+        for pilot in self._pilots.values():
+            pilot.close()
+
+    def _attach(self, name: str, model: str, battery: dict[str, Any] | None = None) -> None:
+        if name in self._pilots:
+            self._pilots[name].hear()
+            return
+        identity = Identity(self._config["manufacturer"], name, self._config["version"])
+        spec = load_robot(model)
+        if battery is not None:  # that of a fleet
+            spec = replace(spec, battery=msgspec.convert(battery, BatterySpec))
+        self._pilots[name] = Pilot(
+            self._node, identity, spec, self._ground, self._address,
+            door=self._door, is_realistic=self._config["realistic"], names=self._pilots,
+            note=lambda text: self._events.write(Note(text)),
+        )  # fmt: skip
+
+
+def ground_of(config: dict[str, Any]) -> DrivingArea:
+    """Return where robots may drive: free cells of the map, outside of keepout zones."""
+    grid = load_map(config["map"]).upright()
+    sites = load_sites(config["sites"]) if config["sites"] else Sites()
+
+    def obstacle_at(x: float, y: float) -> str:
+        """Return what is in the way at a place; empty if it is free."""
+        if not grid.contains(x, y):
+            return "off the map"
+        if grid.cells[grid.cell_of(x, y)] == OCCUPIED:
+            return "in a wall"
+        zone = sites.zones.keepout_at(x, y)
+        return f"in {zone}" if zone else ""
+
+    return DrivingArea(config["map_id"], obstacle_at)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run until SIGTERM; returns the exit code."""
+    options = child_options("VDA 5050 vehicles of a swarm", arguments)
+    events = EventWriter(options.event_fd)
+    config = json.loads(options.config.read_text(encoding="utf-8"))
+    commands = MessageReader(options.control_fd, MISSION)
+    stopping: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
+    broker: Broker | None = None
+    try:
+        if config["embedded"]:
+            broker = Broker(config["broker"]["port"], Path(options.config).parent)
+        ros_env.set_defaults()
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        fleet = VehicleFleet(config, events)
+    except (SwarmError, ConfigError) as error:
+        events.write(Refused(str(error)))
+        sys.stderr.write(f"{error}\n")
+        return 2
+    events.write(Note(f"VDA 5050: {len(config['robots'])} robots at {Address(**config['broker'])}"))
+    due = broker_due = 0.0
+    while not stopping:
+        fleet.executor.spin_once(timeout_sec=TURN_PERIOD)
+        if time.monotonic() >= due:
+            due = time.monotonic() + TURN_PERIOD
+            for command in commands.read():
+                fleet.obey(command)
+            fleet.turn()
+            if broker is not None and time.monotonic() >= broker_due:
+                broker_due = time.monotonic() + BROKER_PERIOD
+                if broker.revive():
+                    events.write(Note("the MQTT broker ended; it is started again"))
+    fleet.close()
+    if broker is not None:
+        broker.stop()
+    return 0
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stdout.flush()
+    os._exit(code)  # the interpreter's own end would wait for threads of DDS

@@ -1,0 +1,654 @@
+"""One robot as a vehicle of VDA 5050: orders, actions and state, without input and output.
+
+Messages come in decoded (`receive_order`, `receive_instant_actions`), and what the robot is like
+comes in with `sense`. What the robot is to do is asked for: `leg` says where to drive, `requests`
+what to publish or send once. A node between the ends of a leg is traversed when the robot passes
+it; the end of a leg is traversed when the robot reports that it stands there (`arrive`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from swarm_common.model.records import Pose
+from swarm_vda5050.actions import OFFERED, ActionOffer, ActionScope, RunningAction, check_action
+from swarm_vda5050.faults import OrderFault, OrderRejectedError
+from swarm_vda5050.messages import (
+    ActionState,
+    ActionStatus,
+    DriveOrder,
+    Edge,
+    EdgeState,
+    InstantActions,
+    Load,
+    Node,
+    NodeState,
+    OrderAction,
+)
+from swarm_vda5050.order_check import DrivingArea, check_order
+
+PASS_RADIUS = 0.7  # [m] around a node without allowedDeviationXY: that of NavigateThroughPoses
+STOP_RADIUS = 0.35  # [m] around a node with a smaller one: the goal checker's, and its play
+MOST_TRIES = 3  # of a leg
+RETRY_PAUSE = 5.0  # [s] between two of them
+MOST_LEFT = 5000  # nodes of an order that are not traversed yet
+MOST_KEPT = 50  # errors of a kind, instant actions that ended
+MOST_USED = 10_000  # orders and instant actions that are remembered: none is done twice
+
+
+@dataclass(frozen=True, slots=True)
+class RobotSenses:
+    """What the vehicle is told of its robot.
+
+    Attributes:
+        now: Simulated time [s].
+        pose_map: Where the robot is.
+        is_standing: Whether it stands and has no goal.
+        is_by_hand: Whether somebody drives it by hand.
+        is_charging: Whether current flows into its battery; None without a battery.
+    """
+
+    now: float
+    pose_map: Pose
+    is_standing: bool = True
+    is_by_hand: bool = False
+    is_charging: bool | None = None
+
+
+class DriveLeg(NamedTuple):
+    """Nodes to drive through without a stop, to the last; `max_speed` [m/s] holds to the first."""
+
+    nodes: tuple[Node, ...]
+    max_speed: float | None
+
+
+class ActiveError(NamedTuple):
+    """An error that is active."""
+
+    fault: OrderFault
+    message: str
+    references: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Requests:
+    """What is to be published or sent once."""
+
+    state: bool = False
+    factsheet: bool = False
+    initial_pose_map: Pose | None = None
+
+
+class Vehicle:
+    """The protocol of one robot.
+
+    Attributes:
+        order_id: Of the latest order; empty before the first.
+        order_update_id: Of its latest update.
+        last_node: Id and sequence id of the node traversed last.
+        load: What the robot carries; None for nothing.
+        is_paused: Whether the fleet control made it pause.
+        is_manual: Whether somebody drives it by hand.
+        driven: Distance [m] since the last node.
+        senses: How the robot was last; None before the first word of it.
+    """
+
+    def __init__(self, ground: DrivingArea, offered: Mapping[str, ActionOffer] = OFFERED) -> None:
+        """Begin without an order.
+
+        Args:
+            offered: Actions of the version, by actionType.
+        """
+        self.order_id = ""
+        self.order_update_id = 0
+        self.last_node = ("", 0)
+        self.load: Load | None = None
+        self.is_paused = False
+        self.is_manual = False
+        self.driven = 0.0
+        self._ground = ground
+        self._offered = offered
+        self.senses: RobotSenses | None = None
+        self._content: object = None  # of the latest order message
+        self._nodes: list[Node] = []  # not traversed yet
+        self._edges: list[Edge] = []  # whose end is not reached yet
+        self._actions: dict[int, list[RunningAction]] = {}  # of the order, by sequence id
+        self._instant: dict[str, RunningAction] = {}
+        self._used: dict[str, None] = {}  # orderIds
+        self._seen: dict[str, OrderAction] = {}  # instant actions, also those that are forgotten
+        self._cancelled = ""  # orderId
+        self._cancel: RunningAction | None = None  # the action under way
+        self._order_errors: list[ActiveError] = []
+        self._instant_errors: list[ActiveError] = []
+        self._action_errors: list[ActiveError] = []
+        self._drive_error: ActiveError | None = None
+        self._tries = 0
+        self._retry_at = 0.0
+        self._is_stuck = False
+        self._requests = Requests()
+
+    # What the fleet control sends
+
+    def receive_order(self, order: DriveOrder) -> None:
+        """Accept an order or an update, or report why not."""
+        try:
+            self._accept(order)
+        except OrderRejectedError as error:
+            self.reject(
+                error,
+                headerId=str(order.header_id),
+                orderId=order.order_id,
+                orderUpdateId=str(order.order_update_id),
+            )
+        else:
+            self._advance()
+
+    def receive_instant_actions(self, message: InstantActions) -> None:
+        """Begin instant actions, or report why not."""
+        for action in message.actions:
+            try:
+                self._begin_instant(action)
+            except OrderRejectedError as error:
+                header_id = str(message.header_id)
+                self.reject(error, is_instant=True, headerId=header_id, actionId=action.action_id)
+        self._advance()
+
+    def reject(self, error: OrderRejectedError, *, is_instant: bool = False, **more: str) -> None:
+        """Report that a message was rejected.
+
+        Args:
+            is_instant: Whether it had instant actions, not an order.
+            more: References besides those of the error.
+        """
+        errors = self._instant_errors if is_instant else self._order_errors
+        report = ActiveError(error.fault, str(error), {**more, **error.references})
+        if report not in errors:
+            errors.append(report)
+            del errors[:-MOST_KEPT]
+
+    # What the robot does
+
+    def sense(self, senses: RobotSenses) -> None:
+        """Take how the robot is; time passes."""
+        before, self.senses = self.senses, senses
+        if before is not None:
+            self.driven += senses.pose_map.distance(before.pose_map)
+        if senses.is_by_hand and not self.is_manual:
+            self._drop_order("driven by hand")
+        self.is_manual = senses.is_by_hand
+        if before is not None:
+            self._pass_nodes(before.pose_map)
+        self._advance()
+
+    def arrive(self, end: tuple[str, int]) -> None:
+        """The robot stands at the end of a leg.
+
+        Args:
+            end: Key of the last node of the leg; one that is no longer awaited does not count.
+        """
+        keys = [node.key for node in self._nodes]
+        if end not in keys or self.senses is None:
+            return
+        node = self._nodes[keys.index(end)]
+        distance = _distance(node, self.senses.pose_map)
+        if distance > _stop_radius(node):
+            self.fail_drive(f"it is occupied: the robot stands {distance:.1f} m from it", True)
+            return
+        for _ in range(keys.index(end) + 1):
+            self._traverse()
+        self._advance()
+
+    def fail_drive(self, reason: str, is_final: bool) -> None:
+        """The robot gave a leg up; another try follows, unless it would end alike.
+
+        Args:
+            is_final: Whether every other try would fail, too.
+        """
+        if not self._nodes or self.senses is None:
+            return
+        self._tries += 1
+        self._is_stuck = is_final or self._tries >= MOST_TRIES
+        self._retry_at = self.senses.now + RETRY_PAUSE
+        references = {"orderId": self.order_id, "nodeId": self._nodes[0].node_id}
+        fault = OrderFault.UNREACHABLE if self._is_stuck else OrderFault.DRIVING
+        self._drive_error = ActiveError(fault, reason, references)
+
+    # What it is to do
+
+    @property
+    def leg(self) -> DriveLeg | None:
+        """Where to drive; None to stand."""
+        is_kept = self.is_paused or self.is_manual or self._cancel is not None or self._is_stuck
+        if is_kept or self.senses is None or self.senses.now < self._retry_at:
+            return None
+        if not self._nodes or not self._nodes[0].released or self._is_blocked:
+            return None
+        speed = self._edges[0].max_speed if self._edges else None
+        return DriveLeg(tuple(self._nodes[: self._stop_index() + 1]), speed)
+
+    def take_requests(self) -> Requests:
+        """Return what is to be published or sent once; the next call does not."""
+        requests, self._requests = self._requests, Requests()
+        return requests
+
+    # Its state
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether an order is being carried out, or waits for an update."""
+        return bool(self._nodes) or any(not action.status.is_final for action in self._all)
+
+    @property
+    def wants_base(self) -> bool:
+        """Whether the base is nearly used up although the order goes on."""
+        released = sum(node.released for node in self._nodes)
+        return released <= 1 and len(self._nodes) > released
+
+    @property
+    def errors(self) -> list[ActiveError]:
+        """All active errors."""
+        driving = [self._drive_error] if self._drive_error else []
+        return [*self._order_errors, *self._instant_errors, *self._action_errors, *driving]
+
+    @property
+    def node_states(self) -> tuple[NodeState, ...]:
+        """Nodes that are not traversed yet."""
+        return tuple(
+            NodeState(node_id=n.node_id, sequence_id=n.sequence_id, released=n.released)
+            for n in self._nodes
+        )
+
+    @property
+    def edge_states(self) -> tuple[EdgeState, ...]:
+        """Edges whose end is not reached yet."""
+        return tuple(
+            EdgeState(edge_id=e.edge_id, sequence_id=e.sequence_id, released=e.released)
+            for e in self._edges
+        )
+
+    @property
+    def action_states(self) -> tuple[ActionState, ...]:
+        """Actions of the order."""
+        return tuple(action.state() for action in self._all)
+
+    @property
+    def instant_action_states(self) -> tuple[ActionState, ...]:
+        """Instant actions."""
+        return tuple(action.state() for action in self._instant.values())
+
+    # Orders
+
+    def _accept(self, order: DriveOrder) -> None:
+        check_order(order, self._ground)
+        if self.is_manual:
+            raise OrderRejectedError(OrderFault.NOT_AVAILABLE, "the robot is driven by hand")
+        if order.order_id != self.order_id:
+            self._check_new(order)
+            self._begin(order)
+        elif order.order_update_id < self.order_update_id:
+            message = f"orderUpdateId is {order.order_update_id}; {self.order_update_id} is there"
+            raise OrderRejectedError(OrderFault.OUTDATED, message)
+        elif order.order_update_id == self.order_update_id:
+            if order.content != self._content:
+                message = "the order has this orderUpdateId, but other content"
+                raise OrderRejectedError(OrderFault.SAME_UPDATE, message)
+            return
+        else:
+            self._check_update(order)
+            self._extend(order)
+        self.order_update_id = order.order_update_id
+        self._content = order.content
+        self._order_errors.clear()
+
+    def _check_new(self, order: DriveOrder) -> None:
+        if self.is_busy or self._cancel is not None:
+            raise OrderRejectedError(
+                OrderFault.OTHER_ORDER, f"the order '{self.order_id}' is not done yet"
+            )
+        if order.order_id in self._used:
+            raise OrderRejectedError(OrderFault.USED_ORDER, "this orderId was used before")
+        if self.senses is None:
+            raise OrderRejectedError(OrderFault.NOT_AVAILABLE, "the robot is not active yet")
+        first = order.nodes[0]
+        distance = _distance(first, self.senses.pose_map)
+        if distance > _pass_radius(first):
+            message = f"the robot is {distance:.1f} m from the first node"
+            raise OrderRejectedError(OrderFault.START_FAR, message, nodeId=first.node_id)
+
+    def _check_update(self, order: DriveOrder) -> None:
+        if order.order_id == self._cancelled:
+            raise OrderRejectedError(OrderFault.CANCELLED, "the order was cancelled")
+        base = [node for node in self._nodes if node.released]
+        end = base[-1].key if base else self.last_node
+        first = order.nodes[0]
+        if first.key != end:
+            message = f"it begins at node {first.key}; the base ends at {end}"
+            raise OrderRejectedError(OrderFault.NO_CONTINUATION, message, nodeId=first.node_id)
+        known = {action.action.action_id for action in self._all}
+        kept = {action.action_id for action in first.actions}
+        if not kept <= known:
+            message = "the first node of an update must not have new actions"
+            raise OrderRejectedError(OrderFault.NO_CONTINUATION, message, nodeId=first.node_id)
+        horizon = {a.action_id for n in self._nodes if not n.released for a in n.actions}
+        horizon |= {a.action_id for e in self._edges if not e.released for a in e.actions}
+        if used := {a.action_id for a in order.actions} - kept & known - horizon:
+            name = min(used)
+            message = f"the actionId '{name}' is in use"
+            raise OrderRejectedError(OrderFault.VALIDATION, message, actionId=name)
+        if len(base) + len(order.nodes) > MOST_LEFT:
+            raise OrderRejectedError(OrderFault.VALIDATION, f"more than {MOST_LEFT} nodes are left")
+
+    def _begin(self, order: DriveOrder) -> None:
+        """Forget the order before, and stand at the first node of this one."""
+        self.order_id = order.order_id
+        _remember(self._used, order.order_id, None)
+        self._actions.clear()
+        if "clearInstantActions" not in self._offered:  # else they stay until that is asked for
+            self._instant = {k: a for k, a in self._instant.items() if not a.status.is_final}
+        self._action_errors.clear()
+        self._reset_drive()
+        self._nodes, self._edges = list(order.nodes), list(order.edges)
+        self._add_actions(order.nodes, order.edges)
+        self._traverse()
+
+    def _extend(self, order: DriveOrder) -> None:
+        """Put an update in the place of the horizon."""
+        parts: list[Node | Edge] = [*self._nodes, *self._edges]
+        for part in parts:
+            if not part.released:
+                self._actions.pop(part.sequence_id, None)
+        was_done = not any(node.released for node in self._nodes)
+        self._nodes = [node for node in self._nodes if node.released]
+        self._edges = [edge for edge in self._edges if edge.released]
+        self._nodes += order.nodes[1:]
+        self._edges += order.edges
+        self._add_actions(order.nodes[1:], order.edges)
+        if was_done:
+            self._trigger_edge()
+
+    def _add_actions(self, nodes: tuple[Node, ...], edges: tuple[Edge, ...]) -> None:
+        for scope, parts in ((ActionScope.NODE, nodes), (ActionScope.EDGE, edges)):
+            for part in parts:
+                if part.actions:
+                    runs = [RunningAction(action, scope) for action in part.actions]
+                    self._actions[part.sequence_id] = runs
+
+    def _drop_order(self, reason: str) -> None:
+        """Give the order up; its actions fail."""
+        for action in self._all:
+            action.fail(reason)
+        self._nodes, self._edges = [], []
+        self._cancelled = self.order_id
+        self._reset_drive()
+
+    def _reset_drive(self) -> None:
+        self._tries, self._is_stuck, self._retry_at = 0, False, 0.0
+        self._drive_error = None
+
+    # The way
+
+    def _pass_nodes(self, before_map: Pose) -> None:
+        """Traverse the nodes that the robot has passed since it was at a pose."""
+        assert self.senses is not None
+        while (leg := self.leg) is not None and len(leg.nodes) > 1:
+            node = leg.nodes[0]
+            if _distance_of_step(node, before_map, self.senses.pose_map) > _pass_radius(node):
+                return
+            self._traverse()
+
+    def _stop_index(self) -> int:
+        """Return the index of the next node at which the robot has to stop."""
+        for index, node in enumerate(self._nodes):
+            after = self._nodes[index + 1] if index + 1 < len(self._nodes) else None
+            if after is None or not after.released:
+                return index
+            halts = (*node.actions, *self._edges[index + 1].actions)
+            if any(not action.blocking_type.allows_driving for action in halts):
+                return index
+            position = node.node_position
+            assert position is not None
+            if position.theta is not None or 0.0 < position.allowed_deviation_xy < PASS_RADIUS:
+                return index
+        return len(self._nodes) - 1
+
+    def _traverse(self) -> None:
+        """Leave the edge before the next node, and trigger the actions of node and next edge."""
+        node = self._nodes.pop(0)
+        if self._edges and self._edges[0].sequence_id < node.sequence_id:
+            edge = self._edges.pop(0)
+            for action in self._actions.get(edge.sequence_id, ()):
+                action.fail("the edge ended")
+        self.last_node = node.key
+        self.driven = 0.0
+        self._reset_drive()
+        self._trigger(node.sequence_id)
+        self._trigger_edge()
+
+    def _trigger_edge(self) -> None:
+        if self._edges and self._edges[0].released:
+            self._trigger(self._edges[0].sequence_id)
+
+    def _trigger(self, sequence_id: int) -> None:
+        for action in self._actions.get(sequence_id, ()):
+            action.is_triggered = True
+
+    # Actions
+
+    @property
+    def _all(self) -> list[RunningAction]:
+        """Actions of the order in their sequence."""
+        return [action for key in sorted(self._actions) for action in self._actions[key]]
+
+    @property
+    def _due(self) -> list[RunningAction]:
+        """Actions that are triggered and have not ended."""
+        return [a for a in self._all if a.is_triggered and not a.status.is_final]
+
+    @property
+    def _is_blocked(self) -> bool:
+        """Whether an action forbids driving."""
+        return any(not action.action.blocking_type.allows_driving for action in self._due)
+
+    def _advance(self) -> None:
+        """Let actions begin and end, as far as they can."""
+        if self.senses is None:
+            return
+        now = self.senses.now
+        for action in (*self._due, *self._instant.values()):
+            if action.is_active:
+                self._run(action, now)
+        while (head := self._next_action()) is not None:
+            self._start(head, now)
+        for action in self._all:
+            if action.status is ActionStatus.FAILED:
+                self._report_failure(action)
+
+    def _next_action(self) -> RunningAction | None:
+        """Return the action of the order that may begin now."""
+        due = self._due
+        running = [action for action in due if action.is_active]
+        waiting = [action for action in due if not action.is_active]
+        if not waiting or self.is_paused or self.is_manual:
+            return None
+        if any(action.action.blocking_type.is_exclusive for action in running):
+            return None
+        head = waiting[0]
+        return None if running and head.action.blocking_type.is_exclusive else head
+
+    def _start(self, action: RunningAction, now: float) -> None:
+        action.begin(now)
+        load_id = action.action.parameter("loadId")
+        if action.kind == "pick" and self.load is not None:
+            action.fail("the robot has a load")
+        elif action.kind == "drop" and self.load is None:
+            action.fail("the robot has no load")
+        elif action.kind == "drop" and load_id not in (None, self.load and self.load.load_id):
+            action.fail(f"the robot does not carry '{load_id}'")
+        elif action.kind == "stopCharging":
+            action.finish()
+        elif action.kind == "initPosition":
+            self._initialise(action)
+        self._run(action, now)
+
+    def _run(self, action: RunningAction, now: float) -> None:
+        assert self.senses is not None
+        is_over = action.is_over(now)
+        if action.kind == "startCharging" and action.is_active:
+            if self.senses.is_charging:
+                action.finish("the battery is charged")
+            elif self.senses.is_charging is None:
+                action.fail("the robot has no battery")
+            elif is_over:
+                action.fail("no current: the robot does not stand at a charging station")
+        elif action.kind == "cancelOrder" and action.is_active:
+            if self.senses.is_standing:
+                self._drop_order("cancelled")
+                self._cancel = None
+                action.finish()
+        elif action.kind == "startPause" and action.is_active:
+            if self.senses.is_standing:
+                action.finish()
+        elif is_over and action.is_active:
+            self._handle_load(action)
+            action.finish()
+
+    def _handle_load(self, action: RunningAction) -> None:
+        if action.kind == "pick":
+            read = action.action.parameter
+            self.load = Load(load_id=read("loadId"), load_type=read("loadType"))
+        elif action.kind == "drop":
+            self.load = None
+
+    def _report_failure(self, action: RunningAction) -> None:
+        references = {"actionId": action.action.action_id, "orderId": self.order_id}
+        report = ActiveError(OrderFault.ACTION, f"{action.kind}: {action.result}", references)
+        is_given_up = self.order_id == self._cancelled or self._cancel is not None
+        if not is_given_up and report not in self._action_errors:
+            self._action_errors.append(report)
+            del self._action_errors[:-MOST_KEPT]
+
+    def _initialise(self, action: RunningAction) -> None:
+        read = action.action.parameter
+        if read("mapId") != self._ground.map_id:
+            action.fail(f"the map is '{self._ground.map_id}'")
+            return
+        pose_map = Pose(float(read("x")), float(read("y")), float(read("theta")))
+        if obstacle := self._ground.obstacle_at(pose_map.x, pose_map.y):
+            action.fail(f"the place is {obstacle}")
+            return
+        requests = self._requests
+        self._requests = Requests(requests.state, requests.factsheet, pose_map)
+        if not self.is_busy or not self._nodes:
+            self.last_node = (read("lastNodeId", self.last_node[0]), self.last_node[1])
+        action.finish()
+
+    # Instant actions
+
+    def _begin_instant(self, action: OrderAction) -> None:
+        known = self._seen.get(action.action_id)
+        if known is not None and known != action:
+            raise OrderRejectedError(OrderFault.INSTANT, "another action has this actionId")
+        if known is not None:
+            return  # the message came twice
+        if action.action_id in {each.action.action_id for each in self._all}:
+            raise OrderRejectedError(OrderFault.INSTANT, "an action of the order has this actionId")
+        _remember(self._seen, action.action_id, action)
+        run = RunningAction(action, ActionScope.INSTANT)
+        self._instant[action.action_id] = run
+        self._forget_instant()
+        if problem := check_action(action, ActionScope.INSTANT, dict(self._offered)):
+            run.fail(problem)
+            raise OrderRejectedError(OrderFault.INSTANT, problem)
+        run.begin(self.senses.now if self.senses is not None else 0.0)
+        self._do_instant(run)
+        self._instant_errors.clear()
+
+    def _do_instant(self, run: RunningAction) -> None:
+        requests = self._requests
+        match run.kind:
+            case "cancelOrder":
+                self._begin_cancel(run)
+            case "startPause":
+                self._pause(is_paused=True)
+            case "stopPause":
+                self._pause(is_paused=False)
+                run.finish()
+            case "stateRequest":
+                self._requests = Requests(True, requests.factsheet, requests.initial_pose_map)
+                run.finish()
+            case "factsheetRequest":
+                self._requests = Requests(requests.state, True, requests.initial_pose_map)
+                run.finish()
+            case "clearInstantActions":
+                self._instant = {
+                    key: each
+                    for key, each in self._instant.items()
+                    if each is run or not each.status.is_final
+                }
+                run.finish()
+            case "initPosition":
+                self._initialise(run)
+            case "stopCharging":
+                run.finish()
+
+    def _begin_cancel(self, run: RunningAction) -> None:
+        wanted = run.action.parameter("orderId", self.order_id)
+        if not self.is_busy or self._cancel is not None or wanted != self.order_id:
+            run.fail("there is no such order")
+            raise OrderRejectedError(OrderFault.NO_ORDER, "there is no such order", orderId=wanted)
+        self._cancel = run
+        for action in self._all:
+            action.fail("cancelled")
+
+    def _pause(self, *, is_paused: bool) -> None:
+        self.is_paused = is_paused
+        for action in self._due:
+            action.pause(is_paused=is_paused)
+        for each in self._instant.values():
+            if each.kind == "startPause" and not is_paused and each.is_active:
+                each.finish("paused no longer")
+
+    def _forget_instant(self) -> None:
+        """Forget the oldest instant actions that ended, if there are too many."""
+        ended = [key for key, action in self._instant.items() if action.status.is_final]
+        for key in ended[: max(0, len(self._instant) - MOST_KEPT)]:
+            del self._instant[key]
+
+
+def _remember(known: dict[str, Any], name: str, value: Any) -> None:
+    """Put a value under a name, and forget the oldest if there are too many."""
+    known[name] = value
+    if len(known) > MOST_USED:
+        del known[next(iter(known))]
+
+
+def _pass_radius(node: Node) -> float:
+    """Return how near the robot has to come to a node that it passes."""
+    assert node.node_position is not None
+    return node.node_position.allowed_deviation_xy or PASS_RADIUS
+
+
+def _stop_radius(node: Node) -> float:
+    """Return how near the robot has to stand at a node at which it stops."""
+    return max(_pass_radius(node), STOP_RADIUS)
+
+
+def _distance(node: Node, pose_map: Pose) -> float:
+    position = node.node_position
+    assert position is not None
+    return math.hypot(position.x - pose_map.x, position.y - pose_map.y)
+
+
+def _distance_of_step(node: Node, before_map: Pose, now_map: Pose) -> float:
+    """Return the distance of a node from the line between two poses."""
+    position = node.node_position
+    assert position is not None
+    dx, dy = now_map.x - before_map.x, now_map.y - before_map.y
+    length = dx * dx + dy * dy
+    ahead = (position.x - before_map.x) * dx + (position.y - before_map.y) * dy
+    share = min(max(ahead / length, 0.0), 1.0) if length > 0.0 else 1.0
+    x, y = before_map.x + share * dx, before_map.y + share * dy
+    return math.hypot(position.x - x, position.y - y)

@@ -1,0 +1,196 @@
+"""Five robots that a fleet control drives over MQTT: a mission, bad input, a robot killed."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import paho.mqtt.client as mqtt
+import psutil
+import pytest
+from paho.mqtt.enums import CallbackAPIVersion
+from vda5050.validation import SchemaValidator
+
+from tests.fakes.fleet_orders import action, edge, header, node
+from tests.fakes.ros_domains import reserved_domain
+
+ROOT = Path(__file__).resolve().parents[2]
+WORLD = "hall_12"
+LIMIT = 90.0  # [s] of wall time, on a busy machine
+COMMAND = "from swarm_commander.cli.main import {0}; {0}()"
+HAS_BROKER = shutil.which("mosquitto", path=os.environ["PATH"] + ":/usr/sbin") is not None
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+class Listener:
+    """Hears everything, and remembers it."""
+
+    def __init__(self, port: int) -> None:
+        self.messages: list[tuple[str, str, dict[str, Any]]] = []  # robot, topic, content
+        self.client = mqtt.Client(CallbackAPIVersion.VERSION2)
+        self.client.on_connect = lambda client, *_: client.subscribe("uagv/v2/swarm/#")
+        self.client.on_message = self._hear
+        self.client.connect("127.0.0.1", port)
+        self.client.loop_start()
+
+    def _hear(self, _client: object, _data: object, message: mqtt.MQTTMessage) -> None:
+        robot, topic = message.topic.split("/")[-2:]
+        with contextlib.suppress(ValueError):
+            self.messages.append((robot, topic, json.loads(message.payload)))
+
+    def all(self, robot: str, topic: str) -> list[dict[str, Any]]:
+        return [m for who, what, m in list(self.messages) if (who, what) == (robot, topic)]
+
+    def state(self, robot: str) -> dict[str, Any]:
+        return self.all(robot, "state")[-1]
+
+    def send(self, robot: str, topic: str, content: object) -> None:
+        payload = content if isinstance(content, bytes) else json.dumps(content).encode()
+        self.client.publish(f"uagv/v2/swarm/{robot}/{topic}", payload)
+
+    def wait(self, is_true: Callable[[], bool], what: str) -> None:
+        end = time.monotonic() + LIMIT
+        while not is_true():
+            assert time.monotonic() < end, (what, self.messages[-3:])
+            time.sleep(0.05)
+
+    def await_error(self, robot: str, kind: str, word: str) -> None:
+        def is_there() -> bool:
+            errors = self.state(robot)["errors"]
+            return any(kind == e["errorType"] and word in e["errorDescription"] for e in errors)
+
+        self.wait(is_there, f"{kind} {word}")
+
+
+@pytest.fixture(scope="module")
+def swarm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Listener, int, Any, Any]]:
+    folder, port = tmp_path_factory.mktemp("vda5050"), free_port()
+    flags = ("--swarm-size", "5", "--world", WORLD, "--vda5050", f"embedded:{port}")
+    flags += (
+        "--drive",
+        "planar",
+        "--speed",
+        "max",
+        "--headless",
+        "--no-report",
+        "--run-dir",
+        str(folder / "run"),
+    )
+    log = folder / "up.log"
+    with reserved_domain() as domain, log.open("w", encoding="utf-8") as output:
+        environment = os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)}
+
+        def start(name: str, *words: str) -> subprocess.Popen[bytes]:
+            command = (sys.executable, "-c", COMMAND.format(name), *words)
+            return subprocess.Popen(
+                command, env=environment, cwd=folder, stdout=output, stderr=output
+            )
+
+        up = start("swarm_up", *flags)
+        try:
+            end = time.monotonic() + LIMIT
+            marks = ("all robots are active", "VDA 5050: 5 robots at")
+            while not all(mark in log.read_text(encoding="utf-8") for mark in marks):
+                assert time.monotonic() < end, log.read_text(encoding="utf-8")
+                assert up.poll() is None, log.read_text(encoding="utf-8")
+                time.sleep(0.2)
+            yield Listener(port), port, start, up
+        finally:
+            up.send_signal(signal.SIGINT)
+            up.wait(timeout=LIMIT)
+
+
+def kill_broker(up: subprocess.Popen[bytes]) -> None:
+    (broker,) = (
+        child for child in psutil.Process(up.pid).children(recursive=True)
+        if child.name() == "mosquitto"
+    )  # fmt: skip
+    broker.kill()
+
+
+def order_from(state: dict[str, Any], order_id: str, x: float, y: float, *actions: Any) -> Any:
+    """Return an order from where a robot is to a place."""
+    here = state["agvPosition"]
+    nodes = [
+        node(0, x=here["x"], y=here["y"], mapId=WORLD),
+        node(1, *actions, x=x, y=y, mapId=WORLD),
+    ]
+    parts = {"orderId": order_id, "orderUpdateId": 0, "nodes": nodes, "edges": [edge(0)]}
+    return header() | {"serialNumber": state["serialNumber"]} | parts
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not HAS_BROKER, reason="mosquitto is not installed")
+def test_a_fleet_control_drives_the_swarm(swarm: tuple[Listener, int, Any, Any]) -> None:
+    listener, port, start, up = swarm
+    sites = str(ROOT / "worlds" / WORLD / "sites.yaml")
+    example = (sys.executable, str(ROOT / "examples" / "fleet_control.py"), sites, str(port))
+    with subprocess.Popen(example, stdout=subprocess.DEVNULL) as control:
+        end = time.monotonic() + LIMIT
+        while control.poll() is None:
+            if time.monotonic() > end:
+                control.kill()
+            for number in range(1, 6):  # it has missed the first states; the next may be far off
+                request = action("stateRequest", f"ask-{number}-{time.monotonic()}", "NONE")
+                content = header() | {"serialNumber": f"Srobot{number}", "actions": [request]}
+                listener.send(f"Srobot{number}", "instantActions", content)
+            time.sleep(1.0)
+    assert control.returncode == 0
+    for number in range(1, 6):
+        state = listener.state(f"Srobot{number}")
+        assert state["orderId"].startswith(f"Srobot{number}-")
+        assert state["nodeStates"] == [] == state["errors"]
+        assert all(a["actionStatus"] == "FINISHED" for a in state["actionStates"])
+
+    state = listener.state("Srobot1")
+    wall = order_from(state, "wall", -9.9, 0.0)
+    for content, kind, word in (
+        (b"no json", "validationError", "malformed"),
+        (json.dumps(wall).replace("-9.9", "NaN").encode(), "validationError", "malformed"),
+        (wall | {"speed": 1}, "validationError", "speed"),
+        (wall, "noRouteError", "is "),
+        (b" " * 1_050_000, "validationError", "bytes"),
+    ):
+        listener.send("Srobot1", "order", content)
+        listener.await_error("Srobot1", kind, word)
+
+    work = action("wait", "work", duration=3.0)
+    listener.send("Srobot1", "order", order_from(state, "far", 5.0, 5.0, work))
+    listener.wait(lambda: listener.state("Srobot1")["driving"], "it drives")
+    assert listener.state("Srobot1")["errors"] == []
+    assert start("commander", "restart", "Srobot1").wait(timeout=LIMIT) == 0
+    listener.wait(
+        lambda: (
+            listener.state("Srobot1")["lastNodeId"] == "n1"
+            and listener.state("Srobot1")["actionStates"][0]["actionStatus"] == "FINISHED"
+        ),
+        "it arrives although its navigator was killed",
+    )
+    count = len(listener.all("Srobot2", "connection"))
+    kill_broker(up)
+    listener.wait(lambda: len(listener.all("Srobot2", "connection")) > count, "the broker is back")
+    listener.send("Srobot2", "order", order_from(listener.state("Srobot2"), "back", 0.0, 0.0))
+    listener.wait(lambda: listener.state("Srobot2")["orderId"] == "back", "it takes an order")
+    up.send_signal(signal.SIGINT)
+    assert up.wait(timeout=LIMIT) == 0
+    connections = [m["connectionState"] for m in listener.all("Srobot1", "connection")]
+    assert connections == ["ONLINE", "CONNECTIONBROKEN", "ONLINE", "ONLINE", "OFFLINE"]
+    valid = SchemaValidator()
+    for robot, topic, content in listener.messages:
+        if topic not in ("order", "instantActions"):
+            assert valid.errors(topic, content) == [], (robot, topic)

@@ -1,0 +1,61 @@
+"""Options of swarm-up for a fleet control."""
+
+from __future__ import annotations
+
+import socket
+from pathlib import Path
+
+import pytest
+
+from swarm_commander.run.input.fleet_link import FleetLink, fleet_link
+from swarm_commander.run.input.options import UpOptions
+from swarm_common.model.errors import ConfigError
+
+
+def test_addresses_are_read() -> None:
+    assert FleetLink(url="mqtt://localhost").config()["broker"]["port"] == 1883
+    assert FleetLink(url="embedded:1900").config()["broker"]["port"] == 1900
+    assert FleetLink(url="embedded").config()["embedded"]
+    link = FleetLink(url="mqtts://broker.example", user="fleet", version="3.0")
+    broker = link.config()["broker"]
+    assert (broker["host"], broker["port"], broker["is_secure"]) == ("broker.example", 8883, True)
+    assert fleet_link(None, None, None, None, None) is None
+
+
+@pytest.mark.parametrize(
+    ("given", "word"),
+    [
+        ({"url": "http://localhost"}, "expected mqtt://"),
+        ({"url": "mqtt://"}, "expected mqtt://"),
+        ({"url": "mqtt://localhost:99999"}, "expected mqtt://"),
+        ({"url": "mqtt://me:secret@localhost"}, "expected mqtt://"),
+        ({"url": "embedded:x"}, "expected mqtt://"),
+        ({"url": "embedded:0"}, "expected mqtt://"),
+        ({"url": "mqtt://192.0.2.1"}, "--vda5050-user"),
+        ({"url": "embedded", "version": "1.1"}, "did you mean '2.1'"),
+        ({"url": "embedded", "manufacturer": "a/b"}, "--manufacturer"),
+        ({"url": "embedded", "ca": Path("none.pem")}, "no file"),
+        ({"url": "embedded", "ca": Path(__file__)}, "mqtts://"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(given: dict, word: str) -> None:
+    with pytest.raises(ConfigError, match=word):
+        FleetLink(**given)
+
+
+def test_a_port_that_another_has_is_refused() -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(ConfigError, match=f"cannot use port {port}"):
+            fleet_link(f"embedded:{port}", None, None, None, None)
+
+
+def test_options_need_each_other() -> None:
+    with pytest.raises(ConfigError, match="--manufacturer needs --vda5050"):
+        fleet_link(None, "me", None, None, None)
+    link = FleetLink(url="embedded")
+    for more, word in (({"mission": "roam"}, "exclude"), ({"swarm_size": 31}, "up to 30")):
+        with pytest.raises(ConfigError, match=word):
+            UpOptions(vda5050=link, **more)

@@ -1,0 +1,85 @@
+"""What is wrong with an order in itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+import pytest
+
+from swarm_vda5050.faults import OrderFault, OrderRejectedError
+from swarm_vda5050.messages import DriveOrder
+from swarm_vda5050.order_check import DrivingArea, check_order
+from tests.fakes.fleet_orders import MAP, action, along, node, order
+
+Change = Callable[[dict[str, Any]], object]
+
+
+def fault_of(content: dict[str, Any]) -> OrderFault | None:
+    ground = DrivingArea(MAP, lambda x, _: "in a wall" if x > 50.0 else "")
+    try:
+        check_order(msgspec.convert(content, DriveOrder), ground)
+    except OrderRejectedError as error:
+        return error.fault
+    return None
+
+
+def test_a_good_order_passes() -> None:
+    assert fault_of(along(0, 2, 4)) is None
+    assert fault_of(order([node(0)])) is None
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda o: o["nodes"].clear(),
+        lambda o: o["edges"].pop(),
+        lambda o: o["nodes"][1].update(sequenceId=4),
+        lambda o: o["nodes"][0].update(sequenceId=-2),
+        lambda o: o["edges"][0].update(sequenceId=2),
+        lambda o: o["edges"][0].update(endNodeId="n9"),
+        lambda o: o["nodes"][0].update(released=False),
+        lambda o: o["edges"][0].update(released=False),
+        lambda o: o["nodes"][1].update(nodeId=""),
+        lambda o: o["edges"][0].update(maxSpeed=0.0),
+        lambda o: o["nodes"][1]["nodePosition"].update(x=float("nan")),
+        lambda o: o["nodes"][1]["nodePosition"].update(allowedDeviationXY=-1.0),
+        lambda o: [n["actions"].append(action("wait", "w", duration=1.0)) for n in o["nodes"]],
+        lambda o: o.update(orderUpdateId=-1),
+    ],
+)
+def test_a_broken_structure_is_invalid(change: Change) -> None:
+    content = along(0, 2, 2)
+    change(content)
+    assert fault_of(content) is OrderFault.VALIDATION
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (lambda o: o["nodes"][1].pop("nodePosition"), OrderFault.UNSUPPORTED),
+        (lambda o: o["edges"][0].update(trajectory={"degree": 1}), OrderFault.UNSUPPORTED),
+        (lambda o: o["edges"][0].update(corridor={"leftWidth": 1}), OrderFault.UNSUPPORTED),
+        (lambda o: o["edges"][0].update(orientation=1.0), OrderFault.UNSUPPORTED),
+        (lambda o: o["nodes"][1]["nodePosition"].update(mapId="moon"), OrderFault.UNKNOWN_MAP),
+        (lambda o: o["nodes"][1]["nodePosition"].update(x=60.0), OrderFault.NO_ROUTE),
+        (
+            lambda o: o["nodes"][1]["actions"].append(action("dance", "d")),
+            OrderFault.UNKNOWN_ACTION,
+        ),
+        (lambda o: o["nodes"][1]["actions"].append(action("wait", "d")), OrderFault.UNKNOWN_ACTION),
+        (
+            lambda o: o["nodes"][1]["actions"].append(action("wait", "d", duration=float("nan"))),
+            OrderFault.UNKNOWN_ACTION,
+        ),
+    ],
+)
+def test_what_robots_cannot_do_is_rejected(change: Change, fault: OrderFault) -> None:
+    content = along(0, 2, 2)
+    change(content)
+    assert fault_of(content) is fault
+
+
+def test_too_many_nodes_are_rejected() -> None:
+    assert fault_of(along(0, 10_000, 10_000)) is OrderFault.VALIDATION

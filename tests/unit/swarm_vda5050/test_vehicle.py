@@ -1,0 +1,285 @@
+"""Orders, updates, actions and cancels of one vehicle, as the standard has them."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.fakes.fleet_orders import Toy, action, along, edge, node, order
+
+
+def test_an_order_is_driven_node_by_node() -> None:
+    toy = Toy()
+    toy.send(along(0, 2, 2))
+    assert toy.vehicle.last_node == ("n0", 0)
+    assert [state.node_id for state in toy.vehicle.node_states] == ["n1", "n2"]
+    assert [n.node_id for n in toy.vehicle.leg.nodes] == ["n1", "n2"]
+    toy.drive()
+    assert toy.vehicle.last_node == ("n2", 4)
+    assert not toy.vehicle.is_busy
+    assert toy.faults == []
+
+
+def test_a_robot_stops_at_the_end_of_its_base_and_asks_for_more() -> None:
+    toy = Toy()
+    toy.send(along(0, 1, 3))
+    toy.drive()
+    assert toy.vehicle.last_node == ("n1", 2)
+    assert toy.vehicle.is_busy
+    assert toy.vehicle.wants_base
+    toy.send(along(1, 3, 3, update=1))
+    toy.drive()
+    assert toy.vehicle.last_node == ("n3", 6)
+
+
+def test_an_update_replaces_the_horizon() -> None:
+    toy = Toy()
+    toy.send(along(0, 1, 5))
+    toy.send(along(1, 2, 3, update=1))
+    assert [s.node_id for s in toy.vehicle.node_states] == ["n1", "n2", "n3"]
+    assert [s.released for s in toy.vehicle.node_states] == [True, True, False]
+
+
+def test_a_finished_order_may_go_on() -> None:
+    toy = Toy()
+    toy.send(along(0, 1, 1))
+    toy.drive()
+    toy.send(along(1, 2, 2, update=1))
+    toy.drive()
+    assert toy.vehicle.last_node == ("n2", 4)
+
+
+@pytest.mark.parametrize(
+    ("content", "fault"),
+    [
+        (along(0, 2, 2, "B"), "OTHER_ORDER"),
+        (along(0, 1, 1, update=0), "SAME_UPDATE"),
+        (along(1, 3, 3, update=1), "NO_CONTINUATION"),
+        (along(3, 4, 4, update=1), "NO_CONTINUATION"),
+    ],
+)
+def test_what_does_not_fit_the_running_order_is_rejected(content: object, fault: str) -> None:
+    toy = Toy()
+    toy.send(along(0, 2, 4))
+    before = toy.vehicle.node_states
+    toy.send(content)
+    assert toy.faults == [fault]
+    assert toy.vehicle.node_states == before
+    toy.drive()
+    assert toy.vehicle.last_node == ("n2", 4)
+
+
+def test_an_outdated_update_is_rejected_and_the_same_one_discarded() -> None:
+    toy = Toy()
+    toy.send(along(0, 1, 1))
+    toy.send(along(1, 2, 2, update=3))
+    toy.send(along(1, 2, 2, update=3))
+    assert toy.faults == []
+    toy.send(along(0, 1, 1))
+    assert toy.faults == ["OUTDATED"]
+
+
+def test_an_order_is_not_done_twice() -> None:
+    toy = Toy()
+    toy.send(along(0, 1, 1, "A"))
+    toy.drive()
+    toy.send(along(1, 2, 2, "B"))
+    toy.drive()
+    toy.send(along(2, 3, 3, "A"))
+    assert toy.faults == ["USED_ORDER"]
+    assert toy.vehicle.order_id == "B"
+
+
+def test_an_order_that_begins_elsewhere_is_rejected() -> None:
+    toy = Toy()
+    toy.send(along(3, 4, 4))
+    assert toy.faults == ["START_FAR"]
+    toy.send(order([node(0, allowedDeviationXY=0.1, x=0.2), node(1)]))
+    assert toy.faults == ["START_FAR", "START_FAR"]
+    toy.send(along(0, 1, 1))
+    assert toy.faults == []
+
+
+def test_a_cancelled_order_is_gone_once_the_robot_stands() -> None:
+    toy = Toy()
+    toy.send(order([node(0), node(1), node(2, action("wait", "w", duration=1.0))]))
+    toy.sense(is_standing=False)
+    toy.do("cancelOrder", "c")
+    assert toy.vehicle.leg is None
+    assert toy.done == {"w": "FAILED", "c": "RUNNING"}
+    assert toy.vehicle.node_states
+    toy.wait(1.0)
+    assert toy.done["c"] == "FINISHED"
+    assert toy.vehicle.node_states == toy.vehicle.edge_states == ()
+    toy.send(along(2, 3, 3, update=1))
+    assert toy.faults == ["CANCELLED"]
+    toy.send(along(0, 1, 1, "B"))
+    assert toy.faults == []
+    toy.drive()
+    assert toy.vehicle.last_node == ("n1", 2)
+
+
+def test_there_is_nothing_to_cancel() -> None:
+    toy = Toy()
+    toy.do("cancelOrder", "c")
+    assert toy.faults == ["NO_ORDER"]
+    assert toy.done == {"c": "FAILED"}
+
+
+def test_blocking_actions_hold_the_robot_and_others_do_not() -> None:
+    toy = Toy()
+    hard = action("wait", "h", "HARD", duration=3.0)
+    none = action("wait", "n", "NONE", duration=3.0)
+    toy.send(order([node(0), node(1, none), node(2, hard, none | {"actionId": "m"}), node(3)]))
+    assert len(toy.vehicle.leg.nodes) == 2
+    toy.step()
+    assert toy.done["n"] == "RUNNING"
+    toy.step()
+    assert toy.vehicle.leg is None
+    assert (toy.done["h"], toy.done["m"]) == ("WAITING", "WAITING")  # `n` is not done yet
+    toy.wait(3.0)
+    assert (toy.done["n"], toy.done["h"], toy.done["m"]) == ("FINISHED", "RUNNING", "WAITING")
+    toy.wait(3.0)
+    assert (toy.done["h"], toy.done["m"]) == ("FINISHED", "RUNNING")
+    assert toy.vehicle.leg is not None
+
+
+def test_an_edge_action_that_blocks_is_done_before_the_edge() -> None:
+    toy = Toy()
+    content = order([node(0), node(1), node(2)])
+    content["edges"][1] = edge(1, action("wait", "s", "SOFT", duration=2.0))
+    toy.send(content)
+    toy.drive()
+    assert toy.vehicle.last_node == ("n1", 2)
+    toy.wait(2.0)
+    toy.drive()
+    assert toy.vehicle.last_node == ("n2", 4)
+    assert toy.done == {"s": "FINISHED"}
+
+
+def test_an_edge_action_ends_with_its_edge() -> None:
+    toy = Toy()
+    content = order([node(0), node(1)])
+    content["edges"][0] = edge(0, action("wait", "s", "NONE", duration=99.0))
+    toy.send(content)
+    toy.drive()
+    assert toy.done == {"s": "FAILED"}
+
+
+def test_loads_are_picked_and_dropped() -> None:
+    toy = Toy()
+    toy.send(order([node(0, action("pick", "p", loadId="crate"))]))
+    toy.wait(5.0)
+    assert toy.vehicle.load.load_id == "crate"
+    toy.send(order([node(0, action("drop", "q", loadId="box"))], "B"))
+    assert toy.done == {"q": "FAILED"}
+    assert toy.faults == ["ACTION"]
+    toy.send(order([node(0, action("drop", "d"))], "C"))
+    toy.wait(5.0)
+    assert toy.done == {"d": "FINISHED"}
+    assert toy.vehicle.load is None
+
+
+def test_a_pause_stops_driving_and_the_clock_of_actions() -> None:
+    toy = Toy()
+    toy.send(order([node(0, action("wait", "w", "NONE", duration=2.0)), node(1)]))
+    toy.do("startPause", "s")
+    assert toy.vehicle.leg is None
+    assert toy.done == {"w": "PAUSED", "s": "FINISHED"}
+    toy.wait(60.0)
+    toy.do("stopPause", "t")
+    assert toy.done["w"] == "RUNNING"
+    assert toy.vehicle.leg is not None
+    toy.wait(2.0)
+    assert toy.done["w"] == "FINISHED"
+
+
+def test_charging_begins_with_the_current() -> None:
+    toy = Toy()
+    toy.sense(is_charging=False)
+    toy.do("startCharging", "a")
+    assert toy.done["a"] == "RUNNING"
+    toy.sense(is_charging=False)
+    assert toy.done["a"] == "RUNNING"
+    toy.sense(is_charging=True)
+    assert toy.done["a"] == "FINISHED"
+    toy.sense(is_charging=False)
+    toy.do("startCharging", "b")
+    toy.now += 11.0
+    toy.sense(is_charging=False)
+    assert toy.done["b"] == "FAILED"
+
+
+def test_requests_are_passed_on_once() -> None:
+    toy = Toy()
+    toy.do("stateRequest", "s")
+    toy.do("factsheetRequest", "f")
+    toy.do("initPosition", "p", x=1, y=2.0, theta=0.5, mapId="hall", lastNodeId="n9")
+    requests = toy.vehicle.take_requests()
+    assert (requests.state, requests.factsheet) == (True, True)
+    assert requests.initial_pose_map.x == 1.0
+    assert toy.vehicle.last_node[0] == "n9"
+    assert not toy.vehicle.take_requests().state
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters"),
+    [("dance", {}), ("pick", {}), ("initPosition", {"x": 1.0}), ("stateRequest", {"why": "x"})],
+)
+def test_an_instant_action_that_cannot_be_done_fails(kind: str, parameters: dict) -> None:
+    toy = Toy()
+    toy.do(kind, "i", **parameters)
+    assert toy.faults == ["INSTANT"]
+    assert toy.done == {"i": "FAILED"}
+    toy.do("stateRequest", "j")
+    assert toy.faults == []
+
+
+def test_an_instant_action_that_comes_twice_is_done_once() -> None:
+    toy = Toy()
+    toy.send(along(0, 1, 1))
+    toy.do("cancelOrder", "c")
+    toy.wait(0.1)
+    toy.send(along(0, 1, 1, "B"))
+    toy.do("cancelOrder", "c")
+    assert toy.vehicle.is_busy is True
+
+
+def test_a_leg_is_tried_three_times() -> None:
+    toy = Toy()
+    toy.send(along(0, 1, 1))
+    for _ in range(2):
+        toy.vehicle.fail_drive("no way", False)
+        assert toy.vehicle.leg is None
+        assert toy.faults == ["DRIVING"]
+        toy.wait(5.0)
+        assert toy.vehicle.leg is not None
+    toy.vehicle.fail_drive("no way", False)
+    toy.wait(99.0)
+    assert toy.faults == ["UNREACHABLE"]
+    assert toy.vehicle.leg is None
+    toy.do("cancelOrder", "c")
+    assert toy.faults == []
+
+
+def test_driving_by_hand_ends_the_order() -> None:
+    toy = Toy()
+    toy.send(along(0, 1, 1))
+    toy.sense(is_by_hand=True)
+    assert toy.vehicle.node_states == ()
+    toy.send(along(0, 1, 1, "B"))
+    assert toy.faults == ["NOT_AVAILABLE"]
+    toy.sense()
+    toy.send(along(0, 1, 1, "B"))
+    assert toy.faults == []
+
+
+def test_a_node_that_is_to_be_met_closely_is_a_stop() -> None:
+    toy = Toy()
+    toy.send(order([node(0), node(1, allowedDeviationXY=0.3), node(2, theta=1.0), node(3)]))
+    assert len(toy.vehicle.leg.nodes) == 1
+    toy.step()
+    assert len(toy.vehicle.leg.nodes) == 1
+    toy.step()
+    assert len(toy.vehicle.leg.nodes) == 1
+    toy.drive()
+    assert not toy.vehicle.is_busy
