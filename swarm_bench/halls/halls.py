@@ -13,6 +13,7 @@ from swarm_bench.runs.episode import (
     make_drivers,
     make_world,
     nav_config,
+    robot_models,
     robot_named,
     room_for,
 )
@@ -96,6 +97,13 @@ def run_hall(options: RunOptions) -> RunResult:
         ConfigError: If no hall for so many robots comes up.
     """
     return Harness(options, stage=build_hall(options)).run()
+
+
+def load_hall_inputs(options: RunOptions) -> None:
+    """Check the parameters of one of `hall_runs`, and read its robots; the hall is drawn."""
+    for model in options.scenario.models(options.robots):
+        nav_config(options, robot_named(model))
+    robot_models(options)
 
 
 def hall_of(options: RunOptions) -> tuple[Hall, Grid]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from swarm_bench.runs.inputs import read_once
 from swarm_bench.runs.methods import Driver, load_method
 from swarm_bench.runs.scenario import Scenario
 from swarm_commander.mission.energy import check_energy
@@ -172,7 +172,7 @@ def make_world(
         realistic=options.realistic,
         radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
     )
-    models = _models(scenario, options)
+    models = robot_models(options)
     return world_class(scene, specs, homes, config, options.seed, models=models)
 
 
@@ -237,7 +237,7 @@ def _unseen(
     """Yield a sentence on each model whose LiDAR sees too little of robots that are dead."""
     if not dead:
         return
-    models = _models(options.scenario, options)
+    models = robot_models(options)
     if not options.scenario.with_lidar or models is None:
         yield "without LiDARs no robot sees the dead ones: it may hit them"
         return
@@ -345,17 +345,17 @@ def _homes(scenario: Scenario, specs: list[RobotSpec], spawn: str) -> list[Pose]
 # Worlds and maps are read once per process.
 
 
-_scene = functools.lru_cache(maxsize=4)(load_world)
-_mission = functools.lru_cache(maxsize=4)(load_mission)
-_bodies = functools.lru_cache(maxsize=8)(load_robot_model)
-robot_named = functools.lru_cache(maxsize=8)(load_robot)
+_scene = read_once(load_world)
+_mission = read_once(load_mission)
+_bodies = read_once(load_robot_model)
+robot_named = read_once(load_robot)
 
 
 def _map_for(world: str, specs: Sequence[RobotSpec]) -> Grid:
     return _grid(world, min(spec.lidar.z for spec in specs), reach_of(specs))
 
 
-@functools.lru_cache(maxsize=4)
+@read_once
 def _grid(world: str, height: float, reach: Reach) -> Grid:
     scene = _scene(world)
     path = map_of_world(scene.file)
@@ -366,23 +366,28 @@ def _grid(world: str, height: float, reach: Reach) -> Grid:
     return scene.sites.zones.mark(grid)
 
 
-def _models(scenario: Scenario, options: RunOptions) -> dict[str, RobotModel] | None:
-    """Return the bodies of the robots by model, None if nobody looks at them."""
+def robot_models(options: RunOptions) -> dict[str, RobotModel] | None:
+    """Return the bodies of the robots by model, None if nobody looks at them.
+
+    Args:
+        options: What is to be run.
+    """
+    scenario = options.scenario
     if not scenario.with_lidar and options.engine == "planar":
         return None
     return {robot_named(name).model: _bodies(name) for name in scenario.models(options.robots)}
 
 
-@functools.lru_cache(maxsize=8)
+@read_once
 def _spawn(world: str, widest: RobotSpec, count: int, spawn: str) -> tuple[Pose, ...]:
     return tuple(deal_places(_scene(world), [widest] * count, [spawn] * count, widest))
 
 
-@functools.lru_cache(maxsize=4)
+@read_once
 def _actors(world: str, actors: str) -> Actors | None:
     return load_actors(_scene(world).directory / actors) if actors else None
 
 
-@functools.lru_cache(maxsize=1)
+@read_once
 def _defaults() -> dict[str, Any]:
     return dict(default_parameters())

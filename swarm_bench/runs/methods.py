@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterator
 from typing import Protocol, runtime_checkable
 
+from swarm_bench.runs.inputs import plugin_module
 from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import Reception
-from swarm_common.model.errors import UnknownNameError
+from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Odometry, Pose, RobotSpec, Scan
 from swarm_common.model.sites import Sites
@@ -104,13 +104,17 @@ def load_method(name: str) -> Method:
     """Return a method by name.
 
     Args:
-        name: One of `METHODS`.
+        name: One of `METHODS`, or module:Class of one's own, found from the current folder, too.
 
     Raises:
         UnknownNameError: If there is none.
+        ConfigError: If the module cannot be imported, or has no such class.
     """
-    if name not in METHODS:
+    if name not in METHODS and ":" not in name:
         raise UnknownNameError("method", name, METHODS)
-    module, _, attribute = METHODS[name].partition(":")
-    method: Method = getattr(importlib.import_module(module), attribute)
+    plugin = METHODS.get(name, name)
+    attribute = plugin.partition(":")[2]
+    method: Method | None = getattr(plugin_module(plugin), attribute, None)
+    if not callable(method):
+        raise ConfigError(f"method '{name}': the module has no class '{attribute}'")
     return method

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rich.markup import escape
 from rich.table import Table
 
-from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.result import FailedRun, RunResult
 from swarm_bench.suite.summary import Row, summarise
 
 COLUMNS = (
@@ -40,6 +40,14 @@ def run_line(result: RunResult) -> str:
     warning = f"no guarantee: {result.no_guarantee}" if result.no_guarantee else ""
     notes = [note for note in (warning, result.first_collision, result.first_miss) if note]
     return "; ".join([text, *notes])
+
+
+def failure_line(failed: FailedRun) -> str:
+    """Return one line about a run without a result."""
+    return (
+        f"{failed.scenario} {failed.method} {failed.engine} {failed.robots} robots "
+        f"seed {failed.seed}: failed: {failed.error}"
+    )
 
 
 def summary_table(results: Sequence[RunResult]) -> Table:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from swarm_bench import cli
-from swarm_bench.suite import sweep
+from swarm_bench.execution.processes import LocalExecutor
 from swarm_common.files.resources import share_directory
 
 Refusal = Callable[..., str]
@@ -36,7 +36,7 @@ def refusal(
         return errors
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sweep, "in_processes", must_not_run)
+    monkeypatch.setattr(LocalExecutor, "run", must_not_run)
     return run
 
 
@@ -68,6 +68,15 @@ def refusal(
         (["--jobs", "0"], ["--jobs is 0"]),
         (["--jobs", "2", "--ros"], ["--ros takes all cores"]),
         (["--ros", "--method", "dwa"], ["--method dwa needs the bench"]),
+        (["--method", "mine:Driver"], ["cannot import mine", "'mine:Driver'"]),
+        (["--method", "json:Driver"], ["no class 'Driver'"]),
+        (["--robots", "9..4"], ["'9..4'", "FIRST..LAST:STEP"]),
+        (["--shard", "3/2"], ["--shard is '3/2'"]),
+        (["--shard", "0/2"], ["--shard is '0/2'"]),
+        (["--shard", "auto"], ["no task of a Slurm array"]),
+        (["--cluster", "udp://x"], ["--cluster is 'udp://x'", "local, tcp://"]),
+        (["--cluster", "tcp://127.0.0.1:1"], ["no scheduler answers at tcp://127.0.0.1:1"]),
+        (["--ros", "--cluster", "local"], ["leave out --cluster"]),
         (["--json", "none/there.jsonl"], ["none/there.jsonl"]),
         (["--sceanrio", "corridor"], ["--sceanrio"]),
     ],
