@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -126,18 +127,31 @@ def build(
     actors = _actors(scenario.world, scenario.actors)
     if walkers:
         actors = Actors((*(actors.walkers if actors else ()), *walkers), scene.vehicles)
+
+    def further(index: int) -> Callable[[], list[Stop]]:
+        """Return what makes one lap more of a robot; in a run without duration none."""
+        lap = itertools.count(scenario.laps)
+        if not scenario.duration or index in dead:
+            return list
+        return lambda: mission.stops(
+            scene.sites, homes[index], seed=options.seed, robot_id=index + 1,
+            first_lap=next(lap), homes_map=homes,
+        )  # fmt: skip
+
     routes = [
         ()
         if index in dead
         else tuple(
             mission.stops(
-                scene.sites, home, seed=options.seed, robot_id=index + 1, limit=most_goals,
-                homes_map=homes,
+                scene.sites, home, seed=options.seed, robot_id=index + 1,
+                laps=scenario.laps, limit=most_goals, homes_map=homes,
             )
         )
         for index, home in enumerate(homes)
     ]  # fmt: skip
-    itineraries = [Itinerary(route, mission.retries) for route in routes]
+    itineraries = [
+        Itinerary(route, mission.retries, more=further(index)) for index, route in enumerate(routes)
+    ]
     world = make_world(options, scene, specs, homes, actors, world_class)
     drivers = make_drivers(options, scene.sites, specs, grid, homes)
     found = room_for(options, specs, grid, homes, routes, dead)

@@ -17,6 +17,7 @@ from typing import cast
 import numpy as np
 
 from swarm_bench.runs.episode import Episode, RunOptions, build
+from swarm_bench.runs.ground_truth import GroundTruthWatch
 from swarm_bench.runs.invariant import Invariant
 from swarm_bench.runs.methods import Driver, StagedDriver
 from swarm_bench.runs.pose_error import PoseErrors
@@ -54,6 +55,7 @@ class Harness:
         invariant: The safety invariant so far.
         beacons: (n,) what was sent in the last tick; zero held points where nothing was.
         waits: Who waits for whom, as the robots say once a second.
+        truth: Who stands, and for whom, as the simulator sees it.
     """
 
     def __init__(
@@ -95,6 +97,11 @@ class Harness:
         self._stall_limit = round(options.scenario.stall_limit / CONTROL_PERIOD)
         self._last_success = 0  # tick
         self.waits = WaitGraph()
+        world = self.stage.world
+        self.truth = GroundTruthWatch(
+            world.names, [spec.circumscribed_radius for spec in world.specs], self.stage.grid,
+            self.stage.sites.stations, options.scenario.warm_up,
+        )  # fmt: skip
 
     @property
     def is_over(self) -> bool:
@@ -120,6 +127,7 @@ class Harness:
                 result,
                 wait_circles=waits["lasting_circles"],
                 longest_wait_circle=waits["longest_circle"],
+                ground_truth=self.truth.figures(result.sim_time),
                 cpu_ms_per_robot_second=1e3 * (time.process_time() - cpu_started) / robot_time,
                 pose_error=self._pose_errors.figures() if self._pose_errors else None,
             )
@@ -138,6 +146,7 @@ class Harness:
                 self._follow_mission(index, tick, output)
         if tick % WAITS_EVERY == 0:
             self._record_waits(tick)
+            self.truth.look(tick, world.poses)
         if self._pose_errors is not None:
             self._pose_errors.note(self.stage.drivers, world.poses, self._dead)
         if self._on_tick is not None:
@@ -219,6 +228,7 @@ class Harness:
             self._send(index, itinerary.start())
         for event in output.events:
             if isinstance(event, GoalEnded) and not itinerary.is_over:
+                self.truth.end(index, tick * CONTROL_PERIOD)
                 is_reached = event.outcome is Outcome.SUCCEEDED
                 if is_reached:
                     self._last_success = tick
@@ -229,11 +239,13 @@ class Harness:
         if order is None:
             return
         self._goal_ids[index] += 1
+        stop = order.stop
+        self.truth.send(index, stop.pose_map, stop.name, order.start_tick)
         self.stage.drivers[index].set_goal(
             Goal(
                 kind=GoalKind.NAVIGATE,
                 goal_id=self._goal_ids[index],
-                poses_map=(pose_as_received(order.stop.pose_map),),
+                poses_map=(pose_as_received(stop.pose_map),),
                 start_tick=order.start_tick,
             )
         )

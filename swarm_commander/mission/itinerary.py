@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -93,13 +93,21 @@ class Itinerary:
         outcomes: The settled stops in order.
     """
 
-    def __init__(self, stops: Sequence[Stop], retries: int, settled: int = 0) -> None:
+    def __init__(
+        self,
+        stops: Sequence[Stop],
+        retries: int,
+        settled: int = 0,
+        more: Callable[[], Sequence[Stop]] = tuple,
+    ) -> None:
         """Begin.
 
         Args:
             retries: Times that a goal is tried again.
             settled: Stops at the beginning that are settled already.
+            more: Returns further stops when all are settled; none: the mission is done.
         """
+        self._more = more
         self.state = ItineraryState.READY
         self.outcomes: list[StopOutcome] = []
         self._stops = tuple(stops)[settled:]
@@ -236,6 +244,8 @@ class Itinerary:
         return rest
 
     def _advance(self, start_tick: int) -> Order | None:
+        if len(self.outcomes) == len(self._stops):
+            self._stops += tuple(self._more())
         if len(self.outcomes) == len(self._stops):
             self.state = ItineraryState.DONE
             return None

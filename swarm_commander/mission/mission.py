@@ -98,6 +98,7 @@ class Mission:
         seed: int,
         robot_id: int,
         laps: int = 1,
+        first_lap: int = 0,
         limit: int | None = None,
         homes_map: Sequence[Pose] = (),
         names: RobotNames | None = None,
@@ -109,6 +110,7 @@ class Mission:
             home_map: Where the robot goes for a `home` leg.
             robot_id: From 1; robots draw different orders from one seed.
             laps: Times that the route is driven, each with an order of its own.
+            first_lap: Number of the first of them, from 0.
             limit: Cut after this many goals; None for all.
             homes_map: Where all robots start, for legs that need to know.
             names: Of all robots, for people; None for the usual ones.
@@ -122,7 +124,7 @@ class Mission:
                 " that is known to swarm-up --mission only"
             )
         stops: list[Stop] = []
-        for lap in range(laps):
+        for lap in range(first_lap, first_lap + laps):
             if limit is not None and len(stops) >= limit:
                 break
             for index, leg in enumerate(self.route):
@@ -132,7 +134,7 @@ class Mission:
                     names or RobotNames(),
                 )  # fmt: skip
                 stops += draw.stops(leg)
-        if stops and self.start_spread:
+        if stops and self.start_spread and not first_lap:
             spread = random.Random(f"{seed}/{robot_id}/start").uniform(0.0, self.start_spread)
             first = stops[0]
             delay = round(spread / CONTROL_PERIOD)
