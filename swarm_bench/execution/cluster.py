@@ -5,11 +5,11 @@ from __future__ import annotations
 import contextlib
 import platform
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from importlib import metadata
 from typing import Any
 
-from swarm_bench.execution.task import DIED, MOST_TRIES, Done, Runner, execute
+from swarm_bench.execution.task import DIED, MOST_TRIES, Done, Runner, Runs, execute
 from swarm_bench.runs.inputs import Pack
 from swarm_bench.runs.origin import bench_edition
 from swarm_common.model.errors import ConfigError
@@ -42,7 +42,7 @@ class DaskExecutor:
             self.close()
             raise
 
-    def run(self, runner: Runner, items: Sequence[Any], pack: Pack | None) -> Iterator[Done]:
+    def run(self, runner: Runner, items: Sequence[Any], pack: Pack | None) -> Runs:
         """Yield each run when it ends; see `Executor`. Dask repeats those of workers that die."""
         from distributed import as_completed
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import signal
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from multiprocessing import connection, get_context
 from typing import Any
 
-from swarm_bench.execution.task import DIED, MOST_TRIES, Done, Runner, execute
+from swarm_bench.execution.task import DIED, MOST_TRIES, Done, Runner, Runs, execute
 from swarm_bench.runs.inputs import Pack
 from swarm_common.process.lifetime import die_with
 
@@ -28,7 +28,7 @@ class LocalExecutor:
         self._jobs = jobs
         self._workers: list[_Worker] = []
 
-    def run(self, runner: Runner, items: Sequence[Any], pack: Pack | None) -> Iterator[Done]:
+    def run(self, runner: Runner, items: Sequence[Any], pack: Pack | None) -> Runs:
         """Yield each run when it ends; see `Executor`."""
         if self._jobs == 1 or (len(items) == 1 and not self._workers):
             for index, item in enumerate(items):

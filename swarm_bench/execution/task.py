@@ -6,7 +6,7 @@ import functools
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -33,10 +33,13 @@ class Done:
     error: str = ""  # why there is no value
 
 
+Runs = Generator[Done, None, None]  # to be closed by who leaves it early
+
+
 class Executor(Protocol):
     """Computes runs; `swarm_bench.execution.executor.make_executor` makes one."""
 
-    def run(self, runner: Runner, items: Sequence[Any], pack: Pack | None) -> Iterator[Done]:
+    def run(self, runner: Runner, items: Sequence[Any], pack: Pack | None) -> Runs:
         """Yield each run when it ends.
 
         Args:

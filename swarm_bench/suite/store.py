@@ -157,18 +157,15 @@ def _flat(values: Any) -> tuple[tuple[str, Any], ...]:
     return tuple(sorted(dict(values).items()))
 
 
-def missing(
-    options: Sequence[RunOptions], fulls: Sequence[Full], known: Iterable[Full]
-) -> list[int]:
+def missing(fulls: Sequence[Full], known: Iterable[Full]) -> list[int]:
     """Return the places of the runs whose results are not known, each run once.
 
     Args:
         fulls: Key, inputs and edition of each run.
         known: Likewise, of results.
     """
-    seen = set(known)
-    todo = []
-    for index, full in zip(range(len(options)), fulls, strict=True):
+    seen, todo = set(known), []
+    for index, full in enumerate(fulls):
         if full not in seen:
             seen.add(full)
             todo.append(index)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
@@ -50,6 +50,8 @@ class Sweep:
     ros: bool = False  # whether on the ROS graph
     runner: Runner = run  # runs one in the bench
     load: Callable[[RunOptions], object] = load_inputs  # reads and checks what one is made from
+    # gets the place of each run in `options` and what became of it; False ends the sweep
+    watch: Callable[[int, Outcome], bool] = lambda *_: True
     failed: list[FailedRun] = field(default_factory=list)
     _inputs: dict[str, tuple[str, Gathered]] = field(default_factory=dict)
 
@@ -81,32 +83,42 @@ class Sweep:
                 f"{others} results in {file} are of other inputs or another edition, "
                 "and are not used", soft_wrap=True, markup=False,
             )  # fmt: skip
-        todo = [self.options[index] for index in store.missing(self.options, fulls, known)]
-        results += known.values()
+        missing = store.missing(fulls, known)
+        for index, full in enumerate(fulls):
+            if full in known:
+                results.append(known[full])
+                self.watch(index, known[full])
         with contextlib.ExitStack() as stack:
             output = stack.enter_context(open_to_append(file)) if file is not None else None
-            for outcome in self.outcomes(todo):
+            ended = stack.enter_context(contextlib.closing(self._ended(missing)))
+            for index, outcome in ended:
                 if output is not None:
                     append_json_line(output, outcome.as_json())
                 if isinstance(outcome, RunResult):
                     results.append(outcome)
-                line = (
-                    run_line(outcome) if isinstance(outcome, RunResult) else failure_line(outcome)
-                )
+                    line = run_line(outcome)
+                else:
+                    line = failure_line(outcome)
                 console.print(line, highlight=False, soft_wrap=True, markup=False)
+                if not self.watch(index, outcome):
+                    break
         return results
 
-    def outcomes(self, todo: Sequence[RunOptions]) -> Iterator[Outcome]:
+    def outcomes(self) -> Iterator[Outcome]:
         """Yield what becomes of each run when it ends; those that fail go to `failed`, too."""
+        yield from (outcome for _, outcome in self._ended(range(len(self.options))))
+
+    def _ended(self, indices: Sequence[int]) -> Generator[tuple[int, Outcome], None, None]:
+        todo = [self.options[index] for index in indices]
         inputs = [self._inputs_of(item) for item in todo]
         pack = packed(found for _, found in inputs) if todo else None
         runner = run_on_graph if self.ros else self.runner
-        with contextlib.closing(self.executor.run(runner, todo, pack)) as ended:  # type: ignore[type-var]
+        with contextlib.closing(self.executor.run(runner, todo, pack)) as ended:
             for done in ended:
                 outcome = self._outcome(todo[done.index], inputs[done.index][0], done)
                 if isinstance(outcome, FailedRun):
                     self.failed.append(outcome)
-                yield outcome
+                yield indices[done.index], outcome
 
     def _outcome(self, options: RunOptions, inputs: str, done: Done) -> Outcome:
         origin = dataclasses.replace(done.origin or here(), inputs=inputs)

@@ -90,18 +90,19 @@ def test_inputs_travel_and_shards_are_the_whole(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     options = options_of(tmp_path, range(5))
-    alone = trajectories(Sweep(options).outcomes(options))
+    alone = trajectories(Sweep(options).outcomes())
     assert len(set(alone.values())) == 5
     with executor(2) as local:
         shards = [share_of(options, f"{number}/3") for number in (1, 2, 3)]
-        sweep = Sweep(options, local)
-        sweep.check()
+        sweeps = [Sweep(shard, local) for shard in shards]
+        for sweep in sweeps:
+            sweep.check()
         for path in tmp_path.glob("*.*"):
             path.unlink()  # the workers read no file
         monkeypatch.chdir("/")
         union: dict[int, str] = {}
-        for shard in shards:
-            union |= trajectories(sweep.outcomes(shard))
+        for sweep in sweeps:
+            union |= trajectories(sweep.outcomes())
     assert union == alone
     environment = {f"SLURM_ARRAY_TASK_{name}": str(value)
                    for name, value in {"ID": 7, "MIN": 5, "MAX": 7}.items()}  # fmt: skip
@@ -153,12 +154,12 @@ def test_a_cluster_gives_the_same_although_a_worker_is_killed(
         dataclasses.replace(item, scenario=dataclasses.replace(item.scenario, time_limit={2: 60.0}))
         for item in options
     ]
-    alone = trajectories(Sweep(options).outcomes(options))
+    alone = trajectories(Sweep(options).outcomes())
     with Client(address) as client:
         client.wait_for_workers(3, timeout=20)
         sweep = Sweep(options, DaskExecutor(client))
         found = []
-        for outcome in sweep.outcomes(options):
+        for outcome in sweep.outcomes():
             found.append(outcome)
             if len(found) == 1:
                 workers[0].kill()
