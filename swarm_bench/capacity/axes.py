@@ -19,7 +19,7 @@ MOST_VARIANTS = 100
 TEXTS = ("world", "mission", "robot", "actors")  # fields of a scenario that are texts
 NUMBERS = ("loss", "delay", "noise")
 FLEET = "fleet"  # models joined by +
-OF_RUN = ("method", "engine")
+OF_CONTROLLER = "controller."  # may stand before its parameters, as in Nav2's files
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,8 @@ def _changed(options: RunOptions, name: str, text: str) -> RunOptions:
             raise ConfigError(f"--sweep {name} is '{text}'; expected true or false")
         value = text == "true"
     elif name not in _scenario_texts():
-        parameters = {**options.parameters, **parse_parameters([f"{name}={text}"])}
+        name = name.removeprefix(OF_CONTROLLER)
+        parameters = {**options.parameters, **parse_parameters([f"{name}={text}"], "--sweep")}
         return dataclasses.replace(options, parameters=parameters)
     scenario = dataclasses.replace(options.scenario, **{name: value})
     if name in ("world", "mission"):

@@ -5,12 +5,14 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from swarm_bench.capacity.curve import Curve, Point
@@ -170,9 +172,10 @@ def _still(measure: Measure, curves: Sequence[Curve]) -> Figure | None:
     drawing, axes = style.plot("robots", measure.title, height=3.2)
     for number, curve in enumerate(curves):
         known = _known(measure, curve)
+        ends = np.array([_ends(measure, value) for _, value in known]).reshape(-1, 2)
         axes.errorbar(
-            [robots for robots, _ in known], [value.mean for _, value in known],
-            [_finite(value) for _, value in known], label=curve.label or None, capsize=2,
+            [robots for robots, _ in known], [value.mean for _, value in known], ends.T,
+            label=curve.label or None, capsize=2,
             color=style.CYCLE[number % len(style.CYCLE)], marker="o", markersize=3,
         )  # fmt: skip
         if measure is MEASURES["throughput"] and curve.knee is not None:
@@ -193,7 +196,12 @@ def _chart(measure: Measure, curves: Sequence[Curve]) -> charts.Chart:
                 [robots for robots, _ in known],
                 [value.mean for _, value in known],
                 mode="lines+markers",
-                error_y={"type": "data", "array": [_finite(value) for _, value in known]},
+                error_y={
+                    "type": "data",
+                    "symmetric": False,
+                    "array": [_ends(measure, value)[1] for _, value in known],
+                    "arrayminus": [_ends(measure, value)[0] for _, value in known],
+                },
                 line={"color": style.CYCLE[number % len(style.CYCLE)]},
                 hovertemplate="%{x} robots: %{y:.3g} ± %{error_y.array:.2g}",
             )
@@ -208,8 +216,12 @@ def _chart(measure: Measure, curves: Sequence[Curve]) -> charts.Chart:
     return {"data": data, "layout": layout}
 
 
-def _finite(value: Estimate) -> float:
-    return value.half_width if value.freedom > 0 else 0.0
+def _ends(measure: Measure, value: Estimate) -> tuple[float, float]:
+    """Return how far the interval goes below and above the mean; nothing is less than 0."""
+    if value.freedom < 1:
+        return 0.0, 0.0
+    most = 1.0 - value.mean if measure.is_share else math.inf
+    return min(value.half_width, value.mean), min(value.half_width, most)
 
 
 def _csv(curves: Sequence[Curve], told: Sequence[str], command: str) -> str:

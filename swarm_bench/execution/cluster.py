@@ -14,7 +14,7 @@ from swarm_bench.runs.inputs import Pack
 from swarm_bench.runs.origin import bench_edition
 from swarm_common.model.errors import ConfigError
 
-ANSWER = 10.0  # [s] in which a scheduler has to answer
+ANSWER = 5.0  # [s] in which a scheduler has to answer
 FIRST_WORKER = 60.0  # [s] in which it has to have a worker; a queue of Slurm may take longer
 NUMERICAL = ("numpy", "numba", "scipy")  # versions that may change a trajectory
 EXTRA = "pip install 'swarm-workbench[cluster]'"

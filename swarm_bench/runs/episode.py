@@ -308,11 +308,12 @@ def nav_config(options: RunOptions, spec: RobotSpec) -> NavConfig:
     return config_from_parameters(values, where="--set")
 
 
-def parse_parameters(settings: list[str]) -> dict[str, Any]:
+def parse_parameters(settings: list[str], where: str = "--set") -> dict[str, Any]:
     """Return the parameters in texts like traffic.safety_margin=0.06.
 
     Args:
         settings: Each NAME=VALUE, with names of the navigator's parameters.
+        where: Option that they were given by.
 
     Returns:
         Values by dotted name: numbers and booleans where the text is one, else the text.
@@ -325,9 +326,9 @@ def parse_parameters(settings: list[str]) -> dict[str, Any]:
     for setting in settings:
         name, equals, text = setting.partition("=")
         if not equals:
-            raise ConfigError(f"--set is '{setting}'; expected NAME=VALUE")
+            raise ConfigError(f"{where} is '{setting}'; expected NAME=VALUE")
         values[name] = _parsed(text, known.get(name))
-    config_from_parameters(values, where="--set")
+    config_from_parameters(values, where=where)
     return values
 
 
