@@ -149,7 +149,7 @@ class GroundTruthWatch:
             one for one in self._standstills
             if not any(start < one[1] and one[0] < end for start, end in lasting)
         ]  # fmt: skip
-        measured = max(sim_time - self._warm_up, EVERY * CONTROL_PERIOD)
+        measured = max(self._late / len(self._names), EVERY * CONTROL_PERIOD)
         return GroundTruth(
             stood_time=self._stood_time,
             stood_worst=self._stood_worst,
@@ -159,8 +159,8 @@ class GroundTruthWatch:
             deadlocks=len(lasting) + len(alone),
             stations={
                 name: StationUse(
-                    occupied=min(1.0, seconds / measured),
-                    approached=min(1.0, self._approached[name] / measured),
+                    occupied=seconds / measured,
+                    approached=self._approached[name] / measured,
                 )
                 for name, seconds in self._occupied.items()
                 if name in self._goals
