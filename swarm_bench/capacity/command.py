@@ -51,14 +51,11 @@ def sweep_command(
     robots: Annotated[str, typer.Option(help="Swarm sizes like 4..60:4 or 20,50.")] = "4..24:4",
     seeds: Annotated[str, typer.Option(help="Seeds like 0-9 or 1,5,7.")] = "0-2",
     seconds: Annotated[float, typer.Option(help="Simulated time of each run [s].")] = 1800.0,
-    warm_up: Annotated[
-        float, typer.Option(help="Simulated time [s] at its beginning in which nothing counts.")
-    ] = 300.0,
+    warm_up: Annotated[float, typer.Option(help="Time [s] that does not count.")] = 300.0,
     sweep: Annotated[
         list[str] | None,
         typer.Option(
-            help="Further axis: a parameter, or world, mission, robot, fleet (joined by +), "
-            "method, engine, loss, delay, noise: controller.max_vel_x=0.26,0.5"
+            help="Axis: max_vel_x=0.26,0.5; world, mission, robot, fleet=A+B, method, loss, ..."
         ),
     ] = None,
     compare: Annotated[
@@ -67,10 +64,10 @@ def sweep_command(
     ] = None,
     precision: Annotated[
         str | None,
-        typer.Option(help="Add seeds, and sizes near the knee, until intervals are like 3%."),
+        typer.Option(help="Adds seeds and sizes, until intervals are like 3%."),
     ] = None,
     budget: Annotated[
-        str | None, typer.Option(help="Likewise, until this wall time is up: 90s, 30min, 2h.")
+        str | None, typer.Option(help="Likewise, for this wall time: 90s, 30min, 2h.")
     ] = None,
     method: Annotated[
         str, typer.Option(help="ours, dwa, orca, or module:Class of your own.")

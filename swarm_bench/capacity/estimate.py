@@ -52,11 +52,7 @@ class Estimate:
         return self.half_width / abs(self.mean) if self.mean else math.inf
 
     def draws(self, count: int, random: np.random.Generator) -> np.ndarray:
-        """Return (count,) values of the mean that the data allow.
-
-        Args:
-            random: Source of randomness.
-        """
+        """Return (count,) values of the mean that the data allow."""
         if not math.isfinite(self.error) or self.freedom < 1:
             return np.full(count, self.mean)
         return self.mean + self.error * random.standard_t(self.freedom, count)

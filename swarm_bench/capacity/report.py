@@ -114,10 +114,6 @@ def _interval(value: Estimate, digits: int = 0) -> str:
 def write_output(path: Path, curves: Sequence[Curve], told: Sequence[str], command: str) -> None:
     """Write the results; the ending of the file says how.
 
-    Args:
-        told: Sentences.
-        command: That made the results.
-
     Raises:
         ConfigError: If the file cannot be written.
     """

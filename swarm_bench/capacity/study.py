@@ -45,8 +45,6 @@ class Study:
         """Begin.
 
         Args:
-            variants: What to run.
-            sizes: Of swarms.
             seeds: Of each size; with precision or budget, further ones follow.
             precision: Half-width of intervals of throughput, as a share of it, at which no more
                 seeds are added; None: exactly the sizes and seeds given.
@@ -94,7 +92,6 @@ class Study:
             sweep: Makes the sweep of a round.
             file: Of JSON lines; None to keep nothing.
             console: For a line per run.
-            tell: Called after each run.
         """
         todo = share_of(self._first_round(), self._shard)
         while todo and not self.is_late:

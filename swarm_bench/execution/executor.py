@@ -21,7 +21,6 @@ def executor(jobs: int = 1, cluster: Any = None) -> Iterator[Executor]:
     """Provide what computes runs; its processes end with the context.
 
     Args:
-        jobs: Processes of this machine.
         cluster: Where else: as `--cluster`, or a `distributed.Client`; None for this machine.
 
     Raises:

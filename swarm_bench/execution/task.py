@@ -53,12 +53,7 @@ class Executor(Protocol):
 
 
 def execute(runner: Runner, index: int, item: Any, pack: Pack | None = None) -> Done:
-    """Compute a run in this process.
-
-    Args:
-        index: Of the item.
-        pack: To be installed before.
-    """
+    """Compute a run in this process, with the inputs of a pack if there is one."""
     start.prepare()  # also in a worker process
     with _alone, watched(lambda *_: _say_compiling(), packages=()):
         try:

@@ -128,7 +128,7 @@ def build(
     if walkers:
         actors = Actors((*(actors.walkers if actors else ()), *walkers), scene.vehicles)
 
-    def further(index: int) -> Callable[[], list[Stop]]:
+    def _further(index: int) -> Callable[[], list[Stop]]:
         """Return what makes one lap more of a robot; in a run without duration none."""
         lap = itertools.count(scenario.laps)
         if not scenario.duration or index in dead:
@@ -150,7 +150,8 @@ def build(
         for index, home in enumerate(homes)
     ]  # fmt: skip
     itineraries = [
-        Itinerary(route, mission.retries, more=further(index)) for index, route in enumerate(routes)
+        Itinerary(route, mission.retries, more=_further(index))
+        for index, route in enumerate(routes)
     ]
     world = make_world(options, scene, specs, homes, actors, world_class)
     drivers = make_drivers(options, scene.sites, specs, grid, homes)

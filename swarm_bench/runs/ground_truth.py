@@ -58,7 +58,6 @@ class GroundTruthWatch:
         """Begin.
 
         Args:
-            names: Of the robots.
             radii: [m] of their bodies.
             grid: The map.
             stations: Names of the places whose use is measured.
@@ -83,8 +82,6 @@ class GroundTruthWatch:
         """Note that a robot was sent to a goal.
 
         Args:
-            index: Of the robot.
-            station: Name of the goal.
             start_tick: From which it may set off.
         """
         self._errands[index] = _Errand(goal, station, start_tick)
@@ -95,7 +92,6 @@ class GroundTruthWatch:
         """Note that a goal has ended.
 
         Args:
-            index: Of the robot.
             sim_time: [s] now.
         """
         self._errands[index] = None
@@ -105,7 +101,6 @@ class GroundTruthWatch:
         """Look at all robots; once in `EVERY` ticks.
 
         Args:
-            tick: Now.
             poses: (n, 3) true poses in map.
         """
         now, period = tick * CONTROL_PERIOD, EVERY * CONTROL_PERIOD

@@ -197,9 +197,6 @@ def _imported(tree: ast.Module, package: tuple[str, ...]) -> Iterator[str]:
 def plugin_module(plugin: str) -> Any:
     """Return the module of a plug-in; modules are looked for in the current folder, too.
 
-    Args:
-        plugin: Like module:Class.
-
     Raises:
         ConfigError: If it cannot be imported.
     """

@@ -135,10 +135,9 @@ class RunResult:
         longest_wait_circle: [s] that the longest of them lasted.
         zones: Entries into keepout zones and speeds above the limit of speed zones, with times [s]
             of all robots; None in a world without zones.
-        ground_truth: Standing, circles of waiting, deadlocks and use of stations as the simulator
-            sees them, whatever the method says of itself; None on the ROS graph.
-        steady: Finished goals and their times after the warm-up of a run of fixed duration; None
-            for other runs.
+        ground_truth: Standing, deadlocks and use of stations as the simulator sees them; None on
+            the ROS graph.
+        steady: What was finished after the warm-up; None in a run without a duration.
         origin: Code, inputs and machine; None in results of older files.
         no_guarantee: Which conditions of liveness did not hold before the run; empty if all did.
     """

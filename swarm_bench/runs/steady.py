@@ -21,7 +21,6 @@ def steady_of(
         finished: (time of the end [s], lead time [s]) of each goal or order, in any order.
         warm_up: [s] that do not count.
         duration: [s] of the run; one that ended earlier finished nothing in the rest.
-        unit: What was finished.
     """
     seconds = duration - warm_up
     late = sorted(item for item in finished if warm_up < item[0] <= duration)

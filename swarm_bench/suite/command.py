@@ -40,13 +40,11 @@ JsonLines = Annotated[
 ]
 Cluster = Annotated[
     str | None,
-    typer.Option(
-        help="Where to run instead: local, tcp://HOST:8786, slurm:nodes=4,queue=short (Dask)."
-    ),
+    typer.Option(help="Dask cluster: local, tcp://HOST:8786 or slurm:nodes=4."),
 ]
 Shard = Annotated[
     str | None,
-    typer.Option(help=f"Only this share of the runs, like 2/8; {AUTO}: of a Slurm array."),
+    typer.Option(help=f"Share of the runs, like 2/8; {AUTO}: of a Slurm array."),
 ]
 Document = Annotated[
     Path,

@@ -161,8 +161,7 @@ def missing(fulls: Sequence[Full], known: Iterable[Full]) -> list[int]:
     """Return the places of the runs whose results are not known, each run once.
 
     Args:
-        fulls: Key, inputs and edition of each run.
-        known: Likewise, of results.
+        fulls: Key, hash of the inputs and edition of each run.
     """
     seen, todo = set(known), []
     for index, full in enumerate(fulls):

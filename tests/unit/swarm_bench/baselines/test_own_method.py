@@ -9,7 +9,6 @@ import pytest
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.json_lines import append_json_line, open_to_append
-from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.scenario import load_scenario
 from tests.document_blocks import blocks_of
 from tests.fakes.results import result
@@ -33,8 +32,7 @@ def test_the_method_of_the_document_drives_two_robots(
 ) -> None:
     save("polite.py", tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setitem(METHODS, "polite", "polite:PoliteDriver")
-    options = RunOptions(scenario=load_scenario("corridor"), robots=2, method="polite")
+    options = RunOptions(scenario=load_scenario("corridor"), robots=2, method="polite:PoliteDriver")
     assert Harness(options).run().is_flawless
 
 
