@@ -11,12 +11,8 @@ from typing import Any
 
 from swarm_bench.runs.methods import Driver, load_method
 from swarm_bench.runs.scenario import Scenario
-from swarm_commander.mission.energy import check_energy
-from swarm_commander.mission.itinerary import Itinerary
-from swarm_commander.mission.leg import Stop
-from swarm_commander.mission.mission import Mission, load_mission
-from swarm_commander.run.input.params import REALISTIC, default_parameters
 from swarm_common.files.map_io import load_map, map_of_world
+from swarm_common.files.params_io import REALISTIC, default_parameters
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
@@ -25,6 +21,10 @@ from swarm_common.model.sites import Sites
 from swarm_common.robots.description import RobotModel
 from swarm_common.robots.fleet import limits_of
 from swarm_common.robots.loading import load_robot, load_robot_model
+from swarm_mission.energy import check_energy
+from swarm_mission.itinerary import Itinerary
+from swarm_mission.leg import Stop
+from swarm_mission.mission import Mission, load_mission
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.traffic.conditions import Conditions, conditions
 from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable

@@ -22,12 +22,12 @@ from swarm_bench.runs.methods import Driver, StagedDriver
 from swarm_bench.runs.pose_error import PoseErrors
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.result_builder import compose_result
-from swarm_commander.mission.itinerary import Order
-from swarm_commander.run.results.wait_graph import WaitGraph, waits_for
 from swarm_common.middleware.cdr import yaw_of
 from swarm_common.model.beacon import BEACON_DTYPE, BeaconArray, empty_beacons
 from swarm_common.model.breaches import Collision
 from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, Twist
+from swarm_mission.itinerary import NextGoal
+from swarm_mission.wait_graph import WaitGraph, waits_for
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome, Output
 from swarm_sim.world.world import Observation, World
 
@@ -225,7 +225,7 @@ class Harness:
                 reason = f"error {int(event.error_code)}: {event.message}"
                 self._send(index, itinerary.on_end(is_reached, tick, reason))
 
-    def _send(self, index: int, order: Order | None) -> None:
+    def _send(self, index: int, order: NextGoal | None) -> None:
         if order is None:
             return
         self._goal_ids[index] += 1

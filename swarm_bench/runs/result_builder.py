@@ -13,10 +13,10 @@ import numpy as np
 from swarm_bench.runs.episode import Episode, RunOptions
 from swarm_bench.runs.invariant import Invariant
 from swarm_bench.runs.result import RobotResult, RunResult, finite
-from swarm_commander.mission.itinerary import Itinerary
-from swarm_commander.run.results.fairness import fairness
 from swarm_common.model.breaches import MissedGoal, UnfinishedGoal
 from swarm_common.model.records import CONTROL_PERIOD
+from swarm_mission.fairness import fairness
+from swarm_mission.itinerary import Itinerary
 from swarm_nav.core.goals import Status
 from swarm_sim.world.verdict import RobotVerdict, Verdict
 from swarm_sim.world.world import World

@@ -19,8 +19,6 @@ import rclpy
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
-from swarm_commander.mission.itinerary import Itinerary, Order, StopOutcome
-from swarm_commander.mission.routes import routes
 from swarm_commander.mission.state_log import FILE, StateLog
 from swarm_commander.mission.status_check import StatusCheck
 from swarm_common.files.journal import Journal
@@ -52,6 +50,8 @@ from swarm_common.process.messages import (
     WatchRobot,
 )
 from swarm_common.process.pipes import EventWriter, MessageReader, child_options
+from swarm_mission.itinerary import Itinerary, NextGoal, StopOutcome
+from swarm_mission.routes import routes
 
 BEAT_PERIOD = 2.0  # [s] of wall time between two signs of life
 TURN_PERIOD = 0.25  # [s] of wall time between two looks at everything else
@@ -155,7 +155,7 @@ class Runner:
 
     # What the drivers say
 
-    def on_sent(self, driver: RobotDriver, order: Order) -> None:
+    def on_sent(self, driver: RobotDriver, order: NextGoal) -> None:
         """Count a goal when it is sent first.
 
         Args:

@@ -11,7 +11,6 @@ from typing import Any, assert_never
 
 import psutil
 
-from swarm_commander.mission.routes import goals
 from swarm_commander.run.domain import Request
 from swarm_commander.run.input.params import write_parameter_file
 from swarm_commander.run.input.plan import RunPlan
@@ -70,6 +69,7 @@ from swarm_common.process.messages import (
     WorldEvent,
     WorldProgress,
 )
+from swarm_mission.routes import goals
 
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
 RVIZ, VIEWER = "rviz", "viewer"

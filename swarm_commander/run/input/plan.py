@@ -11,18 +11,14 @@ from typing import Any
 
 import yaml
 
-from swarm_commander.mission.energy import check_energy
-from swarm_commander.mission.leg import Stop
-from swarm_commander.mission.mission import Mission, load_mission, mission_path
 from swarm_commander.run.input.options import DRIVES, UpOptions
 from swarm_commander.run.input.params import (
-    REALISTIC,
     Overrides,
-    default_parameters,
     load_overrides,
     robot_parameter_file,
 )
 from swarm_common.files.map_io import load_map, map_of_world
+from swarm_common.files.params_io import REALISTIC, default_parameters
 from swarm_common.files.resources import find_resource
 from swarm_common.files.sites_io import load_sites
 from swarm_common.files.zones_io import copy_masks
@@ -34,6 +30,9 @@ from swarm_common.model.sites import Sites
 from swarm_common.robots.fleet import Fleet, Member, uniform_fleet
 from swarm_common.robots.loading import fixed_frames, load_robot
 from swarm_common.robots.params import frames_parameter
+from swarm_mission.energy import check_energy
+from swarm_mission.leg import Stop
+from swarm_mission.mission import Mission, load_mission, mission_path
 
 WORLD_FILE = "world.sdf"
 SITES_FILE = "sites.yaml"

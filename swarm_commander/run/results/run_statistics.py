@@ -8,8 +8,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import assert_never
 
-from swarm_commander.mission.itinerary import LOST_REASON
-from swarm_commander.run.results.wait_graph import WaitGraph, waits_for
 from swarm_common.model.breaches import MISSED, Collision, MissedGoal, UnfinishedGoal
 from swarm_common.process.messages import (
     ClientEvent,
@@ -39,6 +37,8 @@ from swarm_common.process.messages import (
     WorldBuilt,
     WorldProgress,
 )
+from swarm_mission.itinerary import LOST_REASON
+from swarm_mission.wait_graph import WaitGraph, waits_for
 
 HOLDING, IDLE = "holding", "idle"
 REPEAT_TIME = 10.0  # [s] in which a goal that failed and is sent again is the same goal

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from swarm_commander.mission.leg import KINDS, Draw, Leg, Stop
 from swarm_common.files.resources import names_to_propose, share_directory
 from swarm_common.files.yaml_io import check_keys, number, pose_numbers, read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites, area_count
+from swarm_mission.leg import KINDS, Draw, Leg, Stop
 
 NAMES = ("description", "spawn", "route.*.stations.*", "route.*.order", "route.*.swap")
 USUAL = "loading_route"  # mission of a robot that got none

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from swarm_commander.mission.leg import Stop
-from swarm_commander.mission.mission import Mission, load_mission
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.model.sites import Sites
+from swarm_mission.leg import Stop
+from swarm_mission.mission import Mission, load_mission
 
 LOOKED_AT = 1000  # first goals of each robot whose places are told: missions may have millions
 
