@@ -103,7 +103,7 @@ def peer_job(job: ScaleJob) -> dict[str, Any]:
         "seconds": job.seconds,
         "wall_limit": WALL_LIMIT,
         "starts": [[pose.x, pose.y, pose.yaw] for pose in stage.homes_map],
-        "goals": [_goals(itinerary) for itinerary in stage.itineraries],
+        "goals": [_goals(each) for each in stage.itineraries if isinstance(each, Itinerary)],
         **_obstacles(section.outlines()),
         "radius": spec.circumscribed_radius,
         "speed": spec.max_vel_x,

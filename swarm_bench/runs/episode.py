@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from swarm_bench.runs.methods import Driver, load_method
+from swarm_bench.runs.orders import BenchOrders, demand_remarks, make_orders, measure_ways
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.files.params_io import REALISTIC, default_parameters
@@ -23,8 +24,11 @@ from swarm_common.robots.fleet import limits_of
 from swarm_common.robots.loading import load_robot, load_robot_model
 from swarm_mission.energy import check_energy
 from swarm_mission.itinerary import Itinerary
-from swarm_mission.leg import Stop
+from swarm_mission.leg import HOME, Stop
 from swarm_mission.mission import Mission, load_mission
+from swarm_mission.orders.courier import Courier
+from swarm_mission.orders.dispatch import load_dispatcher
+from swarm_mission.orders.radio import OrderRadio
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.traffic.conditions import Conditions, conditions
 from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
@@ -67,13 +71,14 @@ class Episode:
 
     world: World
     drivers: list[Driver]  # what decides for each robot
-    itineraries: list[Itinerary]  # what each robot has to do
+    itineraries: Sequence[Itinerary | Courier]  # what each robot has to do
     homes_map: list[Pose]  # where each starts
     dead: frozenset[int]  # indices of the robots that never do anything
     grid: Grid  # the map
     sites: Sites = field(default_factory=Sites)  # of the world
     stops: list[tuple[Stop, ...]] = field(default_factory=list)  # the goals of each robot
     conditions: Conditions | None = None  # what the map has room for; None where nobody asks
+    orders: BenchOrders | None = None  # that the goals come from; None for a route
 
 
 def check(options: RunOptions) -> None:
@@ -93,7 +98,11 @@ def check(options: RunOptions) -> None:
         for number, home in enumerate(homes, start=1)
     }
     check_energy(dict(zip(routes, specs, strict=True)), routes, scene.sites, scene.name)
-    _map_for(options.scenario.world, specs)
+    grid = _map_for(options.scenario.world, specs)
+    if mission.orders is not None:
+        load_dispatcher(mission.orders.dispatch)
+        ways = measure_ways(mission.orders, scene.sites, grid, specs)
+        demand_remarks(mission.orders, ways, specs)
     heights = [spec.lidar.z for spec in specs]
     checked(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
     _actors(options.scenario.world, options.scenario.actors)
@@ -137,11 +146,27 @@ def build(
         )
         for index, home in enumerate(homes)
     ]  # fmt: skip
-    itineraries = [Itinerary(route, mission.retries) for route in routes]
     world = make_world(options, scene, specs, homes, actors, world_class)
     drivers = make_drivers(options, scene.sites, specs, grid, homes)
+    named = dict(zip(world.names, homes, strict=True))
+    radio = OrderRadio(scenario.loss, scenario.delay, options.seed)
+    orders = make_orders(mission, scene.sites, grid, named, specs, drivers, radio, options.seed)
+    itineraries: Sequence[Itinerary | Courier]
+    if orders is not None:
+        itineraries = orders.couriers
+        routes = [_order_stops(mission, scene.sites, home) for home in homes]
+    else:
+        itineraries = [Itinerary(route, mission.retries) for route in routes]
     found = room_for(options, specs, grid, homes, routes, dead)
-    return Episode(world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found)
+    return Episode(
+        world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found, orders
+    )
+
+
+def _order_stops(mission: Mission, sites: Sites, home: Pose) -> tuple[Stop, ...]:
+    """Return all places that orders may send a robot to."""
+    stations = [Stop(name, sites.stations[name], 0) for name in mission.stations]
+    return (*stations, Stop(HOME, home, 0))
 
 
 def make_world(

@@ -78,6 +78,8 @@ class RunResult:
         longest_wait_circle: [s] that the longest of them lasted.
         zones: Entries into keepout zones and speeds above the limit of speed zones, with times [s]
             of all robots; None in a world without zones.
+        orders: What became of orders, stations, robots and floor, as in report.json; None for a
+            mission without orders.
         no_guarantee: Which conditions of liveness did not hold before the run; empty if all did.
     """
 
@@ -124,6 +126,7 @@ class RunResult:
     wait_circles: int | None = None
     longest_wait_circle: float | None = None
     zones: Mapping[str, Any] | None = None
+    orders: Mapping[str, Any] | None = None
 
     @property
     def is_flawless(self) -> bool:
@@ -133,8 +136,9 @@ class RunResult:
     def as_json(self) -> dict[str, Any]:
         """Return a dictionary for json.dump, with figures rounded to what they are worth."""
         data = dataclasses.asdict(self)
-        if self.zones is None:
-            del data["zones"]
+        for name in ("zones", "orders"):
+            if data[name] is None:
+                del data[name]
         for robot in data["per_robot"].values():
             if robot["battery"] is None:
                 del robot["battery"]

@@ -17,6 +17,7 @@ from swarm_common.model.breaches import MissedGoal, UnfinishedGoal
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_mission.fairness import fairness
 from swarm_mission.itinerary import Itinerary
+from swarm_mission.orders.courier import Courier
 from swarm_nav.core.goals import Status
 from swarm_sim.world.verdict import RobotVerdict, Verdict
 from swarm_sim.world.world import World
@@ -67,6 +68,7 @@ def compose_result(
         no_guarantee="; ".join(stage.conditions.findings) if stage.conditions else "",
         recoveries=sum(status.number_of_recoveries for status in statuses),
         **{name: sum(getattr(status, name) for status in statuses) for name in COUNTERS},
+        orders=None if stage.orders is None else stage.orders.run.results(verdict.sim_time),
         **_truth(stage.world, verdict),
         **_service(list(robots.values()), [outcome.duration for outcome in reached]),
         **_pace(durations),
@@ -141,7 +143,7 @@ def conditions(options: RunOptions) -> dict[str, Any]:
     }
 
 
-def _robot(itinerary: Itinerary, truth: RobotVerdict, status: Status) -> RobotResult:
+def _robot(itinerary: Itinerary | Courier, truth: RobotVerdict, status: Status) -> RobotResult:
     reached = [outcome for outcome in itinerary.outcomes if outcome.reached]
     is_done = len(reached) == itinerary.total
     return RobotResult(
@@ -169,7 +171,7 @@ def _first_miss(stage: Episode, alive: Sequence[int]) -> str:
     if misses:
         return str(min(misses, key=lambda miss: miss.sim_time))
     for index in alive:
-        if not stage.itineraries[index].is_over:
+        if stage.orders is None and not stage.itineraries[index].is_over:
             status = stage.drivers[index].status()
             goal = stage.itineraries[index].next_stop
             state = f"{status.state} {status.detail}".strip()

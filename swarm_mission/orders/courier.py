@@ -83,6 +83,16 @@ class Courier:
         return self.bidder.name
 
     @property
+    def total(self) -> int:
+        """Number of stations that it has reached or missed, and of its ways home."""
+        return len(self.outcomes)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the robot has nothing to do now."""
+        return self.state in (CourierState.IDLE, CourierState.PARKING)
+
+    @property
     def next_stop(self) -> str:
         """Where it is on its way to; empty if it is not."""
         return self._stop.name if self.state is CourierState.DRIVING else ""

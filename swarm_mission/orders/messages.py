@@ -106,6 +106,7 @@ class Unload(Message, frozen=True, tag="unload"):
     robot: str
     order: str
     origin: str
+    ticks: int = 0  # of service
 
 
 class Received(Message, frozen=True, tag="received"):

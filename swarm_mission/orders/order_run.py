@@ -14,7 +14,6 @@ from swarm_mission.orders.order import OrderPlan
 from swarm_mission.orders.order_book import OrderBook
 from swarm_mission.orders.radio import OrderRadio
 from swarm_mission.orders.robot_bidder import Senses
-from swarm_mission.orders.states import CourierState
 from swarm_mission.orders.station_agent import StationAgent
 
 
@@ -75,8 +74,7 @@ class OrderRun:
     @property
     def is_over(self) -> bool:
         """Whether all orders have come and are done, and nobody is served any more."""
-        is_served = any(c.state is CourierState.SERVED for c in self.couriers.values())
-        return not is_served and all(agent.is_over for agent in self.agents.values())
+        return all(agent.is_over for agent in self.agents.values())
 
     @property
     def has_open(self) -> bool:

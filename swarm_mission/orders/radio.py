@@ -37,9 +37,10 @@ class OrderRadio:
         due += [(tick, number, envelope) for number, envelope in enumerate(envelopes, len(due))]
 
     def receive(self, tick: int, receivers: Sequence[str]) -> dict[str, list[AnyMessage]]:
-        """Return what arrives at a tick, by receiver; whatever nobody hears is gone."""
+        """Return what has arrived until a tick, by receiver; whatever nobody hears is gone."""
         heard: dict[str, list[AnyMessage]] = defaultdict(list)
-        for sent, number, envelope in self._transit.pop(tick, ()):
+        due = [item for at in sorted(self._transit) if at <= tick for item in self._transit.pop(at)]
+        for sent, number, envelope in due:
             for name in (envelope.receiver,) if envelope.receiver else receivers:
                 if name != envelope.sender and not self._is_lost(sent, number, envelope, name):
                     heard[name].append(envelope.message)

@@ -165,7 +165,10 @@ class RobotBidder:
         held.told = tick
         order = held.order
         if held.is_at_target:
-            self._send(order.target, Unload(order.target, self.name, order.id, order.origin))
+            self._send(
+                order.target,
+                Unload(order.target, self.name, order.id, order.origin, order.unload_ticks),
+            )
         self._report(order.origin, order.id, held.number, held.phase)
 
     def _choose(self, tick: int, senses: Senses) -> None:

@@ -86,12 +86,14 @@ class StationAgent:
         self._untold: dict[str, tuple[str, int]] = {}  # of these: origin, tick of the last message
         self._announced = -ANNOUNCE_TICKS
         self._is_news = False
+        self._now = self._busy_until = 0  # ticks
         self._replies: list[Envelope] = []
 
     @property
     def is_over(self) -> bool:
-        """Whether all orders have come and are done, and their origins know."""
-        return self._next is None and not self._open and not self._untold
+        """Whether all orders have come and are done, their origins know, and nobody is served."""
+        is_told = self._next is None and not self._open and not self._untold
+        return is_told and self._now >= self._busy_until
 
     @property
     def has_open(self) -> bool:
@@ -120,6 +122,7 @@ class StationAgent:
 
     def tick(self, tick: int) -> list[Envelope]:
         """Decide; return what to send."""
+        self._now = tick
         self._take_new(tick)
         for entry in self._open.values():
             self._watch(entry, tick)
@@ -237,6 +240,7 @@ class StationAgent:
         if unload.order not in self._bringers:
             self._bringers[unload.order] = unload.robot
             self._untold[unload.order] = unload.origin, tick - REPEAT_TICKS
+            self._busy_until = max(self._busy_until, tick + unload.ticks + REPEAT_TICKS)
             self._note(What.RECEIVED, unload.order, tick, unload.robot)
         is_new = self._bringers[unload.order] == unload.robot
         self._reply(unload.robot, Received(self.name, unload.robot, unload.order, is_new))
