@@ -14,7 +14,7 @@ from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites, area_count
-from swarm_mission.leg import KINDS, Draw, Leg, Stop
+from swarm_mission.leg import HOME, KINDS, Draw, Leg, Stop
 from swarm_mission.orders import order_file
 from swarm_mission.orders.order import OrderPlan, check_names
 
@@ -107,6 +107,11 @@ class Mission:
                     " there: move one of them"
                 )
 
+    def order_stops(self, sites: Sites, home_map: Pose) -> list[Stop]:
+        """Return all places that orders may send a robot to."""
+        stations = [Stop(name, sites.stations[name], 0) for name in self.stations]
+        return [*stations, Stop(HOME, home_map, 0)]
+
     def stops(
         self,
         sites: Sites,
@@ -131,8 +136,14 @@ class Mission:
             names: Of all robots, for people; None for the usual ones.
 
         Raises:
-            ConfigError: If such a leg does not get them, or there are too few places.
+            ConfigError: If such a leg does not get them, or there are too few places; or the
+                mission has orders instead of a route.
         """
+        if self.orders is not None:
+            raise ConfigError(
+                f"mission {self.name} has orders, which are for a whole swarm: run it by swarm-up"
+                " --mission or swarm-bench"
+            )
         if self.needs_all_homes and not homes_map:
             raise ConfigError(
                 f"mission {self.name} sends robots to where others started;"

@@ -23,7 +23,8 @@ def routes(config: Mapping[str, Any]) -> list[tuple[Mission, list[Stop]]]:
         config: As `RunPlan.runner_config` writes it.
 
     Returns:
-        One per robot, in the order of `config["robots"]`, which have missions.
+        One per robot, in the order of `config["robots"]`, which have missions; where they have
+        orders, all places that they may be sent to.
 
     Raises:
         ConfigError: If a mission or the sites are unusable.
@@ -33,6 +34,12 @@ def routes(config: Mapping[str, Any]) -> list[tuple[Mission, list[Stop]]]:
     sites = load_sites(config["sites"]) if config["sites"] else Sites()
     homes = [Pose(*home) for home in config["homes"]]
     robot_names = RobotNames.parse(config.get("names", DEFAULT))
+    orders = next((each for each in missions.values() if each.orders is not None), None)
+    if orders is not None:
+        return [
+            (orders, orders.order_stops(sites, homes[robot["number"] - 1]))
+            for robot in config["robots"]
+        ]
     return [
         (
             missions[robot["mission"]],

@@ -24,7 +24,7 @@ from swarm_common.robots.fleet import limits_of
 from swarm_common.robots.loading import load_robot, load_robot_model
 from swarm_mission.energy import check_energy
 from swarm_mission.itinerary import Itinerary
-from swarm_mission.leg import HOME, Stop
+from swarm_mission.leg import Stop
 from swarm_mission.mission import Mission, load_mission
 from swarm_mission.orders.courier import Courier
 from swarm_mission.orders.dispatch import load_dispatcher
@@ -92,12 +92,11 @@ def check(options: RunOptions) -> None:
     """
     scene, mission, homes, specs = _cast(options)
     routes = {
-        RobotNames().name_of(number): mission.stops(
-            scene.sites, home, seed=options.seed, robot_id=number, homes_map=homes
-        )
-        for number, home in enumerate(homes, start=1)
+        RobotNames().name_of(index + 1): _route(mission, scene.sites, options, index, homes)
+        for index in range(len(homes))
     }
-    check_energy(dict(zip(routes, specs, strict=True)), routes, scene.sites, scene.name)
+    if mission.orders is None:
+        check_energy(dict(zip(routes, specs, strict=True)), routes, scene.sites, scene.name)
     grid = _map_for(options.scenario.world, specs)
     if mission.orders is not None:
         load_dispatcher(mission.orders.dispatch)
@@ -136,16 +135,9 @@ def build(
     if walkers:
         actors = Actors((*(actors.walkers if actors else ()), *walkers), scene.vehicles)
     routes = [
-        ()
-        if index in dead
-        else tuple(
-            mission.stops(
-                scene.sites, home, seed=options.seed, robot_id=index + 1, limit=most_goals,
-                homes_map=homes,
-            )
-        )
-        for index, home in enumerate(homes)
-    ]  # fmt: skip
+        () if index in dead else _route(mission, scene.sites, options, index, homes, most_goals)
+        for index in range(count)
+    ]
     world = make_world(options, scene, specs, homes, actors, world_class)
     drivers = make_drivers(options, scene.sites, specs, grid, homes)
     named = dict(zip(world.names, homes, strict=True))
@@ -154,7 +146,6 @@ def build(
     itineraries: Sequence[Itinerary | Courier]
     if orders is not None:
         itineraries = orders.couriers
-        routes = [_order_stops(mission, scene.sites, home) for home in homes]
     else:
         itineraries = [Itinerary(route, mission.retries) for route in routes]
     found = room_for(options, specs, grid, homes, routes, dead)
@@ -163,10 +154,23 @@ def build(
     )
 
 
-def _order_stops(mission: Mission, sites: Sites, home: Pose) -> tuple[Stop, ...]:
-    """Return all places that orders may send a robot to."""
-    stations = [Stop(name, sites.stations[name], 0) for name in mission.stations]
-    return (*stations, Stop(HOME, home, 0))
+def _route(
+    mission: Mission,
+    sites: Sites,
+    options: RunOptions,
+    index: int,
+    homes: Sequence[Pose],
+    limit: int | None = None,
+) -> tuple[Stop, ...]:
+    """Return a robot's goals; with orders, all places that they may send it to."""
+    if mission.orders is not None:
+        return tuple(mission.order_stops(sites, homes[index]))
+    return tuple(
+        mission.stops(
+            sites, homes[index], seed=options.seed, robot_id=index + 1, limit=limit,
+            homes_map=homes,
+        )
+    )  # fmt: skip
 
 
 def make_world(

@@ -132,6 +132,8 @@ def _parse_arrivals(content: Mapping[str, Any], path: Path) -> Arrivals:
     batch = _integer(content.get("batch", 1), "batch")
     if "times" in content:
         name = name_in(content["times"], "times")
+        if Path(name).is_absolute() or ".." in Path(name).parts:
+            raise ConfigError(f"times is '{name}'; expected a file in the folder of the mission")
         return Arrivals(listed=_read_times(path.parent / name), batch=batch)
     if "shifts" in content:
         shifts = content["shifts"]

@@ -6,7 +6,9 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import assert_never
+from typing import Any, assert_never
+
+import msgspec
 
 from swarm_common.model.breaches import MISSED, Collision, MissedGoal, UnfinishedGoal
 from swarm_common.process.messages import (
@@ -14,6 +16,7 @@ from swarm_common.process.messages import (
     CollisionBegan,
     ConditionsChecked,
     Event,
+    FloorReported,
     ForeignPublisher,
     GoalMissed,
     GoalReached,
@@ -27,17 +30,20 @@ from swarm_common.process.messages import (
     NavigatorActive,
     NavigatorDied,
     OnlookerEvent,
+    OrdersReported,
     ProcessEvent,
     RobotLate,
     RobotRemoved,
     RobotSpawned,
     ServerEvent,
+    StationDone,
     StatusReported,
     TimeOver,
     WorldBuilt,
     WorldProgress,
 )
 from swarm_mission.itinerary import LOST_REASON
+from swarm_mission.orders.order_book import OrderBook, OrderEvent
 from swarm_mission.wait_graph import WaitGraph, waits_for
 
 HOLDING, IDLE = "holding", "idle"
@@ -208,6 +214,9 @@ class RunStatistics:
         waits: Who waits for whom.
         conditions: What the map has room for, as the navigators say.
         unseen: Whose LiDAR sees too little of broken robots, as the world says.
+        orders: What became of the mission's orders; None if it has none.
+        floor: How floor and robots' time are used.
+        stations_left: Stations whose orders are not all done.
     """
 
     robots: dict[str, RobotStatistics]
@@ -227,6 +236,9 @@ class RunStatistics:
     waits: WaitGraph = field(default_factory=WaitGraph)
     conditions: ConditionsChecked | None = None
     unseen: list[str] = field(default_factory=list)
+    orders: OrderBook | None = None
+    floor: dict[str, Any] = field(default_factory=dict)
+    stations_left: set[str] = field(default_factory=set)
 
     @classmethod
     def of(cls, names: Iterable[str], has_mission: bool) -> RunStatistics:
@@ -295,6 +307,14 @@ class RunStatistics:
                 self._add_status(event)
             case MissionDone():
                 self.is_done = True
+            case OrdersReported(events=events):
+                if self.orders is not None:
+                    self.orders.apply_all(msgspec.convert(events, list[OrderEvent]))
+            case FloorReported(figures=figures):
+                self.floor = figures
+            case StationDone(station=station):
+                self.stations_left.discard(station)
+                self.is_done = not self.stations_left
             case WorldBuilt():
                 self.unseen = event.unseen
             case MeetingPorts() | RobotLate() | TimeOver():
