@@ -36,10 +36,12 @@ class OrderChannel:
 
     Attributes:
         tick: Now, by `/clock`; 0 before the world runs.
+        has_news: Whether time has passed, or something has come, since `receive`.
     """
 
     def __init__(self, node: Node, radio: OrderRadio, rejections: Rejections) -> None:
         self.tick = 0
+        self.has_news = False
         self._radio = radio
         self._rejections = rejections
         self._publisher = node.create_publisher(String, TOPIC, QUALITY)
@@ -56,10 +58,13 @@ class OrderChannel:
 
     def receive(self, receivers: Sequence[str]) -> dict[str, list[AnyMessage]]:
         """Return what has arrived, by receiver."""
+        self.has_news = False
         return self._radio.receive(self.tick, receivers)
 
     def _receive_clock(self, message: Clock) -> None:
-        self.tick = max(self.tick, tick_from_stamp(message.clock.sec, message.clock.nanosec))
+        tick = tick_from_stamp(message.clock.sec, message.clock.nanosec)
+        self.has_news |= tick > self.tick
+        self.tick = max(self.tick, tick)
 
     def _receive(self, message: String) -> None:
         try:
@@ -70,5 +75,6 @@ class OrderChannel:
         if not 0 <= batch.tick <= self.tick + AHEAD:
             self._rejections.reject("orders", TOPIC, f"tick {batch.tick}; it is {self.tick}")
             return
+        self.has_news = True
         # here the way takes its time by itself
         self._radio.send(batch.tick - 1, batch.envelopes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
@@ -33,7 +34,9 @@ from swarm_mission.orders.radio import OrderRadio
 from swarm_mission.orders.robot_bidder import Senses
 from swarm_mission.orders.way_lengths import WayLengths
 
-MUTE_TICKS = 50  # without a status, after which a robot says nothing
+# A robot says nothing after so long without a status; the status may wait in a busy machine.
+MUTE_TICKS = 50
+MUTE_TIME = 2.0  # [s] of wall time
 
 
 class OrderRobot:
@@ -54,6 +57,7 @@ class OrderRobot:
         self._ways = ways
         self._task: Task | None = None
         self._goal: NextGoal | None = None
+        self.heard_at = time.monotonic()  # wall time of its latest status
         self._known = 0  # outcomes that the listener has heard of
         self._is_told = False  # whether it has heard of the current goal
         self._mission = node.create_publisher(MissionMsg, f"/{driver.name}/mission", LATCHED)
@@ -98,6 +102,13 @@ class OrderRobot:
     def has_dropped_goal(self) -> bool:
         """Whether a goal that the listener has heard of is replaced before its end."""
         return self._is_told and self._task is not None
+
+    def is_mute(self, tick: int) -> bool:
+        """Whether nothing has been heard of the robot for too long."""
+        if self.driver.robot.status is None:
+            return True
+        is_late = tick - self.driver.tick > MUTE_TICKS
+        return is_late and time.monotonic() - self.heard_at > MUTE_TIME
 
     def _way_to(self, station: str) -> float:
         status = self.driver.robot.status
@@ -160,6 +171,7 @@ class OrderRobots:
     def on_status(self, name: str, status: RobotStatus) -> None:
         """Sample where a robot is."""
         if name in self._robots:
+            self._robots[name].heard_at = time.monotonic()
             share = self._robots[name].courier.share
             pose = status.pose
             self._floor.note(tick_of(status.stamp), name, pose.x, pose.y, share)
@@ -170,6 +182,8 @@ class OrderRobots:
         Args:
             dead: Robots that are gone or silent.
         """
+        if not self._channel.has_news:
+            return
         tick = self._channel.tick
         heard = self._channel.receive(list(self._robots))
         if not self._has_begun:
@@ -183,8 +197,7 @@ class OrderRobots:
                 robot.begin()
         sent: list[Envelope] = []
         for name, robot in self._robots.items():
-            status = robot.driver.robot.status
-            if name in dead or status is None or tick - robot.driver.tick > MUTE_TICKS:
+            if name in dead or robot.is_mute(tick):
                 continue
             for message in heard.get(name, ()):
                 robot.courier.receive(message, tick)

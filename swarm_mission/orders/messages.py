@@ -124,6 +124,7 @@ class Delivered(Message, frozen=True, tag="delivered"):
     station: str  # origin
     target: str
     order: str
+    until: int = 0  # tick at which the service there ends
 
 
 class Noted(Message, frozen=True, tag="noted"):

@@ -115,7 +115,8 @@ class RobotBidder:
                 del self.held[message.order]
         elif held.number <= message.number:
             if isinstance(message, Void):
-                del self.held[message.order]
+                if not held.is_at_target:  # there the target answers
+                    del self.held[message.order]
             elif held.phase is Phase.HERE:
                 held.phase = Phase.LOADED
 

@@ -83,6 +83,7 @@ class StationAgent:
         self._open: dict[str, _Entry] = {}  # all that is not done
         self._assigned: dict[str, str] = {}  # robot, by order
         self._bringers: dict[str, str] = {}  # robot, by order whose goods have arrived here
+        self._ends: dict[str, int] = {}  # tick of the end of their service, likewise
         self._untold: dict[str, tuple[str, int]] = {}  # of these: origin, tick of the last message
         self._announced = -ANNOUNCE_TICKS
         self._is_news = False
@@ -91,7 +92,7 @@ class StationAgent:
 
     @property
     def is_over(self) -> bool:
-        """Whether all orders have come and are done, their origins know, and nobody is served."""
+        """Whether all orders have come and are done, nobody is served for one of them."""
         is_told = self._next is None and not self._open and not self._untold
         return is_told and self._now >= self._busy_until
 
@@ -240,7 +241,7 @@ class StationAgent:
         if unload.order not in self._bringers:
             self._bringers[unload.order] = unload.robot
             self._untold[unload.order] = unload.origin, tick - REPEAT_TICKS
-            self._busy_until = max(self._busy_until, tick + unload.ticks + REPEAT_TICKS)
+            self._ends[unload.order] = tick + unload.ticks + REPEAT_TICKS
             self._note(What.RECEIVED, unload.order, tick, unload.robot)
         is_new = self._bringers[unload.order] == unload.robot
         self._reply(unload.robot, Received(self.name, unload.robot, unload.order, is_new))
@@ -249,10 +250,12 @@ class StationAgent:
         for order, (origin, sent) in self._untold.items():
             if tick - sent >= REPEAT_TICKS:
                 self._untold[order] = origin, tick
-                self._reply(origin, Delivered(origin, self.name, order))
+                told = Delivered(origin, self.name, order, self._ends[order])
+                self._reply(origin, told)
 
     def _on_delivered(self, message: Delivered, tick: int) -> None:
         entry = self._open.pop(message.order, None)
+        self._busy_until = max(self._busy_until, message.until)
         if entry is not None:
             if entry.state in (OrderState.GRANTED, OrderState.LOADED):
                 void = Void(self.name, entry.robot, entry.order.id, entry.number)

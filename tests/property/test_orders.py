@@ -32,7 +32,7 @@ def make_plan(dispatch: str, capacity: int) -> OrderPlan:
     return OrderPlan(streams=streams, dispatch=dispatch, capacity=capacity)
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=25, deadline=None, derandomize=True)
 @given(
     seed=st.integers(0, 10_000),
     robots=st.integers(2, 5),
