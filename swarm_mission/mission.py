@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +53,16 @@ class Mission:
         if self.orders is not None:
             return self.orders.stations
         return tuple(sorted({name for leg in self.route for name in leg.stations}))
+
+    def with_groups(self, sites: Sites) -> Mission:
+        """Return this mission with stations in place of the groups that the world has.
+
+        Raises:
+            ConfigError: If orders would go from a station to itself.
+        """
+        if self.orders is None:
+            return self
+        return replace(self, orders=self.orders.with_groups(sites.groups))
 
     @property
     def is_single_goal(self) -> bool:

@@ -36,6 +36,7 @@ def routes(config: Mapping[str, Any]) -> list[tuple[Mission, list[Stop]]]:
     robot_names = RobotNames.parse(config.get("names", DEFAULT))
     orders = next((each for each in missions.values() if each.orders is not None), None)
     if orders is not None:
+        orders = orders.with_groups(sites)
         return [
             (orders, orders.order_stops(sites, homes[robot["number"] - 1]))
             for robot in config["robots"]

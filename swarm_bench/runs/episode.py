@@ -296,7 +296,8 @@ def ground_of(options: RunOptions) -> tuple[Grid, list[Pose]]:
 def _cast(options: RunOptions) -> tuple[Scene, Mission, list[Pose], list[RobotSpec]]:
     """Return world, mission, and where robots of which model start."""
     scenario = options.scenario
-    scene, mission = _scene(scenario.world), _mission(scenario.mission)
+    scene = _scene(scenario.world)
+    mission = _mission(scenario.mission).with_groups(scene.sites)
     where, count = f"world {scene.name}, for mission {mission.name}", options.robots
     mission.check_stations(scene.sites, where, robots=count, highest=count)
     specs = [robot_named(model) for model in scenario.models(options.robots)]

@@ -141,9 +141,9 @@ class OrderRobots:
         Raises:
             ConfigError: If mission, map or sites are unusable.
         """
-        mission, orders = load_mission(config["mission_file"]), config["orders"]
+        sites, orders = load_sites(config["sites"]), config["orders"]
+        mission = load_mission(config["mission_file"]).with_groups(sites)
         assert mission.orders is not None
-        sites = load_sites(config["sites"])
         stations = {name: sites.stations[name] for name in mission.orders.stations}
         grid = load_map(Path(orders["map"])).upright() if orders["map"] else None
         marked = None if grid is None else sites.zones.mark(grid)

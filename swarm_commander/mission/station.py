@@ -16,6 +16,7 @@ import msgspec
 import rclpy
 
 from swarm_commander.mission.order_channel import OrderChannel
+from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.process.messages import Alive, OrdersReported, StationDone
@@ -43,7 +44,7 @@ class StationProcess:
         Raises:
             ConfigError: If the mission is unusable.
         """
-        plan = load_mission(config["mission"]).orders
+        plan = load_mission(config["mission"]).with_groups(load_sites(config["sites"])).orders
         assert plan is not None
         dispatcher = load_dispatcher(plan.dispatch)
         self._name: str = config["station"]

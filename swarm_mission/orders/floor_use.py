@@ -33,12 +33,12 @@ class FloorUse:
 
     Attributes:
         robots: Times by robot.
-        first: Tick of the first sample.
+        first: Tick of the first sample; None before it.
         last: Tick of the latest.
     """
 
     robots: defaultdict[str, RobotShares] = field(default_factory=lambda: defaultdict(RobotShares))
-    first: int = 0
+    first: int | None = None
     last: int = 0
     _latest: dict[str, _Sample] = field(default_factory=dict)
     _entries: defaultdict[tuple[int, int], int] = field(default_factory=lambda: defaultdict(int))
@@ -65,7 +65,7 @@ class FloorUse:
         if before is None or before.cell != cell:
             self._entries[cell] += 1
         self._latest[robot] = _Sample(tick, x, y, share, cell)
-        self.first = tick if not self.last else self.first
+        self.first = tick if self.first is None else self.first
         self.last = max(self.last, tick)
 
     def _count(self, robot: str, before: _Sample, seconds: float, way: float) -> None:
@@ -77,7 +77,7 @@ class FloorUse:
 
     def as_json(self) -> dict[str, Any]:
         """Return the robots' times [s], and flow [1/h] and density [robots/m²] of the floor."""
-        length = max((self.last - self.first) * CONTROL_PERIOD, CONTROL_PERIOD)
+        length = max((self.last - (self.first or 0)) * CONTROL_PERIOD, CONTROL_PERIOD)
         cells = sorted(self._entries)
         return {
             "robots": {

@@ -7,7 +7,7 @@ import itertools
 import math
 import random
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import msgspec
 
@@ -100,6 +100,18 @@ class OrderPlan:
         """Names of all stations that orders come from or go to, sorted."""
         names = (name for stream in self.streams for name in (*stream.origins, *stream.targets))
         return tuple(sorted(set(names)))
+
+    def with_groups(self, groups: Mapping[str, tuple[str, ...]]) -> OrderPlan:
+        """Return this plan with stations in place of groups of them."""
+        streams = tuple(
+            replace(
+                stream,
+                origins=expand(stream.origins, groups),
+                targets=expand(stream.targets, groups),
+            )
+            for stream in self.streams
+        )
+        return replace(self, streams=streams)
 
     def orders_from(self, station: str, seed: int) -> Iterator[TransportOrder]:
         """Yield the orders of one station in the order of time; it forgets those of the others."""

@@ -94,7 +94,7 @@ def _parse_stream(
     try:
         loading = unloading = AT_ONCE
         if "service" in content:
-            loading, unloading = parse_service(content["service"], "service")
+            loading, unloading = parse_service(content["service"], f"{where}: service")
         priority = _integer(content.get("priority", 0), "priority")
         if abs(priority) > PRIORITIES:
             raise ConfigError(f"priority is {priority}; expected -{PRIORITIES} to {PRIORITIES}")
@@ -111,7 +111,8 @@ def _parse_stream(
     except UnknownNameError:
         raise
     except ConfigError as error:
-        raise ConfigError(f"{where}: {error}") from None
+        text = str(error)
+        raise ConfigError(text if text.startswith(where) else f"{where}: {text}") from None
 
 
 def _parse_ends(

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.graph.test_missions import ENVIRONMENT, Runner, config_of
+from tests.graph.test_missions import ENVIRONMENT, SITES, Runner, config_of
 
 MISSION = """
 groups: {ends: [loader_1, loader_2]}
@@ -39,7 +39,13 @@ class Station(Runner):
     """A station's process."""
 
     def __init__(self, folder: Path, number: int, name: str, mission: Path) -> None:
-        config = {"station": name, "number": number, "mission": str(mission), "seed": 0}
+        config = {
+            "station": name,
+            "number": number,
+            "mission": str(mission),
+            "seed": 0,
+            "sites": str(SITES),
+        }
         path = folder / f"station_{number}.json"
         path.write_text(json.dumps(config | {"loss": 0.1, "delay": 0.2}))
         super().__init__(path, "swarm_commander.mission.station")

@@ -261,6 +261,7 @@ class RunPlan:
                 "station": name,
                 "number": number,
                 "mission": self._orders_file,
+                "sites": self.sites_file,
                 "seed": self.options.seed,
                 **self._radio(),
             }
@@ -360,7 +361,7 @@ def check_plan(options: UpOptions) -> RunPlan:
         overrides = load_overrides(options.params, options.robot_names, defaults)
         if len(overrides.world.broken_map) == options.swarm_size:
             raise ConfigError(f"{options.params}: /world: broken leaves no robot that works")
-    mission = load_mission(options.mission) if options.mission is not None else None
+    mission = load_mission(options.mission).with_groups(sites) if options.mission else None
     # the number of the last robot of each mission; None is the one of all others
     stations: set[str] = set()
     last = {member.mission or None: number for number, member in enumerate(fleet.members, 1)}
