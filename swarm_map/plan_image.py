@@ -19,7 +19,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Mask
 from swarm_map.floor_plan import WALL_COLOR, FloorPlan, Thing, rounded
 from swarm_map.station_list import FILE as STATIONS_FILE
-from swarm_map.station_list import Mark, read_marks
+from swarm_map.station_list import StationMark, read_marks
 from swarm_sim.scene.scene import Box
 
 MAX_PIXELS = 4_000_000
@@ -118,7 +118,7 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
 
 
 def _named_spots(
-    marks: Mapping[Mark, Mask], path: Path
+    marks: Mapping[StationMark, Mask], path: Path
 ) -> tuple[dict[str, _Spot], dict[str, list[str]]]:
     """Return the spots of marks by the names of their stations, and groups of several.
 

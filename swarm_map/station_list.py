@@ -22,7 +22,7 @@ RULE = "expected lines like #ff8000,loader below the heading color,name"
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class StationMark:
     """A colour and what it marks."""
 
     color: tuple[int, int, int]  # red, green, blue, of 255
@@ -39,7 +39,7 @@ class Mark:
         return np.asarray(away <= NEAR, np.bool_)
 
 
-def read_marks(picture: Path) -> list[Mark]:
+def read_marks(picture: Path) -> list[StationMark]:
     """Return the marks of the stations of a picture; none without a `stations.csv` beside it.
 
     Raises:
@@ -55,13 +55,13 @@ def read_marks(picture: Path) -> list[Mark]:
     lines = [(count, [cell.strip() for cell in row]) for count, row in enumerate(rows, 1) if row]
     if not lines or lines[0][1] != HEAD:
         raise ConfigError(f"{path}: {RULE}")
-    marks: list[Mark] = []
+    marks: list[StationMark] = []
     for count, cells in lines[1:]:
         where = f"{path}, line {count}"
         if len(cells) != 2 or not re.fullmatch(r"#[0-9a-fA-F]{6}", cells[0]):
             raise ConfigError(f"{where} is {','.join(cells)!r}; {RULE}")
         red, green, blue = (int(cells[0][at : at + 2], 16) for at in (1, 3, 5))
-        mark = Mark((red, green, blue), name_in(cells[1], where))
+        mark = StationMark((red, green, blue), name_in(cells[1], where))
         if max(mark.color) < DARKEST:
             raise ConfigError(f"{where}: {mark.text} is as dark as a wall; take a lighter colour")
         for other in marks:
@@ -70,7 +70,7 @@ def read_marks(picture: Path) -> list[Mark]:
     return marks
 
 
-def _check_apart(mark: Mark, other: Mark, where: str) -> None:
+def _check_apart(mark: StationMark, other: StationMark, where: str) -> None:
     if mark.name == other.name:
         raise ConfigError(f"{where}: the name '{mark.name}' occurs twice")
     if np.abs(np.subtract(mark.color, other.color)).max() <= 2 * NEAR:

@@ -19,11 +19,7 @@ ROBOT_COLUMNS = ("driving_empty", "driving_loaded", "waiting", "service", "idle"
 
 
 def order_sections(orders: Mapping[str, Any]) -> list[str]:
-    """Return the sections of a page.
-
-    Args:
-        orders: As in report.json.
-    """
+    """Return the sections of a page for the orders in report.json."""
     remarks = "".join(f'<p class="bottleneck">{escape(each)}</p>' for each in orders["remarks"])
     return [
         "<h2>Orders</h2>",

@@ -10,6 +10,7 @@ What a module imports of its folder stands above it:
     invariant          No two robots hold space nearer to each other than their radii
     pose_error         How well the robots of a run know where they are
     result             What a run was: counted by the harness, the same fields for every method
+    orders             Orders in the bench: goals come from what stations and robots agree on
     episode            Everything that a run needs, made from a scenario
     result_builder     From a run that is over to its result
     harness            One run without the ROS graph, tick by tick

@@ -16,7 +16,7 @@ from swarm_mission.orders.floor_use import SAMPLE_TICKS
 from swarm_mission.orders.order import OrderPlan
 from swarm_mission.orders.order_run import OrderRun
 from swarm_mission.orders.radio import OrderRadio
-from swarm_mission.orders.robot_bidder import Senses
+from swarm_mission.orders.robot_bidder import BidSenses
 from swarm_mission.orders.way_lengths import WayLengths
 from swarm_nav.core.goals import Status
 
@@ -49,7 +49,7 @@ def make_orders(
     )
     robots = [RobotSenses(driver, ways) for driver in drivers]
     senses = [
-        Senses(robot.way_to, spec.max_vel_x, robot.charge)
+        BidSenses(robot.way_to, spec.max_vel_x, robot.charge)
         for robot, spec in zip(robots, specs, strict=True)
     ]
     return BenchOrders(run, robots, dict(zip(homes, senses, strict=True)))
@@ -108,7 +108,7 @@ class BenchOrders:
     """
 
     def __init__(
-        self, run: OrderRun, robots: Sequence[RobotSenses], senses: Mapping[str, Senses]
+        self, run: OrderRun, robots: Sequence[RobotSenses], senses: Mapping[str, BidSenses]
     ) -> None:
         self.run = run
         self.couriers: list[Courier] = list(run.couriers.values())

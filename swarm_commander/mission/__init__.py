@@ -13,6 +13,9 @@ What a module imports of its folder stands above it:
     task         One action goal on its way, from the request to the result
     client       `RobotCommander`: one robot of a swarm driven from Python
     driver       Takes one robot through its itinerary: goals out, results and status in
+    order_channel  The topic `/orders`, which is the radio of orders between processes
+    station      Process of one station with orders, or of a dispatcher
+    order_robots  The robots' side of orders: each robot's courier, over its own client
     runner       Mission process of `swarm-up`: drives all robots, or only watches
 
 May import swarm_mission and swarm_common.

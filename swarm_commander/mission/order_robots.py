@@ -31,7 +31,7 @@ from swarm_mission.orders.dispatch import CLAIM
 from swarm_mission.orders.floor_use import FloorUse
 from swarm_mission.orders.messages import Announcement, Envelope
 from swarm_mission.orders.radio import OrderRadio
-from swarm_mission.orders.robot_bidder import Senses
+from swarm_mission.orders.robot_bidder import BidSenses
 from swarm_mission.orders.way_lengths import WayLengths
 
 # A robot says nothing after so long without a status; the status may wait in a busy machine.
@@ -53,7 +53,7 @@ class OrderRobot:
         """
         self.driver = driver
         self.courier = courier
-        self.senses = Senses(self._way_to, speed, self._charge)
+        self.senses = BidSenses(self._way_to, speed, self._charge)
         self._ways = ways
         self._task: Task | None = None
         self._goal: NextGoal | None = None

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from swarm_common.model.records import Pose
 from swarm_mission.itinerary import RETRY_TICKS, NextGoal, StopOutcome
 from swarm_mission.leg import HOME, Stop
-from swarm_mission.orders.messages import AnyMessage, Envelope, Phase
+from swarm_mission.orders.messages import AnyMessage, Envelope, HoldPhase
 from swarm_mission.orders.order import TransportOrder
 from swarm_mission.orders.order_book import OrderEvent, What
-from swarm_mission.orders.robot_bidder import RobotBidder, Senses
+from swarm_mission.orders.robot_bidder import BidSenses, RobotBidder
 from swarm_mission.orders.states import COURIER_TRANSITIONS, CourierEvent, CourierState
 
 # Ticks of 0.1 s.
@@ -21,7 +21,7 @@ BIDDING = (CourierState.IDLE, CourierState.PARKING, CourierState.DRIVING)
 
 
 @dataclass(frozen=True, slots=True)
-class Target:
+class Errand:
     """The station that the robot is on its way to, and for which order."""
 
     order: TransportOrder
@@ -68,7 +68,7 @@ class Courier:
         self._home_map = home_map
         self._stations = stations
         self._retries = retries
-        self._target: Target | None = None
+        self._target: Errand | None = None
         self._stop = Stop(HOME, home_map, 0)
         self._attempt = 1
         self._number = 0
@@ -100,7 +100,7 @@ class Courier:
     @property
     def has_goods(self) -> bool:
         """Whether it carries the goods of an order."""
-        return any(held.phase is Phase.LOADED for held in self.bidder.held.values())
+        return any(held.phase is HoldPhase.LOADED for held in self.bidder.held.values())
 
     @property
     def share(self) -> str:
@@ -122,11 +122,7 @@ class Courier:
         self.bidder.receive(message, tick)
 
     def on_end(self, reached: bool, tick: int, reason: str = "") -> NextGoal | None:
-        """Take the end of the goal under way; return the next goal, None if there is none now.
-
-        Args:
-            reason: Why it was missed.
-        """
+        """Take the end of the goal under way; return the next goal, None if there is none now."""
         self._pass_time(tick)
         if self.state not in (CourierState.DRIVING, CourierState.PARKING):
             return None
@@ -140,7 +136,7 @@ class Courier:
         self._enter(CourierEvent.MISSED)
         return self._try_again(tick, reason)
 
-    def tick(self, tick: int, senses: Senses) -> tuple[list[Envelope], NextGoal | None]:
+    def tick(self, tick: int, senses: BidSenses) -> tuple[list[Envelope], NextGoal | None]:
         """Decide; return what to send, and a goal that replaces any other."""
         self._pass_time(tick)
         goal = self._decide(tick, senses)
@@ -162,7 +158,7 @@ class Courier:
             self._depart(self._leave)
             self._leave = None
 
-    def _decide(self, tick: int, senses: Senses) -> NextGoal | None:
+    def _decide(self, tick: int, senses: BidSenses) -> NextGoal | None:
         target = self._target
         if self.state is CourierState.ASKING and target is not None:
             if goal := self._be_served(target, tick, senses):
@@ -174,11 +170,11 @@ class Courier:
             return self._go_on(tick, senses)
         return None
 
-    def _be_served(self, target: Target, tick: int, senses: Senses) -> NextGoal | None:
+    def _be_served(self, target: Errand, tick: int, senses: BidSenses) -> NextGoal | None:
         """Begin the service if the station agrees; return the goal after it."""
         held = self.bidder.held.get(target.order.id)
         if target.is_origin:
-            if held is None or held.phase is not Phase.LOADED:
+            if held is None or held.phase is not HoldPhase.LOADED:
                 return None
             ticks, what = target.order.load_ticks, What.LOADING
         else:
@@ -193,7 +189,7 @@ class Courier:
             return self._goal(Stop(HOME, self._home_map, 0), self._until + GRACE_TICKS)
         return self._goal_of(self._target, self._until)
 
-    def _go_on(self, tick: int, senses: Senses) -> NextGoal:
+    def _go_on(self, tick: int, senses: BidSenses) -> NextGoal:
         """Set off for the next station, or home."""
         self._target = self._choose(senses)
         self._leave = None
@@ -207,10 +203,11 @@ class Courier:
         self._depart(tick)
         return goal
 
-    def _choose(self, senses: Senses) -> Target | None:
+    def _choose(self, senses: BidSenses) -> Errand | None:
         """Return the next station: the nearest to be loaded at, else to be unloaded at."""
         targets = [
-            Target(held.order, held.phase is not Phase.LOADED) for held in self.bidder.held.values()
+            Errand(held.order, held.phase is not HoldPhase.LOADED)
+            for held in self.bidder.held.values()
         ]
         if not targets:
             return None
@@ -246,7 +243,7 @@ class Courier:
         pause = INSIST_TICKS if is_spent else RETRY_TICKS
         return NextGoal(self._stop, tick + pause, self._number, self._attempt)
 
-    def _goal_of(self, target: Target, start_tick: int) -> NextGoal:
+    def _goal_of(self, target: Errand, start_tick: int) -> NextGoal:
         pose = self._stations[target.station]
         return self._goal(Stop(target.station, pose, 0), start_tick)
 
@@ -259,7 +256,7 @@ class Courier:
         why = "" if reached else reason
         self.outcomes.append(StopOutcome(self._stop, reached, tick, self._begun, why))
 
-    def _note(self, what: What, tick: int, target: Target, until: int = 0) -> None:
+    def _note(self, what: What, tick: int, target: Errand, until: int = 0) -> None:
         event = OrderEvent(what, tick, target.order.id, target.station, self.name, until=until)
         self.events.append(event)
 

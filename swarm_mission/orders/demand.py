@@ -21,7 +21,6 @@ def check_demand(plan: OrderPlan, way: Way, speed: float, robots: int) -> list[s
     Args:
         way: Shortest way between two stations; inf if there is none.
         speed: [m/s] of the fastest robot.
-        robots: Size of the swarm.
 
     Returns:
         What may end badly, a sentence each.

@@ -13,7 +13,14 @@ from typing import Protocol
 import numpy as np
 
 from swarm_common.model.errors import ConfigError
-from swarm_mission.orders.messages import Announcement, AnyMessage, Assignment, Bid, Envelope, Offer
+from swarm_mission.orders.messages import (
+    Announcement,
+    AnyMessage,
+    Assignment,
+    Bid,
+    Envelope,
+    OrderOffer,
+)
 from swarm_mission.orders.station_agent import urgency
 
 DISPATCHER = "dispatcher"  # its name on the radio
@@ -31,7 +38,7 @@ class Dispatcher(Protocol):
     """
 
     def assign(
-        self, tick: int, offers: Sequence[Offer], bids: Mapping[str, Sequence[Bid]]
+        self, tick: int, offers: Sequence[OrderOffer], bids: Mapping[str, Sequence[Bid]]
     ) -> Iterable[Bid]:
         """Return the bids that are to be granted.
 
@@ -49,7 +56,7 @@ class Fifo:
     """The oldest order to the robot that has been idle for longest."""
 
     def assign(
-        self, tick: int, offers: Sequence[Offer], bids: Mapping[str, Sequence[Bid]]
+        self, tick: int, offers: Sequence[OrderOffer], bids: Mapping[str, Sequence[Bid]]
     ) -> Iterable[Bid]:
         """Return the bids that are to be granted."""
         return _one_by_one(offers, bids, lambda bid: (bid.idle_since, bid.robot))
@@ -59,7 +66,7 @@ class Nearest:
     """The oldest order to the robot that has the lowest cost for it."""
 
     def assign(
-        self, tick: int, offers: Sequence[Offer], bids: Mapping[str, Sequence[Bid]]
+        self, tick: int, offers: Sequence[OrderOffer], bids: Mapping[str, Sequence[Bid]]
     ) -> Iterable[Bid]:
         """Return the bids that are to be granted."""
         return _one_by_one(offers, bids, lambda bid: (bid.cost, bid.robot))
@@ -69,7 +76,7 @@ class Central:
     """All orders to all robots at the least total cost (the Hungarian method's problem)."""
 
     def assign(
-        self, tick: int, offers: Sequence[Offer], bids: Mapping[str, Sequence[Bid]]
+        self, tick: int, offers: Sequence[OrderOffer], bids: Mapping[str, Sequence[Bid]]
     ) -> Iterable[Bid]:
         """Return the bids that are to be granted."""
         from scipy.optimize import linear_sum_assignment
@@ -121,7 +128,7 @@ class DispatcherAgent:
 
     def __init__(self, dispatcher: Dispatcher) -> None:
         self._dispatcher = dispatcher
-        self._offers: dict[str, tuple[int, tuple[Offer, ...]]] = {}  # with tick, by station
+        self._offers: dict[str, tuple[int, tuple[OrderOffer, ...]]] = {}  # with tick, by station
         self._bids: dict[tuple[str, str], tuple[int, Bid]] = {}  # with tick, by order and robot
         self._assigned: dict[str, int] = {}  # tick, by robot
 
@@ -152,7 +159,7 @@ class DispatcherAgent:
 
 
 def _one_by_one(
-    offers: Sequence[Offer],
+    offers: Sequence[OrderOffer],
     bids: Mapping[str, Sequence[Bid]],
     key: Callable[[Bid], tuple[float, str]],
 ) -> list[Bid]:

@@ -13,7 +13,7 @@ import msgspec
 from swarm_mission.orders.order import TransportOrder
 
 
-class Phase(Enum):
+class HoldPhase(Enum):
     """What a robot says of an order that it holds."""
 
     COMING = "coming"  # on its way to the origin
@@ -26,7 +26,7 @@ class Message(msgspec.Struct, frozen=True, tag_field="kind"):
     """Ticks are control periods of 0.1 s."""
 
 
-class Offer(msgspec.Struct, frozen=True):
+class OrderOffer(msgspec.Struct, frozen=True):
     """An order that nobody has."""
 
     order: str
@@ -40,7 +40,7 @@ class Announcement(Message, frozen=True, tag="announcement"):
     """A station's open orders, the most urgent first."""
 
     station: str
-    offers: tuple[Offer, ...]
+    offers: tuple[OrderOffer, ...]
 
 
 class Bid(Message, frozen=True, tag="bid"):
@@ -71,14 +71,14 @@ class Grant(Message, frozen=True, tag="grant"):
     number: int  # of the grant of this order
 
 
-class Report(Message, frozen=True, tag="report"):
+class HoldReport(Message, frozen=True, tag="report"):
     """A robot says what it does with an order, to the order's origin."""
 
     station: str
     robot: str
     order: str
     number: int  # of the grant
-    phase: Phase
+    phase: HoldPhase
 
 
 class Load(Message, frozen=True, tag="load"):
@@ -140,7 +140,7 @@ AnyMessage = (
     | Bid
     | Assignment
     | Grant
-    | Report
+    | HoldReport
     | Load
     | Void
     | Unload

@@ -28,7 +28,6 @@ def parse_orders(content: Mapping[str, Any], path: Path) -> OrderPlan:
     """Return the orders of a mission file.
 
     Args:
-        content: The whole file.
         path: Of the file; files of times lie beside it.
 
     Raises:

@@ -13,7 +13,7 @@ from swarm_mission.orders.floor_use import FloorUse
 from swarm_mission.orders.order import OrderPlan
 from swarm_mission.orders.order_book import OrderBook
 from swarm_mission.orders.radio import OrderRadio
-from swarm_mission.orders.robot_bidder import Senses
+from swarm_mission.orders.robot_bidder import BidSenses
 from swarm_mission.orders.station_agent import StationAgent
 
 
@@ -82,7 +82,7 @@ class OrderRun:
         return any(agent.has_open for agent in self.agents.values())
 
     def step(
-        self, tick: int, senses: Mapping[str, Senses], dead: Collection[str] = ()
+        self, tick: int, senses: Mapping[str, BidSenses], dead: Collection[str] = ()
     ) -> dict[str, NextGoal]:
         """Let everybody hear, decide and send.
 

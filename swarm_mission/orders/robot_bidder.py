@@ -16,11 +16,11 @@ from swarm_mission.orders.messages import (
     Bid,
     Envelope,
     Grant,
+    HoldPhase,
+    HoldReport,
     Load,
-    Offer,
-    Phase,
+    OrderOffer,
     Received,
-    Report,
     Unload,
     Void,
 )
@@ -40,7 +40,7 @@ TICKS_PER_SECOND = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Senses:
+class BidSenses:
     """What a robot knows of itself when it bids."""
 
     way_to: Callable[[str], float]  # [m] to a station by name; inf if there is no way
@@ -65,7 +65,7 @@ class HeldOrder:
 
     order: TransportOrder
     number: int  # of the grant
-    phase: Phase = Phase.COMING
+    phase: HoldPhase = HoldPhase.COMING
     is_at_target: bool = False
     told: int = -REPORT_TICKS  # tick of the latest report or question
 
@@ -92,7 +92,7 @@ class RobotBidder:
         self.idle_since = 0  # tick
         self._capacity = capacity
         self._bids_for_all = bids_for_all
-        self._offers: dict[str, tuple[int, tuple[Offer, ...]]] = {}  # with tick, by station
+        self._offers: dict[str, tuple[int, tuple[OrderOffer, ...]]] = {}  # with tick, by station
         self._bid: tuple[str, int] | None = None  # order and tick of the bid that is out
         self._replies: list[Envelope] = []
 
@@ -117,15 +117,15 @@ class RobotBidder:
             if isinstance(message, Void):
                 if not held.is_at_target:  # there the target answers
                     del self.held[message.order]
-            elif held.phase is Phase.HERE:
-                held.phase = Phase.LOADED
+            elif held.phase is HoldPhase.HERE:
+                held.phase = HoldPhase.LOADED
 
     def _on_grant(self, grant: Grant, tick: int) -> None:
         held = self.held.get(grant.order.id)
         if held is not None and held.number >= grant.number:
             return
         if held is None and len(self.held) >= self._capacity:
-            self._report(grant.station, grant.order.id, grant.number, Phase.RELEASED)
+            self._report(grant.station, grant.order.id, grant.number, HoldPhase.RELEASED)
             return
         self.held[grant.order.id] = HeldOrder(grant.order, grant.number)
         self._bid = None
@@ -135,18 +135,18 @@ class RobotBidder:
     def arrive(self, order: str) -> None:
         """The robot is at the station that it has come to for an order."""
         held = self.held[order]
-        if held.phase is Phase.LOADED:
+        if held.phase is HoldPhase.LOADED:
             held.is_at_target = True
         else:
-            held.phase = Phase.HERE
+            held.phase = HoldPhase.HERE
         held.told = -REPORT_TICKS
 
     def release(self, order: str) -> None:
         """Give an order back that is not loaded."""
         held = self.held.pop(order)
-        self._report(held.order.origin, order, held.number, Phase.RELEASED)
+        self._report(held.order.origin, order, held.number, HoldPhase.RELEASED)
 
-    def tick(self, tick: int, senses: Senses | None) -> list[Envelope]:
+    def tick(self, tick: int, senses: BidSenses | None) -> list[Envelope]:
         """Decide; return what to send.
 
         Args:
@@ -160,7 +160,7 @@ class RobotBidder:
         return sent
 
     def _tell(self, held: HeldOrder, tick: int) -> None:
-        is_asking = held.phase is Phase.HERE or held.is_at_target
+        is_asking = held.phase is HoldPhase.HERE or held.is_at_target
         if tick - held.told < (ASK_TICKS if is_asking else REPORT_TICKS):
             return
         held.told = tick
@@ -172,7 +172,7 @@ class RobotBidder:
             )
         self._report(order.origin, order.id, held.number, held.phase)
 
-    def _choose(self, tick: int, senses: Senses) -> None:
+    def _choose(self, tick: int, senses: BidSenses) -> None:
         offers = {
             offer.order: (station, offer)
             for station, (at, offered) in self._offers.items()
@@ -199,13 +199,13 @@ class RobotBidder:
                 self._bid = offer.order, tick
 
     def _rank(
-        self, station: str, offer: Offer, tick: int, senses: Senses
+        self, station: str, offer: OrderOffer, tick: int, senses: BidSenses
     ) -> tuple[int, int, float]:
         priority, overdue, _ = urgency(offer, tick)
         age = (tick - offer.created) / TICKS_PER_SECOND
         return priority, overdue, senses.cost(station, len(self.held)) - AGE_SPEED * age
 
-    def _make_bid(self, station: str, offer: Offer, tick: int, senses: Senses) -> bool:
+    def _make_bid(self, station: str, offer: OrderOffer, tick: int, senses: BidSenses) -> bool:
         cost = senses.cost(station, len(self.held))
         if not math.isfinite(cost):
             return False
@@ -214,8 +214,8 @@ class RobotBidder:
         self._send("" if self._bids_for_all else station, bid)
         return True
 
-    def _report(self, station: str, order: str, number: int, phase: Phase) -> None:
-        self._send(station, Report(station, self.name, order, number, phase))
+    def _report(self, station: str, order: str, number: int, phase: HoldPhase) -> None:
+        self._send(station, HoldReport(station, self.name, order, number, phase))
 
     def _send(self, receiver: str, message: AnyMessage) -> None:
         self._replies.append(Envelope(self.name, receiver, message))

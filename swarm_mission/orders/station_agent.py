@@ -19,12 +19,12 @@ from swarm_mission.orders.messages import (
     Delivered,
     Envelope,
     Grant,
+    HoldPhase,
+    HoldReport,
     Load,
     Noted,
-    Offer,
-    Phase,
+    OrderOffer,
     Received,
-    Report,
     Unload,
     Void,
 )
@@ -110,7 +110,7 @@ class StationAgent:
                 self._on_bid(message, tick)
             case Assignment():
                 self._assigned[message.order] = message.robot
-            case Report():
+            case HoldReport():
                 self._on_report(message, tick)
             case Unload():
                 self._on_unload(message, tick)
@@ -152,10 +152,10 @@ class StationAgent:
             self._next = next(self._coming, None)
             self._is_news = True
 
-    def _offers(self, tick: int) -> tuple[Offer, ...]:
+    def _offers(self, tick: int) -> tuple[OrderOffer, ...]:
         orders = [each.order for each in self._open.values() if each.state is OrderState.OPEN]
         chosen = sorted(orders, key=lambda order: urgency(order, tick))[:MOST_OFFERS]
-        return tuple(Offer(o.id, o.target, o.created, o.priority, o.due) for o in chosen)
+        return tuple(OrderOffer(o.id, o.target, o.created, o.priority, o.due) for o in chosen)
 
     # Who gets it
 
@@ -199,7 +199,7 @@ class StationAgent:
 
     # What its holder does
 
-    def _on_report(self, report: Report, tick: int) -> None:
+    def _on_report(self, report: HoldReport, tick: int) -> None:
         entry = self._open.get(report.order)
         is_holder = (
             entry is not None
@@ -207,14 +207,14 @@ class StationAgent:
             and (entry.robot, entry.number) == (report.robot, report.number)
         )
         if entry is None or not is_holder:
-            if report.phase is not Phase.RELEASED:
+            if report.phase is not HoldPhase.RELEASED:
                 void = Void(self.name, report.robot, report.order, report.number)
                 self._reply(report.robot, void)
             return
         entry.heard, entry.is_confirmed = tick, True
-        if report.phase is Phase.RELEASED:
+        if report.phase is HoldPhase.RELEASED:
             self._take_back(entry, "given back", tick)
-        elif report.phase is Phase.HERE:
+        elif report.phase is HoldPhase.HERE:
             if entry.state is OrderState.GRANTED:
                 self._change(entry, OrderChange.LOAD)
             load = Load(self.name, report.robot, report.order, report.number)
@@ -279,7 +279,7 @@ class StationAgent:
         self._replies.append(self._envelope(receiver, message))
 
 
-def urgency(order: TransportOrder | Offer, tick: int) -> tuple[int, int, int]:
+def urgency(order: TransportOrder | OrderOffer, tick: int) -> tuple[int, int, int]:
     """Return a key by which the most urgent order comes first: priority, overdue, age."""
     is_overdue = order.due is not None and tick > order.due
     return -order.priority, 0 if is_overdue else 1, order.created

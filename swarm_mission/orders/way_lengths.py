@@ -24,7 +24,6 @@ class WayLengths:
         """Measure all ways.
 
         Args:
-            stations: To which.
             grid: Upright map; None where it is not known.
             radius: [m] that a robot's centre keeps from walls.
         """

@@ -12,7 +12,7 @@ from swarm_mission.orders.messages import Envelope
 from swarm_mission.orders.order import OrderPlan
 from swarm_mission.orders.order_run import OrderRun
 from swarm_mission.orders.radio import OrderRadio
-from swarm_mission.orders.robot_bidder import Senses
+from swarm_mission.orders.robot_bidder import BidSenses
 
 
 class PointRobot:
@@ -67,7 +67,7 @@ class PointSwarm:
         self.run = OrderRun(plan, homes, stations, self.radio, seed)
         self.robots = {name: PointRobot(home, speed) for name, home in homes.items()}
         self.senses = {
-            name: Senses(partial(robot.way_to, stations), speed)
+            name: BidSenses(partial(robot.way_to, stations), speed)
             for name, robot in self.robots.items()
         }
         self.dead: set[str] = set()
