@@ -20,11 +20,11 @@ from swarm_bench.runs.episode import (
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario
-from swarm_commander.mission.itinerary import Itinerary
-from swarm_commander.mission.leg import Stop
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
+from swarm_mission.itinerary import Itinerary
+from swarm_mission.leg import Stop
 from swarm_sim.scene.actors import Actors
 
 SIZES = (5, 12, 20, 35, 50)

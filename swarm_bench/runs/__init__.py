@@ -16,6 +16,7 @@ What a module imports of its folder stands above it:
     steady             What was finished after the warm-up of a run of fixed duration
     ways               Lengths and directions of the shortest ways to goals
     ground_truth       Standing, circles and deadlocks as the simulator sees them
+    orders             Orders in the bench: goals come from what stations and robots agree on
     episode            Everything that a run needs, made from a scenario
     fingerprint        A hash of everything that a run is made from
     result_builder     From a run that is over to its result

@@ -11,13 +11,10 @@ from typing import Any
 
 from swarm_bench.runs.inputs import read_once
 from swarm_bench.runs.methods import Driver, load_method
+from swarm_bench.runs.orders import BenchOrders, demand_remarks, make_orders, measure_ways
 from swarm_bench.runs.scenario import Scenario
-from swarm_commander.mission.energy import check_energy
-from swarm_commander.mission.itinerary import Itinerary
-from swarm_commander.mission.leg import Stop
-from swarm_commander.mission.mission import Mission, load_mission
-from swarm_commander.run.input.params import REALISTIC, default_parameters
 from swarm_common.files.map_io import load_map, map_of_world
+from swarm_common.files.params_io import REALISTIC, default_parameters
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
@@ -26,6 +23,13 @@ from swarm_common.model.sites import Sites
 from swarm_common.robots.description import RobotModel
 from swarm_common.robots.fleet import limits_of
 from swarm_common.robots.loading import load_robot, load_robot_model
+from swarm_mission.energy import check_energy
+from swarm_mission.itinerary import Itinerary
+from swarm_mission.leg import Stop
+from swarm_mission.mission import Mission, load_mission
+from swarm_mission.orders.courier import Courier
+from swarm_mission.orders.dispatch import load_dispatcher
+from swarm_mission.orders.radio import OrderRadio
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.traffic.conditions import Conditions, conditions
 from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
@@ -68,13 +72,14 @@ class Episode:
 
     world: World
     drivers: list[Driver]  # what decides for each robot
-    itineraries: list[Itinerary]  # what each robot has to do
+    itineraries: Sequence[Itinerary | Courier]  # what each robot has to do
     homes_map: list[Pose]  # where each starts
     dead: frozenset[int]  # indices of the robots that never do anything
     grid: Grid  # the map
     sites: Sites = field(default_factory=Sites)  # of the world
     stops: list[tuple[Stop, ...]] = field(default_factory=list)  # the goals of each robot
     conditions: Conditions | None = None  # what the map has room for; None where nobody asks
+    orders: BenchOrders | None = None  # that the goals come from; None for a route
 
 
 def check(options: RunOptions) -> None:
@@ -88,13 +93,16 @@ def check(options: RunOptions) -> None:
     """
     scene, mission, homes, specs = _cast(options)
     routes = {
-        RobotNames().name_of(number): mission.stops(
-            scene.sites, home, seed=options.seed, robot_id=number, homes_map=homes
-        )
-        for number, home in enumerate(homes, start=1)
+        RobotNames().name_of(index + 1): _route(mission, scene.sites, options, index, homes)
+        for index in range(len(homes))
     }
-    check_energy(dict(zip(routes, specs, strict=True)), routes, scene.sites, scene.name)
-    _map_for(options.scenario.world, specs)
+    if mission.orders is None:
+        check_energy(dict(zip(routes, specs, strict=True)), routes, scene.sites, scene.name)
+    grid = _map_for(options.scenario.world, specs)
+    if mission.orders is not None:
+        load_dispatcher(mission.orders.dispatch)
+        ways = measure_ways(mission.orders, scene.sites, grid, specs)
+        demand_remarks(mission.orders, ways, specs)
     heights = [spec.lidar.z for spec in specs]
     checked(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
     _actors(options.scenario.world, options.scenario.actors)
@@ -139,24 +147,45 @@ def build(
         )  # fmt: skip
 
     routes = [
-        ()
-        if index in dead
-        else tuple(
-            mission.stops(
-                scene.sites, home, seed=options.seed, robot_id=index + 1,
-                laps=scenario.laps, limit=most_goals, homes_map=homes,
-            )
-        )
-        for index, home in enumerate(homes)
-    ]  # fmt: skip
-    itineraries = [
-        Itinerary(route, mission.retries, more=_further(index))
-        for index, route in enumerate(routes)
+        () if index in dead else _route(mission, scene.sites, options, index, homes, most_goals)
+        for index in range(count)
     ]
     world = make_world(options, scene, specs, homes, actors, world_class)
     drivers = make_drivers(options, scene.sites, specs, grid, homes)
+    named = dict(zip(world.names, homes, strict=True))
+    radio = OrderRadio(scenario.loss, scenario.delay, options.seed)
+    orders = make_orders(mission, scene.sites, grid, named, specs, drivers, radio, options.seed)
+    itineraries: Sequence[Itinerary | Courier]
+    if orders is not None:
+        itineraries = orders.couriers
+    else:
+        itineraries = [
+            Itinerary(route, mission.retries, more=_further(index))
+            for index, route in enumerate(routes)
+        ]
     found = room_for(options, specs, grid, homes, routes, dead)
-    return Episode(world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found)
+    return Episode(
+        world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found, orders
+    )
+
+
+def _route(
+    mission: Mission,
+    sites: Sites,
+    options: RunOptions,
+    index: int,
+    homes: Sequence[Pose],
+    limit: int | None = None,
+) -> tuple[Stop, ...]:
+    """Return a robot's goals; with orders, all places that they may send it to."""
+    if mission.orders is not None:
+        return tuple(mission.order_stops(sites, homes[index]))
+    return tuple(
+        mission.stops(
+            sites, homes[index], seed=options.seed, robot_id=index + 1,
+            laps=options.scenario.laps, limit=limit, homes_map=homes,
+        )
+    )  # fmt: skip
 
 
 def make_world(
@@ -282,7 +311,8 @@ def ground_of(options: RunOptions) -> tuple[Grid, list[Pose]]:
 def _cast(options: RunOptions) -> tuple[Scene, Mission, list[Pose], list[RobotSpec]]:
     """Return world, mission, and where robots of which model start."""
     scenario = options.scenario
-    scene, mission = _scene(scenario.world), _mission(scenario.mission)
+    scene = _scene(scenario.world)
+    mission = _mission(scenario.mission).with_groups(scene.sites)
     where, count = f"world {scene.name}, for mission {mission.name}", options.robots
     mission.check_stations(scene.sites, where, robots=count, highest=count)
     specs = [robot_named(model) for model in scenario.models(options.robots)]

@@ -17,9 +17,9 @@ import numpy as np
 
 from swarm_bench.runs.result import GroundTruth, StationUse
 from swarm_bench.runs.ways import Ways
-from swarm_commander.run.results.wait_graph import WaitGraph
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, wrap_angle
+from swarm_mission.wait_graph import WaitGraph
 
 EVERY = 10  # ticks between two looks
 WINDOW = 3  # looks in which a robot that stands has not moved

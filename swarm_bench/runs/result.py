@@ -139,6 +139,8 @@ class RunResult:
             the ROS graph.
         steady: What was finished after the warm-up; None in a run without a duration.
         origin: Code, inputs and machine; None in results of older files.
+        orders: What became of orders, stations, robots and floor, as in report.json; None for a
+            mission without orders.
         no_guarantee: Which conditions of liveness did not hold before the run; empty if all did.
     """
 
@@ -188,6 +190,7 @@ class RunResult:
     ground_truth: GroundTruth | None = None
     steady: Steady | None = None
     origin: Origin | None = None
+    orders: Mapping[str, Any] | None = None
 
     @property
     def is_flawless(self) -> bool:
@@ -197,7 +200,7 @@ class RunResult:
     def as_json(self) -> dict[str, Any]:
         """Return a dictionary for json.dump, with figures rounded to what they are worth."""
         data = dataclasses.asdict(self)
-        for name in ("zones", "ground_truth", "steady", "origin"):
+        for name in ("zones", "orders", "ground_truth", "steady", "origin"):
             if data[name] is None:
                 del data[name]
         for robot in data["per_robot"].values():

@@ -15,10 +15,11 @@ from swarm_bench.runs.invariant import Invariant
 from swarm_bench.runs.result import RobotResult, RunResult, Steady, finite
 from swarm_bench.runs.scenario import Scenario
 from swarm_bench.runs.steady import steady_of
-from swarm_commander.mission.itinerary import Itinerary, StopOutcome
-from swarm_commander.run.results.fairness import fairness
 from swarm_common.model.breaches import MissedGoal, UnfinishedGoal
 from swarm_common.model.records import CONTROL_PERIOD
+from swarm_mission.fairness import fairness
+from swarm_mission.itinerary import Itinerary, StopOutcome
+from swarm_mission.orders.courier import Courier
 from swarm_nav.core.goals import Status
 from swarm_sim.world.verdict import RobotVerdict, Verdict
 from swarm_sim.world.world import World
@@ -70,17 +71,23 @@ def compose_result(
         min_held_slack=finite(invariant.slack),
         wall_time=wall_time,
         per_robot=robots,
-        steady=_steady(options.scenario, reached) if is_steady else None,
+        steady=_steady(stage, options.scenario, reached) if is_steady else None,
         no_guarantee="; ".join(stage.conditions.findings) if stage.conditions else "",
         recoveries=sum(status.number_of_recoveries for status in statuses),
         **{name: sum(getattr(status, name) for status in statuses) for name in COUNTERS},
+        orders=None if stage.orders is None else stage.orders.run.results(verdict.sim_time),
         **_truth(stage.world, verdict),
         **_service(list(robots.values()), [outcome.duration for outcome in reached]),
         **_pace(durations),
     )
 
 
-def _steady(scenario: Scenario, reached: Sequence[StopOutcome]) -> Steady:
+def _steady(stage: Episode, scenario: Scenario, reached: Sequence[StopOutcome]) -> Steady:
+    """Return what was finished after the warm-up: orders where there are any, else goals."""
+    if stage.orders is not None:
+        records = stage.orders.run.results(stage.world.verdict.sim_time)["orders"]
+        done = [(each["done"], each["lead_time"]) for each in records if each["done"] is not None]
+        return steady_of(done, scenario.warm_up, scenario.duration, "orders")
     finished = [(outcome.tick * CONTROL_PERIOD, outcome.duration) for outcome in reached]
     return steady_of(finished, scenario.warm_up, scenario.duration)
 
@@ -156,7 +163,7 @@ def conditions(options: RunOptions) -> dict[str, Any]:
     }
 
 
-def _robot(itinerary: Itinerary, truth: RobotVerdict, status: Status) -> RobotResult:
+def _robot(itinerary: Itinerary | Courier, truth: RobotVerdict, status: Status) -> RobotResult:
     reached = [outcome for outcome in itinerary.outcomes if outcome.reached]
     is_done = len(reached) == itinerary.total
     return RobotResult(
@@ -184,7 +191,7 @@ def _first_miss(stage: Episode, alive: Sequence[int], *, with_unfinished: bool) 
     if misses:
         return str(min(misses, key=lambda miss: miss.sim_time))
     for index in alive if with_unfinished else ():
-        if not stage.itineraries[index].is_over:
+        if stage.orders is None and not stage.itineraries[index].is_over:
             status = stage.drivers[index].status()
             goal = stage.itineraries[index].next_stop
             state = f"{status.state} {status.detail}".strip()

@@ -13,7 +13,6 @@ from swarm_commander.cli.listing import listing, world_names
 from swarm_commander.cli.robot_table import robot_table
 from swarm_commander.cli.session import bring_up
 from swarm_commander.hosts.host_options import Role, check_combination
-from swarm_commander.mission.mission import mission_names
 from swarm_commander.run.domain import DomainLock, domain_id
 from swarm_commander.run.input.options import (
     DEFAULT_ROBOT,
@@ -35,6 +34,7 @@ from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.robots.fleet import fleet_names, load_fleet
 from swarm_common.robots.loading import robot_names as robot_models
 from swarm_common.robots.packages import add_package_paths
+from swarm_mission.mission import mission_names
 from swarm_setup.build import ensure_interfaces, interface_packages
 
 # Options by their panel of the help text.

@@ -7,10 +7,10 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from swarm_commander.run.results.wait_graph import waits_for
 from swarm_common.middleware.topic_table import ROBOT_TOPICS
 from swarm_common.model.palette import LOOKS, RGB, VERMILLION, css, state_color
 from swarm_common.model.records import FloatArray
+from swarm_mission.wait_graph import waits_for
 from swarm_view.state.decode import ReportedState
 from swarm_view.state.history import StateChange
 from swarm_view.state.swarm import Swarm

@@ -14,13 +14,13 @@ import typer
 from swarm_commander.cli import main, setup_command
 from swarm_commander.cli.listing import listing, world_names
 from swarm_commander.cli.thing_request import thing_request
-from swarm_commander.mission.mission import mission_names
 from swarm_commander.mission.patience import SwarmPatience
 from swarm_commander.run.domain import DomainLock, check_swarm
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError, NoSwarmError
 from swarm_common.robots.fleet import fleet_names
 from swarm_common.robots.loading import robot_names
+from swarm_mission.mission import mission_names
 from tests.fakes.foreign_robots import ACCELERATIONS, fast_wheels, two_wheels
 
 ROOT = Path(__file__).parents[4]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from swarm_commander.run.results.wait_graph import WaitGraph, waits_for
+from swarm_mission.wait_graph import WaitGraph, waits_for
 
 
 @pytest.mark.parametrize(
