@@ -21,13 +21,14 @@ from typing import Any
 from rich.console import Console
 
 from benchmarks.scale.plan import GRAPH, HARNESS, plan_jobs
-from benchmarks.scale.sweep import commit_of, run_jobs
+from benchmarks.scale.sweep import run_jobs
 from swarm_bench.halls.halls import hall_runs, run_hall
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
+from swarm_bench.runs.machine import machine_line
+from swarm_bench.runs.origin import commit_of
 from swarm_bench.runs.result import RunResult, result_from_json
 from swarm_bench.runs.ros_run import run_on_graph
-from swarm_bench.suite.machine import machine_line
 from swarm_bench.suite.selection import select
 from swarm_bench.suite.store import key_of, key_of_options
 from swarm_bench.suite.sweep import in_processes
@@ -59,7 +60,7 @@ class RunOrigin:
     def now(cls, inputs: str = "") -> RunOrigin:
         """Return the origin of a run that ends now."""
         today = datetime.datetime.now(datetime.UTC).date().isoformat()
-        return cls(commit_of(None), machine_line(), today, inputs)
+        return cls(commit_of(Path(__file__).resolve().parents[1]), machine_line(), today, inputs)
 
 
 @dataclass(frozen=True, slots=True)

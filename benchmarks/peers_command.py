@@ -24,9 +24,9 @@ from benchmarks.scale.sweep import run_scale
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.suite.command import JsonLines, new_console
 from swarm_bench.suite.selection import parse_sizes
-from swarm_commander.mission.itinerary import Itinerary
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import FloatArray
+from swarm_mission.itinerary import Itinerary
 from swarm_sim.scene.section import GROUND_GAP, section_between
 from swarm_sim.sdf.reader import load_world
 
@@ -99,7 +99,7 @@ def peer_job(job: ScaleJob) -> dict[str, Any]:
         "seconds": job.seconds,
         "wall_limit": WALL_LIMIT,
         "starts": [[pose.x, pose.y, pose.yaw] for pose in stage.homes_map],
-        "goals": [_goals(itinerary) for itinerary in stage.itineraries],
+        "goals": [_goals(each) for each in stage.itineraries if isinstance(each, Itinerary)],
         **_obstacles(section.outlines()),
         "radius": spec.circumscribed_radius,
         "speed": spec.max_vel_x,

@@ -8,6 +8,6 @@ What imports nothing of the folders below it stands first:
     halls      Random halls
     cli        The command `swarm-bench`
 
-May import swarm_sim, swarm_nav, swarm_commander's modules without ROS, and swarm_common; nobody
+May import swarm_sim, swarm_nav, swarm_mission, and swarm_common; nobody
 imports it.
 """

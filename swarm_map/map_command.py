@@ -24,6 +24,7 @@ from swarm_map.floor_plan import FloorPlan, load_plan
 from swarm_map.grid_map import load_grid_map
 from swarm_map.layout import layout_of, load_layout
 from swarm_map.plan_image import MAX_PIXELS, PlanScale, WallRaster, load_picture
+from swarm_map.preview import write_preview
 from swarm_map.remarks import (
     close_stations,
     size_of,
@@ -213,7 +214,8 @@ def new(
 
     A map of Nav2's (its .yaml) becomes walls wherever it is occupied, at the same places.
     In a picture dark pixels are walls, each green spot is a station, and a blue area is where the
-    robots start; with --force, stations keep the names that sites.yaml gives them.
+    robots start; with --force, stations keep the names that sites.yaml gives them. A
+    stations.csv beside the picture names stations by the colour of their spots.
     docs/creating.md describes the YAML. A .map is a grid of the Moving AI Lab's
     benchmarks; the mission own_place drives its .scen. A layout (LIF) becomes an empty
     hall with its stations; its other nodes are places.
@@ -263,6 +265,7 @@ def new(
     for line in (stations_in_words(scene), *floor.notes, *close_stations(scene)):
         if line:
             console.print(f"  {line}")
+    console.print(f"  picture: {write_preview(scene)}")
     if count < USUAL_SIZE:
         console.print(f"  room for {count} robots: {reason}")
     if count:

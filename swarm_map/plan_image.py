@@ -1,9 +1,13 @@
-"""Floor plans as pictures: dark is wall, green spots are stations, a blue area is the start."""
+"""Floor plans as pictures: dark is wall, green spots are stations, a blue area is the start.
+
+A `stations.csv` beside the picture gives stations colours of their own, and names.
+"""
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +18,8 @@ from numpy.typing import NDArray
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Mask
 from swarm_map.floor_plan import WALL_COLOR, FloorPlan, Thing, rounded
+from swarm_map.station_list import FILE as STATIONS_FILE
+from swarm_map.station_list import StationMark, read_marks
 from swarm_sim.scene.scene import Box
 
 MAX_PIXELS = 4_000_000
@@ -69,22 +75,31 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
     place = raster.place
     things = raster.things(scale.wall_height)
     sites: dict[str, Any] = {}
-    greens = _spots((green - np.maximum(red, blue)) > VIVID)
-    for spot in greens:
+    marks = {mark: mark.mask(pixels) for mark in read_marks(path)}
+    unmarked = ~np.any([np.zeros_like(walls), *marks.values()], axis=0)
+    greens = _spots(((green - np.maximum(red, blue)) > VIVID) & unmarked)
+    named, groups = _named_spots(marks, path)
+    greens = [*named.values(), *greens]
+    words = [*(f"spot of {name}" for name in named), *["green spot"] * len(greens)]
+    for spot, what in zip(greens, words, strict=False):
         if _parts_a_wall(spot, walls):
             x, y = place(spot.middle)
             raise ConfigError(
-                f"{path}: the green spot at ({x:.2f}, {y:.2f}) lies on a wall: two opposite sides "
-                "of it are dark; move it to the floor, or make it smaller"
+                f"{path}: the {what} at ({x:.2f}, {y:.2f}) lies on a wall: two opposite sides of it"
+                " are dark; move it to the floor, or make it smaller"
             )
     stations = [spot.middle for spot in greens]
     if stations:
         yaws = _lane_yaws(walls, stations)
+        free = (f"station_{index}" for index in itertools.count(1))
+        names = [*named, *itertools.islice(free, len(stations) - len(named))]
         sites["stations"] = {
-            f"station_{index}": [*place(station), rounded(yaw)]
-            for index, (station, yaw) in enumerate(zip(stations, yaws, strict=True), 1)
+            name: [*place(station), rounded(yaw)]
+            for name, station, yaw in zip(names, stations, yaws, strict=True)
         }
-    spawn = (blue - np.maximum(red, green)) > VIVID
+    if groups:
+        sites["groups"] = groups
+    spawn = ((blue - np.maximum(red, green)) > VIVID) & unmarked
     _drop(spawn, DOT)
     if spawn.any():
         rows, columns = np.nonzero(spawn)
@@ -96,6 +111,33 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
     if not sites:
         notes.append(f"neither green nor blue in {path}: {RULE}")
     return FloorPlan(path.stem, things, sites, (*notes, *remarks))
+
+
+def _named_spots(
+    marks: Mapping[StationMark, Mask], path: Path
+) -> tuple[dict[str, _Spot], dict[str, list[str]]]:
+    """Return the spots of marks by the names of their stations, and groups of several.
+
+    Raises:
+        ConfigError: If a mark has no spot, or a name is taken.
+    """
+    named: dict[str, _Spot] = {}
+    groups: dict[str, list[str]] = {}
+    for mark, mask in marks.items():
+        spots = _spots(mask)
+        if not spots:
+            raise ConfigError(
+                f"{path}: no spot is {mark.text}, as {mark.name} is in {STATIONS_FILE}"
+            )
+        several = [f"{mark.name}_{index}" for index in range(1, len(spots) + 1)]
+        names = several if len(spots) > 1 else [mark.name]
+        if len(spots) > 1:
+            groups[mark.name] = names
+        for name, spot in zip(names, spots, strict=True):
+            if name in named:
+                raise ConfigError(f"{path}: two stations are called '{name}'; see {STATIONS_FILE}")
+            named[name] = spot
+    return named, groups
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from swarm_report.bottleneck import lost_words
 from swarm_report.headline import headline
 from swarm_report.judgement import breach_lines, judge
 from swarm_report.measures import IDLE, LOST, state_shares
+from swarm_report.orders import order_sections
 from swarm_report.page import (
     Plot,
     cards_html,
@@ -182,6 +183,8 @@ def _document(run: RunData, plots: list[Plot]) -> str:
             f"{table_html(['', ''], list(figures.items()))}</details>"
         )
     body.append(plots_html(plots, None if run.grid is None else charts.map_image(run.grid)))
+    if report.get("orders"):
+        body += order_sections(report["orders"])
     lines = breach_lines(report) if report else []
     if lines:
         body += ["<h2>Breaches</h2>", table_html(["what"], [[line] for line in lines])]

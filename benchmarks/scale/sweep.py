@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
@@ -14,7 +13,8 @@ from benchmarks.scale.process import run_harness
 from benchmarks.scale.result import ScaleResult, read_scale_results
 from swarm_bench.runs.episode import RunOptions, check
 from swarm_bench.runs.json_lines import collected, taken_over
-from swarm_bench.suite.machine import machine_line
+from swarm_bench.runs.machine import machine_line
+from swarm_bench.runs.origin import commit_of
 from swarm_bench.suite.table import number
 
 Runner = Callable[[ScaleJob, str, str], ScaleResult]
@@ -46,20 +46,8 @@ def run_jobs(jobs: Sequence[ScaleJob], runner: Runner | None = None) -> Iterator
     machine = machine_line()
     for job in jobs:
         run = runner or (run_graph if job.system == GRAPH else run_harness)
-        yield run(job, commit_of(job.code), machine)
-
-
-def commit_of(code: Path | None) -> str:
-    """Return a folder's commit, shortened, with -dirty after changes; empty outside a repository.
-
-    None stands for the folder of this file.
-    """
-    folder = code or Path(__file__).resolve().parents[2]
-    command = ("git", "-C", str(folder), "describe", "--always", "--dirty", "--exclude", "*")
-    try:
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return ""
+        folder = job.code or Path(__file__).resolve().parents[2]
+        yield run(job, commit_of(folder), machine)
 
 
 def scale_line(result: ScaleResult) -> str:

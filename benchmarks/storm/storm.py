@@ -22,8 +22,9 @@ from swarm_bench.runs.harness import Harness, InjectedFaults
 from swarm_bench.runs.json_lines import rounded
 from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.scenario import Scenario
-from swarm_commander.mission.leg import Stop
 from swarm_common.model.breaches import Collision
+from swarm_mission.itinerary import Itinerary
+from swarm_mission.leg import Stop
 from swarm_sim.scene.scene import Body, Box, Part, transform_from_xyz_rpy
 from swarm_sim.world.changing_world import ChangingWorld
 
@@ -184,7 +185,7 @@ class Storm(Harness):
             stage.world.ground_truth()[robot][0],
         )  # fmt: skip
         itinerary = stage.itineraries[robot]
-        if not itinerary.is_over:
+        if isinstance(itinerary, Itinerary) and not itinerary.is_over:
             itinerary.on_taken_over()
             self._send(robot, itinerary.on_free_again(tick))
 

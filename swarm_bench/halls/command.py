@@ -7,14 +7,23 @@ from typing import Annotated
 
 import typer
 
-from swarm_bench.halls.halls import DRAWN, hall_runs, run_hall
+from swarm_bench.execution.executor import executor, share_of
+from swarm_bench.halls.halls import DRAWN, hall_runs, load_hall_inputs, run_hall
 from swarm_bench.halls.report import halls_markdown
 from swarm_bench.runs.document import check_part, replace_part
 from swarm_bench.runs.episode import parse_parameters
-from swarm_bench.suite.command import Jobs, JsonLines, Settings, bench_app, exit_code, new_console
+from swarm_bench.runs.result import RunResult
+from swarm_bench.suite.command import (
+    Cluster,
+    Jobs,
+    JsonLines,
+    Settings,
+    Shard,
+    bench_app,
+    run_and_exit,
+)
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes
 from swarm_bench.suite.sweep import Sweep
-from swarm_bench.suite.table import summary_table
 
 
 @bench_app.command()
@@ -32,6 +41,8 @@ def halls(
     ] = DRAWN,
     set_: Settings = None,
     jobs: Jobs = 1,
+    cluster: Cluster = None,
+    shard: Shard = None,
     json_: JsonLines = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Document whose part `halls` to write.")
@@ -48,9 +59,11 @@ def halls(
     check_jobs(jobs, ros=False, method="ours")
     if output is not None:
         check_part(output, "halls")
-    console = new_console()
-    results = Sweep(options, jobs, runner=run_hall).run(json_, console)
-    console.print(summary_table(results))
-    if output is not None:
-        replace_part(output, "halls", halls_markdown(results))
-    exit_code(results)
+
+    def write(results: list[RunResult]) -> None:
+        if output is not None:
+            replace_part(output, "halls", halls_markdown(results))
+
+    with executor(jobs, cluster) as chosen:
+        sweep = Sweep(share_of(options, shard), chosen, runner=run_hall, load=load_hall_inputs)
+        run_and_exit([sweep], json_, write)

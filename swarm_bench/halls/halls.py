@@ -13,17 +13,18 @@ from swarm_bench.runs.episode import (
     make_drivers,
     make_world,
     nav_config,
+    robot_models,
     robot_named,
     room_for,
 )
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario
-from swarm_commander.mission.itinerary import Itinerary
-from swarm_commander.mission.leg import Stop
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
+from swarm_mission.itinerary import Itinerary
+from swarm_mission.leg import Stop
 from swarm_sim.scene.actors import Actors
 
 SIZES = (5, 12, 20, 35, 50)
@@ -96,6 +97,13 @@ def run_hall(options: RunOptions) -> RunResult:
         ConfigError: If no hall for so many robots comes up.
     """
     return Harness(options, stage=build_hall(options)).run()
+
+
+def load_hall_inputs(options: RunOptions) -> None:
+    """Check the parameters of one of `hall_runs`, and read its robots; the hall is drawn."""
+    for model in options.scenario.models(options.robots):
+        nav_config(options, robot_named(model))
+    robot_models(options)
 
 
 def hall_of(options: RunOptions) -> tuple[Hall, Grid]:

@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from swarm_bench.runs.inputs import read_once
 from swarm_bench.runs.methods import Driver, load_method
+from swarm_bench.runs.orders import BenchOrders, demand_remarks, make_orders, measure_ways
 from swarm_bench.runs.scenario import Scenario
-from swarm_commander.mission.energy import check_energy
-from swarm_commander.mission.itinerary import Itinerary
-from swarm_commander.mission.leg import Stop
-from swarm_commander.mission.mission import Mission, load_mission
-from swarm_commander.run.input.params import (
-    REALISTIC,
-    Overrides,
-    default_parameters,
-    load_overrides,
-)
+from swarm_commander.run.input.params import Overrides, load_overrides
 from swarm_commander.run.input.world_params import WorldParams
 from swarm_common.files.map_io import load_map, map_of_world
+from swarm_common.files.params_io import REALISTIC, default_parameters
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
@@ -32,6 +27,13 @@ from swarm_common.model.sites import Sites
 from swarm_common.robots.description import RobotModel
 from swarm_common.robots.fleet import limits_of
 from swarm_common.robots.loading import load_robot, open_robot
+from swarm_mission.energy import check_energy
+from swarm_mission.itinerary import Itinerary
+from swarm_mission.leg import Stop
+from swarm_mission.mission import Mission, load_mission
+from swarm_mission.orders.courier import Courier
+from swarm_mission.orders.dispatch import load_dispatcher
+from swarm_mission.orders.radio import OrderRadio
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.core.plugins import check_plugins
 from swarm_nav.traffic.conditions import Conditions, conditions
@@ -77,13 +79,14 @@ class Episode:
 
     world: World
     drivers: list[Driver]  # what decides for each robot
-    itineraries: list[Itinerary]  # what each robot has to do
+    itineraries: Sequence[Itinerary | Courier]  # what each robot has to do
     homes_map: list[Pose]  # where each starts
     dead: frozenset[int]  # indices of the robots that never do anything
     grid: Grid  # the map
     sites: Sites = field(default_factory=Sites)  # of the world
     stops: list[tuple[Stop, ...]] = field(default_factory=list)  # the goals of each robot
     conditions: Conditions | None = None  # what the map has room for; None where nobody asks
+    orders: BenchOrders | None = None  # that the goals come from; None for a route
 
 
 def check(options: RunOptions) -> None:
@@ -97,15 +100,17 @@ def check(options: RunOptions) -> None:
     """
     scene, mission, homes, specs = _cast(options)
     routes = {
-        RobotNames().name_of(number): mission.stops(
-            scene.sites, home, seed=options.seed, robot_id=number, homes_map=homes
-        )
-        if mission
-        else []
-        for number, home in enumerate(homes, start=1)
+        RobotNames().name_of(index + 1): _route(mission, scene.sites, options, index, homes)
+        for index in range(len(homes))
     }
-    check_energy(dict(zip(routes, specs, strict=True)), routes, scene.sites, scene.name)
-    _map_for(options.scenario.world, specs)
+    plan = mission.orders if mission is not None else None
+    if plan is None:
+        check_energy(dict(zip(routes, specs, strict=True)), routes, scene.sites, scene.name)
+    grid = _map_for(options.scenario.world, specs)
+    if plan is not None:
+        load_dispatcher(plan.dispatch)
+        ways = measure_ways(plan, scene.sites, grid, specs)
+        demand_remarks(plan, ways, specs)
     heights = [spec.lidar.z for spec in specs]
     checked(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
     _actors(options.scenario.world, options.scenario.actors)
@@ -139,22 +144,61 @@ def build(
     actors = _actors(scenario.world, scenario.actors)
     if walkers:
         actors = Actors((*(actors.walkers if actors else ()), *walkers), scene.vehicles)
+
+    def _further(index: int) -> Callable[[], list[Stop]]:
+        """Return what makes one lap more of a robot; in a run without duration none."""
+        lap = itertools.count(scenario.laps)
+        if not scenario.duration or index in dead or mission is None:
+            return list
+        return lambda: mission.stops(
+            scene.sites, homes[index], seed=options.seed, robot_id=index + 1,
+            first_lap=next(lap), homes_map=homes,
+        )  # fmt: skip
+
     routes = [
-        ()
-        if index in dead or mission is None
-        else tuple(
-            mission.stops(
-                scene.sites, home, seed=options.seed, robot_id=index + 1, limit=most_goals,
-                homes_map=homes,
-            )
-        )
-        for index, home in enumerate(homes)
-    ]  # fmt: skip
-    itineraries = [Itinerary(route, mission.retries if mission else 0) for route in routes]
+        () if index in dead else _route(mission, scene.sites, options, index, homes, most_goals)
+        for index in range(count)
+    ]
     world = make_world(options, scene, specs, homes, actors, world_class)
     drivers = make_drivers(options, scene.sites, specs, grid, homes)
+    named = dict(zip(world.names, homes, strict=True))
+    radio = OrderRadio(scenario.loss, scenario.delay, options.seed)
+    orders = None
+    if mission is not None:
+        orders = make_orders(mission, scene.sites, grid, named, specs, drivers, radio, options.seed)
+    itineraries: Sequence[Itinerary | Courier]
+    if orders is not None:
+        itineraries = orders.couriers
+    else:
+        itineraries = [
+            Itinerary(route, mission.retries if mission else 0, more=_further(index))
+            for index, route in enumerate(routes)
+        ]
     found = room_for(options, specs, grid, homes, routes, dead)
-    return Episode(world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found)
+    return Episode(
+        world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found, orders
+    )
+
+
+def _route(
+    mission: Mission | None,
+    sites: Sites,
+    options: RunOptions,
+    index: int,
+    homes: Sequence[Pose],
+    limit: int | None = None,
+) -> tuple[Stop, ...]:
+    """Return a robot's goals; with orders, all places that they may send it to."""
+    if mission is None:
+        return ()
+    if mission.orders is not None:
+        return tuple(mission.order_stops(sites, homes[index]))
+    return tuple(
+        mission.stops(
+            sites, homes[index], seed=options.seed, robot_id=index + 1,
+            laps=options.scenario.laps, limit=limit, homes_map=homes,
+        )
+    )  # fmt: skip
 
 
 def make_world(
@@ -185,7 +229,7 @@ def make_world(
         realistic=options.realistic,
         radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
     )
-    models = _models(scenario, options)
+    models = robot_models(options)
     return world_class(scene, specs, homes, config, options.seed, models=models)
 
 
@@ -249,7 +293,7 @@ def _unseen(
     """Yield a sentence on each model whose LiDAR sees too little of robots that are dead."""
     if not dead:
         return
-    models = _models(options.scenario, options)
+    models = robot_models(options)
     if not options.scenario.with_lidar or models is None:
         yield "without LiDARs no robot sees the dead ones: it may hit them"
         return
@@ -280,8 +324,9 @@ def _cast(options: RunOptions) -> tuple[Scene, Mission | None, list[Pose], list[
     """Return world, mission if there is one, and where robots of which model start."""
     scenario = options.scenario
     scene, count = _scene(scenario.world), options.robots
-    mission = _mission(scenario.mission) if scenario.mission else None
-    if mission is not None:
+    mission = None
+    if scenario.mission:
+        mission = _mission(scenario.mission).with_groups(scene.sites)
         where = f"world {scene.name}, for mission {mission.name}"
         mission.check_stations(scene.sites, where, robots=count, highest=count)
     specs = [robot_named(model) for model in scenario.models(options.robots)]
@@ -315,11 +360,12 @@ def _config(values: tuple[tuple[str, Any], ...]) -> NavConfig:
     return config_from_parameters(dict(values), where="--params or --set")
 
 
-def parse_parameters(settings: list[str]) -> dict[str, Any]:
+def parse_parameters(settings: list[str], where: str = "--set") -> dict[str, Any]:
     """Return the parameters in texts like traffic.safety_margin=0.06.
 
     Args:
         settings: Each NAME=VALUE, with names of the navigator's parameters.
+        where: Option that they were given by.
 
     Returns:
         Values by dotted name: numbers and booleans where the text is one, else the text.
@@ -332,9 +378,9 @@ def parse_parameters(settings: list[str]) -> dict[str, Any]:
     for setting in settings:
         name, equals, text = setting.partition("=")
         if not equals:
-            raise ConfigError(f"--set is '{setting}'; expected NAME=VALUE")
+            raise ConfigError(f"{where} is '{setting}'; expected NAME=VALUE")
         values[name] = _parsed(text, known.get(name))
-    config_from_parameters(values, where="--set")
+    config_from_parameters(values, where=where)
     return values
 
 
@@ -385,17 +431,17 @@ def _homes(scenario: Scenario, specs: list[RobotSpec], spawn: str) -> list[Pose]
 # Worlds and maps are read once per process.
 
 
-_scene = functools.lru_cache(maxsize=4)(load_world)
-_mission = functools.lru_cache(maxsize=4)(load_mission)
-_robots = functools.lru_cache(maxsize=8)(open_robot)
-robot_named = functools.lru_cache(maxsize=8)(load_robot)
+_scene = read_once(load_world)
+_mission = read_once(load_mission)
+_robots = read_once(open_robot)
+robot_named = read_once(load_robot)
 
 
 def _map_for(world: str, specs: Sequence[RobotSpec]) -> Grid:
     return _grid(world, min(spec.lidar.z for spec in specs), reach_of(specs))
 
 
-@functools.lru_cache(maxsize=4)
+@read_once
 def _grid(world: str, height: float, reach: Reach) -> Grid:
     scene = _scene(world)
     path = map_of_world(scene.file)
@@ -406,8 +452,13 @@ def _grid(world: str, height: float, reach: Reach) -> Grid:
     return scene.sites.zones.mark(grid)
 
 
-def _models(scenario: Scenario, options: RunOptions) -> dict[str, RobotModel] | None:
-    """Return the bodies of the robots by model, None if nobody looks at them."""
+def robot_models(options: RunOptions) -> dict[str, RobotModel] | None:
+    """Return the bodies of the robots by model, None if nobody looks at them.
+
+    Args:
+        options: What is to be run.
+    """
+    scenario = options.scenario
     if not scenario.with_lidar and options.engine == "planar":
         return None
     return {
@@ -415,16 +466,16 @@ def _models(scenario: Scenario, options: RunOptions) -> dict[str, RobotModel] | 
     }
 
 
-@functools.lru_cache(maxsize=8)
+@read_once
 def _spawn(world: str, widest: RobotSpec, count: int, spawn: str) -> tuple[Pose, ...]:
     return tuple(deal_places(_scene(world), [widest] * count, [spawn] * count, widest))
 
 
-@functools.lru_cache(maxsize=4)
+@read_once
 def _actors(world: str, actors: str) -> Actors | None:
     return load_actors(_scene(world).directory / actors) if actors else None
 
 
-@functools.lru_cache(maxsize=1)
+@read_once
 def _defaults() -> dict[str, Any]:
     return dict(default_parameters())

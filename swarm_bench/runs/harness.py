@@ -17,18 +17,21 @@ from typing import cast
 import numpy as np
 
 from swarm_bench.runs.episode import Episode, RunOptions, build
+from swarm_bench.runs.ground_truth import GroundTruthWatch
 from swarm_bench.runs.invariant import Invariant
 from swarm_bench.runs.methods import Driver, StagedDriver
+from swarm_bench.runs.orders import BenchOrders
 from swarm_bench.runs.pose_error import PoseErrors
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.result_builder import compose_result
-from swarm_commander.mission.itinerary import Order
-from swarm_commander.run.results.wait_graph import WaitGraph
 from swarm_common.middleware.cdr import yaw_of
 from swarm_common.model.beacon import BEACON_DTYPE, BeaconArray, empty_beacons
 from swarm_common.model.breaches import Collision
 from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, Twist
 from swarm_common.model.run_words import waits_for
+from swarm_mission.itinerary import Itinerary, NextGoal
+from swarm_mission.orders.courier import Courier
+from swarm_mission.wait_graph import WaitGraph
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome, Output
 from swarm_sim.world.world import Observation, World
 
@@ -55,6 +58,7 @@ class Harness:
         invariant: The safety invariant so far.
         beacons: (n,) what was sent in the last tick; zero held points where nothing was.
         waits: Who waits for whom, as the robots say once a second.
+        truth: Who stands, and for whom, as the simulator sees it.
     """
 
     def __init__(
@@ -96,10 +100,17 @@ class Harness:
         self._stall_limit = round(options.scenario.stall_limit / CONTROL_PERIOD)
         self._last_success = 0  # tick
         self.waits = WaitGraph()
+        world = self.stage.world
+        self.truth = GroundTruthWatch(
+            world.names, [spec.circumscribed_radius for spec in world.specs], self.stage.grid,
+            self.stage.sites.stations, options.scenario.warm_up,
+        )  # fmt: skip
 
     @property
     def is_over(self) -> bool:
         """Whether every robot that is not dead is through with its mission."""
+        if self.stage.orders is not None:
+            return self.stage.orders.run.is_over
         return all(
             itinerary.is_over or index in self._dead
             for index, itinerary in enumerate(self.stage.itineraries)
@@ -121,6 +132,7 @@ class Harness:
                 result,
                 wait_circles=waits["lasting_circles"],
                 longest_wait_circle=waits["longest_circle"],
+                ground_truth=self.truth.figures(result.sim_time),
                 cpu_ms_per_robot_second=1e3 * (time.process_time() - cpu_started) / robot_time,
                 pose_error=self._pose_errors.figures() if self._pose_errors else None,
             )
@@ -137,8 +149,11 @@ class Harness:
         for index, output in enumerate(self._outputs):
             if output is not None and (output.events or tick == 0):
                 self._follow_mission(index, tick, output)
+        if self.stage.orders is not None:
+            self._follow_orders(self.stage.orders, tick)
         if tick % WAITS_EVERY == 0:
             self._record_waits(tick)
+            self.truth.look(tick, world.poses)
         if self._pose_errors is not None:
             self._pose_errors.note(self.stage.drivers, world.poses, self._dead)
         if self._on_tick is not None:
@@ -216,25 +231,43 @@ class Harness:
 
     def _follow_mission(self, index: int, tick: int, output: Output) -> None:
         itinerary = self.stage.itineraries[index]
-        if tick == 0:
+        if tick == 0 and isinstance(itinerary, Itinerary):
             self._send(index, itinerary.start())
         for event in output.events:
-            if isinstance(event, GoalEnded) and not itinerary.is_over:
+            if isinstance(event, GoalEnded) and self._counts(index, itinerary, event):
+                self.truth.end(index, tick * CONTROL_PERIOD)
                 is_reached = event.outcome is Outcome.SUCCEEDED
                 if is_reached:
                     self._last_success = tick
                 reason = f"error {int(event.error_code)}: {event.message}"
                 self._send(index, itinerary.on_end(is_reached, tick, reason))
 
-    def _send(self, index: int, order: Order | None) -> None:
+    def _counts(self, index: int, itinerary: Itinerary | Courier, event: GoalEnded) -> bool:
+        """Whether the end of a goal is news: goals of orders replace each other."""
+        if isinstance(itinerary, Courier):
+            return event.goal_id == self._goal_ids[index]
+        return not itinerary.is_over
+
+    def _follow_orders(self, orders: BenchOrders, tick: int) -> None:
+        names = self.stage.world.names
+        dead = {names[index] for index in self._dead}
+        orders.watch(tick, names, self.stage.world.poses, dead)
+        for name, goal in orders.step(tick, dead).items():
+            self._send(names.index(name), goal)
+        if not orders.run.has_open:
+            self._last_success = tick
+
+    def _send(self, index: int, order: NextGoal | None) -> None:
         if order is None:
             return
         self._goal_ids[index] += 1
+        stop = order.stop
+        self.truth.send(index, stop.pose_map, stop.name, order.start_tick)
         self.stage.drivers[index].set_goal(
             Goal(
                 kind=GoalKind.NAVIGATE,
                 goal_id=self._goal_ids[index],
-                poses_map=(pose_as_received(order.stop.pose_map),),
+                poses_map=(pose_as_received(stop.pose_map),),
                 start_tick=order.start_tick,
             )
         )

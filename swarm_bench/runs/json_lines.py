@@ -17,7 +17,19 @@ T = TypeVar("T")
 
 
 def read_json_lines(path: Path, parse: Callable[[Any], T], command: str) -> list[T]:
-    """Return the results in a file; a line that a killed bench left unfinished does not count.
+    """Return the results in a file; see `numbered_json_lines`.
+
+    Args:
+        parse: Makes a result of a line's data without its schema.
+        command: That writes such files, for the error.
+    """
+    return [result for _, result in numbered_json_lines(path, parse, command)]
+
+
+def numbered_json_lines(path: Path, parse: Callable[[Any], T], command: str) -> list[tuple[int, T]]:
+    """Return the results in a file, with the numbers of their lines.
+
+    A line that a killed bench left unfinished does not count.
 
     Args:
         parse: Makes a result of a line's data without its schema.
@@ -37,7 +49,7 @@ def read_json_lines(path: Path, parse: Callable[[Any], T], command: str) -> list
         try:
             data = json.loads(line, parse_constant=_refuse)
             data.pop("schema", None)
-            results.append(parse(data))
+            results.append((number, parse(data)))
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as cause:
             raise ConfigError(
                 f"{path}, line {number} is no result of {command}: {cause}"
@@ -120,4 +132,6 @@ def rounded(value: Any) -> Any:
         return round(value, 4) if math.isfinite(value) else None
     if isinstance(value, Mapping):
         return {key: rounded(item) for key, item in value.items()}
+    if isinstance(value, tuple):
+        return [rounded(item) for item in value]
     return value

@@ -8,6 +8,7 @@ import importlib
 from collections.abc import Iterator
 from typing import Any, Protocol, runtime_checkable
 
+from swarm_bench.runs.inputs import plugin_module
 from swarm_common.model.battery import BatteryReading
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
@@ -73,6 +74,8 @@ def load_method(name: str) -> Method:
         ConfigError: If there is none.
     """
     if name not in METHODS:
+        if ":" in name:
+            plugin_module(name)
         BRAIN.load(name)
         return functools.partial(_make_own, BrainConfig(plugin=name))
     module, _, attribute = METHODS[name].partition(":")

@@ -11,6 +11,7 @@ from typing import Any
 import msgspec
 
 from swarm_bench.runs.json_lines import rounded
+from swarm_bench.runs.origin import Origin
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +28,62 @@ class RobotResult:
     collisions: int  # contact episodes
     min_clearance: float | None  # [m] from anything; None if nothing was near
     battery: Mapping[str, Any] | None = None  # as in report.json; None without one
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StationUse:
+    """Shares of the time after the warm-up that a station was in use."""
+
+    occupied: float  # a robot stood there
+    approached: float  # a robot stood there, or one on its way there was close
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroundTruth:
+    """What robots do as the simulator sees it: from true poses and the goals that they were sent.
+
+    A robot stands if it has a goal to go to and, for a second, neither moves nor turns.
+    """
+
+    stood_time: float  # [s] of standing, of all robots
+    stood_worst: float  # [s] of the longest time that one robot stood
+    stood_share: float  # of the robots' time after the warm-up
+    circles: int  # of robots that stood in each other's way for 5 s or more
+    longest_circle: float  # [s]
+    deadlocks: int  # circles of 30 s or more, and times of 60 s in which nobody came nearer a goal
+    stations: Mapping[str, StationUse]  # by name
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Steady:
+    """What was finished in the time after the warm-up of a run of fixed duration."""
+
+    warm_up: float  # [s] that do not count
+    seconds: float  # [s] that count
+    finished: tuple[int, ...]  # goals or orders, in batches of equal length
+    lead_times: tuple[float, ...]  # [s] mean lead time of those of each batch; 0 for none
+    per_hour: float  # finished goals or orders
+    lead_time: float | None  # [s] mean, of all; None if none was finished
+    lead_p95: float | None  # [s] that 95 % took at most
+    unit: str = "goals"  # what is counted
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FailedRun:
+    """A run without a result, and why; it is repeated when a bench goes on."""
+
+    scenario: str
+    method: str
+    robots: int
+    seed: int
+    engine: str
+    conditions: Mapping[str, Any]
+    error: str  # in one line
+    origin: Origin | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return a dictionary for json.dump."""
+        return {"schema": 1, **rounded(dataclasses.asdict(self))}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,6 +135,12 @@ class RunResult:
         longest_wait_circle: [s] that the longest of them lasted.
         zones: Entries into keepout zones and speeds above the limit of speed zones, with times [s]
             of all robots; None in a world without zones.
+        ground_truth: Standing, deadlocks and use of stations as the simulator sees them; None on
+            the ROS graph.
+        steady: What was finished after the warm-up; None in a run without a duration.
+        origin: Code, inputs and machine; None in results of older files.
+        orders: What became of orders, stations, robots and floor, as in report.json; None for a
+            mission without orders.
         no_guarantee: Which conditions of liveness did not hold before the run; empty if all did.
     """
 
@@ -124,6 +187,10 @@ class RunResult:
     wait_circles: int | None = None
     longest_wait_circle: float | None = None
     zones: Mapping[str, Any] | None = None
+    ground_truth: GroundTruth | None = None
+    steady: Steady | None = None
+    origin: Origin | None = None
+    orders: Mapping[str, Any] | None = None
 
     @property
     def is_flawless(self) -> bool:
@@ -133,12 +200,25 @@ class RunResult:
     def as_json(self) -> dict[str, Any]:
         """Return a dictionary for json.dump, with figures rounded to what they are worth."""
         data = dataclasses.asdict(self)
-        if self.zones is None:
-            del data["zones"]
+        for name in ("zones", "orders", "ground_truth", "steady", "origin"):
+            if data[name] is None:
+                del data[name]
         for robot in data["per_robot"].values():
             if robot["battery"] is None:
                 del robot["battery"]
         return {"schema": 1, **rounded(data)}
+
+
+def line_from_json(data: Mapping[str, Any]) -> RunResult | FailedRun:
+    """Return what a line of a result file says.
+
+    Args:
+        data: Without its schema.
+
+    Raises:
+        ValueError: If a field is missing, or of another type.
+    """
+    return msgspec.convert(data, FailedRun) if "error" in data else result_from_json(data)
 
 
 def result_from_json(data: Mapping[str, Any]) -> RunResult:

@@ -12,11 +12,14 @@ import numpy as np
 
 from swarm_bench.runs.episode import Episode, RunOptions
 from swarm_bench.runs.invariant import Invariant
-from swarm_bench.runs.result import RobotResult, RunResult, finite
-from swarm_commander.mission.itinerary import Itinerary
-from swarm_commander.run.results.fairness import fairness
+from swarm_bench.runs.result import RobotResult, RunResult, Steady, finite
+from swarm_bench.runs.scenario import Scenario
+from swarm_bench.runs.steady import steady_of
 from swarm_common.model.breaches import MissedGoal, UnfinishedGoal
 from swarm_common.model.records import CONTROL_PERIOD
+from swarm_mission.fairness import fairness
+from swarm_mission.itinerary import Itinerary, StopOutcome
+from swarm_mission.orders.courier import Courier
 from swarm_nav.core.goals import Status
 from swarm_sim.world.verdict import RobotVerdict, Verdict
 from swarm_sim.world.world import World
@@ -50,27 +53,43 @@ def compose_result(
         for index, status in zip(alive, statuses, strict=True)
     }
     reached = [o for i in alive for o in stage.itineraries[i].outcomes if o.reached]
-    sent = sum(stage.itineraries[index].total for index in alive)
+    is_steady = options.scenario.duration > 0.0
+    sent = sum(
+        len(stage.itineraries[index].outcomes) if is_steady else stage.itineraries[index].total
+        for index in alive
+    )
     last = max((outcome.tick for outcome in reached), default=0) * CONTROL_PERIOD
     return RunResult(
         **identity(options),
         goals_sent=sent,
         goals_reached=len(reached),
         goals_failed=sent - len(reached),
-        first_miss=_first_miss(stage, alive),
-        makespan=last if len(reached) == sent else None,
+        first_miss=_first_miss(stage, alive, with_unfinished=not is_steady),
+        makespan=last if len(reached) == sent and not is_steady else None,
         throughput_per_minute=60.0 * len(reached) / last if last else 0.0,
         min_held_gap=finite(invariant.gap),
         min_held_slack=finite(invariant.slack),
         wall_time=wall_time,
         per_robot=robots,
+        steady=_steady(stage, options.scenario, reached) if is_steady else None,
         no_guarantee="; ".join(stage.conditions.findings) if stage.conditions else "",
         recoveries=sum(status.number_of_recoveries for status in statuses),
         **{name: sum(getattr(status, name) for status in statuses) for name in COUNTERS},
+        orders=None if stage.orders is None else stage.orders.run.results(verdict.sim_time),
         **_truth(stage.world, verdict),
         **_service(list(robots.values()), [outcome.duration for outcome in reached]),
         **_pace(durations),
     )
+
+
+def _steady(stage: Episode, scenario: Scenario, reached: Sequence[StopOutcome]) -> Steady:
+    """Return what was finished after the warm-up: orders where there are any, else goals."""
+    if stage.orders is not None:
+        records = stage.orders.run.results(stage.world.verdict.sim_time)["orders"]
+        done = [(each["done"], each["lead_time"]) for each in records if each["done"] is not None]
+        return steady_of(done, scenario.warm_up, scenario.duration, "orders")
+    finished = [(outcome.tick * CONTROL_PERIOD, outcome.duration) for outcome in reached]
+    return steady_of(finished, scenario.warm_up, scenario.duration)
 
 
 def identity(options: RunOptions) -> dict[str, Any]:
@@ -136,6 +155,9 @@ def conditions(options: RunOptions) -> dict[str, Any]:
         "delay": scenario.delay,
         "lidar": scenario.with_lidar,
         "noise": scenario.noise,
+        **({"laps": scenario.laps} if scenario.laps != 1 else {}),
+        **({"duration": scenario.duration} if scenario.duration else {}),
+        **({"warm_up": scenario.warm_up} if scenario.duration else {}),
         **({"realistic": True} if options.realistic else {}),
         **{
             name if pattern == "/**" else f"{pattern} {name}": value
@@ -146,7 +168,7 @@ def conditions(options: RunOptions) -> dict[str, Any]:
     }
 
 
-def _robot(itinerary: Itinerary, truth: RobotVerdict, status: Status) -> RobotResult:
+def _robot(itinerary: Itinerary | Courier, truth: RobotVerdict, status: Status) -> RobotResult:
     reached = [outcome for outcome in itinerary.outcomes if outcome.reached]
     is_done = len(reached) == itinerary.total
     return RobotResult(
@@ -163,7 +185,7 @@ def _robot(itinerary: Itinerary, truth: RobotVerdict, status: Status) -> RobotRe
     )
 
 
-def _first_miss(stage: Episode, alive: Sequence[int]) -> str:
+def _first_miss(stage: Episode, alive: Sequence[int], *, with_unfinished: bool) -> str:
     """Return the first goal that a robot gave up, or else one that was still under way."""
     misses = [
         MissedGoal(stage.world.names[i], o.stop.name, o.tick * CONTROL_PERIOD, o.reason)
@@ -173,8 +195,8 @@ def _first_miss(stage: Episode, alive: Sequence[int]) -> str:
     ]
     if misses:
         return str(min(misses, key=lambda miss: miss.sim_time))
-    for index in alive:
-        if not stage.itineraries[index].is_over:
+    for index in alive if with_unfinished else ():
+        if stage.orders is None and not stage.itineraries[index].is_over:
             status = stage.drivers[index].status()
             goal = stage.itineraries[index].next_stop
             state = f"{status.state} {status.detail}".strip()

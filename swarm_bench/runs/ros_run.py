@@ -95,6 +95,7 @@ def up_flags(options: RunOptions, folder: Path) -> list[str]:
         "--world": scenario.world,
         "--mission": scenario.mission,
         "--seed": options.seed,
+        "--laps": scenario.laps,
         "--params": params,
         "--run-dir": folder / "run",
         "--duration": scenario.limit_of(count),

@@ -14,6 +14,7 @@ from swarm_common.model.records import Pose
 
 NAMES = ("description", "world", "mission", "robot", "fleet.*", "actors")  # texts as written
 MOST_ROBOTS = 200
+MOST_SECONDS = 604_800.0  # of a run: a week
 SUITE_SEEDS = 20
 
 
@@ -48,6 +49,11 @@ class Scenario:
     time_limit: Mapping[int, float] = field(default_factory=dict)
     stall_limit: float = 600.0  # [s] without a goal reached after which a run is deadlocked
     targets: Mapping[int, Target] = field(default_factory=dict)  # by swarm size
+    laps: int = 1  # times that each robot does its route, each with an order of its own
+    # [s] of a run in which robots go on lap by lap, and what they finish is counted; 0: until all
+    # laps are done
+    duration: float = 0.0
+    warm_up: float = 0.0  # [s] at the beginning of such a run in which nothing is counted
 
     def __post_init__(self) -> None:
         if not self.robots:
@@ -63,6 +69,15 @@ class Scenario:
             raise ConfigError(f"{len(self.dead)} dead robots leave none of {min(self.robots)}")
         if self.stall_limit <= 0.0:
             raise ConfigError(f"stall_limit is {self.stall_limit} s; it must be positive")
+        if self.laps < 1:
+            raise ConfigError(f"laps is {self.laps}; it must be 1 or more")
+        if not 0.0 <= self.duration <= MOST_SECONDS:
+            raise ConfigError(f"duration is {self.duration} s; expected 0 to {MOST_SECONDS:g} s")
+        if not 0.0 <= self.warm_up < max(self.duration, 1e-9):
+            raise ConfigError(
+                f"warm_up is {self.warm_up} s; expected 0 or more, and less than the duration of "
+                f"{self.duration} s"
+            )
         for size, count in self.seeds.items():
             if count < 1:
                 raise ConfigError(f"seeds of {size} robots is {count}; it must be 1 or more")
@@ -77,8 +92,11 @@ class Scenario:
             robots: The swarm size.
 
         Returns:
-            Without a larger size the longest limit that there is; one hour if there is none.
+            The duration where there is one. Without a larger size the longest limit that there
+            is; one hour if there is none.
         """
+        if self.duration:
+            return self.duration
         larger = [size for size in sorted(self.time_limit) if size >= robots]
         if larger:
             return self.time_limit[larger[0]]
@@ -236,4 +254,7 @@ _READERS: dict[str, Any] = {
     "time_limit": _limits,
     "stall_limit": number,
     "targets": _targets,
+    "laps": _integer,
+    "duration": number,
+    "warm_up": number,
 }

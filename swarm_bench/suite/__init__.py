@@ -2,14 +2,13 @@
 
 What a module imports of its folder stands above it:
 
-    machine    The machine that something was measured on, in one line
     store      Results on disk, so that a killed sweep can continue
     summary    Many runs of one scenario and size as one row
     table      Results for the terminal: a line per run, a table with a row per scenario and size
     report     docs/traffic.md: the suite's tables as Markdown, from results
-    sweep      Many runs, one after the other or in several processes
+    sweep      Many runs on whatever computes them, with their results kept
     selection  From the words on the command line to a list of runs
     command    The command `swarm-bench`: its options
 
-May import of swarm_bench: `runs`.
+May import of swarm_bench: `runs`, `execution`.
 """

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
+from swarm_bench.execution.executor import AUTO, executor, share_of
 from swarm_bench.runs.document import check_part, replace_part
+from swarm_bench.runs.machine import machine_line
 from swarm_bench.runs.result import RunResult
 from swarm_bench.suite import store
-from swarm_bench.suite.machine import machine_line
 from swarm_bench.suite.report import traffic_report
 from swarm_bench.suite.selection import (
     SUITE,
@@ -36,6 +37,14 @@ Jobs = Annotated[int, typer.Option(help="Number of processes.")]
 JsonLines = Annotated[
     Path | None,
     typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
+]
+Cluster = Annotated[
+    str | None,
+    typer.Option(help="Dask cluster: local, tcp://HOST:8786 or slurm:nodes=4."),
+]
+Shard = Annotated[
+    str | None,
+    typer.Option(help=f"Share of the runs, like 2/8; {AUTO}: of a Slurm array."),
 ]
 Document = Annotated[
     Path,
@@ -86,6 +95,8 @@ def traffic(
     params: Annotated[Path | None, typer.Option(help="Parameter file of the navigators.")] = None,
     set_: Settings = None,
     jobs: Jobs = 1,
+    cluster: Cluster = None,
+    shard: Shard = None,
     ros: Annotated[bool, typer.Option("--ros", help="Run swarm-up on the real ROS graph.")] = False,
     json_: JsonLines = None,
 ) -> None:
@@ -106,13 +117,9 @@ def traffic(
         settings=set_ or [],
         params=params,
     )
-    check_jobs(jobs, ros=ros, method=method)
-    sweep = Sweep(options, jobs, ros)
-    sweep.check()
-    console = new_console()
-    results = sweep.run(json_, console)
-    console.print(summary_table(results))
-    exit_code(results)
+    check_jobs(jobs, ros=ros, method=method, cluster=cluster)
+    with executor(jobs, cluster) as chosen:
+        run_and_exit([Sweep(share_of(options, shard), chosen, ros)], json_)
 
 
 @bench_app.command()
@@ -122,6 +129,7 @@ def suite(
     ],
     output: Document,
     jobs: Jobs = 1,
+    cluster: Cluster = None,
     seeds: Annotated[
         str, typer.Option(help=f"Of the bench runs; {SUITE}: as many as each scenario says.")
     ] = SUITE,
@@ -136,14 +144,9 @@ def suite(
     check_jobs(jobs, ros=False, method="ours")
     if output.exists():
         check_part(output, "suite")
-    sweeps = suite_sweeps(seeds, baseline_seeds, ros_seeds, ros_most, jobs)
-    for sweep in sweeps:
-        sweep.check()
-    console = new_console()
-    results = [result for sweep in sweeps for result in sweep.run(json_, console)]
-    console.print(summary_table(results))
-    _write_report(results, output, machine_line())
-    exit_code([result for result in results if result.method == "ours"])
+    with executor(jobs, cluster) as chosen:
+        sweeps = suite_sweeps(seeds, baseline_seeds, ros_seeds, ros_most, chosen)
+        run_and_exit(sweeps, json_, lambda found: _write_report(found, output, machine_line()))
 
 
 @bench_app.command("report-traffic")
@@ -156,9 +159,7 @@ def report_traffic(
     ] = "",
 ) -> None:
     """Write the tables of runs that were made before."""
-    results: list[RunResult] = []
-    for path in files:
-        results += store.read_results(path)
+    results = store.read_results(*files)
     if not results:
         raise ConfigError(f"no results in {', '.join(map(str, files))}")
     _write_report(results, output, machine or machine_line())
@@ -175,16 +176,38 @@ def _write_report(results: Sequence[RunResult], output: Path, machine: str) -> N
     replace_part(output, "suite", text)
 
 
-def exit_code(results: Sequence[RunResult]) -> None:
-    """Exit with `MISSED` unless all runs are flawless.
+def run_and_exit(
+    sweeps: Sequence[Sweep],
+    file: Path | None,
+    write: Callable[[list[RunResult]], None] = lambda _: None,
+) -> None:
+    """Check and run sweeps, print the table, and exit with `MISSED` unless all runs are flawless.
+
+    Runs of other methods than ours count as flawless where several sweeps are run. An interrupt
+    ends it with the table of what is done.
 
     Args:
-        results: Of all runs; there may be none.
+        file: Of JSON lines; None to keep nothing.
+        write: Writes what else is made of the results.
 
     Raises:
         typer.Exit: With `MISSED`.
     """
-    if not all(result.is_flawless for result in results):
+    for sweep in sweeps:
+        sweep.check()
+    console, results = new_console(), list[RunResult]()
+    try:
+        for sweep in sweeps:
+            sweep.run(file, console, results)
+    finally:
+        if results:
+            console.print(summary_table(results))
+    write(results)
+    failed = [failure for sweep in sweeps for failure in sweep.failed]
+    if len(sweeps) > 1:
+        results = [result for result in results if result.method == "ours"]
+        failed = [failure for failure in failed if failure.method == "ours"]
+    if failed or not all(result.is_flawless for result in results):
         raise typer.Exit(MISSED)
 
 

@@ -27,6 +27,8 @@ Machine: {machine}.
 - **Makespan**: simulated seconds until the last goal was reached, median [smallest..largest] of
   the complete runs. A run in which nobody reaches a goal for 600 s counts as deadlocked and ends.
 - **Mean**: of the makespans, with the 95 % interval of a bootstrap over seeds.
+- **Deadlocks**: circles of robots that stood in each other's way for 30 s or more, and times of
+  60 s in which nobody came nearer to a goal, as the simulator sees it.
 - **Worst wait**: time for which the robot that waited most in any run stood because of others or
   held; over the wait of the median robot of its run, in the median of the runs.
 - **Clearance**: smallest true distance of any robot from anything.
@@ -101,6 +103,7 @@ COLUMNS: dict[str, Callable[[Row], str]] = {
     "mean, 95 % [s]": lambda row: row.mean_text,
     "target [s]": lambda row: _target_text(row),
     "goals/min": lambda row: number(row.median("throughput_per_minute"), 1),
+    "deadlocks": lambda row: row.deadlocks_text,
     "deadlocks resolved": lambda row: str(row.total("deadlocks_resolved")),
     "pushes": lambda row: str(row.total("pushes")),
     "retreats": lambda row: str(row.total("retreats")),

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from swarm_bench.execution.task import Executor
 from swarm_bench.runs.episode import RunOptions, parameter_sections, parse_parameters
 from swarm_bench.runs.methods import METHODS, load_method
 from swarm_bench.runs.scenario import check_size, load_scenario, scenario_names
@@ -50,7 +51,10 @@ def parse_seeds(text: str) -> list[int] | None:
 
 
 def parse_sizes(text: str | None) -> list[int]:
-    """Return the swarm sizes in a text like 20,50; none for None.
+    """Return the swarm sizes in a text like 20,50 or 4..60:4; none for None.
+
+    Args:
+        text: Sizes and ranges FIRST..LAST:STEP, comma-separated.
 
     Raises:
         ConfigError: If one is not a number or out of bounds.
@@ -59,10 +63,19 @@ def parse_sizes(text: str | None) -> list[int]:
         return []
     sizes = []
     for part in text.split(","):
+        first, dots, rest = part.partition("..")
+        last, colon, step = rest.partition(":")
         try:
-            sizes.append(check_size(int(part), "--robots"))
+            low = check_size(int(first), "--robots")
+            high = check_size(int(last), "--robots") if dots else low
+            by = int(step) if colon else 1
         except ValueError:
-            raise ConfigError(f"--robots is '{text}'; expected sizes like 20,50") from None
+            raise ConfigError(
+                f"--robots is '{text}'; expected sizes like 20,50 or 4..60:4"
+            ) from None
+        if high < low or by < 1:
+            raise ConfigError(f"--robots has the range '{part}'; expected FIRST..LAST:STEP")
+        sizes += [size for size in range(low, high + 1, by) if size not in sizes]
     return sizes
 
 
@@ -120,25 +133,27 @@ def select(
     ]
 
 
-def check_jobs(jobs: int, *, ros: bool, method: str) -> None:
+def check_jobs(jobs: int, *, ros: bool, method: str, cluster: str | None = None) -> None:
     """Refuse a number of processes, or a way to run, that cannot be.
 
     Args:
         ros: Whether runs are on the ROS graph.
+        cluster: As of `--cluster`.
 
     Raises:
         ConfigError: With what to do.
     """
     if not 1 <= jobs <= MOST_JOBS:
         raise ConfigError(f"--jobs is {jobs}; expected 1 to {MOST_JOBS}")
-    if ros and jobs > 1:
-        raise ConfigError("--ros takes all cores for each run; leave out --jobs")
+    if ros and (jobs > 1 or cluster is not None):
+        option = "--jobs" if jobs > 1 else "--cluster"
+        raise ConfigError(f"--ros takes all cores for each run; leave out {option}")
     if ros and method != "ours" and method in METHODS:
         raise ConfigError(f"--ros runs our navigators; --method {method} needs the bench")
 
 
 def suite_sweeps(
-    seeds: str, baseline_seeds: str, ros_seeds: str, ros_most: int, jobs: int
+    seeds: str, baseline_seeds: str, ros_seeds: str, ros_most: int, executor: Executor
 ) -> list[Sweep]:
     """Return everything that docs/traffic.md is written from.
 
@@ -146,13 +161,14 @@ def suite_sweeps(
 
     Args:
         baseline_seeds: Of the other methods; `none` to leave them out.
+        executor: Of the runs in the bench.
     """
-    sweeps = [Sweep(_by_seed(select(ALL, (), parse_seeds(seeds))), jobs)]
+    sweeps = [Sweep(_by_seed(select(ALL, (), parse_seeds(seeds))), executor)]
     if baseline_seeds != NONE:
         chosen = parse_seeds(baseline_seeds)
         others = [method for method in METHODS if method != "ours"]
         sweeps += [
-            Sweep(_by_seed(select(ALL, (), chosen, method=method)), jobs) for method in others
+            Sweep(_by_seed(select(ALL, (), chosen, method=method)), executor) for method in others
         ]
     if ros_seeds != NONE:
         runs = select(ALL, (), parse_seeds(ros_seeds), engine=usual_engine(), lidar=True)

@@ -56,6 +56,12 @@ class Row:
         return f"{self.total('robot_robot')}+{self.total('robot_world')}"
 
     @property
+    def deadlocks_text(self) -> str:
+        """Deadlocks that the simulator saw; - where it did not look."""
+        seen = [run.ground_truth.deadlocks for run in self.runs if run.ground_truth is not None]
+        return str(sum(seen)) if seen else "-"
+
+    @property
     def goals_sent(self) -> int:
         """Goals asked for."""
         return sum(run.goals_sent for run in self.runs)

@@ -1,96 +1,156 @@
-"""Many runs, one after the other or in several processes, with their results kept on disk."""
+"""Many runs on whatever computes them, with their results kept on disk."""
 
 from __future__ import annotations
 
-import functools
-import sys
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
-from multiprocessing import get_context
+import contextlib
+import dataclasses
+from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
 from rich.console import Console
 
-from swarm_bench.runs.episode import RunOptions, check
+from swarm_bench.execution.processes import LocalExecutor
+from swarm_bench.execution.task import Done, Executor
+from swarm_bench.runs.episode import RunOptions
+from swarm_bench.runs.fingerprint import gathered, load_inputs
 from swarm_bench.runs.harness import run
-from swarm_bench.runs.json_lines import collected, taken_over
-from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.inputs import Gathered, digest_of, packed
+from swarm_bench.runs.json_lines import append_json_line, open_to_append, taken_over
+from swarm_bench.runs.origin import bench_edition, here
+from swarm_bench.runs.result import FailedRun, RunResult
+from swarm_bench.runs.result_builder import identity
+from swarm_bench.runs.ros_run import ENGINE as ROS
 from swarm_bench.runs.ros_run import run_on_graph
 from swarm_bench.suite import store
-from swarm_bench.suite.table import run_line
-from swarm_common.process import start
-from swarm_common.process.compile_watch import watched
+from swarm_bench.suite.table import failure_line, run_line
+from swarm_common.model.errors import SwarmError
 
 T = TypeVar("T")
 R = TypeVar("R")
 Runner = Callable[[RunOptions], RunResult]
+Outcome = RunResult | FailedRun
 
 
-@dataclass(frozen=True, slots=True)
+class RunFailedError(SwarmError):
+    """A run that others depend on has no result."""
+
+
+@dataclass(slots=True)
 class Sweep:
-    """What to run, and how."""
+    """What to run, and how.
+
+    Attributes:
+        failed: Runs without a result, so far.
+    """
 
     options: Sequence[RunOptions]  # the runs, in order
-    jobs: int = 1  # processes
+    executor: Executor = field(default_factory=LocalExecutor)
     ros: bool = False  # whether on the ROS graph
     runner: Runner = run  # runs one in the bench
+    load: Callable[[RunOptions], object] = load_inputs  # reads and checks what one is made from
+    # gets the place of each run in `options` and what became of it; False ends the sweep
+    watch: Callable[[int, Outcome], bool] = lambda *_: True
+    failed: list[FailedRun] = field(default_factory=list)
+    _inputs: dict[str, tuple[str, Gathered]] = field(default_factory=dict)
 
     def check(self) -> None:
-        """Check each scenario and size before anything runs.
+        """Check the inputs of all runs before anything runs.
 
         Raises:
             SwarmError: For the first thing that is wrong.
         """
-        seen: set[tuple[str, int]] = set()
         for item in self.options:
-            if (item.scenario.name, item.robots) not in seen:
-                seen.add((item.scenario.name, item.robots))
-                check(item)
+            self._inputs_of(item)
 
-    def run(self, file: Path | None, console: Console) -> list[RunResult]:
+    def run(
+        self, file: Path | None, console: Console, results: list[RunResult] | None = None
+    ) -> list[RunResult]:
         """Run the jobs that are not in a result file yet, add their results to it, and return all.
 
         Args:
             file: Of JSON lines; None to keep nothing.
+            results: To which the results are added as they come; None: to a new list.
         """
-        known = store.read_results(file) if file is not None and file.is_file() else []
-        keys = {store.key_of_options(item, ros=self.ros) for item in self.options}
-        results = [result for result in known if store.key_of(result) in keys]
-        todo = store.missing(self.options, known, ros=self.ros)
-        if results:
+        results = [] if results is None else results
+        fulls = [self._full_key(item) for item in self.options]
+        known, others = store.known_of(file, dict(zip(fulls, self.options, strict=True)))
+        if known:
+            console.print(taken_over(len(known), len(fulls), file), soft_wrap=True, markup=False)
+        if others:
             console.print(
-                taken_over(len(results), len(self.options), file), soft_wrap=True, markup=False
-            )
-        new = in_processes(todo, self.jobs, run_on_graph if self.ros else self.runner)
-        return results + collected(new, file, console, run_line, RunResult.as_json)
+                f"{others} results in {file} are of other inputs or another edition, "
+                "and are not used", soft_wrap=True, markup=False,
+            )  # fmt: skip
+        missing = store.missing(fulls, known)
+        for index, full in enumerate(fulls):
+            if full in known:
+                results.append(known[full])
+                self.watch(index, known[full])
+        with contextlib.ExitStack() as stack:
+            output = stack.enter_context(open_to_append(file)) if file is not None else None
+            ended = stack.enter_context(contextlib.closing(self._ended(missing)))
+            for index, outcome in ended:
+                if output is not None:
+                    append_json_line(output, outcome.as_json())
+                if isinstance(outcome, RunResult):
+                    results.append(outcome)
+                    line = run_line(outcome)
+                else:
+                    line = failure_line(outcome)
+                console.print(line, highlight=False, soft_wrap=True, markup=False)
+                if not self.watch(index, outcome):
+                    break
+        return results
+
+    def outcomes(self) -> Iterator[Outcome]:
+        """Yield what becomes of each run when it ends; those that fail go to `failed`, too."""
+        yield from (outcome for _, outcome in self._ended(range(len(self.options))))
+
+    def _ended(self, indices: Sequence[int]) -> Generator[tuple[int, Outcome], None, None]:
+        todo = [self.options[index] for index in indices]
+        inputs = [self._inputs_of(item) for item in todo]
+        pack = packed(found for _, found in inputs) if todo else None
+        runner = run_on_graph if self.ros else self.runner
+        with contextlib.closing(self.executor.run(runner, todo, pack)) as ended:
+            for done in ended:
+                outcome = self._outcome(todo[done.index], inputs[done.index][0], done)
+                if isinstance(outcome, FailedRun):
+                    self.failed.append(outcome)
+                yield indices[done.index], outcome
+
+    def _outcome(self, options: RunOptions, inputs: str, done: Done) -> Outcome:
+        origin = dataclasses.replace(done.origin or here(), inputs=inputs)
+        if done.error:
+            named = identity(options) | ({"engine": ROS} if self.ros else {})
+            return FailedRun(**named, error=done.error, origin=origin)
+        result: RunResult = dataclasses.replace(done.value, origin=origin)
+        return result
+
+    def _full_key(self, options: RunOptions) -> store.Full:
+        inputs, _ = self._inputs_of(options)
+        return store.key_of_options(options, ros=self.ros), inputs, bench_edition()
+
+    def _inputs_of(self, options: RunOptions) -> tuple[str, Gathered]:
+        """Return the hash of a run's inputs and the inputs, which are those of all its seeds."""
+        name = digest_of(dataclasses.replace(options, seed=0))
+        if name not in self._inputs:
+            self._inputs[name] = gathered(options, self.load)
+        return self._inputs[name]
 
 
-def in_processes(options: Sequence[T], jobs: int, runner: Callable[[T], R]) -> Iterator[R]:
-    """Yield the result of each job as it comes."""
-    told = functools.partial(_run_and_tell, runner)
-    if jobs == 1 or len(options) < 2:
-        for item in options:
-            yield told(item)
-        return
-    # spawned, not forked: the threads of numba and pybullet do not survive a fork
-    pool = ProcessPoolExecutor(min(jobs, len(options)), mp_context=get_context("spawn"))
+def in_processes(items: Sequence[T], jobs: int, runner: Callable[[T], R]) -> Iterator[R]:
+    """Yield the result of each run as it comes.
+
+    Raises:
+        RunFailedError: For the first that has none.
+    """
+    executor = LocalExecutor(min(jobs, max(len(items), 1)))
     try:
-        for future in as_completed([pool.submit(told, item) for item in options]):
-            yield future.result()
+        for done in executor.run(runner, items, None):
+            if done.error:
+                raise RunFailedError(done.error)
+            yield done.value
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _run_and_tell(runner: Callable[[T], R], item: T) -> R:
-    """Run one; a first compilation, which takes a minute or two, does not look like a hang."""
-    start.prepare()  # also in a worker process
-    with watched(lambda *_: _say_compiling(), packages=()):
-        return runner(item)
-
-
-@functools.cache  # once per process
-def _say_compiling() -> None:
-    sys.stderr.write("compiling kernels, once: a minute or two\n")
-    sys.stderr.flush()
+        executor.close()

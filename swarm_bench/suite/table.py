@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from rich.markup import escape
 from rich.table import Table
 
-from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.result import FailedRun, RunResult
 from swarm_bench.suite.summary import Row, summarise
 
 COLUMNS = (
     "scenario", "method", "robots", "runs", "collisions (robots\n+ environment)",
-    "goals", "makespan [s]", "deadlocks",
+    "goals", "makespan [s]", "deadlocks", "resolved",
     "pushes", "retreats", "worst wait [s]", "clearance [m]", "held gap - R [m]", "µs/tick",
 )  # fmt: skip
 
@@ -25,8 +25,7 @@ def run_line(result: RunResult) -> str:
         f"collisions {result.robot_robot}+{result.robot_world}, "
         f"makespan {number(result.makespan, 1)} s, clearance {number(result.min_clearance)}, "
         f"held {number(result.min_held_slack)}, pushes {result.pushes}, "
-        f"retreats {result.retreats}, deadlocks {result.deadlocks_resolved}, "
-        f"circles of waiting {number(result.wait_circles, 0)}, "
+        f"retreats {result.retreats}, {_standing(result)}, "
         f"{number(result.tick_us_median, 0)} µs, "
         f"{number(result.cpu_ms_per_robot_second, 2)} ms of CPU per robot-second, "
         f"{result.wall_time:.0f} s wall"
@@ -43,6 +42,28 @@ def run_line(result: RunResult) -> str:
     ]
     notes = (*plugins, warning, result.first_collision, result.first_miss)
     return "; ".join([text, *filter(None, notes)])
+
+
+def _standing(result: RunResult) -> str:
+    """Return what the simulator saw; on the ROS graph what the robots say."""
+    seen = result.ground_truth
+    if seen is None:
+        return (
+            f"deadlocks resolved {result.deadlocks_resolved}, "
+            f"circles of waiting {number(result.wait_circles, 0)}"
+        )
+    return (
+        f"deadlocks {seen.deadlocks}, {seen.stood_time:.0f} s of standing, "
+        f"circles of waiting {seen.circles}"
+    )
+
+
+def failure_line(failed: FailedRun) -> str:
+    """Return one line about a run without a result."""
+    return (
+        f"{failed.scenario} {failed.method} {failed.engine} {failed.robots} robots "
+        f"seed {failed.seed}: failed: {failed.error}"
+    )
 
 
 def summary_table(results: Sequence[RunResult]) -> Table:
@@ -68,6 +89,7 @@ def _cells(row: Row) -> tuple[str, ...]:
         row.collisions_text,
         f"{row.goals_reached}/{row.goals_sent}",
         row.makespan_text,
+        row.deadlocks_text,
         str(row.total("deadlocks_resolved")),
         str(row.total("pushes")),
         str(row.total("retreats")),

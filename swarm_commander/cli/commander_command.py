@@ -24,14 +24,6 @@ from swarm_commander.mission.discovery import (
     robot_on_mission,
 )
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
-from swarm_commander.mission.itinerary import Itinerary, Order, StopOutcome
-from swarm_commander.mission.mission import (
-    Mission,
-    load_mission,
-    mission_names,
-    single_goal,
-    usual_mission,
-)
 from swarm_commander.mission.swarm_watch import SwarmWatch
 from swarm_commander.run.domain import domain_id, patience_for
 from swarm_commander.run.processes.signals import SignalCounter
@@ -39,6 +31,14 @@ from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.errors import ConfigError, UnknownNameError, close_names
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import FLEET_COMMANDS
+from swarm_mission.itinerary import Itinerary, NextGoal, StopOutcome
+from swarm_mission.mission import (
+    Mission,
+    load_mission,
+    mission_names,
+    single_goal,
+    usual_mission,
+)
 
 CANCEL_LIMIT = 2.0  # [s] of wall time for cancelled goals to end
 READY_LIMIT = 20.0  # [s] of wall time for a robot to say where it is and to take goals
@@ -166,7 +166,7 @@ class Commander:
 
     # Listener
 
-    def on_sent(self, driver: RobotDriver, order: Order) -> None:
+    def on_sent(self, driver: RobotDriver, order: NextGoal) -> None:
         """Say where the robot is off to."""
         again = f", try {order.attempt}" if order.attempt > 1 else ""
         typer.echo(f"{driver.name}  {_goal_label(driver)}: sent{again}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from swarm_commander.mission.mission import mission_names, mission_path
 from swarm_common.files.map_io import load_map
 from swarm_common.files.resources import resource_names, share_directory
 from swarm_common.files.sites_io import load_sites
@@ -12,6 +11,7 @@ from swarm_common.files.yaml_io import read_yaml
 from swarm_common.robots.fleet import fleet_names, load_fleet
 from swarm_common.robots.loading import load_robot
 from swarm_common.robots.source import robot_names
+from swarm_mission.mission import mission_names, mission_path
 
 ABOUT = ("description",)  # a text as written
 

@@ -15,7 +15,6 @@ from swarm_commander.cli.listing import listing, world_names
 from swarm_commander.cli.robot_table import robot_table
 from swarm_commander.cli.session import start
 from swarm_commander.hosts.host_options import Role, check_combination
-from swarm_commander.mission.mission import mission_names
 from swarm_commander.run.domain import DomainLock, domain_id
 from swarm_commander.run.input.fleet_link import fleet_link
 from swarm_commander.run.input.options import (
@@ -37,6 +36,7 @@ from swarm_common.process.browser import has_display
 from swarm_common.robots.fleet import fleet_names, load_fleet
 from swarm_common.robots.packages import add_package_paths
 from swarm_common.robots.source import robot_names as robot_models
+from swarm_mission.mission import mission_names
 
 # Options by their panel of the help text.
 _swarm = partial(typer.Option, rich_help_panel="Robots and world")

@@ -8,18 +8,15 @@ What a module imports of its folder stands above it:
     delivery     A goal on its way to a server, over services that may lose a message
     state_log    What the robots did and when, a line for each change of state
     discovery    Finds the running robots, and asks for their parameters over ROS
-    exchange     Goals of robots that change places or roam: drawn for the whole swarm from one seed
     goal_client  An action client that knows its goals' ids
     status_check  The door of the operator's side: which statuses are their robots', and of now
-    leg          One part of a mission's route, and the goals that it means for a robot
-    energy       Whether batteries can be enough for a mission: what is certain before a run
     task         One action goal on its way, from the request to the result
     client       `RobotCommander`: one robot of a swarm driven from Python
-    itinerary    One robot's way through its stops: what to send next, without ROS
-    mission      Missions as written in `params/missions/*.yaml`, without ROS
-    routes       Where missions lead each robot of a swarm, without ROS
     driver       Takes one robot through its itinerary: goals out, results and status in
+    order_channel  The topic `/orders`, which is the radio of orders between processes
+    station      Process of one station with orders, or of a dispatcher
+    order_robots  The robots' side of orders: each robot's courier, over its own client
     runner       Mission process of `swarm-up`: drives all robots, or only watches
 
-May import swarm_common only.
+May import swarm_mission and swarm_common.
 """

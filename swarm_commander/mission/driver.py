@@ -11,7 +11,6 @@ from swarm_interfaces.msg import Mission as MissionMsg
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.mission.client import RobotCommander
-from swarm_commander.mission.itinerary import Itinerary, ItineraryState, Order, StopOutcome
 from swarm_commander.mission.status_check import StatusCheck
 from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.middleware.ros_io import (
@@ -23,6 +22,7 @@ from swarm_common.middleware.ros_io import (
 )
 from swarm_common.model.errors import ON_THIS_MAP
 from swarm_common.model.records import CONTROL_PERIOD
+from swarm_mission.itinerary import Itinerary, ItineraryState, NextGoal, StopOutcome
 
 SAME_GOAL = 1e-3  # [m]
 OFF_THE_MAP = (
@@ -34,7 +34,7 @@ OFF_THE_MAP = (
 class Listener(Protocol):
     """Receives the progress of a mission."""
 
-    def on_sent(self, driver: RobotDriver, order: Order) -> None:
+    def on_sent(self, driver: RobotDriver, order: NextGoal) -> None:
         """A goal was sent.
 
         Args:
@@ -104,7 +104,7 @@ class RobotDriver:
             node, name, self._receive_status, with_feedback=False, door=door, watches_swarm=False
         )
         self.itinerary = itinerary
-        self.order: Order | None = None
+        self.order: NextGoal | None = None
         self.tick = 0
         self._listener = listener
         self._sent = 0
@@ -183,7 +183,7 @@ class RobotDriver:
                 MissionMsg(stamp=time_msg(self.tick), active=is_active, goals_sent=self._sent)
             )
 
-    def _follow(self, order: Order | None) -> None:
+    def _follow(self, order: NextGoal | None) -> None:
         if order is None:
             if self._listener.on_over(self):
                 self.release()

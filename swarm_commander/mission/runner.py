@@ -13,14 +13,12 @@ import signal
 import sys
 import time
 from pathlib import Path
-from typing import Any, assert_never
+from typing import TYPE_CHECKING, Any, assert_never
 
 import rclpy
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
-from swarm_commander.mission.itinerary import Itinerary, Order, StopOutcome
-from swarm_commander.mission.routes import routes
 from swarm_commander.mission.state_log import FILE, StateLog
 from swarm_commander.mission.status_check import StatusCheck
 from swarm_common.files.journal import Journal
@@ -52,7 +50,12 @@ from swarm_common.process.messages import (
     WatchRobot,
 )
 from swarm_common.process.pipes import EventWriter, MessageReader, child_options
+from swarm_mission.itinerary import Itinerary, NextGoal, StopOutcome
+from swarm_mission.routes import routes
 from swarm_recording.run_trace import RunTrace
+
+if TYPE_CHECKING:
+    from swarm_commander.mission.order_robots import OrderRobots
 
 BEAT_PERIOD = 2.0  # [s] of wall time between two signs of life
 TURN_PERIOD = 0.25  # [s] of wall time between two looks at everything else
@@ -105,6 +108,13 @@ class Runner:
         self._beat_at = 0.0
         self._heard_at: dict[str, float] = {}
         self._ended_at: dict[str, float] = {}
+        self._orders: OrderRobots | None = None
+        if config.get("orders") is not None:
+            from swarm_commander.mission.order_robots import OrderRobots
+
+            self._orders = OrderRobots(
+                hubs.nodes[0], config, self._drivers, self, events, self._rejections
+            )
         if config["mission"] is not None:
             goals = sum(d.itinerary.total for d in self._drivers.values() if d.itinerary)
             events.write(MissionLoaded(goals))
@@ -114,11 +124,18 @@ class Runner:
         if time.monotonic() - self._beat_at > BEAT_PERIOD:
             self._beat_at = time.monotonic()
             self._events.write(Alive())
+            if self._orders is not None:
+                self._orders.report()
         if not self._is_started:
             self._start_when_ready()
         self._notice_lost()
         self._flush()
         self._rejections.tell(time.monotonic())
+
+    def serve_orders(self) -> None:
+        """Let robots with orders decide, after any news."""
+        if self._orders is not None:
+            self._orders.turn(self._dead | self._silent)
 
     def receive_command(self, command: MissionCommand) -> None:
         """Obey swarm-up.
@@ -156,11 +173,13 @@ class Runner:
         if self._state_log is not None:
             self._state_log.close()
         self._flush()
+        if self._orders is not None:
+            self._orders.report()
         self._rejections.flush()
 
     # What the drivers say
 
-    def on_sent(self, driver: RobotDriver, order: Order) -> None:
+    def on_sent(self, driver: RobotDriver, order: NextGoal) -> None:
         """Count a goal when it is sent first.
 
         Args:
@@ -217,6 +236,8 @@ class Runner:
         """
         if self._state_log is not None:
             self._state_log.note(driver.name, status)
+        if self._orders is not None:
+            self._orders.on_status(driver.name, status)
         self._fresh.add(driver.name)
         self._heard_at[driver.name] = time.monotonic()
         if driver.name not in self._excused:
@@ -307,7 +328,7 @@ def status_event(robot: str, status: RobotStatus) -> StatusReported:
 
 
 def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
-    """Return each robot's mission; None for all if there is none.
+    """Return each robot's mission; None for all if there is none, or if they have orders.
 
     Args:
         config: As `RunPlan.runner_config` writes it; `settled` has the number of stops that each
@@ -319,7 +340,7 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
     Raises:
         ConfigError: If a mission or the sites are unusable.
     """
-    if config["mission"] is None:
+    if config["mission"] is None or config.get("orders") is not None:
         return [None for _ in config["robots"]]
     settled = config.get("settled", {})  # goals, by robot, of a mission process that died
     return [
@@ -355,6 +376,7 @@ def main() -> None:
     with contextlib.suppress(BrokenPipeError):
         while not stopping:
             executor.spin_once(timeout_sec=TURN_PERIOD)
+            runner.serve_orders()
             if slept := watch.slept():  # links that one side has forgotten do not come back
                 sys.stderr.write(f"this process was stopped for {slept:.0f} s: it begins anew\n")
                 sys.stderr.flush()

@@ -11,7 +11,6 @@ from typing import Any, assert_never
 
 import psutil
 
-from swarm_commander.mission.routes import goals
 from swarm_commander.run.domain import Request
 from swarm_commander.run.input.params import write_parameter_file
 from swarm_commander.run.input.plan import RunPlan
@@ -39,6 +38,7 @@ from swarm_common.process.messages import (
     CommandBase,
     Compiling,
     EndNavigator,
+    FloorReported,
     Go,
     GoalMissed,
     GoalReached,
@@ -53,6 +53,7 @@ from swarm_common.process.messages import (
     NavigatorActive,
     NavigatorDied,
     OnlookerEvent,
+    OrdersReported,
     OwnEvent,
     ProcessEvent,
     RecordingEnded,
@@ -64,6 +65,7 @@ from swarm_common.process.messages import (
     RobotSilent,
     RobotSpawned,
     StartNavigator,
+    StationDone,
     StatusReported,
     TimeOver,
     ViewerOpened,
@@ -72,13 +74,17 @@ from swarm_common.process.messages import (
     WorldEvent,
     WorldProgress,
 )
+from swarm_mission.orders.order_book import OrderBook
+from swarm_mission.routes import goals
 
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
 RVIZ, VIEWER, VDA5050 = "rviz", "viewer", "vda5050"
+STATION = "station"  # a process each, and one of a dispatcher
 MODULES = {
     WORLD: "swarm_sim.ros.node",
     HOST: "swarm_nav.launch.fork_server_main",
     RUNNER: "swarm_commander.mission.runner",
+    STATION: "swarm_commander.mission.station",
     RECORDER: "swarm_recording.recorder",
     RVIZ: "swarm_commander.viewers.window",
     VIEWER: "swarm_view.process",
@@ -133,6 +139,9 @@ class LocalRun(ProcessRun):
         self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
         self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
         self.map_sha256 = ""  # of the map that the world will send
+        if plan.mission is not None and (orders := plan.mission.orders) is not None:
+            statistics.orders = OrderBook(orders.dispatch, plan.remarks)
+            statistics.stations_left = set(orders.stations)
         self._robots: list[dict[str, Any]] = []  # what the fork server is to start
 
     @property
@@ -162,7 +171,10 @@ class LocalRun(ProcessRun):
     def _start_robots(self, poses: Sequence[tuple[float, float, float]]) -> None:
         homes = [Pose(*pose) for pose in poses]
         trace = {"trace_dir": str(self._folder.trace)}
-        self._runner = self._plan.runner_config(homes) | trace
+        drawn = self._folder.trace / MAP_FILE
+        self._runner = self._plan.runner_config(homes, self._plan.map or drawn) | trace
+        for config in self._plan.station_configs():
+            self._start(f"{STATION}_{config['number']}", config)
         self._prepare_navigators(homes)
         if self._plan.options.record:
             self._start(RECORDER, recorder_config(self._plan, self._folder.recording))
@@ -271,16 +283,25 @@ class LocalRun(ProcessRun):
             case GoalMissed(missed=missed):
                 self._progress.breach("missed goals", str(missed))
             case MissionDone():
-                if self._plan.options.until_done:
-                    self._stop("mission done, stopping")
-                else:
-                    self._progress.phase("mission done")
+                self._on_mission_done()
+            case StationDone():
+                if self.statistics.is_done:
+                    self._on_mission_done()
             case GoalSent():
                 self._has_sent = True
-            case MissionLoaded() | GoalReached() | GoalWithdrawn():
+            case (
+                MissionLoaded() | GoalReached() | GoalWithdrawn() | OrdersReported()
+                | FloorReported()
+            ):  # fmt: skip
                 pass  # the statistics counts them
             case _:
                 assert_never(event)
+
+    def _on_mission_done(self) -> None:
+        if self._plan.options.until_done:
+            self._stop("mission done, stopping")
+        else:
+            self._progress.phase("mission done")
 
     def _on_onlooker_event(self, event: OnlookerEvent) -> None:
         match event:
@@ -555,6 +576,8 @@ class LocalRun(ProcessRun):
 
     def _check_mission(self) -> None:
         if self._plan.mission is None or self.active_after_wall is None or self._is_stopping:
+            return
+        if self._plan.mission.orders is not None:  # whose first one may come late
             return
         waited = time.monotonic() - self._started - self.active_after_wall
         limit = MISSION_LIMIT + MISSION_LIMIT_PER_ROBOT * len(self.statistics.robots)

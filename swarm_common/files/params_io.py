@@ -11,11 +11,19 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from swarm_common.files.resources import share_directory
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
 SECTION = "ros__parameters"
 Flat = dict[str, Any]  # dotted parameter name -> value
+REALISTIC: Flat = {"localisation.type": "amcl"}  # for navigators of robots with noisy sensors
+
+
+def default_parameters() -> Flat:
+    """Return the navigator's parameters with their defaults, from `params/navigator.yaml`."""
+    path = share_directory() / "params" / "navigator.yaml"
+    return read_parameter_file(path)["/**"]
 
 
 def read_parameter_file(path: Path) -> dict[str, Flat]:

@@ -23,6 +23,7 @@ from swarm_common.model.zones import keepout_area
 
 SECTIONS = (
     "description", "stations", "circuits", "spawn", "spawns", "places", "charging", "zones",
+    "groups",
 )  # fmt: skip
 
 
@@ -35,7 +36,7 @@ def load_sites(path: str | Path, masks: Mapping[str, Path] | None = None) -> Sit
     """
     path = Path(path)
     data = (
-        read_yaml(path, may_be_empty=True, as_written=("charging.*",))
+        read_yaml(path, may_be_empty=True, as_written=("charging.*", "groups.*.*"))
         if not masks or path.is_file()
         else {}
     )
@@ -57,7 +58,11 @@ def load_sites(path: str | Path, masks: Mapping[str, Path] | None = None) -> Sit
         },
         places=_places(data.get("places"), f"{path}: places"),
         zones=parse_zones(data.get("zones"), path, masks or {}),
-        charging=_charging(data.get("charging") or [], [*stations], f"{path}: charging"),
+        charging=_some_stations(data.get("charging") or [], [*stations], f"{path}: charging"),
+        groups={
+            name: _some_stations(value, [*stations], f"{path}: groups.{name}")
+            for name, value in _section(data, "groups", path).items()
+        },
     )
     if sites.zones.has_keepout:
         _check_free(sites, str(path))
@@ -126,9 +131,9 @@ def _places(value: object, what: str) -> tuple[Pose, ...]:
     return tuple(Pose(*pose_numbers(item, f"{what}[{i}]")) for i, item in enumerate(value))
 
 
-def _charging(value: object, stations: list[str], what: str) -> tuple[str, ...]:
+def _some_stations(value: object, stations: list[str], what: str) -> tuple[str, ...]:
     if not isinstance(value, list):
-        raise ConfigError(f"{what} is {value!r}; expected a list of stations, like [charger_1]")
+        raise ConfigError(f"{what} is {value!r}; expected a list of stations, like [station_1]")
     names = tuple(dict.fromkeys(map(str, value)))
     for name in names:
         if name not in stations:

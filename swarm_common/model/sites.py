@@ -52,6 +52,7 @@ class Sites:
         places: Poses in the map frame to which missions send robots at random.
         zones: Where robots may not be, or not be fast.
         charging: Names of the stations that charge robots which stand there.
+        groups: Names of stations by the name of their group, for orders.
     """
 
     stations: dict[str, Pose] = field(default_factory=dict)
@@ -61,6 +62,7 @@ class Sites:
     places: tuple[Pose, ...] = ()
     zones: Zones = NO_ZONES
     charging: tuple[str, ...] = ()
+    groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def chargers(self) -> dict[str, Pose]:

@@ -271,6 +271,24 @@ class StatusReported(EventBase, frozen=True, tag="status"):
     battery: float | None = None  # charge by capacity; None without a battery
 
 
+class OrdersReported(EventBase, frozen=True, tag="orders"):
+    """What happened to orders, see `swarm_mission.orders.order_book.OrderEvent`."""
+
+    events: list[dict[str, Any]]
+
+
+class FloorReported(EventBase, frozen=True, tag="floor"):
+    """How floor and robots' time are used so far, see `swarm_mission.orders.floor_use`."""
+
+    figures: dict[str, Any]
+
+
+class StationDone(EventBase, frozen=True, tag="station_done"):
+    """All orders of a station have come and are done."""
+
+    station: str
+
+
 class RecordingBegun(EventBase, frozen=True, tag="recording"):
     """The recorder has opened its file."""
 
@@ -449,6 +467,9 @@ MissionEvent = (
     | GoalsRestored
     | MissionDone
     | StatusReported
+    | OrdersReported
+    | FloorReported
+    | StationDone
 )
 OnlookerEvent = RecordingEnded | ViewerOpened
 ServerEvent = (

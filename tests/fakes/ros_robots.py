@@ -25,6 +25,7 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
+from rosgraph_msgs.msg import Clock
 from swarm_interfaces.msg import Mission, RobotStatus
 
 from swarm_common.files.resources import find_resource
@@ -105,6 +106,7 @@ class Robot:
             status.state, status.station, status.queue_place = "holding", "loader_3", 2
         status.goal = self.goal or Pose2D(x=math.nan, y=math.nan, theta=math.nan)
         status.goals_reached, status.goals_failed = self.reached, self.failed
+        status.battery = math.nan
         status.hold_time = 0.5 * self.reached
         status.distance_remaining = 0.1 * max(0, self.start_tick + DRIVE_TICKS - self.tick)
         self._status.publish(status)
@@ -150,6 +152,7 @@ def main() -> None:
         moods = {"fails": name == options.fail, "is_mute": name == options.mute}
         robots.append(Robot(name, number, **moods, homes=options.homes))
         executor.add_node(robots[-1].node)
+    clock = robots[0].node.create_publisher(Clock, "/clock", RELIABLE)
     sys.stdout.write("ready\n")
     sys.stdout.flush()
     tick = 0
@@ -160,6 +163,8 @@ def main() -> None:
         if time.monotonic() >= due and not any(robot.withholds for robot in robots):
             due = time.monotonic() + 0.01
             tick += 1
+            with contextlib.suppress(RCLError):
+                clock.publish(Clock(clock=time_msg(tick)))
             for robot in robots:
                 robot.step(tick)
 

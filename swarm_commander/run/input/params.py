@@ -14,19 +14,11 @@ import yaml
 from swarm_commander.run.input.flat import nest, typed
 from swarm_commander.run.input.world_params import WORLD_NODES, WorldParams, parse_world
 from swarm_common.files.params_io import SECTION, Flat, is_for, read_parameter_file
-from swarm_common.files.resources import share_directory
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.robots.params import robot_parameters
 
 NODE = "navigator"
-REALISTIC: Flat = {"localisation.type": "amcl"}  # for robots with noisy sensors
-
-
-def default_parameters() -> Flat:
-    """Return the navigator's parameters with their defaults, from `params/navigator.yaml`."""
-    path = share_directory() / "params" / "navigator.yaml"
-    return read_parameter_file(path)["/**"]
 
 
 @dataclass(frozen=True, slots=True)

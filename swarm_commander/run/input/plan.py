@@ -11,20 +11,18 @@ from typing import Any
 
 import yaml
 
-from swarm_commander.mission.energy import check_energy
-from swarm_commander.mission.leg import Stop
-from swarm_commander.mission.mission import Mission, load_mission, mission_path
 from swarm_commander.run.input.options import DRIVES, UpOptions
 from swarm_commander.run.input.params import (
-    REALISTIC,
     Overrides,
-    default_parameters,
     load_overrides,
     robot_parameter_file,
 )
+from swarm_commander.run.input.world_params import default_world_parameters
 from swarm_common.files.map_io import load_map, map_of_world
+from swarm_common.files.params_io import REALISTIC, default_parameters
 from swarm_common.files.resources import find_resource
 from swarm_common.files.sites_io import load_sites
+from swarm_common.files.yaml_io import read_yaml
 from swarm_common.files.zones_io import copy_masks
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError
@@ -34,6 +32,13 @@ from swarm_common.model.sites import Sites
 from swarm_common.robots.fleet import Fleet, Member, uniform_fleet
 from swarm_common.robots.loading import fixed_frames, load_robot
 from swarm_common.robots.params import frames_parameter
+from swarm_mission.energy import check_energy
+from swarm_mission.leg import Stop
+from swarm_mission.mission import Mission, load_mission, mission_path
+from swarm_mission.orders.demand import check_demand
+from swarm_mission.orders.dispatch import CLAIM, DISPATCHER, load_dispatcher
+from swarm_mission.orders.order_file import times_files
+from swarm_mission.orders.way_lengths import WayLengths
 
 WORLD_FILE = "world.sdf"
 SITES_FILE = "sites.yaml"
@@ -85,6 +90,10 @@ class RunPlan:
             copy.parent.mkdir(parents=True)
             copy.write_bytes(path.read_bytes())
             copies[name] = str(copy)
+            for times in times_files(read_yaml(path)):
+                beside = copy.parent / times
+                beside.parent.mkdir(parents=True, exist_ok=True)
+                beside.write_bytes((path.parent / times).read_bytes())
         return replace(self, copies=copies)
 
     def _copied_masks(self, folder: Path) -> dict[str, str]:
@@ -236,11 +245,55 @@ class RunPlan:
         is_off = self.overrides.world.values.get("with_lidar") is False
         return {"with_lidar": False, "costmap.scan_timeout": 0.0} if is_off else {}
 
-    def runner_config(self, homes_map: list[Pose]) -> dict[str, Any]:
+    @property
+    def _orders_file(self) -> str:
+        return self.copy_of(self.options.mission or "")
+
+    def _radio(self) -> dict[str, float]:
+        values = default_world_parameters() | dict(self.overrides.world.values)
+        return {name: float(values[f"radio.{name}"]) for name in ("loss", "delay")}
+
+    def station_configs(self) -> list[dict[str, Any]]:
+        """Return the configurations of the stations' processes, and of a dispatcher's."""
+        if self.mission is None or (orders := self.mission.orders) is None:
+            return []
+        parties = [*orders.stations, *([] if orders.dispatch == CLAIM else [DISPATCHER])]
+        return [
+            {
+                "station": name,
+                "number": number,
+                "mission": self._orders_file,
+                "sites": self.sites_file,
+                "seed": self.options.seed,
+                **self._radio(),
+            }
+            for number, name in enumerate(parties, 1)
+        ]
+
+    def _orders_config(self, map_file: Path) -> dict[str, Any]:
+        """Return what the mission process needs for orders; nothing without any."""
+        if self.mission is None or self.mission.orders is None:
+            return {}
+        specs = {
+            name: member.spec
+            for name, member in zip(self.options.robot_names, self.fleet.members, strict=True)
+        }
+        return {
+            "mission_file": self._orders_file,
+            "orders": {
+                "map": str(map_file),
+                "radius": min(spec.inscribed_radius for spec in specs.values()),
+                "speeds": {name: spec.max_vel_x for name, spec in specs.items()},
+                **self._radio(),
+            },
+        }
+
+    def runner_config(self, homes_map: list[Pose], map_file: Path = Path()) -> dict[str, Any]:
         """Return the configuration of the mission process.
 
         Args:
             homes_map: Where each robot starts, broken ones included.
+            map_file: That the navigators use; ways to stations are measured on it.
 
         Returns:
             As `mission.runner` reads it.
@@ -267,6 +320,7 @@ class RunPlan:
             "laps": options.laps,
             "goals_per_robot": options.goals_per_robot,
             "stand_still_at_end": options.until_done,
+            **self._orders_config(map_file),
         }
 
     def vda5050_config(self, map_file: Path) -> dict[str, Any]:
@@ -337,20 +391,25 @@ def check_plan(options: UpOptions) -> RunPlan:
         if both := set(options.driven_by_users) & overrides.world.broken_map.keys():
             names = ", ".join(sorted(both))
             raise ConfigError(f"{options.params}: {names} is broken and external; choose one")
-    mission = load_mission(options.mission) if options.mission is not None else None
+    mission = load_mission(options.mission).with_groups(sites) if options.mission else None
     # the number of the last robot of each mission; None is the one of all others
     stations: set[str] = set()
     last = {member.mission or None: number for number, member in enumerate(fleet.members, 1)}
     for name, number in ({None: 1} | last).items():
         each = mission if name is None else load_mission(name)
         if each is not None:
-            if not has_sites and any(leg.stations for leg in each.route):
+            if name is not None and each.orders is not None:
+                raise ConfigError(
+                    f"mission {each.name} of a robot of the fleet has orders, which are for a whole"
+                    " swarm: give it by --mission"
+                )
+            if not has_sites and each.stations:
                 raise ConfigError(
                     f"mission {each.name} needs stations, but {sites_path} is missing"
                 )
             where = f"{sites_path}, for mission {each.name}"
             each.check_stations(sites, where, robots=len(fleet.members), highest=number)
-            stations |= {name for leg in each.route for name in leg.stations}
+            stations |= set(each.stations)
     is_told = mission is not None or all(member.mission for member in fleet.members)
     for start in dict.fromkeys(m.start for m in fleet.members if isinstance(m.start, str)):
         sites.spawn_named(start)
@@ -366,7 +425,29 @@ def check_plan(options: UpOptions) -> RunPlan:
         defaults=defaults,
         overrides=overrides,
     )
-    return replace(plan, remarks=tuple(_check_energy(plan)))
+    return replace(plan, remarks=(*_check_energy(plan), *_check_orders(plan)))
+
+
+def _check_orders(plan: RunPlan) -> list[str]:
+    """Return what may end badly with the mission's orders; refuse what no swarm can serve."""
+    if plan.mission is None or (orders := plan.mission.orders) is None:
+        return []
+    options, specs = plan.options, [member.spec for member in plan.fleet.members]
+    if any(member.mission for member in plan.fleet.members):
+        raise ConfigError(
+            "robots of the fleet have missions of their own, and --mission has orders"
+        )
+    is_finite = all(stream.arrivals.is_finite for stream in orders.streams)
+    if options.until_done and options.duration is None and not is_finite:
+        raise ConfigError(
+            f"--until-done: the orders of {plan.mission.name} never end; give --duration SECONDS"
+        )
+    load_dispatcher(orders.dispatch)
+    grid = None if plan.map is None else plan.sites.zones.mark(load_map(plan.map).upright())
+    stations = {name: plan.sites.stations[name] for name in orders.stations}
+    ways = WayLengths(stations, grid, min(spec.inscribed_radius for spec in specs))
+    fastest = max(spec.max_vel_x for spec in specs)
+    return check_demand(orders, ways.between, fastest, len(plan.alive))
 
 
 def _check_energy(plan: RunPlan) -> list[str]:
@@ -379,7 +460,7 @@ def _check_energy(plan: RunPlan) -> list[str]:
     for number, (name, member) in enumerate(members.items(), 1):
         chosen = member.mission or options.mission
         mission = load_mission(chosen) if chosen else None
-        if mission is not None and not mission.needs_all_homes:
+        if mission is not None and mission.orders is None and not mission.needs_all_homes:
             home = Pose(math.nan, math.nan, math.nan)  # the world chooses it later
             stops[name] = mission.stops(
                 plan.sites, home, seed=options.seed, robot_id=number, laps=options.laps,

@@ -2,15 +2,12 @@
 
 What a module imports of its folder stands above it:
 
-    fairness        How evenly a swarm was served
-    wait_graph      Which robot waits for which, as the robots report, and circles of waiting that
-                    last
     run_statistics  The state of a run while it goes on: events of the processes added up
     report          `report.json`: the result of a run in the form that tools outside rely on
     status_table    The robots in a few lines: a letter each, one line per group, however large the
                     swarm
     progress        What the user sees while a run goes, and the table at its end
 
-May import of swarm_commander: what `run` may, of `run` itself `input` and `processes`; and
-swarm_common.
+May import of swarm_commander: what `run` may, of `run` itself `input` and `processes`;
+swarm_mission and swarm_common.
 """

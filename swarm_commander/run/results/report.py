@@ -11,10 +11,10 @@ from typing import Any
 
 from swarm_commander.run.input.options import UpOptions
 from swarm_commander.run.processes.usage import UsageMeter
-from swarm_commander.run.results.fairness import fairness
 from swarm_commander.run.results.run_statistics import COUNTS, RunStatistics
 from swarm_common.files.whole_file import write_whole
 from swarm_common.model.breaches import Collision, breaches_json
+from swarm_mission.fairness import fairness
 
 SCHEMA = 1
 OK, MISSED, BAD_INPUT, COMPONENT_FAILED = range(4)  # exit codes
@@ -106,6 +106,7 @@ def compose_report(
         "rss_mb": {group: rounded(usage.rss_mb(group), 1) for group in ("world", "navigators")},
         "trajectory_sha256": verdict.get("trajectory_sha256"),
         **({"zones": verdict["zones"]} if verdict.get("zones") else {}),
+        **_orders(statistics, sim_time),
         "breaches": breaches_json(
             _collisions(statistics, verdict), statistics.misses, statistics.unfinished
         ),
@@ -118,6 +119,13 @@ def _collisions(statistics: RunStatistics, verdict: Mapping[str, Any]) -> list[C
     if "collisions" not in verdict:
         return statistics.collisions_seen
     return [Collision.from_json(collision) for collision in verdict["collisions"]]
+
+
+def _orders(statistics: RunStatistics, sim_time: float) -> dict[str, Any]:
+    """Return what became of the orders; nothing for a mission without any."""
+    if statistics.orders is None:
+        return {}
+    return {"orders": {**statistics.orders.as_json(sim_time), **statistics.floor}}
 
 
 def _conditions(statistics: RunStatistics) -> dict[str, Any] | None:

@@ -6,10 +6,10 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import assert_never
+from typing import Any, assert_never
 
-from swarm_commander.mission.itinerary import LOST_REASON
-from swarm_commander.run.results.wait_graph import WaitGraph
+import msgspec
+
 from swarm_common.model.breaches import MISSED, Collision, MissedGoal, UnfinishedGoal
 from swarm_common.model.run_words import waits_for
 from swarm_common.process.messages import (
@@ -17,6 +17,7 @@ from swarm_common.process.messages import (
     CollisionBegan,
     ConditionsChecked,
     Event,
+    FloorReported,
     ForeignPublisher,
     GoalMissed,
     GoalReached,
@@ -30,16 +31,21 @@ from swarm_common.process.messages import (
     NavigatorActive,
     NavigatorDied,
     OnlookerEvent,
+    OrdersReported,
     ProcessEvent,
     RobotLate,
     RobotRemoved,
     RobotSpawned,
     ServerEvent,
+    StationDone,
     StatusReported,
     TimeOver,
     WorldBuilt,
     WorldProgress,
 )
+from swarm_mission.itinerary import LOST_REASON
+from swarm_mission.orders.order_book import OrderBook, OrderEvent
+from swarm_mission.wait_graph import WaitGraph
 
 HOLDING, IDLE = "holding", "idle"
 REPEAT_TIME = 10.0  # [s] in which a goal that failed and is sent again is the same goal
@@ -211,6 +217,9 @@ class RunStatistics:
         waits: Who waits for whom.
         conditions: What the map has room for, as the navigators say.
         unseen: Whose LiDAR sees too little of broken robots, as the world says.
+        orders: What became of the mission's orders; None if it has none.
+        floor: How floor and robots' time are used.
+        stations_left: Stations whose orders are not all done.
     """
 
     robots: dict[str, RobotStatistics]
@@ -230,6 +239,9 @@ class RunStatistics:
     waits: WaitGraph = field(default_factory=WaitGraph)
     conditions: ConditionsChecked | None = None
     unseen: list[str] = field(default_factory=list)
+    orders: OrderBook | None = None
+    floor: dict[str, Any] = field(default_factory=dict)
+    stations_left: set[str] = field(default_factory=set)
 
     @classmethod
     def of(cls, names: Iterable[str], has_mission: bool) -> RunStatistics:
@@ -298,6 +310,14 @@ class RunStatistics:
                 self._add_status(event)
             case MissionDone():
                 self.is_done = True
+            case OrdersReported(events=events):
+                if self.orders is not None:
+                    self.orders.apply_all(msgspec.convert(events, list[OrderEvent]))
+            case FloorReported(figures=figures):
+                self.floor = figures
+            case StationDone(station=station):
+                self.stations_left.discard(station)
+                self.is_done = not self.stations_left
             case WorldBuilt():
                 self.unseen = event.unseen
             case MeetingPorts() | RobotLate() | TimeOver():

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from swarm_bench import cli
-from swarm_bench.suite import sweep
+from swarm_bench.execution import cluster
+from swarm_bench.execution.processes import LocalExecutor
 from swarm_common.files.resources import share_directory
 
 Refusal = Callable[..., str]
@@ -36,7 +37,8 @@ def refusal(
         return errors
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sweep, "in_processes", must_not_run)
+    monkeypatch.setattr(LocalExecutor, "run", must_not_run)
+    monkeypatch.setattr(cluster, "ANSWER", 0.5)
     return run
 
 
@@ -68,6 +70,15 @@ def refusal(
         (["--jobs", "0"], ["--jobs is 0"]),
         (["--jobs", "2", "--ros"], ["--ros takes all cores"]),
         (["--ros", "--method", "dwa"], ["--method dwa needs the bench"]),
+        (["--method", "mine:Driver"], ["cannot import mine", "'mine:Driver'"]),
+        (["--method", "json:Driver"], ["no class 'Driver'"]),
+        (["--robots", "9..4"], ["'9..4'", "FIRST..LAST:STEP"]),
+        (["--shard", "3/2"], ["--shard is '3/2'"]),
+        (["--shard", "0/2"], ["--shard is '0/2'"]),
+        (["--shard", "auto"], ["no task of a Slurm array"]),
+        (["--cluster", "udp://x"], ["--cluster is 'udp://x'", "local, tcp://"]),
+        (["--cluster", "tcp://127.0.0.1:1"], ["no scheduler answers at tcp://127.0.0.1:1"]),
+        (["--ros", "--cluster", "local"], ["leave out --cluster"]),
         (["--json", "none/there.jsonl"], ["none/there.jsonl"]),
         (["--sceanrio", "corridor"], ["--sceanrio"]),
     ],
@@ -113,3 +124,37 @@ def test_the_suite_checks_its_seeds(refusal: Refusal) -> None:
     flags = ("suite", "--json", "a.jsonl", "-o", "a.md")
     assert "--seeds is 'x'" in refusal(*flags, "--seeds", "x")
     assert "--jobs is -1" in refusal(*flags, "--jobs", "-1")
+
+
+@pytest.mark.parametrize(
+    ("flags", "parts"),
+    [
+        (["--seconds", "0"], ["--seconds is 0", "positive"]),
+        (["--seconds", "1e9"], ["duration is 1000000000.0 s"]),
+        (["--warm-up", "1800"], ["--warm-up is 1800", "less than --seconds 1800"]),
+        (["--warm-up", "-1"], ["--warm-up is -1"]),
+        (["--robots", "0..4"], ["--robots is 0", "from 1 to 200"]),
+        (["--robots", "4..8:0"], ["'4..8:0'", "FIRST..LAST:STEP"]),
+        (["--precision", "0"], ["--precision is '0'", "3%"]),
+        (["--precision", "x%"], ["--precision is 'x%'"]),
+        (["--budget", "30"], ["--budget is '30'", "30min"]),
+        (["--budget", "-3min"], ["--budget is '-3min'"]),
+        (["--shard", "1/2", "--budget", "1h"], ["--shard needs a fixed list"]),
+        (["--sweep", "loss"], ["--sweep is 'loss'", "NAME=VALUE,VALUE"]),
+        (["--sweep", "loss=0,0"], ["different values"]),
+        (["--sweep", "loss=x"], ["loss is 'x'", "a number"]),
+        (["--sweep", "controller.max_vel=1"], ["unknown parameter 'max_vel' in --sweep"]),
+        (["--sweep", "world=nowhere,slim_blockage"], ["unknown world 'nowhere'"]),
+        (["--sweep", "method=mine"], ["unknown method 'mine'"]),
+        (["--mission", "none.yaml"], ["none.yaml"]),
+        (["-o", "sweep.pdf"], ["sweep.pdf", ".html"]),
+        (["-o", "none/sweep.html"], ["no folder none"]),
+        (["--compare", "a.yaml", "b.yaml"], ["a.yaml"]),
+    ],
+)
+def test_bad_flags_of_sweep_are_refused(
+    refusal: Refusal, flags: list[str], parts: list[str]
+) -> None:
+    message = refusal("sweep", *flags)
+    for part in parts:
+        assert part in message

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_commander.mission.mission import load_mission
 from swarm_common.files.map_io import load_map, map_path
 from swarm_common.files.resources import share_directory
 from swarm_common.model.errors import ConfigError
@@ -15,6 +14,7 @@ from swarm_common.model.grid import OCCUPIED, UNKNOWN
 from swarm_common.model.sites import SpawnAreas
 from swarm_map.grid_map import load_grid_map
 from swarm_map.world_writer import sdf_text, sites_text, write_world
+from swarm_mission.mission import load_mission
 from swarm_sim.sdf.reader import load_world
 
 MAP = """type octile

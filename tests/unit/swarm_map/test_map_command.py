@@ -320,6 +320,7 @@ def test_a_command_that_failed_works_once_it_is_right(
     assert sorted(path.name for path in (tmp_path / "out" / "hall").iterdir()) == [
         "map.pgm",
         "map.yaml",
+        "preview.png",
         "sites.yaml",
         "world.sdf",
     ]

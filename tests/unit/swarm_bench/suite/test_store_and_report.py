@@ -5,15 +5,20 @@ from __future__ import annotations
 import dataclasses
 import io
 import json
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 from rich.console import Console
 
 from swarm_bench.cli import _load
+from swarm_bench.execution.processes import LocalExecutor
+from swarm_bench.execution.task import Done
+from swarm_bench.runs import inputs
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.json_lines import append_json_line, open_to_append
-from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.origin import here
+from swarm_bench.runs.result_builder import identity
 from swarm_bench.runs.ros_run import result_of_report, up_flags
 from swarm_bench.suite import store
 from swarm_bench.suite.command import bench_app
@@ -26,26 +31,64 @@ from swarm_common.model.errors import ConfigError
 from tests.fakes.results import result
 
 
-def test_a_killed_sweep_continues(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+class FakeExecutor:
+    """Returns flawless results, and notes the seeds."""
+
+    def __init__(self) -> None:
+        self.asked: list[int] = []
+
+    def run(self, runner: object, items: Sequence[RunOptions], pack: object) -> Iterator[Done]:
+        for index, item in enumerate(items):
+            self.asked.append(item.seed)
+            yield Done(index, result(**identity(item)), here())
+
+    def close(self) -> None:
+        pass
+
+
+def test_a_killed_sweep_continues(tmp_path: Path) -> None:
     path = tmp_path / "runs.jsonl"
     options = select("slim_blockage", [20], [0, 1, 2])
-    with open_to_append(path) as file:
-        append_json_line(file, result(seed=1, conditions=dict(LOSSLESS)).as_json())
+    executor = FakeExecutor()
+    Sweep(options[1:2], executor).run(path, Console(file=io.StringIO()))
+    with path.open("a", encoding="utf-8") as file:
         file.write('{"schema": 1, "scen')  # killed here
-    asked: list[int] = []
-
-    def fake(runs: list[RunOptions], *_: object) -> list[RunResult]:
-        asked.extend(item.seed for item in runs)
-        return [result(seed=item.seed, conditions=dict(LOSSLESS)) for item in runs]
-
-    monkeypatch.setattr("swarm_bench.suite.sweep.in_processes", fake)
     console = Console(file=io.StringIO(), width=170)
-    results = Sweep(options).run(path, console)
+    results = Sweep(options, executor).run(path, console)
     said = console.file.getvalue()  # type: ignore[attr-defined]
-    assert f"1 of 3 runs are in {path} already; take another file after a change of code" in said
-    assert asked == [0, 2]
+    assert f"1 of 3 runs are in {path} already" in said
+    assert executor.asked == [1, 0, 2]
     assert sorted(item.seed for item in results) == [0, 1, 2]
     assert [item.seed for item in store.read_results(path)] == [1, 0, 2]
+
+
+def test_results_of_other_inputs_are_not_read_as_these(tmp_path: Path) -> None:
+    mission, path = tmp_path / "own.yaml", tmp_path / "runs.jsonl"
+    scenario = tmp_path / "row.yaml"
+    scenario.write_text(f"mission: {mission}\nrobots: [2]\n", encoding="utf-8")
+    executor, console = FakeExecutor(), Console(file=io.StringIO(), width=170)
+    for station in ("loader_1", "loader_2", "loader_1"):
+        inputs._values.clear()  # each is a process of its own
+        mission.write_text(f"route:\n  - stations: [{station}]\n", encoding="utf-8")
+        Sweep(select(str(scenario), (), [0]), executor).run(path, console)
+    assert executor.asked == [0, 0]  # the third is the first
+    said = console.file.getvalue()  # type: ignore[attr-defined]
+    assert said.count("1 results in") == 2  # the second, and beside the third the second's
+    with pytest.raises(ConfigError, match=r"line 1.*line 2.*different inputs"):
+        store.read_results(path)
+
+
+def test_equal_lines_count_once_and_different_ones_are_named(tmp_path: Path) -> None:
+    first, second = tmp_path / "a.jsonl", tmp_path / "b.jsonl"
+    for path, wall_time in ((first, 9.0), (second, 11.0)):
+        with open_to_append(path) as file:
+            append_json_line(file, result(wall_time=wall_time, origin=here("1")).as_json())
+    assert len(store.read_results(first, second)) == 1
+    with open_to_append(second) as file:
+        wrong = result(trajectory_sha256="1", origin=here("1"))
+        append_json_line(file, wrong.as_json())
+    with pytest.raises(ConfigError, match=r"a\.jsonl, line 1 .*b\.jsonl, line 2 .*trajectory"):
+        store.read_results(first, second)
 
 
 LOSSLESS = {"loss": 0.0, "delay": 0.0, "lidar": False, "noise": 0.02}
@@ -109,7 +152,7 @@ def test_rows_with_other_conditions_say_so() -> None:
 
 
 def test_the_suite_covers_every_scenario_and_method() -> None:
-    ours, dwa, orca, ros = suite_sweeps("suite", "0-2", "0-2", 50, 2)
+    ours, dwa, orca, ros = suite_sweeps("suite", "0-2", "0-2", 50, LocalExecutor())
     assert len([item for item in ours.options if item.scenario.name == "crossing"]) == 1000
     assert len([item for item in ours.options if item.robots == 100]) == 5
     assert {item.method for item in (*dwa.options, *orca.options)} == {"dwa", "orca"}
@@ -119,7 +162,7 @@ def test_the_suite_covers_every_scenario_and_method() -> None:
     first = [item for item in ours.options if item.seed == 0]
     assert list(ours.options[: len(first)]) == first
     assert first[0].robots == 100
-    assert len(suite_sweeps("0", "none", "none", 50, 1)) == 1
+    assert len(suite_sweeps("0", "none", "none", 50, LocalExecutor())) == 1
 
 
 def test_a_run_on_the_graph_gets_all_that_the_scenario_says(tmp_path: Path) -> None:

@@ -17,7 +17,6 @@ from swarm_interfaces.msg import RobotStatus
 from swarm_commander.cli import commander_command, completion, main, setup_command
 from swarm_commander.cli.listing import listing, world_names
 from swarm_commander.cli.thing_request import thing_request
-from swarm_commander.mission.mission import mission_names
 from swarm_commander.mission.patience import SwarmPatience
 from swarm_commander.run.domain import DomainLock, check_swarm
 from swarm_common.files.run_folders import run_folders
@@ -26,6 +25,7 @@ from swarm_common.model.errors import ConfigError, NoSwarmError
 from swarm_common.model.records import Pose
 from swarm_common.robots.fleet import fleet_names
 from swarm_common.robots.source import robot_names
+from swarm_mission.mission import mission_names
 from tests.fakes.foreign_robots import ACCELERATIONS, fast_wheels, two_wheels
 from tests.fakes.run_folder import make_run
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from swarm_commander.mission.mission import load_mission
 from swarm_common.files import yaml_io
 from swarm_common.files.sites_io import load_sites
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError
 from swarm_common.robots.source import find_robot
 from swarm_map.floor_plan import load_plan
+from swarm_mission.mission import load_mission
 
 WORDS = [
     "1", "01", "0x10", "0b1", "1.10", "1e3", "12:30", "1_000", ".5", ".inf", "yes", "no", "on",

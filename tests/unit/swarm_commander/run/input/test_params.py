@@ -8,13 +8,12 @@ import yaml
 
 from swarm_commander.run.input.flat import nest
 from swarm_commander.run.input.params import (
-    default_parameters,
     load_overrides,
     robot_parameter_file,
     write_parameter_file,
 )
 from swarm_commander.run.input.world_params import WorldParams, default_world_parameters
-from swarm_common.files.params_io import flatten
+from swarm_common.files.params_io import default_parameters, flatten
 from swarm_common.model.engines import BULLET
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from swarm_commander.mission.routes import goals
 from swarm_commander.mission.runner import itineraries
 from swarm_commander.run.input.options import UpOptions, robot_of, swarm_size_of
 from swarm_commander.run.input.plan import RunPlan, check_plan
@@ -18,6 +17,7 @@ from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.robots.fleet import load_fleet
+from swarm_mission.routes import goals
 
 FLEET = """order: mixed
 groups:

@@ -4,7 +4,6 @@ from typing import Any
 
 import pytest
 
-from swarm_commander.mission.itinerary import LOST_REASON
 from swarm_commander.run.processes.heartbeat import STALL, Heartbeats
 from swarm_commander.run.processes.navigators import (
     ANSWER_LIMIT,
@@ -23,6 +22,7 @@ from swarm_common.process.messages import (
     MissionLoaded,
     StartNavigator,
 )
+from swarm_mission.itinerary import LOST_REASON
 
 
 class Clock:

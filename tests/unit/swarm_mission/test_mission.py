@@ -3,20 +3,20 @@ from pathlib import Path
 
 import pytest
 
-from swarm_commander.mission.leg import HOME
-from swarm_commander.mission.mission import (
-    Mission,
-    load_mission,
-    mission_path,
-    single_goal,
-    usual_mission,
-)
 from swarm_common.files.resources import find_resource
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites, SpawnArea, SpawnAreas
 from swarm_common.model.zones import KeepoutZone, Zones
+from swarm_mission.leg import HOME
+from swarm_mission.mission import (
+    Mission,
+    load_mission,
+    mission_path,
+    single_goal,
+    usual_mission,
+)
 
 HOME_POSE = Pose(1.0, 2.0, 3.0)
 LOADERS = [f"loader_{number}" for number in range(1, 7)]

@@ -11,13 +11,13 @@ import pytest
 
 from swarm_bench.runs.episode import RunOptions, check
 from swarm_bench.runs.scenario import Scenario
-from swarm_commander.mission.energy import check_energy, least_energy
-from swarm_commander.mission.leg import Stop
 from swarm_common.model.battery import BatterySpec
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 from swarm_common.robots.loading import load_robot
+from swarm_mission.energy import check_energy, least_energy
+from swarm_mission.leg import Stop
 from tests.fakes.charging import hall_with_chargers, waffle_with_battery
 
 BATTERY = BatterySpec(

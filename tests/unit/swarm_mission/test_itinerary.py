@@ -1,14 +1,14 @@
 import pytest
 
-from swarm_commander.mission.itinerary import (
+from swarm_common.model.records import Pose
+from swarm_mission.itinerary import (
     RETRY_TICKS,
     TRANSITIONS,
     Itinerary,
     ItineraryEvent,
     ItineraryState,
 )
-from swarm_commander.mission.leg import Stop
-from swarm_common.model.records import Pose
+from swarm_mission.leg import Stop
 
 A = Stop("a", Pose(1.0, 0.0, 0.0), 2)
 B = Stop("b", Pose(2.0, 0.0, 0.0), 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import platform
 from pathlib import Path
 
@@ -14,10 +15,12 @@ def machine_line() -> str:
     """Return processor, cores and Python of this machine."""
     cores = psutil.cpu_count(logical=False) or psutil.cpu_count() or 1
     threads = psutil.cpu_count() or cores
-    return f"{_processor()}, {cores} cores, {threads} threads, Python {platform.python_version()}"
+    return f"{processor()}, {cores} cores, {threads} threads, Python {platform.python_version()}"
 
 
-def _processor() -> str:
+@functools.cache
+def processor() -> str:
+    """Return the model of this machine's processor."""
     try:
         lines = CPU_INFO.read_text(encoding="utf-8").splitlines()
     except OSError:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from swarm_commander.mission.leg import Stop
 from swarm_common.model.records import CONTROL_PERIOD
+from swarm_mission.leg import Stop
 
 RETRY_TICKS = 10  # [ticks] between a failed goal and the next try
 LOST_REASON = "the robot was lost"
@@ -60,7 +60,7 @@ TRANSITIONS: dict[ItineraryState, dict[ItineraryEvent, ItineraryState]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
+class NextGoal:
     """A goal to send."""
 
     stop: Stop  # where to
@@ -93,13 +93,21 @@ class Itinerary:
         outcomes: The settled stops in order.
     """
 
-    def __init__(self, stops: Sequence[Stop], retries: int, settled: int = 0) -> None:
+    def __init__(
+        self,
+        stops: Sequence[Stop],
+        retries: int,
+        settled: int = 0,
+        more: Callable[[], Sequence[Stop]] = tuple,
+    ) -> None:
         """Begin.
 
         Args:
             retries: Times that a goal is tried again.
             settled: Stops at the beginning that are settled already.
+            more: Returns further stops when all are settled; none: the mission is done.
         """
+        self._more = more
         self.state = ItineraryState.READY
         self.outcomes: list[StopOutcome] = []
         self._stops = tuple(stops)[settled:]
@@ -124,7 +132,7 @@ class Itinerary:
         """Whether nothing more will be sent."""
         return self.state in (ItineraryState.DONE, ItineraryState.LOST)
 
-    def start(self, tick: int = 0) -> Order | None:
+    def start(self, tick: int = 0) -> NextGoal | None:
         """Begin.
 
         Args:
@@ -141,7 +149,7 @@ class Itinerary:
 
     def on_end(
         self, reached: bool, tick: int, reason: str = "", *, is_final: bool = False
-    ) -> Order | None:
+    ) -> NextGoal | None:
         """Settle the goal under way.
 
         Args:
@@ -177,7 +185,7 @@ class Itinerary:
         """
         self._enter(ItineraryEvent.TAKEN_OVER)
 
-    def on_free_again(self, tick: int) -> Order | None:
+    def on_free_again(self, tick: int) -> NextGoal | None:
         """The other's goal has ended: send ours once more; this is not a failed try.
 
         Returns:
@@ -190,7 +198,7 @@ class Itinerary:
             return None
         return self._order(tick + RETRY_TICKS)
 
-    def on_forgotten(self, tick: int) -> Order | None:
+    def on_forgotten(self, tick: int) -> NextGoal | None:
         """The robot does not know its goal any more: send it once more; no try has failed.
 
         Returns:
@@ -203,7 +211,7 @@ class Itinerary:
             return None
         return self._order(max(tick, self._first_tick))
 
-    def on_found(self, tick: int) -> tuple[int, Order]:
+    def on_found(self, tick: int) -> tuple[int, NextGoal]:
         """The lost robot is back: its remaining goals are open again.
 
         Only for a robot whose goals `on_lost` returned.
@@ -235,17 +243,19 @@ class Itinerary:
         self.outcomes.extend(rest)
         return rest
 
-    def _advance(self, start_tick: int) -> Order | None:
+    def _advance(self, start_tick: int) -> NextGoal | None:
+        if len(self.outcomes) == len(self._stops):
+            self._stops += tuple(self._more())
         if len(self.outcomes) == len(self._stops):
             self.state = ItineraryState.DONE
             return None
         self._first_tick = start_tick + self._stops[len(self.outcomes)].delay_ticks
         return self._order(self._first_tick)
 
-    def _order(self, start_tick: int) -> Order:
+    def _order(self, start_tick: int) -> NextGoal:
         number = len(self.outcomes)
         place = self._settled_before + number + 1
-        return Order(self._stops[number], start_tick, place, self._attempt)
+        return NextGoal(self._stops[number], start_tick, place, self._attempt)
 
     def _enter(self, event: ItineraryEvent) -> ItineraryState:
         try:

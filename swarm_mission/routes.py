@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from swarm_commander.mission.leg import Stop
-from swarm_commander.mission.mission import Mission, load_mission
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.model.sites import Sites
+from swarm_mission.leg import Stop
+from swarm_mission.mission import Mission, load_mission
 
 LOOKED_AT = 1000  # first goals of each robot whose places are told: missions may have millions
 
@@ -23,7 +23,8 @@ def routes(config: Mapping[str, Any]) -> list[tuple[Mission, list[Stop]]]:
         config: As `RunPlan.runner_config` writes it.
 
     Returns:
-        One per robot, in the order of `config["robots"]`, which have missions.
+        One per robot, in the order of `config["robots"]`, which have missions; where they have
+        orders, all places that they may be sent to.
 
     Raises:
         ConfigError: If a mission or the sites are unusable.
@@ -33,6 +34,13 @@ def routes(config: Mapping[str, Any]) -> list[tuple[Mission, list[Stop]]]:
     sites = load_sites(config["sites"]) if config["sites"] else Sites()
     homes = [Pose(*home) for home in config["homes"]]
     robot_names = RobotNames.parse(config.get("names", DEFAULT))
+    orders = next((each for each in missions.values() if each.orders is not None), None)
+    if orders is not None:
+        orders = orders.with_groups(sites)
+        return [
+            (orders, orders.order_stops(sites, homes[robot["number"] - 1]))
+            for robot in config["robots"]
+        ]
     return [
         (
             missions[robot["mission"]],

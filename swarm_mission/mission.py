@@ -4,40 +4,65 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from swarm_commander.mission.leg import KINDS, Draw, Leg, Stop
 from swarm_common.files.resources import names_to_propose, share_directory
 from swarm_common.files.yaml_io import check_keys, number, pose_numbers, read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites, area_count
+from swarm_mission.leg import HOME, KINDS, Draw, Leg, Stop
+from swarm_mission.orders import order_file
+from swarm_mission.orders.order import OrderPlan, check_names
 
-NAMES = ("description", "spawn", "route.*.stations.*", "route.*.order", "route.*.swap")
+NAMES = (
+    "description", "spawn", "route.*.stations.*", "route.*.order", "route.*.swap",
+    *order_file.NAMES, *order_file.NAMES_OF_GROUPS,
+)  # fmt: skip
 USUAL = "loading_route"  # mission of a robot that got none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mission:
-    """A route and how often a goal is tried again."""
+    """A route, or orders, and how often a goal is tried again."""
 
     name: str  # of the file
-    route: tuple[Leg, ...]  # in order
+    route: tuple[Leg, ...] = ()  # in order; empty for orders
+    orders: OrderPlan | None = None  # that robots serve instead of a route
     retries: int = 3  # times that a goal is tried again
     # name of the world's spawn that the robots start from; empty for the default one
     spawn: str = ""
     start_spread: float = 0.0  # [s] within which the robots set off, each after a random delay
 
     def __post_init__(self) -> None:
-        if not self.route:
+        if not self.route and self.orders is None:
             raise ConfigError("the route is empty; expected at least one leg")
+        if self.route and self.orders is not None:
+            raise ConfigError("there are orders and a route; expected one of the two")
         if self.retries < 0:
             raise ConfigError(f"retries is {self.retries}; it must not be negative")
         if self.start_spread < 0.0:
             raise ConfigError(f"start_spread is {self.start_spread} s; it must not be negative")
+
+    @property
+    def stations(self) -> tuple[str, ...]:
+        """Names of the stations that robots are sent to, sorted."""
+        if self.orders is not None:
+            return self.orders.stations
+        return tuple(sorted({name for leg in self.route for name in leg.stations}))
+
+    def with_groups(self, sites: Sites) -> Mission:
+        """Return this mission with stations in place of the groups that the world has.
+
+        Raises:
+            ConfigError: If orders would go from a station to itself.
+        """
+        if self.orders is None:
+            return self
+        return replace(self, orders=self.orders.with_groups(sites.groups))
 
     @property
     def is_single_goal(self) -> bool:
@@ -66,6 +91,8 @@ class Mission:
         """
         count = len(sites.places)
         areas = area_count(sites.spawn_named(self.spawn))
+        if self.orders is not None:
+            check_names(self.orders, sites.stations, where)
         for leg in self.route:
             if leg.swap == "other_area" and areas < 2:
                 raise ConfigError(
@@ -90,6 +117,11 @@ class Mission:
                     " there: move one of them"
                 )
 
+    def order_stops(self, sites: Sites, home_map: Pose) -> list[Stop]:
+        """Return all places that orders may send a robot to."""
+        stations = [Stop(name, sites.stations[name], 0) for name in self.stations]
+        return [*stations, Stop(HOME, home_map, 0)]
+
     def stops(
         self,
         sites: Sites,
@@ -98,6 +130,7 @@ class Mission:
         seed: int,
         robot_id: int,
         laps: int = 1,
+        first_lap: int = 0,
         limit: int | None = None,
         homes_map: Sequence[Pose] = (),
         names: RobotNames | None = None,
@@ -109,20 +142,27 @@ class Mission:
             home_map: Where the robot goes for a `home` leg.
             robot_id: From 1; robots draw different orders from one seed.
             laps: Times that the route is driven, each with an order of its own.
+            first_lap: Number of the first of them, from 0.
             limit: Cut after this many goals; None for all.
             homes_map: Where all robots start, for legs that need to know.
             names: Of all robots, for people; None for the usual ones.
 
         Raises:
-            ConfigError: If such a leg does not get them, or there are too few places.
+            ConfigError: If such a leg does not get them, or there are too few places; or the
+                mission has orders instead of a route.
         """
+        if self.orders is not None:
+            raise ConfigError(
+                f"mission {self.name} has orders, which are for a whole swarm: run it by swarm-up"
+                " --mission or swarm-bench"
+            )
         if self.needs_all_homes and not homes_map:
             raise ConfigError(
                 f"mission {self.name} sends robots to where others started;"
                 " that is known to swarm-up --mission only"
             )
         stops: list[Stop] = []
-        for lap in range(laps):
+        for lap in range(first_lap, first_lap + laps):
             if limit is not None and len(stops) >= limit:
                 break
             for index, leg in enumerate(self.route):
@@ -132,7 +172,7 @@ class Mission:
                     names or RobotNames(),
                 )  # fmt: skip
                 stops += draw.stops(leg)
-        if stops and self.start_spread:
+        if stops and self.start_spread and not first_lap:
             spread = random.Random(f"{seed}/{robot_id}/start").uniform(0.0, self.start_spread)
             first = stops[0]
             delay = round(spread / CONTROL_PERIOD)
@@ -210,15 +250,23 @@ def load_mission(name_or_path: str) -> Mission:
     """
     path = mission_path(name_or_path)
     content = read_yaml(path, as_written=NAMES)
-    check_keys(content, ("description", "retries", "spawn", "start_spread", "route"), str(path))
-    route = content.get("route")
+    known = ("description", "retries", "spawn", "start_spread", "route", *order_file.KEYS)
+    check_keys(content, known, str(path))
+    has_orders = "orders" in content
+    route = content.get("route", [] if has_orders else None)
     if not isinstance(route, list):
         raise ConfigError(f"{path}: route is {route!r}; expected a list of legs")
+    if not has_orders and (key := next((k for k in order_file.KEYS if k in content), "")):
+        raise ConfigError(f"{path}: '{key}' is for orders, and there are none; add 'orders'")
+    if has_orders and "start_spread" in content:
+        raise ConfigError(f"{path}: 'start_spread' is for a route; orders come when they come")
     legs = tuple(_parse_leg(leg, f"{path}: route, leg {i}") for i, leg in enumerate(route, 1))
+    orders = order_file.parse_orders(content, path) if has_orders else None
     try:
         return Mission(
             name=path.stem,
             route=legs,
+            orders=orders,
             retries=_integer(content.get("retries", 3), "retries"),
             spawn=_text(content.get("spawn", ""), "spawn"),
             start_spread=number(content.get("start_spread", 0.0), "start_spread"),

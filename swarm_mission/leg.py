@@ -6,11 +6,11 @@ import math
 import random
 from dataclasses import dataclass
 
-from swarm_commander.mission import exchange
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, Pose, wrap_angle
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites, area_count
+from swarm_mission import exchange
 
 HOME = "home"
 ORDERS = ("as_written", "random")

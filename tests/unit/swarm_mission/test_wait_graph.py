@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from swarm_commander.run.results.wait_graph import WaitGraph
 from swarm_common.model.run_words import waits_for
+from swarm_mission.wait_graph import WaitGraph
 
 
 @pytest.mark.parametrize(

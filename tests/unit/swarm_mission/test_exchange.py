@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from swarm_commander.mission.exchange import opposite, other_groups, roaming
 from swarm_common.model.records import Pose
+from swarm_mission.exchange import opposite, other_groups, roaming
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 20, 41])

@@ -6,11 +6,11 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 
-from swarm_commander.mission.leg import Stop
 from swarm_common.model.battery import BatterySpec
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import CONTROL_PERIOD, RobotSpec
 from swarm_common.model.sites import Sites
+from swarm_mission.leg import Stop
 
 CURE = "name stations that charge, like `charging: [charger_1]`"
 

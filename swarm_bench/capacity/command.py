@@ -1,0 +1,218 @@
+"""The command `swarm-bench sweep`: its options."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+import shlex
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from swarm_bench.capacity.axes import Variant, name_of, variants
+from swarm_bench.capacity.report import check_output, points_table, sentences, write_output
+from swarm_bench.capacity.study import Study
+from swarm_bench.execution.executor import executor
+from swarm_bench.runs.episode import RunOptions, parse_parameters
+from swarm_bench.runs.methods import load_method
+from swarm_bench.runs.scenario import Scenario, load_scenario
+from swarm_bench.runs.steady import HOUR
+from swarm_bench.suite.command import (
+    MISSED,
+    Cluster,
+    Jobs,
+    JsonLines,
+    Settings,
+    Shard,
+    bench_app,
+    new_console,
+)
+from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes
+from swarm_bench.suite.sweep import Sweep
+from swarm_common.model.errors import ConfigError
+
+PRECISION = 0.03  # where only a budget is given
+UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
+
+
+@bench_app.command("sweep")
+def sweep_command(
+    world: Annotated[str, typer.Option(help="Name or path.")] = "slim_blockage",
+    mission: Annotated[str, typer.Option(help="Name or path.")] = "loading_route",
+    robots: Annotated[str, typer.Option(help="Swarm sizes like 4..60:4 or 20,50.")] = "4..24:4",
+    seeds: Annotated[str, typer.Option(help="Seeds like 0-9 or 1,5,7.")] = "0-2",
+    seconds: Annotated[float, typer.Option(help="Simulated time of each run [s].")] = 1800.0,
+    warm_up: Annotated[float, typer.Option(help="Time [s] that does not count.")] = 300.0,
+    sweep: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Axis: max_vel_x=0.26,0.5; world, mission, robot, fleet=A+B, method, loss, ..."
+        ),
+    ] = None,
+    compare: Annotated[
+        tuple[Path, Path] | None,
+        typer.Option(help="Two scenario files: the difference on the same seeds."),
+    ] = None,
+    precision: Annotated[
+        str | None,
+        typer.Option(help="Adds seeds and sizes, until intervals are like 3%."),
+    ] = None,
+    budget: Annotated[
+        str | None, typer.Option(help="Likewise, for this wall time: 90s, 30min, 2h.")
+    ] = None,
+    method: Annotated[
+        str, typer.Option(help="ours, dwa, orca, or module:Class of your own.")
+    ] = "ours",
+    set_: Settings = None,
+    jobs: Jobs = 1,
+    cluster: Cluster = None,
+    shard: Shard = None,
+    json_: JsonLines = None,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option("-o", "--output", help="Page .html, points .csv or summary .json; several."),
+    ] = None,
+) -> None:
+    """Run swarms of several sizes for a fixed time: throughput, lead times, knee and reason.
+
+    Exit code: 0 no collision, no missed goal, no failed run; 1 otherwise; 2 bad input.
+    """
+    chosen = _variants(world, mission, seconds, warm_up, method, set_ or [], sweep or [], compare)
+    outputs = output or []
+    for path in outputs:
+        check_output(path)
+    check_jobs(jobs, ros=False, method=method)
+    wished = parse_precision(precision)
+    limit = parse_time(budget)
+    if shard is not None and (wished or limit):
+        raise ConfigError("--shard needs a fixed list of runs; leave out --precision and --budget")
+    if limit is not None and wished is None:
+        wished = PRECISION
+    study = Study(
+        chosen, parse_sizes(robots), parse_seeds(seeds) or range(3), precision=wished,
+        budget=limit, shard=shard,
+    )  # fmt: skip
+    with executor(jobs, cluster) as computes:
+        Sweep(study.all_runs(), computes).check()
+        console = new_console()
+        try:
+            with _bar(console) as (told, tell):
+                study.run(lambda runs: Sweep(runs, computes), json_, told, lambda: tell(study))
+        finally:
+            _report(study, console, outputs, compare=compare is not None)
+    runs = [run for results in study.results for run in results]
+    if study.failed or not all(run.is_flawless for run in runs):
+        raise typer.Exit(MISSED)
+
+
+def _variants(
+    world: str,
+    mission: str,
+    seconds: float,
+    warm_up: float,
+    method: str,
+    settings: list[str],
+    axes: list[str],
+    compare: tuple[Path, Path] | None,
+) -> list[Variant]:
+    """Return what is run at all sizes."""
+    timing: dict[str, Any] = {"duration": seconds, "warm_up": warm_up}
+    if seconds <= 0.0:
+        raise ConfigError(f"--seconds is {seconds:g}; it must be positive")
+    if not 0.0 <= warm_up < seconds:
+        raise ConfigError(
+            f"--warm-up is {warm_up:g}; expected 0 or more, and less than --seconds {seconds:g}"
+        )
+    load_method(method)
+    common: dict[str, Any] = {"method": method, "parameters": parse_parameters(settings)}
+    if compare is None:
+        scenario = Scenario(name=name_of(world, mission), world=world, mission=mission, **timing)
+        return variants(RunOptions(scenario=scenario, robots=1, **common), axes)
+    if axes:
+        raise ConfigError("--compare has two variants already; leave out --sweep")
+    found = []
+    for path in compare:
+        scenario = dataclasses.replace(load_scenario(str(path)), **timing)
+        found.append(Variant(path.stem, RunOptions(scenario=scenario, robots=1, **common)))
+    if found[0].label == found[1].label:
+        raise ConfigError(f"--compare has two files of one name, {found[0].label}; rename one")
+    return found
+
+
+def parse_precision(text: str | None) -> float | None:
+    """Return the share in a text like 3% or 0.03.
+
+    Raises:
+        ConfigError: If it is none, or not between 0 and 100 %.
+    """
+    if text is None:
+        return None
+    try:
+        value = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < 1.0:
+        raise ConfigError(f"--precision is '{text}'; expected a share like 3%")
+    return value
+
+
+def parse_time(text: str | None) -> float | None:
+    """Return the seconds in a text like 90s, 30min or 2h.
+
+    Raises:
+        ConfigError: If it is none.
+    """
+    if text is None:
+        return None
+    found = re.fullmatch(r"([0-9.]+) ?(s|min|h)", text)
+    try:
+        value = float(found[1]) * UNITS[found[2]] if found else 0.0
+    except ValueError:
+        value = 0.0
+    if value <= 0.0:
+        raise ConfigError(f"--budget is '{text}'; expected a time like 90s, 30min or 2h")
+    return value
+
+
+@contextmanager
+def _bar(console: Console) -> Iterator[tuple[Console, Callable[[Study], None]]]:
+    """Provide where to print lines, and what shows how far a study is."""
+    columns = (
+        TextColumn("{task.completed:.0f} of {task.total:.0f} robot-hours"), BarColumn(),
+        TaskProgressColumn(), TimeRemainingColumn(elapsed_when_finished=True),
+    )  # fmt: skip
+    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        task = progress.add_task("", total=None)
+
+        def tell(study: Study) -> None:
+            progress.update(task, completed=study.done / HOUR, total=study.planned / HOUR)
+
+        yield progress.console, tell
+
+
+def _report(study: Study, console: Console, outputs: list[Path], *, compare: bool) -> None:
+    """Print and write what is known, also after an interrupt."""
+    curves = study.curves
+    if not any(curve.points for curve in curves):
+        return
+    points = points_table(curves)
+    table = Table(box=None, header_style="bold")
+    for column in points.head:
+        table.add_column(escape(column), justify="right")
+    for row in points.rows:
+        table.add_row(*map(escape, row))
+    console.print(table)
+    told = sentences(curves, compare=compare)
+    for sentence in told:
+        console.print(sentence, highlight=False, soft_wrap=True, markup=False)
+    for path in outputs:
+        write_output(path, curves, told, shlex.join(["swarm-bench", *sys.argv[1:]]))

@@ -1,0 +1,119 @@
+"""The runs of one variant at all swarm sizes, as points with intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from swarm_bench.capacity.estimate import Estimate, estimate, estimate_of_runs
+from swarm_bench.capacity.knee import Knee, find_knee
+from swarm_bench.runs.result import RunResult, Steady
+from swarm_bench.runs.steady import HOUR
+
+
+@dataclass
+class Point:
+    """The runs of one variant and size, each with another seed."""
+
+    runs: tuple[RunResult, ...]  # in the order of seeds
+
+    @property
+    def robots(self) -> int:
+        """Swarm size."""
+        return self.runs[0].robots
+
+    @property
+    def steady(self) -> list[Steady]:
+        """What was finished in each run."""
+        return [run.steady for run in self.runs if run.steady is not None]
+
+    @cached_property
+    def throughput(self) -> Estimate:
+        """Finished per hour."""
+        per_batch = [
+            [HOUR * count * len(run.finished) / run.seconds for count in run.finished]
+            for run in self.steady
+        ]
+        return estimate_of_runs([run.per_hour for run in self.steady], per_batch)
+
+    @cached_property
+    def lead_time(self) -> Estimate | None:
+        """Lead time [s]; None if a run finished nothing."""
+        if any(run.lead_time is None for run in self.steady):
+            return None
+        batches = [
+            [lead for lead, count in zip(run.lead_times, run.finished, strict=True) if count]
+            for run in self.steady
+        ]
+        return estimate_of_runs([run.lead_time or 0.0 for run in self.steady], batches)
+
+    @cached_property
+    def stood(self) -> Estimate:
+        """Share of the robots' time that they stood on their way."""
+        return estimate([run.ground_truth.stood_share for run in self.runs if run.ground_truth])
+
+    def station_use(self) -> dict[str, Estimate]:
+        """Return the share of time that each station was occupied or approached, most first."""
+        shares: dict[str, list[float]] = {}
+        for run in self.runs:
+            for name, use in (run.ground_truth.stations if run.ground_truth else {}).items():
+                shares.setdefault(name, []).append(use.approached)
+        found = {name: estimate(values) for name, values in shares.items()}
+        return dict(sorted(found.items(), key=lambda item: -item[1].mean))
+
+    @property
+    def clearance(self) -> float | None:
+        """Smallest distance [m] of any robot from anything in any run."""
+        known = [run.min_clearance for run in self.runs if run.min_clearance is not None]
+        return min(known, default=None)
+
+    @property
+    def collisions(self) -> int:
+        """Contact episodes in all runs."""
+        return sum(run.robot_robot + run.robot_world for run in self.runs)
+
+    @property
+    def deadlocks(self) -> int:
+        """Deadlocks in all runs, as the simulator sees them."""
+        return sum(run.ground_truth.deadlocks for run in self.runs if run.ground_truth)
+
+
+@dataclass
+class Curve:
+    """A variant at all sizes."""
+
+    label: str  # how it differs from the other variants; empty if there is no other
+    points: tuple[Point, ...] = field(default=())  # by size
+
+    @property
+    def sizes(self) -> list[int]:
+        """The swarm sizes."""
+        return [point.robots for point in self.points]
+
+    @cached_property
+    def knee(self) -> Knee | None:
+        """Where more robots bring little more."""
+        return find_knee(self.sizes, [point.throughput for point in self.points])
+
+    @property
+    def unit(self) -> str:
+        """What is counted."""
+        return next((run.unit for point in self.points for run in point.steady), "goals")
+
+
+def curve_of(label: str, results: Iterable[RunResult]) -> Curve:
+    """Return the curve of a variant.
+
+    Args:
+        results: Of runs of fixed duration.
+    """
+    by_size: dict[int, list[RunResult]] = {}
+    for result in results:
+        if result.steady is not None:
+            by_size.setdefault(result.robots, []).append(result)
+    return Curve(label, tuple(Point(_by_seed(by_size[size])) for size in sorted(by_size)))
+
+
+def _by_seed(runs: Sequence[RunResult]) -> tuple[RunResult, ...]:
+    return tuple(sorted(runs, key=lambda run: run.seed))

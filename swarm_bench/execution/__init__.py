@@ -1,0 +1,11 @@
+"""Where runs are computed: in processes of this machine, or on a cluster of Dask.
+
+What a module imports of its folder stands above it:
+
+    task       One run in whatever process computes it: a result, or why there is none
+    processes  The processes of this machine, each with a pipe; a run whose process dies is repeated
+    cluster    The workers of a Dask cluster, which need the wheel and nothing else
+    executor   Which of both the options mean
+
+May import of swarm_bench: `runs`.
+"""

@@ -1,0 +1,60 @@
+"""A hash of everything that a run is made from, and the same on its way to other processes."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from swarm_bench.runs.episode import RunOptions, check, robot_models, robot_named
+from swarm_bench.runs.inputs import Gathered, digest_of, gather
+from swarm_bench.runs.scenario import Scenario
+
+PLUGIN = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")  # module:Class
+# Fields of a scenario whose content is hashed, or that decide nothing in one run.
+NOT_HASHED = (
+    "name", "description", "world", "mission", "robots", "robot", "fleet", "seeds", "targets",
+    "time_limit",
+)  # fmt: skip
+
+
+def gathered(options: RunOptions, load: Callable[[RunOptions], object]) -> tuple[str, Gathered]:
+    """Return the hash of all inputs of a run but its seed, and the inputs.
+
+    Args:
+        load: Loads what the run reads, like `load_inputs`.
+
+    Raises:
+        SwarmError: If an input is unusable.
+    """
+    found = gather(lambda: load(options), plugins_of(options))
+    scenario = options.scenario
+    models = [robot_named(model) for model in scenario.models(options.robots)]
+    plain = {name: value for name, value in _fields(scenario) if name not in NOT_HASHED}
+    rest = (
+        plain, scenario.limit_of(options.robots), models, options.robots, options.method,
+        options.engine, options.realistic, sorted(options.parameters.items()),
+    )  # fmt: skip
+    return digest_of((found.digest, rest)), found
+
+
+def load_inputs(options: RunOptions) -> None:
+    """Check a run, and read all that it will read."""
+    check(options)
+    robot_models(options)
+
+
+def plugins_of(options: RunOptions) -> Iterator[str]:
+    """Yield the names module:Class in a run's method, parameters and scenario."""
+    values = [options.method, *options.parameters.values()]
+    values += [
+        getattr(options.scenario, field.name) for field in dataclasses.fields(options.scenario)
+    ]
+    for value in values:
+        if isinstance(value, str) and PLUGIN.fullmatch(value):
+            yield value
+
+
+def _fields(scenario: Scenario) -> list[tuple[str, Any]]:
+    return [(item.name, getattr(scenario, item.name)) for item in dataclasses.fields(scenario)]

@@ -1,0 +1,136 @@
+"""Orders in the bench: the robots' goals come from what stations and robots agree on."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+
+from swarm_bench.runs.methods import Driver
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import FloatArray, Pose, RobotSpec
+from swarm_common.model.sites import Sites
+from swarm_mission.itinerary import NextGoal
+from swarm_mission.mission import Mission
+from swarm_mission.orders.courier import Courier
+from swarm_mission.orders.demand import check_demand
+from swarm_mission.orders.floor_use import SAMPLE_TICKS
+from swarm_mission.orders.order import OrderPlan
+from swarm_mission.orders.order_run import OrderRun
+from swarm_mission.orders.radio import OrderRadio
+from swarm_mission.orders.robot_bidder import BidSenses
+from swarm_mission.orders.way_lengths import WayLengths
+from swarm_nav.core.goals import Status
+
+
+def make_orders(
+    mission: Mission,
+    sites: Sites,
+    grid: Grid,
+    homes: Mapping[str, Pose],
+    specs: Sequence[RobotSpec],
+    drivers: Sequence[Driver],
+    radio: OrderRadio,
+    seed: int,
+) -> BenchOrders | None:
+    """Return the orders of a run; None for a mission without any.
+
+    Args:
+        homes: Start poses in map by name of the robot, in the order of `specs` and `drivers`.
+
+    Raises:
+        ConfigError: If no swarm can serve them.
+    """
+    plan = mission.orders
+    if plan is None:
+        return None
+    ways = measure_ways(plan, sites, grid, specs)
+    remarks = demand_remarks(plan, ways, specs)
+    run = OrderRun(
+        plan, homes, sites.stations, radio, seed, retries=mission.retries, remarks=remarks
+    )
+    robots = [RobotSenses(driver, ways) for driver in drivers]
+    senses = [
+        BidSenses(robot.way_to, spec.max_vel_x, robot.charge)
+        for robot, spec in zip(robots, specs, strict=True)
+    ]
+    return BenchOrders(run, robots, dict(zip(homes, senses, strict=True)))
+
+
+def measure_ways(
+    plan: OrderPlan, sites: Sites, grid: Grid, specs: Sequence[RobotSpec]
+) -> WayLengths:
+    """Return the ways to all stations of the orders, for the slimmest robot."""
+    stations = {name: sites.stations[name] for name in plan.stations}
+    return WayLengths(stations, grid, min(spec.inscribed_radius for spec in specs))
+
+
+def demand_remarks(plan: OrderPlan, ways: WayLengths, specs: Sequence[RobotSpec]) -> list[str]:
+    """Return what may end badly, a sentence each.
+
+    Raises:
+        ConfigError: If no swarm can serve the orders.
+    """
+    fastest = max(spec.max_vel_x for spec in specs)
+    return check_demand(plan, ways.between, fastest, len(specs))
+
+
+class RobotSenses:
+    """What a robot knows of itself, asked for once in a tick at most."""
+
+    def __init__(self, driver: Driver, ways: WayLengths) -> None:
+        self._driver, self._ways = driver, ways
+        self._status: Status | None = None
+
+    def forget(self) -> None:
+        """Another tick has begun."""
+        self._status = None
+
+    def way_to(self, station: str) -> float:
+        """Return the way [m] to a station."""
+        pose = self._now().pose_map
+        return self._ways.length(pose.x, pose.y, station)
+
+    def charge(self) -> float:
+        """Return the battery's charge by its capacity; NaN without one."""
+        return self._now().battery
+
+    def _now(self) -> Status:
+        if self._status is None:
+            self._status = self._driver.status()
+        return self._status
+
+
+class BenchOrders:
+    """The orders of a run in progress.
+
+    Attributes:
+        run: Stations, robots and radio.
+        couriers: One per robot, in their order.
+    """
+
+    def __init__(
+        self, run: OrderRun, robots: Sequence[RobotSenses], senses: Mapping[str, BidSenses]
+    ) -> None:
+        self.run = run
+        self.couriers: list[Courier] = list(run.couriers.values())
+        self._robots = robots
+        self._senses = senses
+
+    def step(self, tick: int, dead: Collection[str]) -> dict[str, NextGoal]:
+        """Let stations and robots decide; return new goals by name of the robot."""
+        for robot in self._robots:
+            robot.forget()
+        return self.run.step(tick, self._senses, dead)
+
+    def watch(
+        self, tick: int, names: Sequence[str], poses: FloatArray, dead: Collection[str]
+    ) -> None:
+        """Sample where the robots are.
+
+        Args:
+            poses: True ones (n, 3) in map.
+        """
+        if tick % SAMPLE_TICKS:
+            return
+        for name, (x, y, _), courier in zip(names, poses.tolist(), self.couriers, strict=True):
+            if name not in dead:
+                self.run.floor.note(tick, name, x, y, courier.share)

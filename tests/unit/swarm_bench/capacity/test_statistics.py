@@ -1,0 +1,135 @@
+"""Intervals against published values, knees against curves whose knee is known, sentences."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from swarm_bench.capacity.curve import Curve, curve_of
+from swarm_bench.capacity.estimate import Estimate, estimate, estimate_of_runs, paired
+from swarm_bench.capacity.findings import comparison_sentences, knee_sentence, reason_sentence
+from swarm_bench.capacity.knee import find_knee
+from swarm_bench.runs.result import GroundTruth, RunResult, StationUse
+from swarm_bench.runs.steady import steady_of
+from tests.fakes.results import result
+
+# Student (1908): hours of sleep that two drugs gave the same ten patients
+FIRST = [0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0]
+SECOND = [1.9, 0.8, 1.1, 0.1, -0.1, 4.4, 5.5, 1.6, 4.6, 3.4]
+
+
+def test_the_paired_interval_is_the_published_one() -> None:
+    found = paired(FIRST, SECOND)
+    assert found.mean == pytest.approx(1.58)
+    assert (found.low, found.high) == pytest.approx((0.7001142, 2.4598858), abs=1e-6)
+    assert found.freedom == 9
+
+
+def test_batch_means_by_hand() -> None:
+    # batches 8, 12, 10, 10: variance 8/3, of the mean 2/3; two such runs: 1/3, 6 degrees
+    found = estimate_of_runs([10.0, 10.0], [[8.0, 12.0, 10.0, 10.0]] * 2)
+    assert found.error == pytest.approx(math.sqrt(1 / 3))
+    assert found.half_width == pytest.approx(2.4469 * math.sqrt(1 / 3), abs=1e-4)
+    assert estimate_of_runs([1.0, 2.0, 3.0], [[5.0, 9.0]] * 3) == estimate([1.0, 2.0, 3.0])
+    assert estimate([4.0]).half_width == math.inf
+
+
+def test_batches_cover_the_throughput_of_a_queue() -> None:
+    """M/M/1 with 36 arrivals and 60 services per hour: 95 of 100 intervals hold 36 per hour."""
+    random = np.random.default_rng(1)
+    held = 0
+    for _ in range(200):
+        arrivals = np.cumsum(random.exponential(100.0, 900))
+        leaves = np.zeros(900)
+        for number, service in enumerate(random.exponential(60.0, 900)):
+            leaves[number] = max(arrivals[number], leaves[number - 1]) + service
+        leads = leaves - arrivals
+        run = steady_of(list(zip(leaves, leads, strict=True)), 10_000.0, 80_000.0)
+        per_batch = [360.0 / 7000.0 * 10.0 * count for count in run.finished]
+        found = estimate_of_runs([run.per_hour], [per_batch])
+        held += found.low <= 36.0 <= found.high
+    assert 180 <= held <= 200
+    assert sum(run.finished) == round(run.per_hour * 70_000.0 / 3600.0)
+
+
+def test_a_mean_lead_time_is_that_of_the_goals_after_the_warm_up() -> None:
+    run = steady_of([(5.0, 5.0), (15.0, 4.0), (30.0, 8.0), (999.0, 1.0)], 10.0, 110.0)
+    assert run.finished == (1, 0, 1, *[0] * 7)
+    assert (run.per_hour, run.lead_time) == (72.0, 6.0)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    knee=st.integers(12, 40),
+    slope=st.floats(5.0, 50.0),
+    after=st.floats(-0.5, 0.2),
+    noise=st.floats(0.0, 0.01),
+)
+def test_a_knee_is_found_within_its_interval(
+    knee: int, slope: float, after: float, noise: float
+) -> None:
+    sizes = list(range(4, 61, 4))
+    values = [slope * (min(n, knee) + after * max(n - knee, 0)) for n in sizes]
+    points = [Estimate(value, noise * slope * knee, 9) for value in values]
+    found = find_knee(sizes, points)
+    assert found is not None
+    assert abs(found.robots - knee) <= 1
+    assert found.low <= knee + 1
+    assert found.high >= knee - 1
+
+
+def test_a_straight_line_has_no_knee() -> None:
+    sizes = [4, 8, 12, 16, 20]
+    assert find_knee(sizes, [Estimate(10.0 * n, 3.0, 9) for n in sizes]) is None
+    noisy = [Estimate(10.0 * min(n, 12), 40.0, 2) for n in sizes]
+    assert find_knee(sizes, noisy) is None  # not certain
+    assert find_knee(sizes[:3], noisy[:3]) is None
+
+
+def run_of(robots: int, seed: int, finished: int, share: float, name: str = "dock") -> RunResult:
+    """Return a run with a station in use for a share of the time."""
+    truth = GroundTruth(
+        stood_time=0.0, stood_worst=0.0, stood_share=0.5 if name == "" else 0.0, circles=0,
+        longest_circle=0.0, deadlocks=0,
+        stations={"gate": StationUse(occupied=0.1, approached=0.3)}
+        | ({name: StationUse(occupied=share, approached=share)} if name else {}),
+    )  # fmt: skip
+    ends = [(10.0 + (k + 0.5) * 3600.0 / finished, 30.0) for k in range(finished)]
+    fields: dict[str, Any] = {"robots": robots, "seed": seed, "ground_truth": truth}
+    return result(**fields, steady=steady_of(ends, 10.0, 3610.0))
+
+
+def hinged(label: str, names: list[str], share: float = 0.96, extra: int = 0) -> Curve:
+    """Return a curve with its knee at 20 robots; `names` are the full stations by seed."""
+    runs = [
+        run_of(n, seed, 10 * min(n, 20) + seed + extra, share if n >= 16 else 0.4, names[seed])
+        for n in range(4, 41, 4)
+        for seed in range(len(names))
+    ]
+    return curve_of(label, runs)
+
+
+def test_a_reason_is_told_only_if_it_holds_in_every_run() -> None:
+    agreed = hinged("", ["dock"] * 4)
+    assert knee_sentence(agreed).startswith("Up to 20 robots [")
+    assert reason_sentence(agreed) == (
+        "From 20 robots on dock is occupied or approached 96 % [96, 96] of the time."
+    )
+    assert reason_sentence(hinged("", ["dock", "dock", "ramp", "dock"])) == ""
+    assert reason_sentence(hinged("", ["dock"] * 4, share=0.6)) == ""
+    assert reason_sentence(hinged("", ["dock"] * 2)) == ""  # two seeds are no agreement
+    assert "the floor is full" in reason_sentence(hinged("", [""] * 4))
+
+
+def test_two_variants_are_compared_on_the_same_seeds() -> None:
+    told = comparison_sentences(hinged("a", ["dock"] * 4), hinged("b", ["dock"] * 4, extra=9))
+    assert told[0] == (
+        "With 4 robots b finishes more: +9.0 goals per hour [+9.0, +9.0], +21.7 % (4 seeds)."
+    )
+    same = comparison_sentences(hinged("a", ["dock"] * 4), hinged("b", ["dock"] * 4))
+    assert "both finish the same" in same[0]

@@ -1,0 +1,101 @@
+"""Which runs a sweep means, and what it writes; the runs themselves are real but short."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from swarm_bench.capacity.axes import Variant, variants
+from swarm_bench.capacity.command import parse_precision, parse_time
+from swarm_bench.capacity.study import Study
+from swarm_bench.cli import _load
+from swarm_bench.execution.processes import LocalExecutor
+from swarm_bench.runs.episode import RunOptions
+from swarm_bench.runs.scenario import Scenario
+from swarm_bench.suite.sweep import Sweep
+from tests.unit.swarm_bench.capacity.test_statistics import run_of
+
+SCENARIO = Scenario(name="own", duration=3610.0, warm_up=10.0)
+
+
+def answer(options: RunOptions) -> object:
+    """Return a run as a hall with a knee at 23 robots would."""
+    spread = (options.seed * 7) % 5 - 2
+    return run_of(options.robots, options.seed, 12 * min(options.robots, 23) + spread, 0.9)
+
+
+def test_an_adaptive_study_closes_in_on_the_knee_and_adds_seeds_where_it_must() -> None:
+    study = Study([Variant("", RunOptions(scenario=SCENARIO, robots=1))], [4, 12, 20, 28, 36, 44],
+                  [0, 1, 2, 3], precision=0.01)  # fmt: skip
+    study.run(
+        lambda runs: Sweep(runs, LocalExecutor(), runner=answer),  # type: ignore[arg-type]
+        None, Console(quiet=True),
+    )  # fmt: skip
+    (curve,) = study.curves
+    assert curve.knee is not None
+    assert curve.knee.robots == 23
+    assert {22, 23, 24} & set(curve.sizes)
+    counts = {point.robots: len(point.runs) for point in curve.points}
+    assert counts[4] > counts[44] >= 3
+    assert max(point.throughput.relative for point in curve.points) <= 0.01
+    assert study.done == study.planned
+
+
+def test_a_study_ends_when_its_time_is_up() -> None:
+    study = Study([Variant("", RunOptions(scenario=SCENARIO, robots=1))], [4, 8], [0],
+                  precision=0.01, budget=1e-9)  # fmt: skip
+    study.run(lambda runs: pytest.fail("a round began"), None, Console(quiet=True))
+    assert math.isinf(Study([], [4], [0])._deadline)
+
+
+def test_axes_multiply() -> None:
+    base = RunOptions(scenario=SCENARIO, robots=1)
+    found = variants(base, ["controller.max_vel_x=0.2,0.26", "loss=0,0.2", "method=orca"])
+    assert [one.label for one in found][:2] == [
+        "controller.max_vel_x=0.2, loss=0", "controller.max_vel_x=0.2, loss=0.2"
+    ]  # fmt: skip
+    assert len(found) == 4
+    assert found[3].base.scenario.loss == 0.2
+    assert found[3].base.parameters == {"max_vel_x": 0.26}
+    assert {one.base.method for one in found} == {"orca"}
+    (mixed,) = variants(base, ["fleet=turtlebot3_burger+turtlebot3_waffle", "mission=roam"])
+    assert mixed.base.scenario.fleet == ("turtlebot3_burger", "turtlebot3_waffle")
+    assert mixed.base.scenario.name == "slim_blockage, roam"
+
+
+def test_precision_and_budget() -> None:
+    assert (parse_precision("3%"), parse_precision("0.05"), parse_precision(None)) == (
+        0.03,
+        0.05,
+        None,
+    )
+    assert (parse_time("30min"), parse_time("90s"), parse_time("2h")) == (1800.0, 90.0, 7200.0)
+
+
+def test_a_sweep_writes_page_points_and_summary(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["sweep", "--world", "hall_12", "--mission", "cross_over", "--robots", "2..4:2",
+             "--seeds", "0", "--seconds", "60", "--warm-up", "10", "--json", "runs.jsonl",
+             "-o", "a.html", "-o", "a.csv", "-o", "a.json"]  # fmt: skip
+    _load()(words, standalone_mode=False)
+    said = capsys.readouterr().out
+    assert "No knee is certain between 2 and 4 robots." in said
+    rows = list(csv.DictReader((tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()))
+    assert [(row["robots"], row["seeds"]) for row in rows] == [("2", "1"), ("4", "1")]
+    assert float(rows[1]["throughput"]) > float(rows[0]["throughput"]) > 0.0
+    assert float(rows[0]["throughput_low"]) < float(rows[0]["throughput"])
+    summary = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
+    assert summary["variants"][0]["knee"] is None
+    page = (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert page.count("<figure") >= 3
+    lines = (tmp_path / "runs.jsonl").read_text(encoding="utf-8").splitlines()
+    assert all(json.loads(line)["steady"]["per_hour"] > 0.0 for line in lines)
+    _load()(words[: words.index("-o")], standalone_mode=False)
+    assert "2 of 2 runs are in runs.jsonl already" in capsys.readouterr().out

@@ -1,0 +1,171 @@
+"""Runs in other processes: the same results, whoever dies on the way."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from swarm_bench.execution.cluster import DaskExecutor
+from swarm_bench.execution.executor import executor, share_of
+from swarm_bench.execution.processes import LocalExecutor
+from swarm_bench.execution.task import DIED
+from swarm_bench.runs.episode import RunOptions
+from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.scenario import Scenario
+from swarm_bench.suite.sweep import Sweep
+from swarm_common.model.errors import ConfigError
+
+POLITE = '''
+"""A method of the user's, in two files."""
+from helper import SPEED
+from swarm_bench.baselines.base import Baseline
+from swarm_common.model.records import Twist
+
+class Slow(Baseline):
+    def prepare(self): pass
+    def begin(self, target): pass
+    def drive(self, target): return Twist(SPEED, 0.0, 0.1)
+    def rest(self): return Twist()
+'''
+
+
+def die_once(path: str) -> str:
+    """Die where no process has died yet."""
+    if not Path(path).exists():
+        Path(path).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return path
+
+
+def die(_: object) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def fail(_: object) -> None:
+    raise ZeroDivisionError("no")
+
+
+def test_a_run_whose_process_dies_is_repeated_and_stops_nobody(tmp_path: Path) -> None:
+    local = LocalExecutor(2)
+    paths = [str(tmp_path / "a"), str(tmp_path / "b"), str(tmp_path)]
+    done = sorted(local.run(die_once, paths, None), key=lambda item: item.index)
+    assert [(item.value, item.error) for item in done] == [(path, "") for path in paths]
+    assert {item.error for item in local.run(die, [0], None)} == {DIED}
+    (failed,) = local.run(fail, [0], None)
+    assert failed.error.startswith("ZeroDivisionError: no (test_executors.py, line ")
+    local.close()
+
+
+def options_of(folder: Path, seeds: Sequence[int]) -> list[RunOptions]:
+    """Return runs of a world, a mission and a method of the user's."""
+    (folder / "short.yaml").write_text("route:\n  - pose: [1.0, 0.0, 0.0]\n", encoding="utf-8")
+    (folder / "polite.py").write_text(POLITE, encoding="utf-8")
+    (folder / "helper.py").write_text("SPEED = 0.1\n", encoding="utf-8")
+    scenario = Scenario(
+        name="own", world="hall_12", mission=str(folder / "short.yaml"), time_limit={2: 5.0}
+    )
+    return [
+        RunOptions(scenario=scenario, robots=2, seed=seed, method="polite:Slow") for seed in seeds
+    ]
+
+
+def trajectories(results: Iterator[Any]) -> dict[int, str]:
+    found = list(results)
+    assert [item.error for item in found if not isinstance(item, RunResult)] == []
+    assert all(item.origin.processor and item.origin.inputs for item in found)
+    return {item.seed: item.trajectory_sha256 for item in found}
+
+
+def test_inputs_travel_and_shards_are_the_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    options = options_of(tmp_path, range(5))
+    alone = trajectories(Sweep(options).outcomes())
+    assert len(set(alone.values())) == 5
+    with executor(2) as local:
+        shards = [share_of(options, f"{number}/3") for number in (1, 2, 3)]
+        sweeps = [Sweep(shard, local) for shard in shards]
+        for sweep in sweeps:
+            sweep.check()
+        for path in tmp_path.glob("*.*"):
+            path.unlink()  # the workers read no file
+        monkeypatch.chdir("/")
+        union: dict[int, str] = {}
+        for sweep in sweeps:
+            union |= trajectories(sweep.outcomes())
+    assert union == alone
+    environment = {f"SLURM_ARRAY_TASK_{name}": str(value)
+                   for name, value in {"ID": 7, "MIN": 5, "MAX": 7}.items()}  # fmt: skip
+    assert share_of(options, "auto", environment) == shards[2]
+
+
+@pytest.fixture
+def scheduler(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """Provide the address of a scheduler, and its three workers, which start in another folder."""
+    pytest.importorskip("distributed")
+    file = tmp_path / "scheduler.json"
+    common = (sys.executable, "-P", "-m", "distributed.cli.")
+    environment = dict(os.environ, DASK_DISTRIBUTED__SCHEDULER__WORK_STEALING="True")
+    command = (*common[:-1], common[-1] + "dask_scheduler", "--host", "127.0.0.1", "--port", "0",
+               "--no-dashboard", "--scheduler-file", str(file))  # fmt: skip
+    processes = [subprocess.Popen(command, cwd="/", env=environment, stderr=subprocess.DEVNULL)]
+    worker = (*common[:-1], common[-1] + "dask_worker", "--scheduler-file", str(file),
+              "--nthreads", "1", "--no-nanny", "--no-dashboard", "--host", "127.0.0.1",
+              "--local-directory", str(tmp_path / "dask"))  # fmt: skip
+    processes += [
+        subprocess.Popen(worker, cwd="/", env=environment, stderr=subprocess.DEVNULL)
+        for _ in range(3)
+    ]
+    end = time.monotonic() + 20.0
+    while not file.exists() or not file.read_text(encoding="utf-8"):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    import json
+
+    yield json.loads(file.read_text(encoding="utf-8"))["address"], processes[1:]
+    for process in processes:
+        process.kill()
+        process.wait()
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")  # what Dask does that is deprecated is Dask's
+def test_a_cluster_gives_the_same_although_a_worker_is_killed(
+    scheduler: tuple[str, list[subprocess.Popen[bytes]]],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from distributed import Client
+
+    address, workers = scheduler
+    monkeypatch.chdir(tmp_path)
+    options = options_of(tmp_path, range(8))
+    options = [
+        dataclasses.replace(item, scenario=dataclasses.replace(item.scenario, time_limit={2: 60.0}))
+        for item in options
+    ]
+    alone = trajectories(Sweep(options).outcomes())
+    with Client(address) as client:
+        client.wait_for_workers(3, timeout=20)
+        sweep = Sweep(options, DaskExecutor(client))
+        found = []
+        for outcome in sweep.outcomes():
+            found.append(outcome)
+            if len(found) == 1:
+                workers[0].kill()
+        assert trajectories(iter(found)) == alone
+        failing = list(DaskExecutor(client).run(fail, [0], None))
+        assert "ZeroDivisionError" in failing[0].error
+        monkeypatch.setattr("swarm_bench.execution.cluster.bench_edition", lambda: "other")
+        with pytest.raises(ConfigError, match=r"worker tcp.* has swarm-workbench .* process other"):
+            DaskExecutor(client)
