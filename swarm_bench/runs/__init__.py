@@ -6,6 +6,7 @@ What a module imports of its folder stands above it:
     invariant_kernels  The smallest gap between held tubes, in every tick
     json_lines         A file of JSON lines, one per run, that a killed bench goes on with
     methods            What drives a robot in the bench: our navigator, or a baseline
+    centre             A centre in the bench: its radio to the robots, and what it costs
     scenario           Scenarios: the rows of the traffic suite
     invariant          No two robots hold space nearer to each other than their radii
     pose_error         How well the robots of a run know where they are

@@ -9,7 +9,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from swarm_bench.runs.methods import Driver, load_method
+from swarm_bench.runs.centre import Centre, delay_ticks
+from swarm_bench.runs.methods import Driver, load_method, load_team
 from swarm_bench.runs.scenario import Scenario
 from swarm_commander.mission.energy import check_energy
 from swarm_commander.mission.itinerary import Itinerary
@@ -74,6 +75,7 @@ class Episode:
     sites: Sites = field(default_factory=Sites)  # of the world
     stops: list[tuple[Stop, ...]] = field(default_factory=list)  # the goals of each robot
     conditions: Conditions | None = None  # what the map has room for; None where nobody asks
+    centre: Centre | None = None  # decides for all robots; None where each decides alone
 
 
 def check(options: RunOptions) -> None:
@@ -141,7 +143,10 @@ def build(
     world = make_world(options, scene, specs, homes, actors, world_class)
     drivers = make_drivers(options, scene.sites, specs, grid, homes)
     found = room_for(options, specs, grid, homes, routes, dead)
-    return Episode(world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found)
+    centre = make_centre(options, scene.sites, specs, grid)
+    return Episode(
+        world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found, centre
+    )
 
 
 def make_world(
@@ -198,6 +203,25 @@ def make_drivers(
         method(configs[spec], spec, grid, sites, number, home)
         for number, (spec, home) in enumerate(zip(specs, homes, strict=True), 1)
     ]
+
+
+def make_centre(
+    options: RunOptions, sites: Sites, specs: Sequence[RobotSpec], grid: Grid
+) -> Centre | None:
+    """Return what decides for all robots of a run; None where each decides alone.
+
+    Args:
+        options: What to run.
+        sites: Of the world.
+        specs: Models of the robots.
+        grid: The map.
+    """
+    factory = load_team(options.method)
+    if factory is None:
+        return None
+    team = factory(nav_config(options, specs[0]), specs, grid, sites)
+    scenario = options.scenario
+    return Centre(team, scenario.loss, delay_ticks(scenario.delay), seed=options.seed)
 
 
 def room_for(

@@ -16,6 +16,7 @@ from typing import cast
 
 import numpy as np
 
+from swarm_bench.runs.centre import Commanded
 from swarm_bench.runs.episode import Episode, RunOptions, build
 from swarm_bench.runs.invariant import Invariant
 from swarm_bench.runs.methods import Driver, StagedDriver
@@ -122,6 +123,9 @@ class Harness:
                 longest_wait_circle=waits["longest_circle"],
                 cpu_ms_per_robot_second=1e3 * (time.process_time() - cpu_started) / robot_time,
                 pose_error=self._pose_errors.figures() if self._pose_errors else None,
+                centre=self.stage.centre.as_json(self.options.robots)
+                if self.stage.centre is not None
+                else None,
             )
         finally:
             self.stage.world.close()
@@ -136,6 +140,8 @@ class Harness:
         for index, output in enumerate(self._outputs):
             if output is not None and (output.events or tick == 0):
                 self._follow_mission(index, tick, output)
+        if self.stage.centre is not None:
+            self.stage.centre.exchange(tick, cast(Sequence[Commanded], self.stage.drivers), self._dead)
         if tick % WAITS_EVERY == 0:
             self._record_waits(tick)
         if self._pose_errors is not None:

@@ -6,6 +6,7 @@ import importlib
 from collections.abc import Iterator
 from typing import Protocol, runtime_checkable
 
+from swarm_central.team import TeamFactory
 from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import Reception
 from swarm_common.model.errors import UnknownNameError
@@ -97,7 +98,9 @@ METHODS = {
     "ours": "swarm_nav.behaviour.navigator:Navigator",
     "dwa": "swarm_bench.baselines.dwa:DwaDriver",
     "orca": "swarm_bench.baselines.orca:OrcaDriver",
+    "central-mapf": "swarm_bench.baselines.commanded:CommandedDriver",
 }
+TEAMS = {"central-mapf": "swarm_central.mapf:MapfCentre"}  # the centre of methods that have one
 
 
 def load_method(name: str) -> Method:
@@ -114,3 +117,16 @@ def load_method(name: str) -> Method:
     module, _, attribute = METHODS[name].partition(":")
     method: Method = getattr(importlib.import_module(module), attribute)
     return method
+
+
+def load_team(name: str) -> TeamFactory | None:
+    """Return what makes the centre of a method; None if each robot decides alone.
+
+    Args:
+        name: Of the method.
+    """
+    if name not in TEAMS:
+        return None
+    module, _, attribute = TEAMS[name].partition(":")
+    factory: TeamFactory = getattr(importlib.import_module(module), attribute)
+    return factory

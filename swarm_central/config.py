@@ -1,0 +1,41 @@
+"""Parameters of the centre."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from swarm_common.model.errors import ConfigError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CentralConfig:
+    """How the centre plans and how near it lets robots come."""
+
+    margin: float = 0.022  # [m] that each robot keeps beyond its circumscribed radius
+    wall_margin: float = 0.04  # [m] likewise towards walls
+    gap: float = 0.10  # [m] between the circles of robots on neighbouring vertices
+    lookahead: float = 0.20  # [m] that a robot is given ahead of its last report
+    stop_time: float = 0.4  # [s] that braking and starting around a turn take
+    period: int = 5  # ticks between two plans
+    least_period: int = 2  # ticks, likewise where a goal has changed
+    horizon: int = 6  # steps that are planned ahead
+    patience: int = 30  # ticks after which a robot that is not heard counts as standing for ever
+    most_released: int = 60  # robots that go for their goals at once; the others make way
+    most_per_goal: int = 50  # likewise for one goal
+    patience_weight: float = 0.3  # [s] nearer that a robot counts for each second it waited
+
+    def __post_init__(self) -> None:
+        for name in ("margin", "wall_margin", "gap", "lookahead", "stop_time"):
+            if getattr(self, name) < 0.0:
+                raise ConfigError(f"central.{name} is {getattr(self, name)}; it must not be negative")
+        for name in ("period", "least_period", "horizon", "most_released", "most_per_goal"):
+            if getattr(self, name) < 1:
+                raise ConfigError(f"central.{name} is {getattr(self, name)}; it must be 1 or more")
+
+    def spacing(self, radius: float) -> float:
+        """Return the distance [m] between neighbouring vertices.
+
+        Args:
+            radius: [m] of the largest robot.
+        """
+        return 2.0 * radius + self.gap
