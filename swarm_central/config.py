@@ -14,21 +14,20 @@ class CentralConfig:
     margin: float = 0.022  # [m] that each robot keeps beyond its circumscribed radius
     wall_margin: float = 0.04  # [m] likewise towards walls
     gap: float = 0.10  # [m] between the circles of robots on neighbouring vertices
-    lookahead: float = 0.20  # [m] that a robot is given ahead of its last report
+    lookahead: float = 0.15  # [m] that a robot is given ahead of its last report
     stop_time: float = 0.4  # [s] that braking and starting around a turn take
     period: int = 5  # ticks between two plans
     least_period: int = 2  # ticks, likewise where a goal has changed
     horizon: int = 6  # steps that are planned ahead
     patience: int = 30  # ticks after which a robot that is not heard counts as standing for ever
-    most_released: int = 60  # robots that go for their goals at once; the others make way
-    most_per_goal: int = 50  # likewise for one goal
-    patience_weight: float = 0.3  # [s] nearer that a robot counts for each second it waited
+    most_released: int = 35  # robots that go for their goals at once; the others make way
+    most_age: float = 240.0  # [s] after which a goal counts before all nearer ones
 
     def __post_init__(self) -> None:
         for name in ("margin", "wall_margin", "gap", "lookahead", "stop_time"):
             if getattr(self, name) < 0.0:
                 raise ConfigError(f"central.{name} is {getattr(self, name)}; it must not be negative")
-        for name in ("period", "least_period", "horizon", "most_released", "most_per_goal"):
+        for name in ("period", "least_period", "horizon", "most_released"):
             if getattr(self, name) < 1:
                 raise ConfigError(f"central.{name} is {getattr(self, name)}; it must be 1 or more")
 

@@ -29,6 +29,7 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.planning.terrain import terrain_for
 
 PIECE = 0.05  # [m] between places that are checked, and least that is given at once
+MOST_LATE = 2.0  # [s] of a message's way there and back that a robot is given more space for
 PARK = 0  # row of the field of robots that wait
 ARRIVED_SHARE = 0.8  # of the goal tolerance within which a robot stops for its goal
 
@@ -73,6 +74,7 @@ class MapfCentre:
             terrain, self.config.spacing(body), body + self.config.wall_margin, timing,
             slowest.max_vel_x, stations, self._reach,
         )  # fmt: skip
+        self._speed = slowest.max_vel_x
         self._tick = 0
         self._robots: dict[int, Progress] = {}
         self._first: dict[int, Report] = {}
@@ -169,9 +171,11 @@ class MapfCentre:
         locked = np.array([self._is_locked(r, int(p)) for r, p in zip(robots, places, strict=True)])
         rest = fields[goals, start, headings]
         ages = np.array([self._tick - robot.since for robot in robots]) * CONTROL_PERIOD
-        released = self._released(places, rest, ages)
+        late = ages > self.config.most_age
+        rank = np.where(late, -1e4 - ages, rest)
+        released = self._released(places, rank)
         goals = np.where(released, goals, PARK).astype(np.int32)
-        rank = np.where(released, rest - self.config.patience_weight * ages, 1e6 - ages)
+        rank = np.where(released, rank, 1e6 - ages)
         order = np.lexsort((np.arange(len(robots)), rank, ~locked))
         noise = self._noise.random((len(robots), 5), np.float32) * np.float32(0.01)
         wishes = Wishes(fields, goals, self._busy(robots, places), noise)
@@ -194,20 +198,11 @@ class MapfCentre:
             return True
         return bool(robot.queue) or robot.report.has_arrived or robot.vertex == place
 
-    def _released(self, places: NDArray[np.int32], rest: FloatArray, ages: FloatArray) -> FloatArray:
+    def _released(self, places: NDArray[np.int32], rank: FloatArray) -> NDArray[np.bool_]:
         """Return (n,) which robots go for their goals; the others wait and make way."""
-        value = rest - self.config.patience_weight * ages
         released = np.zeros(len(places), np.bool_)
-        by_place: dict[int, int] = {}
-        total = 0
-        for robot in np.argsort(value, kind="stable").tolist():
-            place = int(places[robot])
-            if place < 0 or total >= self.config.most_released:
-                continue
-            if by_place.get(place, 0) < self.config.most_per_goal:
-                released[robot] = True
-                by_place[place] = by_place.get(place, 0) + 1
-                total += 1
+        first = [robot for robot in np.argsort(rank, kind="stable") if places[robot] >= 0]
+        released[first[: self.config.most_released]] = True
         return released
 
     def _busy(self, robots: Sequence[Progress], places: NDArray[np.int32]) -> NDArray[np.bool_]:
@@ -256,13 +251,15 @@ class MapfCentre:
         robots = list(self._robots.values())
         lines = [[(*a, *b) for a, b in robot.held()] for robot in robots]
         for index, robot in enumerate(robots):
-            if robot.ahead >= self.config.lookahead:
+            late = 2 * (self._tick - robot.report.tick - 1) * CONTROL_PERIOD
+            lookahead = self.config.lookahead + min(late, MOST_LATE) * self._speed
+            if robot.ahead >= lookahead:
                 continue
             segments = np.array([line for held in lines for line in held])
             owners = np.repeat(np.arange(len(robots)), [len(held) for held in lines])
             for target in self._choices(index, robot):
                 aim = target[0]
-                want = self.config.lookahead + PIECE - robot.ahead
+                want = lookahead + PIECE - robot.ahead
                 length = free_length(
                     robot.stop, aim, want, PIECE, index, segments, owners, self._radii
                 )

@@ -54,6 +54,10 @@ class Progress:
         self.report = report
         if has_changed:
             self.since = report.tick
+            if self.is_beside and self.aim is not None:  # no need to go there any more
+                self.points.append(self.stop)
+                self.aim = None
+                self._number += 1
         return has_changed
 
     def held(self) -> Iterator[tuple[Point, Point]]:
