@@ -3,6 +3,8 @@
 What a module imports of its folder stands above it:
 
     team              What a method that decides for all robots is, and its messages
+    config            Parameters of the centre
+    roadmap_kernels   Times from all vertices to a goal
     roadmap           Vertices, lanes and costs made from a map
     pibt_kernels      Priority inheritance with backtracking: one step of all robots
     lacam             LaCAM*: a whole plan for all robots

@@ -26,7 +26,9 @@ class CentralConfig:
     def __post_init__(self) -> None:
         for name in ("margin", "wall_margin", "gap", "lookahead", "stop_time"):
             if getattr(self, name) < 0.0:
-                raise ConfigError(f"central.{name} is {getattr(self, name)}; it must not be negative")
+                raise ConfigError(
+                    f"central.{name} is {getattr(self, name)}; it must not be negative"
+                )
         for name in ("period", "least_period", "horizon", "most_released"):
             if getattr(self, name) < 1:
                 raise ConfigError(f"central.{name} is {getattr(self, name)}; it must be 1 or more")

@@ -8,6 +8,7 @@ circle of robots moves at once has a graph without circles, so that some robot c
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ class DependencyGraph:
         self._begun = [0] * count
         last = {int(vertex): (robot, 1) for robot, vertex in enumerate(plan[0])}
         moves = [0] * count
-        for before, after in zip(plan, plan[1:], strict=False):
+        for before, after in pairwise(plan):
             movers = np.flatnonzero(before != after).tolist()
             for robot in movers:
                 moves[robot] += 1
@@ -65,6 +66,5 @@ class DependencyGraph:
     def is_done(self) -> bool:
         """Whether all moves have begun."""
         return all(
-            begun == len(actions)
-            for begun, actions in zip(self._begun, self._actions, strict=True)
+            begun == len(actions) for begun, actions in zip(self._begun, self._actions, strict=True)
         )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -143,7 +144,9 @@ class Lacam:
         if len(bound) < len(self._goals):
             robot = int(node.order[len(bound)])
             here = int(node.places[robot])
-            ways = [v for v in self._costs.neighbors[here].tolist() if v >= 0 and not self._closed[v]]
+            ways = [
+                v for v in self._costs.neighbors[here].tolist() if v >= 0 and not self._closed[v]
+            ]
             ways.append(here)
             self._random.shuffle(ways)
             node.bounds.extend((*bound, (robot, way)) for way in ways)
@@ -225,7 +228,7 @@ def fault_of(
         neighbors: (V, 4) of the roadmap.
         may_rotate: Whether circles of robots may move on at once.
     """
-    for t, (before, after) in enumerate(zip(steps, steps[1:], strict=False)):
+    for t, (before, after) in enumerate(pairwise(steps)):
         moved = before != after
         if len(np.unique(after)) < len(after):
             return f"two robots at one vertex after step {t}"

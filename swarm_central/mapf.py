@@ -20,7 +20,7 @@ from swarm_central.dependency_graph import DependencyGraph
 from swarm_central.grant_kernels import free_length
 from swarm_central.pibt_kernels import Wishes, roll_out
 from swarm_central.progress import Point, Progress
-from swarm_central.roadmap import Roadmap, Timing, build_roadmap
+from swarm_central.roadmap import RoadmapError, Timing, build_roadmap
 from swarm_central.team import Order, Report
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, RobotSpec
@@ -30,6 +30,7 @@ from swarm_nav.planning.terrain import terrain_for
 
 PIECE = 0.05  # [m] between places that are checked, and least that is given at once
 MOST_LATE = 2.0  # [s] of a message's way there and back that a robot is given more space for
+OUT_OF_REACH = 1e6  # [m²] where no straight way leads to a vertex
 PARK = 0  # row of the field of robots that wait
 ARRIVED_SHARE = 0.8  # of the goal tolerance within which a robot stops for its goal
 
@@ -68,10 +69,12 @@ class MapfCentre:
             math.pi / slowest.max_vel_theta + turn,
             self.config.spacing(body) / slowest.max_vel_x,
         )
-        terrain = terrain_for(grid, config.planner, config.costmap, body)
+        self._places: dict[Point, int] = {}
+        self._room = body + self.config.wall_margin
+        self._terrain = terrain = terrain_for(grid, config.planner, config.costmap, body)
         stations = np.array([(p.x, p.y) for p in sites.stations.values()]).reshape(-1, 2)
         self.roadmap = build_roadmap(
-            terrain, self.config.spacing(body), body + self.config.wall_margin, timing,
+            terrain, self.config.spacing(body), self._room, timing,
             slowest.max_vel_x, stations, self._reach,
         )  # fmt: skip
         self._speed = slowest.max_vel_x
@@ -130,7 +133,11 @@ class MapfCentre:
         free = np.array([v for v in range(len(self.roadmap.points)) if v not in taken])
         places = np.array([(r.pose_map.x, r.pose_map.y) for r in reports])
         gaps = ((places[:, None, :] - self.roadmap.points[free][None, :, :]) ** 2).sum(axis=2)
+        for row, place in enumerate(places.tolist()):
+            gaps[row, ~np.isin(free, self._in_reach(*place))] += OUT_OF_REACH
         rows, columns = linear_sum_assignment(gaps)
+        if gaps[rows, columns].max() >= OUT_OF_REACH:
+            raise RoadmapError("robots stand where the roadmap has too few places for them")
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             report, vertex = reports[row], int(free[column])
             heading = round(report.pose_map.yaw / (math.pi / 2)) % 4
@@ -190,7 +197,17 @@ class MapfCentre:
     def _place(self, robot: Progress) -> int:
         """Return the vertex of a robot's goal; -1 without a goal."""
         x, y = robot.report.goal_map
-        return -1 if robot.report.goal_id == 0 else self.roadmap.nearest(x, y)
+        return -1 if robot.report.goal_id == 0 else self._vertex_for(x, y)
+
+    def _vertex_for(self, x: float, y: float) -> int:
+        """Return the vertex from which a goal is reached; -1 if there is none."""
+        if (x, y) not in self._places:
+            near = self._in_reach(x, y)
+            self._places[x, y] = int(near[0]) if len(near) else -1
+        return self._places[x, y]
+
+    def _in_reach(self, x: float, y: float) -> NDArray[np.int64]:
+        return self.roadmap.in_reach(x, y, self._terrain, self._room)
 
     def _is_locked(self, robot: Progress, place: int) -> bool:
         """Whether a robot stays: it is at its goal, or on its way to a place beside the roadmap."""

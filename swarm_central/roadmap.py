@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import heapq
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
+from swarm_central.roadmap_kernels import costs_to
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import FloatArray
 from swarm_nav.planning.terrain import HALL_DISTANCE, Terrain
@@ -19,6 +20,7 @@ EAST, NORTH, WEST, SOUTH = range(4)
 STEPS = ((1, 0), (0, 1), (-1, 0), (0, -1))  # (columns, rows) by direction
 SHIFTS = 12  # offsets of the lattice that are tried along each axis
 STATION_WEIGHT = 12.0  # vertices that a station on the lattice is worth
+MOST_NEAR = 16  # vertices that are looked at for a point
 NO_WAY = np.float32(1e9)  # [s] where there is none
 
 
@@ -61,14 +63,28 @@ class Roadmap:
     parking: NDArray[np.bool_]
     spacing: float
 
-    def nearest(self, x: float, y: float) -> int:
-        """Return the vertex nearest to a point.
+    def in_reach(self, x: float, y: float, terrain: Terrain, room: float) -> NDArray[np.int64]:
+        """Return the vertices near a point to which a straight line is clear, the nearest first.
 
         Args:
             x: [m] in map.
             y: [m] in map.
+            terrain: The map.
+            room: [m] that the line keeps from walls, or as much as the point has.
         """
-        return int(np.hypot(self.points[:, 0] - x, self.points[:, 1] - y).argmin())
+        gaps = np.hypot(self.points[:, 0] - x, self.points[:, 1] - y)
+        near = np.argsort(gaps, kind="stable")[:MOST_NEAR]
+        start = np.array((x, y))
+        room = min(room, terrain.clearance(x, y) - 0.02)
+        shares = np.linspace(0.0, 1.0, 9)
+        clear = [
+            all(
+                terrain.clearance(*place) >= room
+                for place in start + shares[:, None] * (self.points[vertex] - start)
+            )
+            for vertex in near
+        ]
+        return near[np.array(clear, np.bool_)]
 
     def costs_to(self, targets: NDArray[np.int64], closed: NDArray[np.bool_]) -> FloatArray:
         """Return the time (V, 4) [s] to the nearest target, by vertex and heading at the start.
@@ -77,7 +93,7 @@ class Roadmap:
             targets: Vertices, with any heading.
             closed: (V,) vertices that nobody may enter.
         """
-        return _costs_to(targets, closed, *self.costs)
+        return costs_to(targets, closed, *self.costs)
 
 
 def build_roadmap(
@@ -109,8 +125,8 @@ def build_roadmap(
         for dy in shifts:
             axes = _axes(terrain, spacing, dx, dy)
             links = _links(terrain, axes, spacing, room)
-            inside = _largest(links)
-            value = float(inside.sum()) + STATION_WEIGHT * _near(axes, inside, stations, reach)
+            inside, value = _linked(links)
+            value += STATION_WEIGHT * _near(axes, inside, stations, reach)
             if value > most:
                 best, most = (axes, links, inside), value
     assert best is not None
@@ -154,11 +170,11 @@ def _links(
     return np.stack((east, north), axis=-1)
 
 
-def _largest(links: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return (rows, columns): the vertices of the largest connected part."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
+def _linked(links: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], float]:
+    """Return (rows, columns) which vertices have a neighbour, and the mean size of their parts.
 
+    The mean is over vertices: two rooms are worth more with the door between them than without.
+    """
     height, width = links.shape[:2]
     index = np.arange(height * width).reshape(height, width)
     east, north = links[:, :-1, 0], links[:-1, :, 1]
@@ -166,7 +182,10 @@ def _largest(links: NDArray[np.bool_]) -> NDArray[np.bool_]:
     second = np.concatenate((index[:, 1:][east], index[1:][north]))
     graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(index.size, index.size))
     _, labels = connected_components(graph, directed=False)
-    return np.asarray(labels == np.bincount(labels).argmax()).reshape(height, width)
+    sizes = np.bincount(labels)
+    inside = (sizes[labels] > 1).reshape(height, width)
+    sizes = sizes[sizes > 1].astype(np.float64)
+    return inside, float((sizes**2).sum() / max(1.0, sizes.sum()))
 
 
 def _near(
@@ -232,8 +251,8 @@ def _edge_times(
 def _on_lattice(terrain: Terrain, points: FloatArray, layer: NDArray[np.generic]) -> FloatArray:
     """Return a layer of the planner's lattice at points (n, 2) [m] in map."""
     frame = terrain.lattice.frame
-    columns = np.floor((points[:, 0] - frame.origin_x) / frame.step + 0.5).astype(int)
-    rows = np.floor((points[:, 1] - frame.origin_y) / frame.step + 0.5).astype(int)
+    columns = np.floor((points[:, 0] - frame.origin_x) / frame.step).astype(int)
+    rows = np.floor((points[:, 1] - frame.origin_y) / frame.step).astype(int)
     values: FloatArray = layer[
         np.clip(rows, 0, layer.shape[0] - 1), np.clip(columns, 0, layer.shape[1] - 1)
     ]
@@ -257,38 +276,3 @@ def grid_roadmap(passable: NDArray[np.bool_]) -> Roadmap:
     costs = Costs(neighbors, edges, np.zeros((4, 4), np.float32), np.float32(1.0))
     cells = np.column_stack((columns, rows))
     return Roadmap(cells.astype(np.float64), cells, costs, np.ones(len(rows), np.bool_), 1.0)
-
-
-@njit(cache=True)
-def _costs_to(
-    targets: NDArray[np.int64],
-    closed: NDArray[np.bool_],
-    neighbors: NDArray[np.int32],
-    edges: NDArray[np.float32],
-    turns: NDArray[np.float32],
-    wait: np.float32,
-) -> NDArray[np.float32]:
-    """Dijkstra from the targets backwards over (vertex, heading)."""
-    count = neighbors.shape[0]
-    costs = np.full((count, 4), np.float32(1e9), np.float32)
-    heap = [(np.float32(0.0), np.int64(-1))]
-    for target in targets:
-        for heading in range(4):
-            costs[target, heading] = 0.0
-            heap.append((np.float32(0.0), np.int64(target * 4 + heading)))
-    while len(heap) > 0:
-        cost, state = heapq.heappop(heap)
-        if state < 0:
-            continue
-        vertex, heading = state // 4, state % 4
-        if cost > costs[vertex, heading]:
-            continue
-        before = neighbors[vertex, (heading + 2) % 4]
-        if before < 0 or closed[vertex]:
-            continue
-        for old in range(4):
-            new = cost + edges[before, heading] + turns[old, heading]
-            if new < costs[before, old]:
-                costs[before, old] = new
-                heapq.heappush(heap, (np.float32(new), np.int64(before * 4 + old)))
-    return costs

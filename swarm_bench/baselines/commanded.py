@@ -78,7 +78,9 @@ class CommandedDriver(Baseline):
         if end == self._passed and gap < REACHED:
             return Twist()
         ahead = self._carrot(target)
-        error = wrap_angle(math.atan2(ahead[1] - self.pose.y, ahead[0] - self.pose.x) - self.pose.yaw)
+        error = wrap_angle(
+            math.atan2(ahead[1] - self.pose.y, ahead[0] - self.pose.x) - self.pose.yaw
+        )
         if abs(error) > (LEAST_ERROR if self.is_standing else MOST_ERROR):
             return self._turner.turn_to(self.pose.yaw + error, self.pose, self.twist)
         limits = self.config.controller

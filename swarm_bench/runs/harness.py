@@ -141,7 +141,9 @@ class Harness:
             if output is not None and (output.events or tick == 0):
                 self._follow_mission(index, tick, output)
         if self.stage.centre is not None:
-            self.stage.centre.exchange(tick, cast(Sequence[Commanded], self.stage.drivers), self._dead)
+            self.stage.centre.exchange(
+                tick, cast(Sequence[Commanded], self.stage.drivers), self._dead
+            )
         if tick % WAITS_EVERY == 0:
             self._record_waits(tick)
         if self._pose_errors is not None:

@@ -82,7 +82,7 @@ def traffic(
             "--realistic/--ideal", help="Noisy sensors with LiDARs, and localisation by AMCL."
         ),
     ] = False,
-    method: Annotated[str, typer.Option(help="ours, dwa or orca.")] = "ours",
+    method: Annotated[str, typer.Option(help="ours, dwa, orca or central-mapf.")] = "ours",
     set_: Settings = None,
     jobs: Jobs = 1,
     ros: Annotated[bool, typer.Option("--ros", help="Run swarm-up on the real ROS graph.")] = False,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from swarm_bench.runs.episode import RunOptions, parse_parameters
-from swarm_bench.runs.methods import METHODS
+from swarm_bench.runs.methods import METHODS, TEAMS
 from swarm_bench.runs.scenario import check_size, load_scenario, scenario_names
 from swarm_bench.suite.sweep import Sweep
 from swarm_common.model.engines import usual_engine
@@ -147,7 +147,7 @@ def suite_sweeps(
     sweeps = [Sweep(_by_seed(select(ALL, (), parse_seeds(seeds))), jobs)]
     if baseline_seeds != NONE:
         chosen = parse_seeds(baseline_seeds)
-        others = [method for method in METHODS if method != "ours"]
+        others = [method for method in METHODS if method != "ours" and method not in TEAMS]
         sweeps += [
             Sweep(_by_seed(select(ALL, (), chosen, method=method)), jobs) for method in others
         ]
