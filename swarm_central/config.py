@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 
-from swarm_common.model.errors import ConfigError
+import msgspec
+
+from swarm_common.files.yaml_io import check_keys
+from swarm_common.model.errors import ConfigError, UnknownNameError
+
+PLANNERS = ("pibt", "lacam")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,6 +25,10 @@ class CentralConfig:
     period: int = 5  # ticks between two plans
     least_period: int = 2  # ticks, likewise where a goal has changed
     horizon: int = 6  # steps that are planned ahead
+    planner: str = "pibt"  # pibt or lacam
+    expansions: int = 400  # of LaCAM* for one plan
+    solver: str = ""  # path of an external solver in place of both; empty for none
+    solver_time: float = 1.0  # [s] of wall time that it gets for a plan
     patience: int = 30  # ticks after which a robot that is not heard counts as standing for ever
     most_released: int = 35  # robots that go for their goals at once; the others make way
     most_age: float = 240.0  # [s] after which a goal counts before all nearer ones
@@ -29,7 +39,9 @@ class CentralConfig:
                 raise ConfigError(
                     f"central.{name} is {getattr(self, name)}; it must not be negative"
                 )
-        for name in ("period", "least_period", "horizon", "most_released"):
+        if self.planner not in PLANNERS:
+            raise UnknownNameError("central.planner", self.planner, PLANNERS)
+        for name in ("period", "least_period", "horizon", "expansions", "most_released"):
             if getattr(self, name) < 1:
                 raise ConfigError(f"central.{name} is {getattr(self, name)}; it must be 1 or more")
 
@@ -40,3 +52,19 @@ class CentralConfig:
             radius: [m] of the largest robot.
         """
         return 2.0 * radius + self.gap
+
+
+def central_from_texts(texts: Mapping[str, str]) -> CentralConfig:
+    """Return parameters given as texts.
+
+    Args:
+        texts: By name.
+
+    Raises:
+        ConfigError: If one is unknown or no value of its type.
+    """
+    check_keys(texts, [item.name for item in fields(CentralConfig)], "central")
+    try:
+        return msgspec.convert(dict(texts), CentralConfig, strict=False)
+    except msgspec.ValidationError as cause:
+        raise ConfigError(f"central: {cause}") from None

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,8 @@ from scipy.optimize import linear_sum_assignment
 from swarm_central.config import CentralConfig
 from swarm_central.dependency_graph import DependencyGraph
 from swarm_central.grant_kernels import free_length
+from swarm_central.lacam import Lacam, fault_of
+from swarm_central.movingai import ExternalSolver
 from swarm_central.pibt_kernels import Wishes, roll_out
 from swarm_central.progress import Point, Progress
 from swarm_central.roadmap import RoadmapError, Timing, build_roadmap
@@ -44,7 +48,7 @@ class MapfCentre:
         specs: Sequence[RobotSpec],
         grid: Grid,
         sites: Sites,
-        central: CentralConfig | None = None,
+        central: Mapping[str, Any] | None = None,
     ) -> None:
         """Make the roadmap.
 
@@ -53,12 +57,12 @@ class MapfCentre:
             specs: Models of the robots.
             grid: The map.
             sites: Whose stations the roadmap fits, where it can.
-            central: Parameters of the centre; None for the defaults.
+            central: Parameters of the centre by name; None for the defaults.
 
         Raises:
             RoadmapError: If robots of this size find no roadmap in the map.
         """
-        self.config = central or CentralConfig()
+        self.config = CentralConfig(**(central or {}))
         body = max(spec.circumscribed_radius for spec in specs)
         self._radii = np.array([s.circumscribed_radius for s in specs]) + self.config.margin
         self._reach = ARRIVED_SHARE * config.goal_checker.xy_goal_tolerance
@@ -84,12 +88,17 @@ class MapfCentre:
         self._count = len(specs)
         self._graph: DependencyGraph | None = None
         self._planned = -10_000
-        self._is_stale = False
+        self._is_stale = self._is_joint = False
         self._closed: NDArray[np.bool_] = np.zeros(len(self.roadmap.points), np.bool_)
         self._rows: dict[int, int] = {}
         self._fields: list[FloatArray] = []
         self._noise = np.random.default_rng(0)
-        self._plans = 0
+        self._plans = self._failures = 0
+        self._solver: ExternalSolver | None = None
+        if self.config.solver:
+            self._solver = ExternalSolver(
+                Path(self.config.solver), self.roadmap, self.config.solver_time
+            )
         self._forget_fields()
 
     def observe(self, tick: int, states: Sequence[Report]) -> None:
@@ -115,16 +124,31 @@ class MapfCentre:
         """Return the orders to send now."""
         if not self._robots:
             return ()
-        since = self._tick - self._planned
-        if since >= self.config.period or (self._is_stale and since >= self.config.least_period):
+        self._close_silent(list(self._robots.values()))
+        if self._needs_plan():
             self._plan()
         self._grant()
         orders = (robot.order() for robot in self._robots.values())
         return [order for order in orders if order is not None]
 
+    def _needs_plan(self) -> bool:
+        """Whether it is time: PIBT looks ahead a little and often, joint plans lead to the goals.
+
+        A joint plan is executed to its end unless a goal changes: planned anew, equals may be
+        chosen otherwise, and robots would go to and fro.
+        """
+        since = self._tick - self._planned
+        if self._is_joint and self._graph is not None and not self._graph.is_done:
+            return self._is_stale and since >= self.config.least_period
+        return since >= self.config.period or (self._is_stale and since >= self.config.least_period)
+
     def figures(self) -> Mapping[str, float]:
         """Return counters for the result of a run."""
-        return {"plans": self._plans, "vertices": len(self.roadmap.points)}
+        return {
+            "plans": self._plans,
+            "failed_plans": self._failures,
+            "vertices": len(self.roadmap.points),
+        }
 
     def _admit(self) -> None:
         """Give each new robot a vertex of its own, all as near as they can be."""
@@ -169,7 +193,6 @@ class MapfCentre:
     def _plan(self) -> None:
         """Plan all robots from where they will stop."""
         robots = list(self._robots.values())
-        self._close_silent(robots)
         places = np.array([self._place(robot) for robot in robots], np.int32)
         goals = np.array([PARK if p < 0 else self._row(int(p)) for p in places], np.int32)
         fields = np.stack(self._fields)
@@ -186,13 +209,58 @@ class MapfCentre:
         order = np.lexsort((np.arange(len(robots)), rank, ~locked))
         noise = self._noise.random((len(robots), 5), np.float32) * np.float32(0.01)
         wishes = Wishes(fields, goals, self._busy(robots, places), noise)
-        plan = roll_out(
-            order, start, headings, locked, np.where(released, places, -1).astype(np.int32),
-            self.roadmap.costs, wishes, self.config.horizon,
-        )  # fmt: skip
+        places = np.where(released, places, -1).astype(np.int32)
+        plan = self._jointly(order, start, headings, locked, places)
+        self._is_joint = plan is not None
+        if plan is None:
+            plan = roll_out(
+                order, start, headings, locked, places, self.roadmap.costs, wishes,
+                self.config.horizon,
+            )  # fmt: skip
         self._graph = DependencyGraph(plan)
         self._planned, self._is_stale = self._tick, False
         self._plans += 1
+
+    def _jointly(
+        self,
+        order: NDArray[np.int64],
+        start: NDArray[np.int32],
+        headings: NDArray[np.int32],
+        locked: NDArray[np.bool_],
+        places: NDArray[np.int32],
+    ) -> NDArray[np.int32] | None:
+        """Return the next steps of a plan up to all goals; None where PIBT has to do.
+
+        Of several robots with the same goal the first goes there and the others have none. A plan
+        that moves a locked robot, or a circle of robots at once, cannot be executed.
+        """
+        if self._solver is None and self.config.planner == "pibt":
+            return None
+        goals, taken = start.copy(), set(start[locked].tolist())
+        for robot in order.tolist():
+            place = int(places[robot])
+            if place >= 0 and not locked[robot] and place not in taken:
+                goals[robot] = place
+                taken.add(place)
+        _move_aside(goals, start, locked, self.roadmap.costs.neighbors)
+        if len(np.unique(goals)) < len(goals):
+            return None
+        if self._solver is not None:
+            steps = self._solver.solve(start, goals)
+        else:
+            found = Lacam(
+                self.roadmap, start, goals, headings=headings, locked=locked, closed=self._closed,
+                may_rotate=False,
+            ).solve(self.config.expansions)  # fmt: skip
+            steps = None if found is None else found.steps
+        if steps is None or len(steps) < 2 or (steps[0] != start).any():
+            self._failures += 1
+            return None
+        is_valid = not fault_of(steps, self.roadmap.costs.neighbors, may_rotate=False)
+        if not is_valid or (steps[:, locked] != start[locked]).any():
+            self._failures += 1
+            return None
+        return steps
 
     def _place(self, robot: Progress) -> int:
         """Return the vertex of a robot's goal; -1 without a goal."""
@@ -258,8 +326,14 @@ class MapfCentre:
                         gaps = np.hypot(*(self.roadmap.points - np.array(end)).T)
                         closed |= gaps < 2 * self._radii.max()
         if (closed != self._closed).any():
-            self._closed = closed
+            self._closed, self._is_stale = closed, True
             self._forget_fields()
+        taken = {robot.vertex for robot in robots}
+        for robot in robots:
+            is_cut_off = robot.aim is not None and not robot.is_beside and closed[robot.vertex]
+            if is_cut_off and robot.left not in taken and not closed[robot.left]:
+                taken.add(robot.left)
+                robot.turn_back(self._point(robot.left))
 
     # Execution
 
@@ -323,4 +397,27 @@ class MapfCentre:
         self._graph.begin(index)
         neighbors = self.roadmap.costs.neighbors[robot.vertex]
         robot.heading = int(np.flatnonzero(neighbors == vertex)[0])
-        robot.vertex = vertex
+        robot.left, robot.vertex = robot.vertex, vertex
+
+
+def _move_aside(
+    goals: NDArray[np.int32],
+    start: NDArray[np.int32],
+    locked: NDArray[np.bool_],
+    neighbors: NDArray[np.int32],
+) -> None:
+    """Give robots that stand on another's goal the nearest vertex that is nobody's goal."""
+    wanted = {int(goals[robot]) for robot in np.flatnonzero(goals != start)}
+    taken = wanted | {int(place) for place in start}
+    for robot in np.flatnonzero((goals == start) & ~locked).tolist():
+        if int(start[robot]) not in wanted:
+            continue
+        seen, edge = {int(start[robot])}, [int(start[robot])]
+        while edge:
+            edge = [int(v) for u in edge for v in neighbors[u] if v >= 0 and int(v) not in seen]
+            seen.update(edge)
+            free = [vertex for vertex in edge if vertex not in taken]
+            if free:
+                goals[robot] = free[0]
+                taken.add(free[0])
+                break

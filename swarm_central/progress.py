@@ -17,6 +17,7 @@ class Progress:
 
     Attributes:
         vertex: Where the robot will be once it has driven all that was given.
+        left: The vertex before that.
         heading: Direction in which it arrives there.
         points: Everything that it was given, in order; the first is where it stood at the start.
         stop: The end of what was given: the last point, or a place on the way to `aim`.
@@ -36,7 +37,7 @@ class Progress:
             heading: The nearest direction of the roadmap.
         """
         self.report = report
-        self.vertex = vertex
+        self.vertex = self.left = vertex
         self.heading = heading
         self.points: list[Point] = [(report.pose_map.x, report.pose_map.y)]
         self.stop: Point = self.points[0]
@@ -55,9 +56,7 @@ class Progress:
         if has_changed:
             self.since = report.tick
             if self.is_beside and self.aim is not None:  # no need to go there any more
-                self.points.append(self.stop)
-                self.aim = None
-                self._number += 1
+                self.end_here()
         return has_changed
 
     def held(self) -> Iterator[tuple[Point, Point]]:
@@ -98,6 +97,23 @@ class Progress:
                 self.stop[1] + share * (self.aim[1] - self.stop[1]),
             )
         self._number += 1
+
+    def end_here(self) -> None:
+        """Give no more of the way to the aim; what was given stays."""
+        self.points.append(self.stop)
+        self.aim = None
+        self._number += 1
+
+    def turn_back(self, point: Point) -> None:
+        """Send the robot back to the vertex that it left for one that it cannot reach.
+
+        Args:
+            point: Of the vertex that it left.
+        """
+        self.end_here()
+        self.vertex = self.left
+        self.heading = (self.heading + 2) % 4
+        self.queue = [point]
 
     def order(self) -> Order | None:
         """Return what the robot has not confirmed; None if it has heard everything."""

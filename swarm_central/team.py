@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
@@ -76,6 +76,19 @@ class TeamFactory(Protocol):
     """Makes the centre of a run."""
 
     def __call__(
-        self, config: NavConfig, specs: Sequence[RobotSpec], grid: Grid, sites: Sites
+        self,
+        config: NavConfig,
+        specs: Sequence[RobotSpec],
+        grid: Grid,
+        sites: Sites,
+        central: Mapping[str, Any],
     ) -> Team:
-        """Return a centre that knows the robots' models and the map, but not where they are."""
+        """Return a centre that knows the robots' models and the map, but not where they are.
+
+        Args:
+            config: Of the robots.
+            specs: Models of the robots.
+            grid: The map.
+            sites: Of the world.
+            central: Parameters of the centre, by name.
+        """

@@ -51,6 +51,7 @@ class RunOptions:
         engine: Physics: planar or bullet.
         parameters: Of the navigators, by dotted name, in place of the defaults.
         realistic: Whether sensors err as the robots' models say and navigators localise by AMCL.
+        central: Parameters of a centre, by name, in place of its defaults.
     """
 
     scenario: Scenario
@@ -60,6 +61,7 @@ class RunOptions:
     engine: str = "planar"
     parameters: Mapping[str, Any] = field(default_factory=dict)
     realistic: bool = False
+    central: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -219,7 +221,7 @@ def make_centre(
     factory = load_team(options.method)
     if factory is None:
         return None
-    team = factory(nav_config(options, specs[0]), specs, grid, sites)
+    team = factory(nav_config(options, specs[0]), specs, grid, sites, options.central)
     scenario = options.scenario
     return Centre(team, scenario.loss, delay_ticks(scenario.delay), seed=options.seed)
 

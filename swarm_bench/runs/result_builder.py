@@ -138,6 +138,7 @@ def conditions(options: RunOptions) -> dict[str, Any]:
         "noise": scenario.noise,
         **({"realistic": True} if options.realistic else {}),
         **options.parameters,
+        **{f"central.{name}": value for name, value in options.central.items()},
     }
 
 

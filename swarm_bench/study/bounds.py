@@ -51,7 +51,6 @@ class _Ways:
         self._lattice = terrain.lattice
         free = self._lattice.clearance >= room - self._lattice.step
         index = np.arange(free.size).reshape(free.shape)
-        self._index = index
         rows, columns, lengths = [], [], []
         for dr, dc in MOVES:
             height, width = free.shape
@@ -65,7 +64,7 @@ class _Ways:
         shape = (free.size, free.size)
         ends = (np.concatenate(rows), np.concatenate(columns))
         self._graph = coo_matrix((np.concatenate(lengths), ends), shape=shape).tocsr()
-        self._free = free.ravel()
+        self._shape = len(free), len(free[0])
         self._known: dict[int, FloatArray] = {}
 
     def length(self, start: tuple[float, float], goal: tuple[float, float]) -> float:
@@ -77,14 +76,9 @@ class _Ways:
         return max(math.dist(start, goal), found) if math.isfinite(found) else 0.0
 
     def _node(self, place: tuple[float, float]) -> int:
+        """Return the flat index of the node whose cell has a place."""
         frame = self._lattice.frame
-        row, column = (
-            min(size - 1, max(0, int((value - origin) / frame.step)))
-            for size, value, origin in zip(
-                self._index.shape, place[::-1], (frame.origin_y, frame.origin_x), strict=True
-            )
-        )
-        column = min(
-            self._index.shape[1] - 1, max(0, int((place[0] - frame.origin_x) / frame.step))
-        )
-        return int(self._index[row, column])
+        height, width = self._shape
+        row = int((place[1] - frame.origin_y) / frame.step)
+        column = int((place[0] - frame.origin_x) / frame.step)
+        return min(height - 1, max(0, row)) * width + min(width - 1, max(0, column))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Iterator, Mapping, Sequence
 
-from swarm_bench.study.experiments import Experiment, runs_of
+from swarm_bench.study.experiments import QUICK_SEEDS, Experiment, runs_of
 from swarm_bench.study.lines import Line
 from swarm_bench.study.tables import Group, Table, details, differences, groups, medians
 
@@ -39,6 +39,8 @@ def markdown(
         compared = differences(found)
         if len(compared) > 1:
             parts.append(_markdown(compared))
+    if quick:
+        parts.append(f"With {QUICK_SEEDS} pairs no p is below {0.5 ** (QUICK_SEEDS - 1):g}.")
     left = _left_out(experiments, lines, quick=quick)
     if left:
         parts.append(left)

@@ -83,6 +83,9 @@ def traffic(
         ),
     ] = False,
     method: Annotated[str, typer.Option(help="ours, dwa, orca or central-mapf.")] = "ours",
+    central_solver: Annotated[
+        str, typer.Option(help="Program that plans for central-mapf by Moving AI files.")
+    ] = "",
     set_: Settings = None,
     jobs: Jobs = 1,
     ros: Annotated[bool, typer.Option("--ros", help="Run swarm-up on the real ROS graph.")] = False,
@@ -103,6 +106,7 @@ def traffic(
         lidar=True if (ros or realistic) and lidar is None else lidar,
         realistic=realistic,
         settings=set_ or [],
+        central_solver=central_solver,
     )
     check_jobs(jobs, ros=ros, method=method)
     sweep = Sweep(options, jobs, ros)

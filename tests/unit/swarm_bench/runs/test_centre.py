@@ -56,7 +56,16 @@ def test_robots_stand_within_what_they_were_given_while_the_centre_is_dead(tmp_p
 
 
 def test_others_get_past_a_robot_that_died(tmp_path: Path) -> None:
-    faults = InjectedFaults(dead={3: 15})
+    faults = InjectedFaults(dead={3: 60})
     result = Harness(options(tmp_path), faults=faults).run()
     assert result.goals_reached == result.goals_sent == 3
     assert result.robot_robot == 0
+
+
+def test_lacam_plans_as_well(tmp_path: Path) -> None:
+    chosen = dataclasses.replace(options(tmp_path), central={"planner": "lacam"})
+    result = run(chosen)
+    assert result.is_flawless
+    assert result.centre is not None
+    assert result.centre["failed_plans"] < result.centre["plans"]
+    assert result.conditions["central.planner"] == "lacam"

@@ -96,7 +96,7 @@ def test_what_is_wrong_in_an_experiment_is_said(
     folder: Path, old: str, new: str, told: str
 ) -> None:
     (folder / "speed.yaml").write_text(EXPERIMENT.replace(old, new), encoding="utf-8")
-    with pytest.raises(SwarmError, match="speed.yaml") as caught:
+    with pytest.raises(SwarmError, match=r"speed\.yaml") as caught:
         load_experiments(folder)
     assert told in str(caught.value)
 
