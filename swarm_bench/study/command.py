@@ -22,7 +22,7 @@ DIFFERS = 1
 
 @bench_app.command()
 def study(
-    quick: Annotated[bool, typer.Option("--quick", help="The short edition: 3 seeds.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="The short edition: 2 seeds.")] = False,
     check: Annotated[
         bool, typer.Option("--check", help="Run nothing; compare the documents with the lines.")
     ] = False,

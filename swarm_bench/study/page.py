@@ -5,14 +5,24 @@ from __future__ import annotations
 import html
 from collections.abc import Iterator, Mapping, Sequence
 
-from swarm_bench.study.experiments import QUICK_SEEDS, Experiment, runs_of
+from swarm_bench.runs.methods import TEAMS
+from swarm_bench.study.experiments import Experiment, runs_of
 from swarm_bench.study.lines import Line
-from swarm_bench.study.tables import Group, Table, details, differences, groups, medians
+from swarm_bench.study.tables import (
+    REFERENCE,
+    Group,
+    Table,
+    details,
+    differences,
+    groups,
+    medians,
+)
 
+LEVEL = 0.05  # of p
 TITLE = "Decentralised or central"
 METHOD = (
-    "Same starts, orders and noise for all methods on each seed. A cell shows the median makespan "
-    "[s] (Kaplan-Meier) and the runs that reached every goal; others are stopped and stay in."
+    "Methods share starts, orders and noise per seed. Cells: median makespan [s] (Kaplan-Meier; "
+    "runs that are stopped stay in), runs that reached every goal."
 )
 STYLE = "body{font:15px sans-serif;margin:2em}td,th{padding:2px 10px;border-bottom:1px solid #ccc}"
 
@@ -36,15 +46,11 @@ def markdown(
             f"Expected: {experiment.hypothesis}",
             _markdown(medians(found)),
         ]
-        compared = differences(found)
-        if len(compared) > 1:
-            parts.append(_markdown(compared))
-    if quick:
-        parts.append(f"With {QUICK_SEEDS} pairs no p is below {0.5 ** (QUICK_SEEDS - 1):g}.")
+        parts += [text for text in (_winners(found), _certain(found)) if text]
     left = _left_out(experiments, lines, quick=quick)
     if left:
         parts.append(left)
-    parts.append(f"Written by `{command}`; study/study.html has all columns.")
+    parts.append(f"Written by `{command}`; study/study.html has all columns and differences.")
     return "\n\n".join(parts) + "\n"
 
 
@@ -81,6 +87,33 @@ def _sections(
             yield name, experiment, groups(chosen)
 
 
+def _winners(found: Sequence[Group]) -> str:
+    """Return in which cells a centre has the smaller median, and in which our rules have."""
+    ours = {group.cell: group.median() for group in found if group.method == REFERENCE}
+    texts = []
+    for method in dict.fromkeys(group.method for group in found):
+        medians_of = {group.cell: group.median() for group in found if group.method == method}
+        both = [cell for cell in medians_of if cell in ours]
+        if method in TEAMS and both:
+            better = [cell for cell in both if medians_of[cell] < ours[cell]]
+            texts.append(
+                f"{method} has the smaller median in {len(better)} of {len(both)} cells"
+                f"{': ' if better else ''}{'; '.join(better)}."
+            )
+    return " ".join(texts)
+
+
+def _certain(found: Sequence[Group]) -> str:
+    """Return which differences to ours are certain after Holm's correction."""
+    rows = differences(found)[1:]
+    if not rows:
+        return ""
+    certain = [
+        f"{cell}: {method} {value}" for cell, method, _, value, p in rows if float(p) < LEVEL
+    ]
+    return "Differences to ours [s] with p < 0.05 (Holm): " + ("; ".join(certain) or "none") + "."
+
+
 def _left_out(experiments: Mapping[str, Experiment], lines: Sequence[Line], *, quick: bool) -> str:
     """Return which cells of the edition have no run, and how many of all are in it."""
     known = {line.key for line in lines}
@@ -91,7 +124,7 @@ def _left_out(experiments: Mapping[str, Experiment], lines: Sequence[Line], *, q
     text = ""
     if quick:
         cells = {run.key[:3] for run in wanted}
-        text = f"The quick edition has {len(cells)} of {len(every)} cells (method and condition). "
+        text = f"Quick edition: {len(cells)} of {len(every)} cells. "
     if short:
         names = sorted({f"{cell} ({method})" for _, cell, method in missing})
         text += f"Not run: {short} of {len(wanted)} runs"
@@ -102,7 +135,7 @@ def _left_out(experiments: Mapping[str, Experiment], lines: Sequence[Line], *, q
 def _markdown(table: Table) -> str:
     head, *rows = table
     lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(row)} |" for row in lines)
+    return "\n".join(f"|{'|'.join(row)}|" for row in lines)
 
 
 def _html(table: Table) -> str:

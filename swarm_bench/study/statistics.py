@@ -31,9 +31,13 @@ class Curve(NamedTuple):
 
     @property
     def median(self) -> float:
-        """Time by which half have ended; inf if fewer ever did."""
-        ended = np.flatnonzero(self.survival <= 0.5 + 1e-12)
-        return float(self.times[ended[0]]) if len(ended) else math.inf
+        """Time by which half have ended, the middle where it is not unique; inf if fewer did."""
+        times = np.append(self.times, math.inf)
+        first = np.flatnonzero(np.append(self.survival, 0.0) <= 0.5 + 1e-12)[0]
+        if first < len(self.times) and abs(self.survival[first] - 0.5) < 1e-12:
+            events = np.flatnonzero(np.append(self.survival, 0.0) < 0.5 - 1e-12)
+            return float((times[first] + times[events[0]]) / 2.0)
+        return float(times[first])
 
 
 class Paired(NamedTuple):

@@ -51,6 +51,11 @@ def test_median_of_runs_that_mostly_do_not_end_is_infinite():
     assert math.isinf(statistics.kaplan_meier([5, 9, 9], [True, False, False]).median)
 
 
+def test_the_median_of_two_runs_is_their_mean():
+    assert statistics.kaplan_meier([100, 150], [True, True]).median == 125
+    assert math.isinf(statistics.kaplan_meier([100, 150], [True, False]).median)
+
+
 def test_interquartile_mean():
     assert statistics.interquartile_mean([0, 1, 2, 3, 4, 5, 6, 1000]) == pytest.approx(3.5)
 

@@ -143,3 +143,10 @@ def test_a_run_is_no_faster_than_its_bound(folder: Path) -> None:
     assert found.makespan is not None
     assert found.bound is not None
     assert 20.0 < found.bound < found.makespan
+
+
+def test_the_documents_of_this_repository_are_what_its_lines_say() -> None:
+    root = Path(__file__).parents[4]
+    arguments = ["study", "--quick", "--check", "--folder", str(root / "study"),
+                 "-o", str(root / "docs/study.md")]  # fmt: skip
+    assert CliRunner().invoke(bench_app, arguments).exit_code == 0
