@@ -35,6 +35,7 @@ from swarm_nav.planning.terrain import terrain_for
 PIECE = 0.05  # [m] between places that are checked, and least that is given at once
 MOST_LATE = 2.0  # [s] of a message's way there and back that a robot is given more space for
 OUT_OF_REACH = 1e6  # [m²] where no straight way leads to a vertex
+NEVER = -10_000  # tick
 PARK = 0  # row of the field of robots that wait
 ARRIVED_SHARE = 0.8  # of the goal tolerance within which a robot stops for its goal
 
@@ -87,7 +88,7 @@ class MapfCentre:
         self._first: dict[int, Report] = {}
         self._count = len(specs)
         self._graph: DependencyGraph | None = None
-        self._planned = -10_000
+        self._planned = NEVER
         self._is_stale = self._is_joint = False
         self._closed: NDArray[np.bool_] = np.zeros(len(self.roadmap.points), np.bool_)
         self._rows: dict[int, int] = {}
@@ -170,7 +171,7 @@ class MapfCentre:
             self._robots[report.robot_id] = robot
         self._first.clear()
         self._robots = dict(sorted(self._robots.items()))
-        self._is_stale = True
+        self._graph, self._planned = None, NEVER  # its robots had other indices
 
     def _point(self, vertex: int) -> Point:
         x, y = self.roadmap.points[vertex].tolist()
@@ -279,7 +280,7 @@ class MapfCentre:
 
     def _is_locked(self, robot: Progress, place: int) -> bool:
         """Whether a robot stays: it is at its goal, or on its way to a place beside the roadmap."""
-        if self._tick - robot.report.tick > self.config.patience:
+        if self._is_silent(robot):
             return True
         return bool(robot.queue) or robot.report.has_arrived or robot.vertex == place
 
@@ -316,11 +317,14 @@ class MapfCentre:
             point[1] + share * (goal[1] - point[1]),
         )
 
+    def _is_silent(self, robot: Progress) -> bool:
+        return self._tick - robot.report.tick > self.config.patience
+
     def _close_silent(self, robots: Sequence[Progress]) -> None:
         """Close the vertices near robots that are not heard."""
         closed = np.zeros_like(self._closed)
         for robot in robots:
-            if self._tick - robot.report.tick > self.config.patience:
+            if self._is_silent(robot):
                 for line in robot.held():
                     for end in line:
                         gaps = np.hypot(*(self.roadmap.points - np.array(end)).T)
@@ -340,20 +344,19 @@ class MapfCentre:
     def _grant(self) -> None:
         """Give each robot as much way as its order among the others and their space allow."""
         robots = list(self._robots.values())
+        radii = self._radii[[robot.report.robot_id - 1 for robot in robots]]
         lines = [[(*a, *b) for a, b in robot.held()] for robot in robots]
         for index, robot in enumerate(robots):
             late = 2 * (self._tick - robot.report.tick - 1) * CONTROL_PERIOD
             lookahead = self.config.lookahead + min(late, MOST_LATE) * self._speed
-            if robot.ahead >= lookahead:
+            if robot.ahead >= lookahead or self._is_silent(robot):
                 continue
             segments = np.array([line for held in lines for line in held])
             owners = np.repeat(np.arange(len(robots)), [len(held) for held in lines])
             for target in self._choices(index, robot):
                 aim = target[0]
                 want = lookahead + PIECE - robot.ahead
-                length = free_length(
-                    robot.stop, aim, want, PIECE, index, segments, owners, self._radii
-                )
+                length = free_length(robot.stop, aim, want, PIECE, index, segments, owners, radii)
                 if length < min(PIECE, math.dist(robot.stop, aim)) - 1e-6:
                     continue
                 if robot.aim is None:

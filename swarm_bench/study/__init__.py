@@ -5,7 +5,7 @@ What a module imports of its folder stands above it:
     statistics   Intervals, tests and curves
     experiments  Experiments as written in `params/study/*.yaml`, and their runs
     bounds       The least time that a run can take
-    lines        Raw results: one JSON line per run, compressed
+    lines        Raw results: one JSON line per run
     runner       One run with its faults
     tables       From lines to tables
     page         docs/study.md and study.html

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness, InjectedFaults, run
 from swarm_bench.runs.scenario import load_scenario
+from swarm_central.team import Report
 
 SCENARIO = """
 world: doorway
@@ -69,3 +71,16 @@ def test_lacam_plans_as_well(tmp_path: Path) -> None:
     assert result.centre is not None
     assert result.centre["failed_plans"] < result.centre["plans"]
     assert result.conditions["central.planner"] == "lacam"
+
+
+def test_a_robot_that_was_not_heard_at_first_joins_later(tmp_path: Path) -> None:
+    stage = build(options(tmp_path))
+    assert stage.centre is not None
+    hears = stage.centre.team.observe
+
+    def deaf_to_the_first(tick: int, states: Sequence[Report]) -> None:
+        hears(tick, [report for report in states if report.robot_id != 1 or tick > 80])
+
+    stage.centre.team.observe = deaf_to_the_first  # type: ignore[method-assign]
+    result = Harness(options(tmp_path), stage=stage).run()
+    assert result.goals_reached == result.goals_sent
