@@ -368,8 +368,8 @@ class MapfCentre:
     def _choices(self, index: int, robot: Progress) -> Iterator[tuple[Point, int]]:
         """Yield the points to give next, the best first, and their vertices.
 
-        A point that is no vertex has -1. A robot beside its vertex goes back there unless it can
-        go on, since others may wait for it to do so.
+        A point that is no vertex has -1. A robot beside its vertex goes back there first: ways
+        between vertices keep off each other, other lines need not.
         """
         if robot.aim is not None:
             yield robot.aim, -1
@@ -383,12 +383,13 @@ class MapfCentre:
             if beside is not None and not robot.is_beside and not robot.report.has_arrived:
                 yield beside, -1
             return
+        if robot.is_beside:
+            yield self._point(robot.vertex), -1
+            return
         assert self._graph is not None
         vertex = self._graph.next_target(index)
         if vertex >= 0:
             yield self._point(vertex), vertex
-        if robot.is_beside:
-            yield self._point(robot.vertex), -1
 
     def _commit(self, index: int, robot: Progress, aim: Point, vertex: int) -> None:
         robot.aim = aim
