@@ -57,9 +57,6 @@ class CentralConfig:
 def central_from_texts(texts: Mapping[str, str]) -> CentralConfig:
     """Return parameters given as texts.
 
-    Args:
-        texts: By name.
-
     Raises:
         ConfigError: If one is unknown or no value of its type.
     """

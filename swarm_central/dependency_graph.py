@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True)
-class Action:
+class PlannedMove:
     """One move of a robot."""
 
     target: int  # vertex
@@ -33,7 +33,7 @@ class DependencyGraph:
             plan: (steps + 1, n) vertices of n robots.
         """
         count = plan.shape[1]
-        self._actions: list[list[Action]] = [[] for _ in range(count)]
+        self._actions: list[list[PlannedMove]] = [[] for _ in range(count)]
         self._begun = [0] * count
         last = {int(vertex): (robot, 1) for robot, vertex in enumerate(plan[0])}
         moves = [0] * count
@@ -44,7 +44,7 @@ class DependencyGraph:
                 other, number = last.get(int(after[robot]), (-1, 0))
                 if other == robot:
                     other, number = -1, 0
-                self._actions[robot].append(Action(int(after[robot]), other, number))
+                self._actions[robot].append(PlannedMove(int(after[robot]), other, number))
             for robot in movers:
                 last[int(after[robot])] = (robot, moves[robot] + 1)
 

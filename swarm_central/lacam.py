@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_central.pibt_kernels import Step, Wishes, step
+from swarm_central.pibt_kernels import JointStep, Wishes, step
 from swarm_central.roadmap import NO_WAY, Costs, Roadmap
 from swarm_common.model.records import FloatArray
 
@@ -101,7 +101,6 @@ class Lacam:
         """Search on.
 
         Args:
-            most: Expansions in all.
             anytime: Whether to go on after the first plan, up to the best.
 
         Returns:
@@ -157,7 +156,7 @@ class Lacam:
             following[robot] = way
         count = len(self._goals)
         noise = self._random.random((count, 5), np.float32) * np.float32(0.01)
-        moves = Step(node.places, node.headings, following, self._now, self._then)
+        moves = JointStep(node.places, node.headings, following, self._now, self._then)
         wishes = Wishes(self._fields, np.arange(count, dtype=np.int32), self._closed, noise)
         if not step(node.order, moves, self._costs, wishes, self._may_rotate):
             return None

@@ -23,9 +23,9 @@ from swarm_central.grant_kernels import free_length
 from swarm_central.lacam import Lacam, fault_of
 from swarm_central.movingai import ExternalSolver
 from swarm_central.pibt_kernels import Wishes, roll_out
-from swarm_central.progress import Point, Progress
+from swarm_central.progress import Point, RobotProgress
 from swarm_central.roadmap import RoadmapError, Timing, build_roadmap
-from swarm_central.team import Order, Report
+from swarm_central.team import DriveOrder, RobotReport
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, RobotSpec
 from swarm_common.model.sites import Sites
@@ -55,7 +55,6 @@ class MapfCentre:
 
         Args:
             config: Speeds, tolerances and lanes count.
-            specs: Models of the robots.
             grid: The map.
             sites: Whose stations the roadmap fits, where it can.
             central: Parameters of the centre by name; None for the defaults.
@@ -84,8 +83,8 @@ class MapfCentre:
         )  # fmt: skip
         self._speed = slowest.max_vel_x
         self._tick = 0
-        self._robots: dict[int, Progress] = {}
-        self._first: dict[int, Report] = {}
+        self._robots: dict[int, RobotProgress] = {}
+        self._first: dict[int, RobotReport] = {}
         self._count = len(specs)
         self._graph: DependencyGraph | None = None
         self._planned = NEVER
@@ -102,11 +101,10 @@ class MapfCentre:
             )
         self._forget_fields()
 
-    def observe(self, tick: int, states: Sequence[Report]) -> None:
+    def observe(self, tick: int, states: Sequence[RobotReport]) -> None:
         """Take the reports that arrived in a tick.
 
         Args:
-            tick: Now.
             states: At most one per robot.
         """
         self._tick = tick
@@ -121,7 +119,7 @@ class MapfCentre:
         ):
             self._admit()
 
-    def decide(self) -> Sequence[Order]:
+    def decide(self) -> Sequence[DriveOrder]:
         """Return the orders to send now."""
         if not self._robots:
             return ()
@@ -166,7 +164,7 @@ class MapfCentre:
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             report, vertex = reports[row], int(free[column])
             heading = round(report.pose_map.yaw / (math.pi / 2)) % 4
-            robot = Progress(report, vertex, heading)
+            robot = RobotProgress(report, vertex, heading)
             robot.queue.append(self._point(vertex))
             self._robots[report.robot_id] = robot
         self._first.clear()
@@ -263,7 +261,7 @@ class MapfCentre:
             return None
         return steps
 
-    def _place(self, robot: Progress) -> int:
+    def _place(self, robot: RobotProgress) -> int:
         """Return the vertex of a robot's goal; -1 without a goal."""
         x, y = robot.report.goal_map
         return -1 if robot.report.goal_id == 0 else self._vertex_for(x, y)
@@ -278,7 +276,7 @@ class MapfCentre:
     def _in_reach(self, x: float, y: float) -> NDArray[np.int64]:
         return self.roadmap.in_reach(x, y, self._terrain, self._room)
 
-    def _is_locked(self, robot: Progress, place: int) -> bool:
+    def _is_locked(self, robot: RobotProgress, place: int) -> bool:
         """Whether a robot stays: it is at its goal, or on its way to a place beside the roadmap."""
         if self._is_silent(robot):
             return True
@@ -291,7 +289,9 @@ class MapfCentre:
         released[first[: self.config.most_released]] = True
         return released
 
-    def _busy(self, robots: Sequence[Progress], places: NDArray[np.int32]) -> NDArray[np.bool_]:
+    def _busy(
+        self, robots: Sequence[RobotProgress], places: NDArray[np.int32]
+    ) -> NDArray[np.bool_]:
         """Return the vertices to keep clear, since a robot stops beside the roadmap near them."""
         busy = self._closed.copy()
         for robot, place in zip(robots, places.tolist(), strict=True):
@@ -305,7 +305,7 @@ class MapfCentre:
                 busy |= near
         return busy
 
-    def _beside(self, robot: Progress, place: int) -> Point | None:
+    def _beside(self, robot: RobotProgress, place: int) -> Point | None:
         """Return where a robot stops for its goal if its vertex is too far away."""
         goal, point = robot.report.goal_map, self._point(place)
         gap = math.dist(goal, point)
@@ -317,10 +317,10 @@ class MapfCentre:
             point[1] + share * (goal[1] - point[1]),
         )
 
-    def _is_silent(self, robot: Progress) -> bool:
+    def _is_silent(self, robot: RobotProgress) -> bool:
         return self._tick - robot.report.tick > self.config.patience
 
-    def _close_silent(self, robots: Sequence[Progress]) -> None:
+    def _close_silent(self, robots: Sequence[RobotProgress]) -> None:
         """Close the vertices near robots that are not heard."""
         closed = np.zeros_like(self._closed)
         for robot in robots:
@@ -365,7 +365,7 @@ class MapfCentre:
                 lines[index] = [(*a, *b) for a, b in robot.held()]
                 break
 
-    def _choices(self, index: int, robot: Progress) -> Iterator[tuple[Point, int]]:
+    def _choices(self, index: int, robot: RobotProgress) -> Iterator[tuple[Point, int]]:
         """Yield the points to give next, the best first, and their vertices.
 
         A point that is no vertex has -1. A robot beside its vertex goes back there first: ways
@@ -391,7 +391,7 @@ class MapfCentre:
         if vertex >= 0:
             yield self._point(vertex), vertex
 
-    def _commit(self, index: int, robot: Progress, aim: Point, vertex: int) -> None:
+    def _commit(self, index: int, robot: RobotProgress, aim: Point, vertex: int) -> None:
         robot.aim = aim
         robot.is_beside = vertex < 0 and not robot.queue and not robot.is_beside
         if vertex < 0:

@@ -18,7 +18,7 @@ from swarm_central.roadmap import Costs
 OCCUPIED = np.float32(0.05)  # [s] by which a free place is preferred
 
 
-class Step(NamedTuple):
+class JointStep(NamedTuple):
     """One step of n robots on V vertices, filled in by `step`."""
 
     at: NDArray[np.int32]  # (n,) vertices now
@@ -39,9 +39,16 @@ class Wishes(NamedTuple):
 
 @njit(cache=True)
 def step(
-    order: NDArray[np.int64], moves: Step, costs: Costs, wishes: Wishes, may_rotate: bool
+    order: NDArray[np.int64], moves: JointStep, costs: Costs, wishes: Wishes, may_rotate: bool
 ) -> bool:
-    """Decide for all robots, the first in `order` first; what is fixed before stays.
+    """Decide for all robots; what is fixed before stays.
+
+    Args:
+        order: (n,) robots by priority, the first first.
+        moves: Filled in.
+        costs: Of the roadmap.
+        wishes: Where robots want to go.
+        may_rotate: Whether a circle of robots may move on at once.
 
     Returns:
         False if a fixed move cannot be.
@@ -70,7 +77,7 @@ def step(
 
 
 @njit(cache=True)
-def _decide(first: int, moves: Step, costs: Costs, wishes: Wishes, may_rotate: bool) -> None:
+def _decide(first: int, moves: JointStep, costs: Costs, wishes: Wishes, may_rotate: bool) -> None:
     """Choose the best place that is free or can be made free; whoever finds none stays.
 
     The recursion of the paper, with its stack in arrays: numba cannot cache recursive functions.
@@ -113,7 +120,7 @@ def _decide(first: int, moves: Step, costs: Costs, wishes: Wishes, may_rotate: b
 
 @njit(cache=True)
 def _ranked(
-    robot: int, moves: Step, costs: Costs, wishes: Wishes, targets: NDArray[np.int32]
+    robot: int, moves: JointStep, costs: Costs, wishes: Wishes, targets: NDArray[np.int32]
 ) -> NDArray[np.int64]:
     """Write the five targets of a robot, and return their order by the time to its goal."""
     values = np.empty(5, np.float32)
@@ -140,7 +147,7 @@ def _ranked(
 
 
 @njit(cache=True)
-def _closes_circle(robot: int, other: int, moves: Step) -> bool:
+def _closes_circle(robot: int, other: int, moves: JointStep) -> bool:
     """Whether robots from `other` on move into each other's places up to this robot's."""
     while True:
         target = moves.next[other]
@@ -187,7 +194,7 @@ def roll_out(
         for robot in range(count):
             if locked[robot] or (t > 0 and plan[t, robot] == places[robot]):
                 following[robot] = plan[t, robot]
-        moves = Step(plan[t], headings, following, now, then)
+        moves = JointStep(plan[t], headings, following, now, then)
         step(order, moves, costs, wishes, False)
         plan[t + 1] = following
         for robot in range(count):

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from swarm_central.team import Order, Report
+from swarm_central.team import DriveOrder, RobotReport
 
 Point = tuple[float, float]
 REACHED = 0.01  # [m] from a point at which space that was given ends there
 LONGEST_ORDER = 12  # points
 
 
-class Progress:
+class RobotProgress:
     """One robot: what it last reported, and the space that it may drive on.
 
     Attributes:
@@ -28,11 +28,10 @@ class Progress:
         since: Tick of the goal.
     """
 
-    def __init__(self, report: Report, vertex: int, heading: int) -> None:
+    def __init__(self, report: RobotReport, vertex: int, heading: int) -> None:
         """Know where a robot is.
 
         Args:
-            report: Its first.
             vertex: Of the roadmap, that it is to drive to first.
             heading: The nearest direction of the roadmap.
         """
@@ -47,7 +46,7 @@ class Progress:
         self.since = report.tick
         self._number = 0
 
-    def take(self, report: Report) -> bool:
+    def take(self, report: RobotReport) -> bool:
         """Take a report if it is newer; return whether the goal has changed."""
         if report.tick <= self.report.tick and self._number:
             return False
@@ -115,7 +114,7 @@ class Progress:
         self.heading = (self.heading + 2) % 4
         self.queue = [point]
 
-    def order(self) -> Order | None:
+    def order(self) -> DriveOrder | None:
         """Return what the robot has not confirmed; None if it has heard everything."""
         if self.report.heard == self._number:
             return None
@@ -123,7 +122,7 @@ class Progress:
         points = self.points[first:]
         if self.aim is not None:
             points = [*points, self.stop]
-        return Order(
+        return DriveOrder(
             robot_id=self.report.robot_id,
             number=self._number,
             first=first,

@@ -90,7 +90,6 @@ class Roadmap:
         """Return the time (V, 4) [s] to the nearest target, by vertex and heading at the start.
 
         Args:
-            targets: Vertices, with any heading.
             closed: (V,) vertices that nobody may enter.
         """
         return costs_to(targets, closed, *self.costs)
@@ -111,7 +110,6 @@ def build_roadmap(
         terrain: The map; its lanes become costs.
         spacing: [m] between neighbours.
         room: [m] that a vertex and the ways between vertices keep from walls.
-        timing: Of turns.
         speed: [m/s]
         stations: (k, 2) [m] in map; may be empty.
         reach: [m] from a vertex at which a station counts as on it.

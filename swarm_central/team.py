@@ -12,13 +12,13 @@ from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.sites import Sites
 from swarm_nav.core.config import NavConfig
 
-REPORT = struct.Struct("<HIfffIIIffB")  # in the order of the fields of `Report`
+REPORT = struct.Struct("<HIfffIIIffB")  # in the order of the fields of `RobotReport`
 ORDER = struct.Struct("<HIIB")  # robot, number, first, number of points
 POINT = struct.Struct("<ff")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Report:
+class RobotReport:
     """A robot's message to the centre, once per tick."""
 
     robot_id: int
@@ -37,7 +37,7 @@ class Report:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Order:
+class DriveOrder:
     """The centre's message to a robot: drive along straight lines, and stop at the last point.
 
     An order never takes back space that an older one gave, so a lost one costs time only.
@@ -57,15 +57,14 @@ class Order:
 class Team(Protocol):
     """Decides for all robots, once per control tick."""
 
-    def observe(self, tick: int, states: Sequence[Report]) -> None:
+    def observe(self, tick: int, states: Sequence[RobotReport]) -> None:
         """Take the reports that arrived in a tick.
 
         Args:
-            tick: Now.
             states: At most one per robot; some are lost or late.
         """
 
-    def decide(self) -> Sequence[Order]:
+    def decide(self) -> Sequence[DriveOrder]:
         """Return the orders to send in the tick of the last `observe`."""
 
     def figures(self) -> Mapping[str, float]:

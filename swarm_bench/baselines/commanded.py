@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from swarm_bench.baselines.base import Baseline
-from swarm_central.team import Order, Report
+from swarm_central.team import DriveOrder, RobotReport
 from swarm_common.model.beacon import Reception
 from swarm_common.model.records import Pose, Twist, wrap_angle
 from swarm_nav.control.controller import rate_that_stops
@@ -32,7 +32,7 @@ class CommandedDriver(Baseline):
     def begin(self, target: Pose) -> None:
         """Nothing to do: the centre plans."""
 
-    def take(self, order: Order) -> None:
+    def take(self, order: DriveOrder) -> None:
         """Take an order, unless a newer one came first."""
         if order.number <= self._heard:
             return
@@ -40,11 +40,11 @@ class CommandedDriver(Baseline):
         self._points.update(enumerate(order.points_map, order.first))
         self._last = order.first + len(order.points_map) - 1
 
-    def report(self) -> Report:
+    def report(self) -> RobotReport:
         """Return what the centre is to know after this tick."""
         goal = self._goal or self._pending
         pose = goal.poses_map[0] if goal is not None else Pose(math.nan, math.nan, 0.0)
-        return Report(
+        return RobotReport(
             robot_id=self.robot_id,
             tick=self.tick_now,
             pose_map=self.pose,

@@ -12,7 +12,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from swarm_bench.runs.methods import Driver
-from swarm_central.team import Order, Report, Team
+from swarm_central.team import DriveOrder, RobotReport, Team
 from swarm_common.model.records import CONTROL_PERIOD
 
 M = TypeVar("M")
@@ -21,15 +21,15 @@ M = TypeVar("M")
 class Commanded(Driver, Protocol):
     """A driver that reports to a centre and takes its orders."""
 
-    def report(self) -> Report:
+    def report(self) -> RobotReport:
         """Return what the centre is to know after a tick."""
 
-    def take(self, order: Order) -> None:
+    def take(self, order: DriveOrder) -> None:
         """Take an order."""
 
 
 @dataclass(slots=True)
-class Usage:
+class CentreUsage:
     """What a centre cost so far."""
 
     seconds: float = 0.0  # of CPU
@@ -56,16 +56,14 @@ class Centre:
     delay: int = 0
     outage: tuple[int, int] | None = None
     seed: int = 0
-    usage: Usage = field(default_factory=Usage)
-    _up: deque[list[Report]] = field(default_factory=deque)
-    _down: deque[list[Order]] = field(default_factory=deque)
+    usage: CentreUsage = field(default_factory=CentreUsage)
+    _up: deque[list[RobotReport]] = field(default_factory=deque)
+    _down: deque[list[DriveOrder]] = field(default_factory=deque)
 
     def exchange(self, tick: int, drivers: Sequence[Commanded], dead: set[int]) -> None:
         """Let the team hear, decide and speak in a tick in which the robots have decided.
 
         Args:
-            tick: Now.
-            drivers: All robots.
             dead: Indices of those that neither report nor hear.
         """
         draws = np.random.default_rng((self.seed, tick)).random((2, len(drivers) + 1))
@@ -81,7 +79,7 @@ class Centre:
                 if order.robot_id - 1 not in dead:
                     drivers[order.robot_id - 1].take(order)
 
-    def _decide(self, tick: int, arrived: Sequence[Report]) -> Sequence[Order]:
+    def _decide(self, tick: int, arrived: Sequence[RobotReport]) -> Sequence[DriveOrder]:
         self.usage.ticks += 1
         if self.outage is not None and self.outage[0] <= tick <= self.outage[1]:
             return ()
@@ -93,11 +91,7 @@ class Centre:
         return orders
 
     def as_json(self, robots: int) -> dict[str, float]:
-        """Return what the centre cost, for a result.
-
-        Args:
-            robots: Swarm size.
-        """
+        """Return what the centre cost, for a result."""
         share = 1.0 / max(1.0, robots * self.usage.ticks * CONTROL_PERIOD)
         return {
             "cpu_ms_per_robot_second": 1e3 * self.usage.seconds * share,

@@ -120,11 +120,7 @@ def load_method(name: str) -> Method:
 
 
 def load_team(name: str) -> TeamFactory | None:
-    """Return what makes the centre of a method; None if each robot decides alone.
-
-    Args:
-        name: Of the method.
-    """
+    """Return what makes the centre of a method; None if each robot decides alone."""
     if name not in TEAMS:
         return None
     module, _, attribute = TEAMS[name].partition(":")

@@ -23,7 +23,6 @@ def least_makespan(options: RunOptions, stage: Episode) -> float:
     robots take no time. Pauses count.
 
     Args:
-        options: Of the run.
         stage: Homes and stops of all robots.
     """
     specs = [robot_named(model) for model in options.scenario.models(options.robots)]

@@ -140,7 +140,6 @@ def runs_of(experiments: dict[str, Experiment], *, quick: bool) -> Iterator[Stud
     """Yield all runs, seed by seed, so that a stopped study has something of every cell.
 
     Args:
-        experiments: By name.
         quick: Whether it is the short edition.
     """
     cells = [

@@ -10,7 +10,7 @@ from swarm_bench.study.experiments import Experiment, runs_of
 from swarm_bench.study.lines import Line
 from swarm_bench.study.tables import (
     REFERENCE,
-    Group,
+    CellRuns,
     Table,
     details,
     differences,
@@ -33,10 +33,8 @@ def markdown(
     """Return docs/study.md.
 
     Args:
-        experiments: By name.
         lines: Results, of which those of other experiments are left out.
         quick: Whether it is the short edition.
-        command: That wrote it.
     """
     parts = [f"# {TITLE}", METHOD]
     for name, experiment, found in _sections(experiments, lines):
@@ -55,12 +53,7 @@ def markdown(
 
 
 def page(experiments: Mapping[str, Experiment], lines: Sequence[Line]) -> str:
-    """Return study.html: the tables with all columns.
-
-    Args:
-        experiments: By name.
-        lines: Results.
-    """
+    """Return study.html: the tables with all columns."""
     parts = [
         f"<!doctype html><meta charset=utf-8><title>{TITLE}</title><style>{STYLE}</style>",
         f"<h1>{TITLE}</h1><p>{html.escape(METHOD)}</p>",
@@ -77,7 +70,7 @@ def page(experiments: Mapping[str, Experiment], lines: Sequence[Line]) -> str:
 
 def _sections(
     experiments: Mapping[str, Experiment], lines: Sequence[Line]
-) -> Iterator[tuple[str, Experiment, list[Group]]]:
+) -> Iterator[tuple[str, Experiment, list[CellRuns]]]:
     for name, experiment in experiments.items():
         cells = {cell.name: rank for rank, cell in enumerate(experiment.cells)}
         methods = {method: rank for rank, method in enumerate(experiment.methods)}
@@ -87,7 +80,7 @@ def _sections(
             yield name, experiment, groups(chosen)
 
 
-def _winners(found: Sequence[Group]) -> str:
+def _winners(found: Sequence[CellRuns]) -> str:
     """Return in which cells a centre has the smaller median, and in which our rules have."""
     ours = {group.cell: group.median() for group in found if group.method == REFERENCE}
     texts = []
@@ -103,7 +96,7 @@ def _winners(found: Sequence[Group]) -> str:
     return " ".join(texts)
 
 
-def _certain(found: Sequence[Group]) -> str:
+def _certain(found: Sequence[CellRuns]) -> str:
     """Return which differences to ours are certain after Holm's correction."""
     rows = differences(found)[1:]
     if not rows:

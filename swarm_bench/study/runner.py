@@ -12,9 +12,6 @@ from swarm_bench.study.lines import Line
 def run_one(run: StudyRun) -> Line:
     """Run once.
 
-    Args:
-        run: Cell, method and seed.
-
     Raises:
         SwarmError: If a file or a value is unusable.
     """

@@ -54,7 +54,6 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Inter
     Args:
         successes: 0 to `trials`.
         trials: 1 or more.
-        confidence: Of the interval.
     """
     found = stats.binomtest(successes, trials).proportion_ci(confidence, "wilson")
     return Interval(successes / trials, float(found.low), float(found.high))
@@ -65,17 +64,12 @@ def bound_of_zero(trials: int, confidence: float = CONFIDENCE) -> float:
 
     Args:
         trials: In which it did not occur, 1 or more.
-        confidence: One-sided.
     """
     return float(1.0 - (1.0 - confidence) ** (1.0 / trials))
 
 
 def interquartile_mean(values: Sequence[float]) -> float:
-    """Return the mean of the middle half (Agarwal et al. 2021).
-
-    Args:
-        values: At least one.
-    """
+    """Return the mean of the middle half (Agarwal et al. 2021)."""
     return float(stats.trim_mean(np.asarray(values, np.float64), 0.25))
 
 
@@ -86,8 +80,6 @@ def bootstrap_mean(
 
     Args:
         values: At least one; with one there is no interval (NaN).
-        confidence: Of the interval.
-        seed: Of the resampling.
     """
     data = np.asarray(values, np.float64)
     mean = float(data.mean())
@@ -104,7 +96,6 @@ def paired(first: Sequence[float], second: Sequence[float]) -> Paired:
     """Compare two methods on the same seeds.
 
     Args:
-        first: One value per seed.
         second: Of the same seeds, in the same order.
     """
     differences = np.subtract(first, second)

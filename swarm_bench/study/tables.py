@@ -15,7 +15,7 @@ Table = list[list[str]]
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class CellRuns:
     """All seeds of one method in one cell."""
 
     cell: str
@@ -39,22 +39,18 @@ class Group:
         ).median
 
 
-def groups(lines: Sequence[Line]) -> list[Group]:
+def groups(lines: Sequence[Line]) -> list[CellRuns]:
     """Return the lines by cell and method, in the order in which they first occur."""
     order: dict[tuple[str, str], list[Line]] = {}
     cells = {line.cell: rank for rank, line in reversed(list(enumerate(lines)))}
     methods = {line.method: rank for rank, line in reversed(list(enumerate(lines)))}
     for line in sorted(lines, key=lambda line: (cells[line.cell], methods[line.method], line.seed)):
         order.setdefault((line.cell, line.method), []).append(line)
-    return [Group(cell, method, found) for (cell, method), found in order.items()]
+    return [CellRuns(cell, method, found) for (cell, method), found in order.items()]
 
 
-def medians(found: Sequence[Group]) -> Table:
-    """Return median makespans, runs that ended, and contacts: a row per cell.
-
-    Args:
-        found: Of one experiment.
-    """
+def medians(found: Sequence[CellRuns]) -> Table:
+    """Return median makespans, runs that ended, and contacts: a row per cell."""
     methods = list(dict.fromkeys(group.method for group in found))
     table = [["cell", *methods]]
     for cell, members in groupby(found, lambda group: group.cell):
@@ -63,21 +59,18 @@ def medians(found: Sequence[Group]) -> Table:
     return table
 
 
-def _summary(group: Group | None) -> str:
+def _summary(group: CellRuns | None) -> str:
     if group is None:
         return "left out"
     text = f"{_seconds(group.median())} ({group.ended}/{len(group.lines)})"
     return f"{text}, {group.contacts} contacts" if group.contacts else text
 
 
-def differences(found: Sequence[Group]) -> Table:
+def differences(found: Sequence[CellRuns]) -> Table:
     """Return how much longer other methods take than ours on the same seeds.
 
     Runs that did not end count with the time at which they were stopped. P values are adjusted
     over the table.
-
-    Args:
-        found: Of one experiment.
     """
     rows: list[tuple[str, str, statistics.Paired]] = []
     for cell, members in groupby(found, lambda group: group.cell):
@@ -101,12 +94,8 @@ def _times(lines: Sequence[Line]) -> Mapping[int, float]:
     return {line.seed: line.time for line in lines}
 
 
-def details(found: Sequence[Group]) -> Table:
-    """Return everything that is known of each cell and method.
-
-    Args:
-        found: Of one experiment.
-    """
+def details(found: Sequence[CellRuns]) -> Table:
+    """Return everything that is known of each cell and method."""
     table = [[
         "cell", "method", "runs", "ended (95 %)", "contacts", "median [s]",
         "interquartile mean [s]", "slowest 5 % [s]", "gap to the bound", "CPU ms per robot-second",

@@ -12,7 +12,7 @@ import pytest
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness, InjectedFaults, run
 from swarm_bench.runs.scenario import load_scenario
-from swarm_central.team import Report
+from swarm_central.team import RobotReport
 
 SCENARIO = """
 world: doorway
@@ -78,7 +78,7 @@ def test_a_robot_that_was_not_heard_at_first_joins_later(tmp_path: Path) -> None
     assert stage.centre is not None
     hears = stage.centre.team.observe
 
-    def deaf_to_the_first(tick: int, states: Sequence[Report]) -> None:
+    def deaf_to_the_first(tick: int, states: Sequence[RobotReport]) -> None:
         hears(tick, [report for report in states if report.robot_id != 1 or tick > 80])
 
     stage.centre.team.observe = deaf_to_the_first  # type: ignore[method-assign]
