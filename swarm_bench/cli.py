@@ -17,7 +17,8 @@ def main() -> None:
 
 def _load() -> typer.Typer:
     import swarm_bench.capacity.command  # adds its command
-    import swarm_bench.halls.command  # noqa: F401  # likewise
+    import swarm_bench.halls.command  # likewise
+    import swarm_bench.study.command  # noqa: F401  # likewise
     from swarm_bench.suite.command import bench_app
 
     return bench_app

@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from swarm_bench.runs.centre import Centre, delay_ticks
 from swarm_bench.runs.inputs import read_once
-from swarm_bench.runs.methods import Driver, load_method
+from swarm_bench.runs.methods import Driver, load_method, load_team
 from swarm_bench.runs.orders import BenchOrders, demand_remarks, make_orders, measure_ways
 from swarm_bench.runs.scenario import Scenario
 from swarm_commander.run.input.params import Overrides, load_overrides
@@ -61,6 +62,7 @@ class RunOptions:
         parameters: Of the navigators, by dotted name, in place of the defaults.
         sections: Likewise, per pattern of node names; `parameters` win.
         realistic: Whether sensors err as the robots' models say and navigators localise by AMCL.
+        central: Parameters of a centre, by name, in place of its defaults.
     """
 
     scenario: Scenario
@@ -71,6 +73,7 @@ class RunOptions:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     sections: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     realistic: bool = False
+    central: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -87,6 +90,7 @@ class Episode:
     stops: list[tuple[Stop, ...]] = field(default_factory=list)  # the goals of each robot
     conditions: Conditions | None = None  # what the map has room for; None where nobody asks
     orders: BenchOrders | None = None  # that the goals come from; None for a route
+    centre: Centre | None = None  # decides for all robots; None where each decides alone
 
 
 def check(options: RunOptions) -> None:
@@ -176,8 +180,9 @@ def build(
         ]
     found = room_for(options, specs, grid, homes, routes, dead)
     return Episode(
-        world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found, orders
-    )
+        world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found, orders,
+        make_centre(options, scene.sites, specs, grid),
+    )  # fmt: skip
 
 
 def _route(
@@ -254,6 +259,25 @@ def make_drivers(
         method(nav_config(options, spec, number), spec, grid, sites, number, home)
         for number, (spec, home) in enumerate(zip(specs, homes, strict=True), 1)
     ]
+
+
+def make_centre(
+    options: RunOptions, sites: Sites, specs: Sequence[RobotSpec], grid: Grid
+) -> Centre | None:
+    """Return what decides for all robots of a run; None where each decides alone.
+
+    Args:
+        options: What to run.
+        sites: Of the world.
+        specs: Models of the robots.
+        grid: The map.
+    """
+    factory = load_team(options.method)
+    if factory is None:
+        return None
+    team = factory(nav_config(options, specs[0]), specs, grid, sites, options.central)
+    scenario = options.scenario
+    return Centre(team, scenario.loss, delay_ticks(scenario.delay), seed=options.seed)
 
 
 def room_for(

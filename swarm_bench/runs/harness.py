@@ -16,6 +16,7 @@ from typing import cast
 
 import numpy as np
 
+from swarm_bench.runs.centre import Commanded
 from swarm_bench.runs.episode import Episode, RunOptions, build
 from swarm_bench.runs.ground_truth import GroundTruthWatch
 from swarm_bench.runs.invariant import Invariant
@@ -135,6 +136,9 @@ class Harness:
                 ground_truth=self.truth.figures(result.sim_time),
                 cpu_ms_per_robot_second=1e3 * (time.process_time() - cpu_started) / robot_time,
                 pose_error=self._pose_errors.figures() if self._pose_errors else None,
+                centre=self.stage.centre.as_json(self.options.robots)
+                if self.stage.centre is not None
+                else None,
             )
         finally:
             self.stage.world.close()
@@ -151,6 +155,10 @@ class Harness:
                 self._follow_mission(index, tick, output)
         if self.stage.orders is not None:
             self._follow_orders(self.stage.orders, tick)
+        if self.stage.centre is not None:
+            self.stage.centre.exchange(
+                tick, cast(Sequence[Commanded], self.stage.drivers), self._dead
+            )
         if tick % WAITS_EVERY == 0:
             self._record_waits(tick)
             self.truth.look(tick, world.poses)

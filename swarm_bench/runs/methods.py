@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import Any, Protocol, runtime_checkable
 
 from swarm_bench.runs.inputs import plugin_module
+from swarm_central.team import TeamFactory
 from swarm_common.model.battery import BatteryReading
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
@@ -61,7 +62,9 @@ METHODS = {
     "ours": "swarm_nav.behaviour.brain_adapter:make_brain",
     "dwa": "swarm_bench.baselines.dwa:DwaDriver",
     "orca": "swarm_bench.baselines.orca:OrcaDriver",
+    "central-mapf": "swarm_bench.baselines.commanded:CommandedDriver",
 }
+TEAMS = {"central-mapf": "swarm_central.mapf:MapfCentre"}  # the centre of methods that have one
 
 
 def load_method(name: str) -> Method:
@@ -85,3 +88,12 @@ def load_method(name: str) -> Method:
 
 def _make_own(brain: BrainConfig, config: NavConfig, *rest: Any) -> Driver:
     return make_brain(dataclasses.replace(config, brain=brain), *rest)
+
+
+def load_team(name: str) -> TeamFactory | None:
+    """Return what makes the centre of a method; None if each robot decides alone."""
+    if name not in TEAMS:
+        return None
+    module, _, attribute = TEAMS[name].partition(":")
+    factory: TeamFactory = getattr(importlib.import_module(module), attribute)
+    return factory

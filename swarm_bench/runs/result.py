@@ -141,6 +141,8 @@ class RunResult:
         origin: Code, inputs and machine; None in results of older files.
         orders: What became of orders, stations, robots and floor, as in report.json; None for a
             mission without orders.
+        centre: What the method's centre cost: CPU [ms] and bytes per robot-second, and its longest
+            decision [ms]; None where each robot decides alone.
         no_guarantee: Which conditions of liveness did not hold before the run; empty if all did.
     """
 
@@ -191,6 +193,7 @@ class RunResult:
     steady: Steady | None = None
     origin: Origin | None = None
     orders: Mapping[str, Any] | None = None
+    centre: Mapping[str, float] | None = None
 
     @property
     def is_flawless(self) -> bool:
@@ -200,7 +203,7 @@ class RunResult:
     def as_json(self) -> dict[str, Any]:
         """Return a dictionary for json.dump, with figures rounded to what they are worth."""
         data = dataclasses.asdict(self)
-        for name in ("zones", "orders", "ground_truth", "steady", "origin"):
+        for name in ("zones", "orders", "ground_truth", "steady", "origin", "centre"):
             if data[name] is None:
                 del data[name]
         for robot in data["per_robot"].values():

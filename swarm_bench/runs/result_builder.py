@@ -165,6 +165,7 @@ def conditions(options: RunOptions) -> dict[str, Any]:
             for name, value in values.items()
         },
         **options.parameters,
+        **{f"central.{name}": value for name, value in options.central.items()},
     }
 
 

@@ -91,8 +91,13 @@ def traffic(
             "--realistic/--ideal", help="Noisy sensors with LiDARs, and localisation by AMCL."
         ),
     ] = False,
-    method: Annotated[str, typer.Option(help="ours, dwa, orca, or module:Class.")] = "ours",
     params: Annotated[Path | None, typer.Option(help="Parameter file of the navigators.")] = None,
+    method: Annotated[
+        str, typer.Option(help="ours, dwa, orca, central-mapf, or module:Class.")
+    ] = "ours",
+    central_solver: Annotated[
+        str, typer.Option(help="Program that plans for central-mapf by Moving AI files.")
+    ] = "",
     set_: Settings = None,
     jobs: Jobs = 1,
     cluster: Cluster = None,
@@ -116,6 +121,7 @@ def traffic(
         realistic=realistic,
         settings=set_ or [],
         params=params,
+        central_solver=central_solver,
     )
     check_jobs(jobs, ros=ros, method=method, cluster=cluster)
     with executor(jobs, cluster) as chosen:

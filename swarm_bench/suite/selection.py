@@ -10,9 +10,10 @@ from typing import Any
 
 from swarm_bench.execution.task import Executor
 from swarm_bench.runs.episode import RunOptions, parameter_sections, parse_parameters
-from swarm_bench.runs.methods import METHODS, load_method
+from swarm_bench.runs.methods import METHODS, TEAMS, load_method
 from swarm_bench.runs.scenario import check_size, load_scenario, scenario_names
 from swarm_bench.suite.sweep import Sweep
+from swarm_central.config import central_from_texts
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_sim.world.world import ENGINES
@@ -21,6 +22,7 @@ MOST_SEEDS = 100_000
 MOST_JOBS = 256
 SUITE = "suite"  # as many seeds as each scenario says
 ALL = "all"  # scenarios
+CENTRAL = "central."  # begins the parameters of a centre
 NONE = "none"  # seeds
 
 
@@ -92,6 +94,7 @@ def select(
     realistic: bool = False,
     settings: Sequence[str] = (),
     params: Path | None = None,
+    central_solver: str = "",
 ) -> list[RunOptions]:
     """Return the runs asked for, scenario by scenario, size by size, seed by seed.
 
@@ -102,7 +105,8 @@ def select(
         loss: Of beacons, in place of the scenario's.
         delay: [s] of beacons, likewise.
         realistic: Whether sensors err and navigators localise by AMCL; needs LiDARs.
-        settings: Parameters like traffic.safety_margin=0.06.
+        settings: Parameters like traffic.safety_margin=0.06, or central.planner=lacam.
+        central_solver: Path of a program that plans for the centre; empty for none.
 
     Raises:
         ConfigError: For the first thing that is wrong.
@@ -113,9 +117,14 @@ def select(
     if realistic and (lidar is False or method != "ours"):
         given = "--no-lidar" if lidar is False else f"--method {method}"
         raise ConfigError(f"--realistic localises by LiDAR in our navigators; leave out {given}")
+    ours = [setting for setting in settings if not setting.startswith(CENTRAL)]
+    central = _central([text for text in settings if text.startswith(CENTRAL)], central_solver)
+    if central and method not in TEAMS:
+        name = "--central-solver" if central_solver else f"--set {CENTRAL}..."
+        raise ConfigError(f"{name} needs --method {' or '.join(TEAMS)}, not {method}")
     common: dict[str, Any] = {
-        "method": method, "engine": engine, "parameters": parse_parameters(list(settings)),
-        "realistic": realistic,
+        "method": method, "engine": engine, "parameters": parse_parameters(ours),
+        "realistic": realistic, "central": central,
     }  # fmt: skip
     changes: dict[str, Any] = {
         key: value
@@ -131,6 +140,22 @@ def select(
         for size in (sizes or scenario.robots)
         for seed in (range(scenario.seeds_of(size)) if seeds is None else seeds)
     ]
+
+
+def _central(settings: Sequence[str], solver: str) -> dict[str, Any]:
+    """Return the parameters of a centre by name, as far as they are given."""
+    texts = {}
+    for setting in settings:
+        name, equals, text = setting.removeprefix(CENTRAL).partition("=")
+        if not equals:
+            raise ConfigError(f"--set is '{setting}'; expected NAME=VALUE")
+        texts[name] = text
+    if solver:
+        texts["solver"] = solver
+        if not Path(solver).is_file():
+            raise ConfigError(f"--central-solver is {solver}; there is no such program")
+    config = central_from_texts(texts)
+    return {name: getattr(config, name) for name in texts}
 
 
 def check_jobs(jobs: int, *, ros: bool, method: str, cluster: str | None = None) -> None:
@@ -166,7 +191,7 @@ def suite_sweeps(
     sweeps = [Sweep(_by_seed(select(ALL, (), parse_seeds(seeds))), executor)]
     if baseline_seeds != NONE:
         chosen = parse_seeds(baseline_seeds)
-        others = [method for method in METHODS if method != "ours"]
+        others = [method for method in METHODS if method != "ours" and method not in TEAMS]
         sweeps += [
             Sweep(_by_seed(select(ALL, (), chosen, method=method)), executor) for method in others
         ]

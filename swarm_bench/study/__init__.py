@@ -1,0 +1,15 @@
+"""`swarm-bench study`: decentralised against central control, measured.
+
+What a module imports of its folder stands above it:
+
+    statistics   Intervals, tests and curves
+    experiments  Experiments as written in `params/study/*.yaml`, and their runs
+    bounds       The least time that a run can take
+    lines        Raw results: one JSON line per run
+    runner       One run with its faults
+    tables       From lines to tables
+    page         docs/study.md and study.html
+    command      The command: its options
+
+May import of swarm_bench: `suite`, `runs`.
+"""

@@ -1,0 +1,83 @@
+"""The least time that a run can take: no robot is faster than alone on its shortest way."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from swarm_bench.runs.episode import Episode, RunOptions, nav_config, robot_named
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray
+from swarm_nav.planning.terrain import Terrain, terrain_for
+
+DETOUR = 1.0 / math.cos(math.pi / 8)  # most by which a way over 8 neighbours is longer
+MOVES = ((0, 1), (1, 0), (1, 1), (1, -1))
+
+
+def least_makespan(options: RunOptions, stage: Episode) -> float:
+    """Return a time [s] that no method can beat.
+
+    Each leg may begin and end a goal tolerance away from its stops; turns, acceleration and other
+    robots take no time. Pauses count.
+
+    Args:
+        stage: Homes and stops of all robots.
+    """
+    specs = [robot_named(model) for model in options.scenario.models(options.robots)]
+    inscribed = min(spec.inscribed_radius for spec in specs)
+    config = nav_config(options, specs[0])
+    terrain = terrain_for(stage.grid, config.planner, config.costmap, specs[0].circumscribed_radius)
+    ways = _Ways(terrain, inscribed)
+    slack = 2.0 * (config.goal_checker.xy_goal_tolerance + terrain.lattice.step)
+    longest = 0.0
+    for index, (home, route) in enumerate(zip(stage.homes_map, stage.stops, strict=True)):
+        place, time = (home.x, home.y), 0.0
+        for number, stop in enumerate(route):
+            goal = (stop.pose_map.x, stop.pose_map.y)
+            time += max(0.0, ways.length(place, goal) - slack) / specs[index].max_vel_x
+            time += stop.pause_ticks * CONTROL_PERIOD if number < len(route) - 1 else 0.0
+            place = goal
+        longest = max(longest, time)
+    return longest
+
+
+class _Ways:
+    """Lengths of shortest ways on a fine lattice, never longer than they are."""
+
+    def __init__(self, terrain: Terrain, room: float) -> None:
+        self._lattice = terrain.lattice
+        free = self._lattice.clearance >= room - self._lattice.step
+        index = np.arange(free.size).reshape(free.shape)
+        rows, columns, lengths = [], [], []
+        for dr, dc in MOVES:
+            height, width = free.shape
+            low, high = max(0, -dc), width - max(0, dc)
+            first = (slice(0, height - dr), slice(low, high))
+            second = (slice(dr, height), slice(low + dc, high + dc))
+            ok = free[first] & free[second]
+            rows.append(index[first][ok])
+            columns.append(index[second][ok])
+            lengths.append(np.full(int(ok.sum()), math.hypot(dr, dc) * self._lattice.step))
+        shape = (free.size, free.size)
+        ends = (np.concatenate(rows), np.concatenate(columns))
+        self._graph = coo_matrix((np.concatenate(lengths), ends), shape=shape).tocsr()
+        self._shape = len(free), len(free[0])
+        self._known: dict[int, FloatArray] = {}
+
+    def length(self, start: tuple[float, float], goal: tuple[float, float]) -> float:
+        """Return a length [m] that no way is shorter than; 0 where none is known."""
+        node, other = self._node(goal), self._node(start)
+        if node not in self._known:
+            self._known[node] = dijkstra(self._graph, directed=False, indices=node)
+        found = float(self._known[node][other]) / DETOUR
+        return max(math.dist(start, goal), found) if math.isfinite(found) else 0.0
+
+    def _node(self, place: tuple[float, float]) -> int:
+        """Return the flat index of the node whose cell has a place."""
+        frame = self._lattice.frame
+        height, width = self._shape
+        row = int((place[1] - frame.origin_y) / frame.step)
+        column = int((place[0] - frame.origin_x) / frame.step)
+        return min(height - 1, max(0, row)) * width + min(width - 1, max(0, column))

@@ -1,0 +1,18 @@
+"""A centre that decides for all robots, to compare our decentralised rules with.
+
+What a module imports of its folder stands above it:
+
+    team              What a method that decides for all robots is, and its messages
+    config            Parameters of the centre
+    roadmap_kernels   Times from all vertices to a goal
+    roadmap           Vertices, lanes and costs made from a map
+    pibt_kernels      Priority inheritance with backtracking: one step of all robots
+    lacam             LaCAM*: a whole plan for all robots
+    movingai          Maps, scenarios and paths of other solvers
+    dependency_graph  In which order robots enter each vertex, whatever their delays
+    grant_kernels     How far a robot may drive, by where the others may be
+    progress          What the centre knows of one robot, and how far it let it drive
+    mapf              The centre: plans, and lets robots drive as far as the plan's order allows
+
+It knows maps and messages. It imports nothing of the bench, the world or the operator.
+"""

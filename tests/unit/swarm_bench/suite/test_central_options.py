@@ -1,0 +1,33 @@
+"""Options of a centre."""
+
+from __future__ import annotations
+
+import pytest
+
+from swarm_bench.suite.selection import select
+from swarm_common.model.errors import SwarmError
+
+
+def test_parameters_of_the_centre_are_taken() -> None:
+    settings = ["central.planner=lacam", "central.most_released=20"]
+    (found,) = select("doorway", [4], [0], method="central-mapf", settings=settings)
+    assert found.central == {"planner": "lacam", "most_released": 20}
+    assert found.parameters == {}
+
+
+@pytest.mark.parametrize(
+    ("method", "settings", "solver", "told"),
+    [
+        ("ours", ["central.planner=lacam"], "", "needs --method central-mapf, not ours"),
+        ("central-mapf", ["central.planner=cbs"], "", "planner"),
+        ("central-mapf", ["central.plans=3"], "", "plans"),
+        ("central-mapf", ["central.horizon=many"], "", "horizon"),
+        ("central-mapf", ["central.horizon=0"], "", "must be 1 or more"),
+        ("central-mapf", ["central.horizon"], "", "expected NAME=VALUE"),
+        ("central-mapf", [], "/none", "there is no such program"),
+    ],
+)
+def test_what_is_wrong_is_said(method: str, settings: list[str], solver: str, told: str) -> None:
+    with pytest.raises(SwarmError) as caught:
+        select("doorway", [4], [0], method=method, settings=settings, central_solver=solver)
+    assert told in str(caught.value)

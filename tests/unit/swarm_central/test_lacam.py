@@ -1,0 +1,99 @@
+"""PIBT and LaCAM* against pymapf and against exhaustive search."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+from swarm_central.lacam import Lacam, fault_of, lower_bound
+from swarm_central.pibt_kernels import Wishes, roll_out
+from swarm_central.roadmap import grid_roadmap
+from tests.oracles.joint_plans import best_cost
+
+
+def instance(rng, size, robots, walls):
+    """Return a roadmap of the largest part of a random grid, starts and goals, and its cells."""
+    while True:
+        passable = rng.random((size, size)) >= walls
+        roadmap = grid_roadmap(passable)
+        if len(roadmap.points) < robots + 1:
+            continue
+        start = rng.permutation(len(roadmap.points))[:robots].astype(np.int32)
+        goals = rng.permutation(len(roadmap.points))[:robots].astype(np.int32)
+        if (lower_bound(roadmap, start, goals) < 1e6).all():
+            return passable, roadmap, start, goals
+
+
+def pymapf_solves(passable, roadmap, start, goals):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        pymapf = pytest.importorskip("pymapf")
+    grid = pymapf.GridMap((~passable).astype(int).tolist())
+
+    def cell(vertex):
+        column, row = roadmap.cells[vertex].tolist()
+        return row, column
+
+    agents = [
+        pymapf.Agent(str(i), cell(s), cell(g))
+        for i, (s, g) in enumerate(zip(start, goals, strict=True))
+    ]
+    solver = pymapf.get_solver("lacam")
+    return solver.solve(pymapf.MAPFProblem(grid, agents)) is not None
+
+
+@pytest.mark.parametrize("may_rotate", [True, False])
+def test_plans_are_valid_on_250_random_instances_each(may_rotate):
+    rng = np.random.default_rng(7 + may_rotate)
+    solved = 0
+    for _ in range(250):
+        _, roadmap, start, goals = instance(rng, 8, int(rng.integers(2, 12)), 0.2)
+        plan = Lacam(roadmap, start, goals, may_rotate=may_rotate).solve(3000)
+        if plan is None:
+            continue
+        solved += 1
+        assert fault_of(plan.steps, roadmap.costs.neighbors, may_rotate=may_rotate) == ""
+        assert (plan.steps[0] == start).all()
+        assert (plan.steps[-1] == goals).all()
+        assert plan.cost >= lower_bound(roadmap, start, goals).sum()
+    assert solved >= 225
+
+
+def test_pibt_steps_are_valid_and_without_circles_on_500_random_instances():
+    rng = np.random.default_rng(3)
+    for _ in range(500):
+        _, roadmap, start, goals = instance(rng, 6, int(rng.integers(2, 20)), 0.1)
+        count, vertices = len(start), len(roadmap.points)
+        none = np.zeros(vertices, np.bool_)
+        fields = np.stack([roadmap.costs_to(np.array([goal]), none) for goal in goals])
+        noise = rng.random((count, 5), np.float32) * np.float32(0.01)
+        wishes = Wishes(fields.astype(np.float32), np.arange(count, dtype=np.int32), none, noise)
+        plan = roll_out(
+            np.arange(count), start, np.zeros(count, np.int32), np.zeros(count, np.bool_),
+            np.full(count, -1, np.int32), roadmap.costs, wishes, 8,
+        )  # fmt: skip
+        assert fault_of(plan, roadmap.costs.neighbors, may_rotate=False) == ""
+
+
+def test_the_best_plan_costs_what_exhaustive_search_finds():
+    rng = np.random.default_rng(1)
+    for _ in range(25):
+        _, roadmap, start, goals = instance(rng, 3, 3, 0.2)
+        best = best_cost(roadmap.costs.neighbors.tolist(), start.tolist(), goals.tolist())
+        plan = Lacam(roadmap, start, goals).solve(200_000, anytime=True)
+        if best is None:
+            assert plan is None
+        else:
+            assert plan is not None
+            assert plan.is_best
+            assert plan.cost == best
+
+
+def test_what_pymapf_solves_is_solved():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        passable, roadmap, start, goals = instance(rng, 6, 6, 0.2)
+        if pymapf_solves(passable, roadmap, start, goals):
+            assert Lacam(roadmap, start, goals).solve(100_000) is not None
