@@ -60,7 +60,7 @@ def central_from_texts(texts: Mapping[str, str]) -> CentralConfig:
     Raises:
         ConfigError: If one is unknown or no value of its type.
     """
-    check_keys(texts, [item.name for item in fields(CentralConfig)], "central")
+    check_keys(dict(texts), [item.name for item in fields(CentralConfig)], "central")
     try:
         return msgspec.convert(dict(texts), CentralConfig, strict=False)
     except msgspec.ValidationError as cause:

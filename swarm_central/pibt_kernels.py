@@ -31,7 +31,7 @@ class JointStep(NamedTuple):
 class Wishes(NamedTuple):
     """Where robots want to go."""
 
-    fields: NDArray[np.float32]  # (k, V, 4) [s] to go, by vertex and heading
+    fields: NDArray[np.floating]  # (k, V, 4) [s] to go, by vertex and heading
     goals: NDArray[np.int32]  # (n,) row of `fields` of each robot
     closed: NDArray[np.bool_]  # (V,) vertices that nobody may enter and everybody leaves
     noise: NDArray[np.float32]  # (n, 5) [s] added to the five choices

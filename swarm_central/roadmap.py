@@ -92,7 +92,8 @@ class Roadmap:
         Args:
             closed: (V,) vertices that nobody may enter.
         """
-        return costs_to(targets, closed, *self.costs)
+        found: FloatArray = costs_to(targets, closed, *self.costs)
+        return found
 
 
 def build_roadmap(
