@@ -25,7 +25,7 @@ from swarm_central.movingai import ExternalSolver
 from swarm_central.pibt_kernels import Wishes, roll_out
 from swarm_central.progress import Point, RobotProgress
 from swarm_central.roadmap import RoadmapError, Timing, build_roadmap
-from swarm_central.team import DriveOrder, RobotReport
+from swarm_central.team import RobotReport, TeamOrder
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, RobotSpec
 from swarm_common.model.sites import Sites
@@ -119,7 +119,7 @@ class MapfCentre:
         ):
             self._admit()
 
-    def decide(self) -> Sequence[DriveOrder]:
+    def decide(self) -> Sequence[TeamOrder]:
         """Return the orders to send now."""
         if not self._robots:
             return ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from swarm_central.team import DriveOrder, RobotReport
+from swarm_central.team import RobotReport, TeamOrder
 
 Point = tuple[float, float]
 REACHED = 0.01  # [m] from a point at which space that was given ends there
@@ -114,7 +114,7 @@ class RobotProgress:
         self.heading = (self.heading + 2) % 4
         self.queue = [point]
 
-    def order(self) -> DriveOrder | None:
+    def order(self) -> TeamOrder | None:
         """Return what the robot has not confirmed; None if it has heard everything."""
         if self.report.heard == self._number:
             return None
@@ -122,7 +122,7 @@ class RobotProgress:
         points = self.points[first:]
         if self.aim is not None:
             points = [*points, self.stop]
-        return DriveOrder(
+        return TeamOrder(
             robot_id=self.report.robot_id,
             number=self._number,
             first=first,

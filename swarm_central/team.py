@@ -37,7 +37,7 @@ class RobotReport:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DriveOrder:
+class TeamOrder:
     """The centre's message to a robot: drive along straight lines, and stop at the last point.
 
     An order never takes back space that an older one gave, so a lost one costs time only.
@@ -64,7 +64,7 @@ class Team(Protocol):
             states: At most one per robot; some are lost or late.
         """
 
-    def decide(self) -> Sequence[DriveOrder]:
+    def decide(self) -> Sequence[TeamOrder]:
         """Return the orders to send in the tick of the last `observe`."""
 
     def figures(self) -> Mapping[str, float]:

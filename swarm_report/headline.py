@@ -20,7 +20,7 @@ LEAST = 1.0  # [s] of a stop that is told
 
 
 @dataclass(frozen=True, slots=True)
-class Stop:
+class LongStop:
     """A robot that did not get on."""
 
     robot: int
@@ -35,7 +35,7 @@ class Stop:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class HeadlinePart:
     """A part of the headline; `time` [s] is the moment that it is about, None for none."""
 
     text: str
@@ -43,14 +43,14 @@ class Part:
     robot: str = ""
 
 
-def longest_stop(run: RunData) -> Stop | None:
+def longest_stop(run: RunData) -> LongStop | None:
     """Return the longest stop of any robot; None if no robot stopped."""
     return max(_stops(run), key=lambda stop: stop.length, default=None)
 
 
-def _stops(run: RunData) -> list[Stop]:
+def _stops(run: RunData) -> list[LongStop]:
     """Return all stops; the parts of one may be in several states."""
-    found: list[Stop] = []
+    found: list[LongStop] = []
     seconds: dict[str, float] = defaultdict(float)
     for span in run.spans:
         if span.state not in LOST:
@@ -62,30 +62,32 @@ def _stops(run: RunData) -> list[Stop]:
         named = {name: time for name, time in seconds.items() if name}
         blocker = max(named, key=named.__getitem__, default="")
         start = found.pop().start if joins else span.start
-        found.append(Stop(span.robot, start, span.end, blocker))
+        found.append(LongStop(span.robot, start, span.end, blocker))
     return found
 
 
-def headline(run: RunData) -> list[Part]:
+def headline(run: RunData) -> list[HeadlinePart]:
     """Return the sentence in parts; none if the states of the robots are not known."""
     lost, stop = lost_time(run), longest_stop(run)
     if lost is None:
         return []
     took = makespan(run.report) or run.end
-    parts = [Part(f"{took:.0f} s", took)]
+    parts = [HeadlinePart(f"{took:.0f} s", took)]
     ideal = ideal_times(run)
     if ideal:
         slowest = max(ideal, key=ideal.__getitem__)
-        parts.append(Part(f"; {slowest} alone would need {ideal[slowest]:.0f} s", None, slowest))
-    parts.append(Part(f"; {100.0 * lost.share:.0f} % lost"))
+        parts.append(
+            HeadlinePart(f"; {slowest} alone would need {ideal[slowest]:.0f} s", None, slowest)
+        )
+    parts.append(HeadlinePart(f"; {100.0 * lost.share:.0f} % lost"))
     if places := worst_places(run):
-        parts += [Part(", most of it near "), Part(places[0].name, places[0].time)]
+        parts += [HeadlinePart(", most of it near "), HeadlinePart(places[0].name, places[0].time)]
     if stop is not None and stop.length >= LEAST:
         name = run.robots[stop.robot]
         whom = f", for {stop.blocker}" if stop.blocker else ""
         text = f"{name} waited longest, {stop.length:.0f} s{whom}"
-        parts += [Part("; "), Part(text, stop.start, name)]
-    return [*parts, Part(".")]
+        parts += [HeadlinePart("; "), HeadlinePart(text, stop.start, name)]
+    return [*parts, HeadlinePart(".")]
 
 
 def headline_text(run: RunData) -> str:

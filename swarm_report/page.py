@@ -15,7 +15,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from swarm_report.headline import Part
+from swarm_report.headline import HeadlinePart
 from swarm_report.tables import Table
 
 BEFORE = 5.0  # [s] before a moment, at which its replay begins
@@ -122,7 +122,7 @@ def verdict_html(kind: str, headline: str, lines: Sequence[str]) -> str:
     return f'<div class="verdict {kind}"><strong>{escape(headline)}</strong>{rest}</div>'
 
 
-def headline_html(parts: Sequence[Part], folder: Path) -> str:
+def headline_html(parts: Sequence[HeadlinePart], folder: Path) -> str:
     """Return the headline; a part that is about a moment leads there, and says how to replay it."""
     texts = []
     for part in parts:

@@ -222,7 +222,7 @@ class AgvVelocity(Outgoing, frozen=True):
     omega: float
 
 
-class Load(Outgoing, frozen=True):
+class VehicleLoad(Outgoing, frozen=True):
     """What the robot carries."""
 
     load_id: str | None = None
@@ -295,7 +295,7 @@ class VehicleState(Outgoing, frozen=True):
     safety_state: SafetyState
     information: tuple[Info, ...]
     maps: tuple[MapState, ...]
-    loads: tuple[Load, ...]
+    loads: tuple[VehicleLoad, ...]
     paused: bool | None = None
     new_base_request: bool | None = None
     distance_since_last_node: float | None = None

@@ -23,10 +23,10 @@ from swarm_vda5050.messages import (
     Edge,
     EdgeState,
     InstantActions,
-    Load,
     Node,
     NodeState,
     OrderAction,
+    VehicleLoad,
 )
 from swarm_vda5050.order_check import DrivingArea, check_order
 
@@ -105,7 +105,7 @@ class Vehicle:
         self.order_id = ""
         self.order_update_id = 0
         self.last_node = ("", 0)
-        self.load: Load | None = None
+        self.load: VehicleLoad | None = None
         self.is_paused = False
         self.is_manual = False
         self.driven = 0.0
@@ -518,7 +518,7 @@ class Vehicle:
     def _handle_load(self, action: RunningAction) -> None:
         if action.kind == "pick":
             read = action.action.parameter
-            self.load = Load(load_id=read("loadId"), load_type=read("loadType"))
+            self.load = VehicleLoad(load_id=read("loadId"), load_type=read("loadType"))
         elif action.kind == "drop":
             self.load = None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from swarm_bench.baselines.base import Baseline
-from swarm_central.team import DriveOrder, RobotReport
+from swarm_central.team import RobotReport, TeamOrder
 from swarm_common.model.beacon import Reception
 from swarm_common.model.records import Pose, Twist, wrap_angle
 from swarm_nav.control.controller import rate_that_stops
@@ -32,7 +32,7 @@ class CommandedDriver(Baseline):
     def begin(self, target: Pose) -> None:
         """Nothing to do: the centre plans."""
 
-    def take(self, order: DriveOrder) -> None:
+    def take(self, order: TeamOrder) -> None:
         """Take an order, unless a newer one came first."""
         if order.number <= self._heard:
             return

@@ -23,14 +23,14 @@ OF_CONTROLLER = "controller."  # may stand before its parameters, as in Nav2's f
 
 
 @dataclass(frozen=True, slots=True)
-class Variant:
+class SweepVariant:
     """What is run at all sizes."""
 
     label: str  # how it differs from the other variants; empty if there is no other
     base: RunOptions  # of any size and seed
 
 
-def variants(base: RunOptions, axes: Sequence[str]) -> list[Variant]:
+def variants(base: RunOptions, axes: Sequence[str]) -> list[SweepVariant]:
     """Return every combination of the axes' values.
 
     Args:
@@ -57,7 +57,7 @@ def variants(base: RunOptions, axes: Sequence[str]) -> list[Variant]:
             for (name, text), values in zip(combination, choices, strict=True)
             if len(values) > 1
         ]
-        found.append(Variant(", ".join(several), options))
+        found.append(SweepVariant(", ".join(several), options))
     return found
 
 

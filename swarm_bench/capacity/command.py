@@ -18,7 +18,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from swarm_bench.capacity.axes import Variant, name_of, variants
+from swarm_bench.capacity.axes import SweepVariant, name_of, variants
 from swarm_bench.capacity.report import check_output, points_table, sentences, write_output
 from swarm_bench.capacity.study import Study
 from swarm_bench.execution.executor import executor
@@ -123,7 +123,7 @@ def _variants(
     settings: list[str],
     axes: list[str],
     compare: tuple[Path, Path] | None,
-) -> list[Variant]:
+) -> list[SweepVariant]:
     """Return what is run at all sizes."""
     timing: dict[str, Any] = {"duration": seconds, "warm_up": warm_up}
     if seconds <= 0.0:
@@ -142,7 +142,7 @@ def _variants(
     found = []
     for path in compare:
         scenario = dataclasses.replace(load_scenario(str(path)), **timing)
-        found.append(Variant(path.stem, RunOptions(scenario=scenario, robots=1, **common)))
+        found.append(SweepVariant(path.stem, RunOptions(scenario=scenario, robots=1, **common)))
     if found[0].label == found[1].label:
         raise ConfigError(f"--compare has two files of one name, {found[0].label}; rename one")
     return found

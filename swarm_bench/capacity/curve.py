@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from swarm_bench.capacity.estimate import Estimate, estimate, estimate_of_runs
+from swarm_bench.capacity.estimate import SizeEstimate, estimate, estimate_of_runs
 from swarm_bench.capacity.knee import Knee, find_knee
 from swarm_bench.runs.result import RunResult, Steady
 from swarm_bench.runs.steady import HOUR
@@ -29,7 +29,7 @@ class Point:
         return [run.steady for run in self.runs if run.steady is not None]
 
     @cached_property
-    def throughput(self) -> Estimate:
+    def throughput(self) -> SizeEstimate:
         """Finished per hour."""
         per_batch = [
             [HOUR * count * len(run.finished) / run.seconds for count in run.finished]
@@ -38,7 +38,7 @@ class Point:
         return estimate_of_runs([run.per_hour for run in self.steady], per_batch)
 
     @cached_property
-    def lead_time(self) -> Estimate | None:
+    def lead_time(self) -> SizeEstimate | None:
         """Lead time [s]; None if a run finished nothing."""
         if any(run.lead_time is None for run in self.steady):
             return None
@@ -49,11 +49,11 @@ class Point:
         return estimate_of_runs([run.lead_time or 0.0 for run in self.steady], batches)
 
     @cached_property
-    def stood(self) -> Estimate:
+    def stood(self) -> SizeEstimate:
         """Share of the robots' time that they stood on their way."""
         return estimate([run.ground_truth.stood_share for run in self.runs if run.ground_truth])
 
-    def station_use(self) -> dict[str, Estimate]:
+    def station_use(self) -> dict[str, SizeEstimate]:
         """Return the share of time that each station was occupied or approached, most first."""
         shares: dict[str, list[float]] = {}
         for run in self.runs:

@@ -20,7 +20,7 @@ LEAST_SEEDS = 3  # for an interval over seeds
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate:
+class SizeEstimate:
     """A mean and how well it is known."""
 
     mean: float
@@ -58,7 +58,7 @@ class Estimate:
         return self.mean + self.error * random.standard_t(self.freedom, count)
 
 
-def estimate(values: Sequence[float]) -> Estimate:
+def estimate(values: Sequence[float]) -> SizeEstimate:
     """Return the mean of independent values, with Student's error.
 
     Args:
@@ -66,12 +66,12 @@ def estimate(values: Sequence[float]) -> Estimate:
     """
     count = len(values)
     if count < 2:
-        return Estimate(float(values[0]), math.inf, 0)
+        return SizeEstimate(float(values[0]), math.inf, 0)
     error = float(np.std(values, ddof=1)) / math.sqrt(count)
-    return Estimate(float(np.mean(values)), error, count - 1)
+    return SizeEstimate(float(np.mean(values)), error, count - 1)
 
 
-def estimate_of_runs(means: Sequence[float], batches: Sequence[Sequence[float]]) -> Estimate:
+def estimate_of_runs(means: Sequence[float], batches: Sequence[Sequence[float]]) -> SizeEstimate:
     """Return the mean over runs.
 
     Args:
@@ -82,10 +82,10 @@ def estimate_of_runs(means: Sequence[float], batches: Sequence[Sequence[float]])
         return estimate(means)
     squares = [float(np.var(row, ddof=1)) / len(row) for row in batches]
     error = math.sqrt(sum(squares)) / len(means)
-    return Estimate(float(np.mean(means)), error, sum(len(row) - 1 for row in batches))
+    return SizeEstimate(float(np.mean(means)), error, sum(len(row) - 1 for row in batches))
 
 
-def paired(first: Sequence[float], second: Sequence[float]) -> Estimate:
+def paired(first: Sequence[float], second: Sequence[float]) -> SizeEstimate:
     """Return the mean of `second - first` of pairs.
 
     Args:

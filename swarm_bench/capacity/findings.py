@@ -6,7 +6,7 @@ import statistics
 from collections.abc import Callable, Sequence
 
 from swarm_bench.capacity.curve import Curve, Point
-from swarm_bench.capacity.estimate import LEAST_SEEDS, Estimate, estimate, paired
+from swarm_bench.capacity.estimate import LEAST_SEEDS, SizeEstimate, estimate, paired
 from swarm_bench.runs.result import RunResult
 
 FULL = 0.8  # share of time from which a station is the reason
@@ -115,6 +115,6 @@ def _over_seeds(points: Sequence[Point], of: Callable[[RunResult], float]) -> li
     return [statistics.fmean(one[seed] for one in by_size) for seed in seeds]
 
 
-def _percent(share: Estimate) -> str:
+def _percent(share: SizeEstimate) -> str:
     low, high = max(0.0, share.low), min(1.0, share.high)
     return f"{100 * share.mean:.0f} % [{100 * low:.0f}, {100 * high:.0f}]"

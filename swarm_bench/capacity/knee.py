@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swarm_bench.capacity.estimate import LEVEL, Estimate
+from swarm_bench.capacity.estimate import LEVEL, SizeEstimate
 
 DRAWS = 2000
 FLATTER = 0.5  # slope after the knee over slope before, at most
@@ -31,7 +31,7 @@ class Knee:
     plateau: float  # throughput there
 
 
-def find_knee(sizes: Sequence[int], points: Sequence[Estimate]) -> Knee | None:
+def find_knee(sizes: Sequence[int], points: Sequence[SizeEstimate]) -> Knee | None:
     """Return the knee of a curve; None if it has none for sure, or too few sizes.
 
     Args:

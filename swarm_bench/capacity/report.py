@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from swarm_bench.capacity.curve import Curve, Point
-from swarm_bench.capacity.estimate import Estimate
+from swarm_bench.capacity.estimate import SizeEstimate
 from swarm_bench.capacity.findings import comparison_sentences, knee_sentence, reason_sentence
 from swarm_bench.runs.json_lines import rounded
 from swarm_bench.runs.machine import machine_line
@@ -35,11 +35,11 @@ class Measure:
 
     title: str  # with its unit
     caption: str
-    of: Callable[[Point], Estimate | None]
+    of: Callable[[Point], SizeEstimate | None]
     is_share: bool = False
 
 
-def _busiest(point: Point) -> Estimate | None:
+def _busiest(point: Point) -> SizeEstimate | None:
     return next(iter(point.station_use().values()), None)
 
 
@@ -105,7 +105,7 @@ def _row(label: str, point: Point) -> list[str]:
     ]  # fmt: skip
 
 
-def _interval(value: Estimate, digits: int = 0) -> str:
+def _interval(value: SizeEstimate, digits: int = 0) -> str:
     if value.freedom < 1:
         return "–"
     return f"[{value.low:.{digits}f}, {value.high:.{digits}f}]"
@@ -157,7 +157,7 @@ def _html(curves: Sequence[Curve], told: Sequence[str], command: str) -> str:
     return page_html("How many robots", f"{command} · {machine_line()}", body)
 
 
-def _known(measure: Measure, curve: Curve) -> list[tuple[int, Estimate]]:
+def _known(measure: Measure, curve: Curve) -> list[tuple[int, SizeEstimate]]:
     found = [(point.robots, measure.of(point)) for point in curve.points]
     return [(robots, value) for robots, value in found if value is not None]
 
@@ -212,7 +212,7 @@ def _chart(measure: Measure, curves: Sequence[Curve]) -> charts.Chart:
     return {"data": data, "layout": layout}
 
 
-def _ends(measure: Measure, value: Estimate) -> tuple[float, float]:
+def _ends(measure: Measure, value: SizeEstimate) -> tuple[float, float]:
     """Return how far the interval goes below and above the mean; nothing is less than 0."""
     if value.freedom < 1:
         return 0.0, 0.0

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from swarm_bench.capacity.axes import Variant
+from swarm_bench.capacity.axes import SweepVariant
 from swarm_bench.capacity.curve import Curve, Point, curve_of
 from swarm_bench.execution.executor import share_of
 from swarm_bench.runs.episode import RunOptions
@@ -34,7 +34,7 @@ class Study:
 
     def __init__(
         self,
-        variants: Sequence[Variant],
+        variants: Sequence[SweepVariant],
         sizes: Sequence[int],
         seeds: Sequence[int],
         *,

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from swarm_bench.runs.inputs import Pack, install
-from swarm_bench.runs.origin import Origin, here
+from swarm_bench.runs.origin import ResultOrigin, here
 from swarm_common.model.errors import SwarmError
 from swarm_common.process import start
 from swarm_common.process.compile_watch import watched
@@ -29,7 +29,7 @@ class Done:
 
     index: int  # of its item
     value: Any = None  # what the runner returned
-    origin: Origin | None = None  # without the hash of the inputs; None where no process survived
+    origin: ResultOrigin | None = None  # without the inputs' hash; None where no process survived
     error: str = ""  # why there is no value
 
 

@@ -12,7 +12,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from swarm_bench.runs.methods import Driver
-from swarm_central.team import DriveOrder, RobotReport, Team
+from swarm_central.team import RobotReport, Team, TeamOrder
 from swarm_common.model.records import CONTROL_PERIOD
 
 M = TypeVar("M")
@@ -24,7 +24,7 @@ class Commanded(Driver, Protocol):
     def report(self) -> RobotReport:
         """Return what the centre is to know after a tick."""
 
-    def take(self, order: DriveOrder) -> None:
+    def take(self, order: TeamOrder) -> None:
         """Take an order."""
 
 
@@ -58,7 +58,7 @@ class Centre:
     seed: int = 0
     usage: CentreUsage = field(default_factory=CentreUsage)
     _up: deque[list[RobotReport]] = field(default_factory=deque)
-    _down: deque[list[DriveOrder]] = field(default_factory=deque)
+    _down: deque[list[TeamOrder]] = field(default_factory=deque)
 
     def exchange(self, tick: int, drivers: Sequence[Commanded], dead: set[int]) -> None:
         """Let the team hear, decide and speak in a tick in which the robots have decided.
@@ -79,7 +79,7 @@ class Centre:
                 if order.robot_id - 1 not in dead:
                     drivers[order.robot_id - 1].take(order)
 
-    def _decide(self, tick: int, arrived: Sequence[RobotReport]) -> Sequence[DriveOrder]:
+    def _decide(self, tick: int, arrived: Sequence[RobotReport]) -> Sequence[TeamOrder]:
         self.usage.ticks += 1
         if self.outage is not None and self.outage[0] <= tick <= self.outage[1]:
             return ()

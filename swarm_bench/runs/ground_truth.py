@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swarm_bench.runs.result import GroundTruth, StationUse
-from swarm_bench.runs.ways import Ways
+from swarm_bench.runs.result import GroundTruth, StationShare
+from swarm_bench.runs.ways import WayTable
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, wrap_angle
 from swarm_mission.wait_graph import WaitGraph
@@ -65,7 +65,7 @@ class GroundTruthWatch:
         """
         self._names = names
         self._radii = np.asarray(radii)
-        self._ways = Ways(grid, float(self._radii.min()))
+        self._ways = WayTable(grid, float(self._radii.min()))
         self._warm_up = warm_up
         self._errands: list[_Errand | None] = [None] * len(names)
         self._trail: deque[FloatArray] = deque(maxlen=WINDOW + 1)
@@ -153,7 +153,7 @@ class GroundTruthWatch:
             longest_circle=circles["longest_circle"],
             deadlocks=len(lasting) + len(alone),
             stations={
-                name: StationUse(
+                name: StationShare(
                     occupied=seconds / measured,
                     approached=self._approached[name] / measured,
                 )

@@ -47,7 +47,7 @@ def make_orders(
     run = OrderRun(
         plan, homes, sites.stations, radio, seed, retries=mission.retries, remarks=remarks
     )
-    robots = [RobotSenses(driver, ways) for driver in drivers]
+    robots = [OrderSenses(driver, ways) for driver in drivers]
     senses = [
         BidSenses(robot.way_to, spec.max_vel_x, robot.charge)
         for robot, spec in zip(robots, specs, strict=True)
@@ -73,7 +73,7 @@ def demand_remarks(plan: OrderPlan, ways: WayLengths, specs: Sequence[RobotSpec]
     return check_demand(plan, ways.between, fastest, len(specs))
 
 
-class RobotSenses:
+class OrderSenses:
     """What a robot knows of itself, asked for once in a tick at most."""
 
     def __init__(self, driver: Driver, ways: WayLengths) -> None:
@@ -108,7 +108,7 @@ class BenchOrders:
     """
 
     def __init__(
-        self, run: OrderRun, robots: Sequence[RobotSenses], senses: Mapping[str, BidSenses]
+        self, run: OrderRun, robots: Sequence[OrderSenses], senses: Mapping[str, BidSenses]
     ) -> None:
         self.run = run
         self.couriers: list[Courier] = list(run.couriers.values())

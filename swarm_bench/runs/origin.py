@@ -20,7 +20,7 @@ DECIDING = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Origin:
+class ResultOrigin:
     """Of one result."""
 
     commit: str  # of the code, shortened; empty outside a repository
@@ -31,13 +31,13 @@ class Origin:
     date: str  # ISO 8601, at the end of the run
 
 
-def here(inputs: str = "") -> Origin:
+def here(inputs: str = "") -> ResultOrigin:
     """Return the origin of a result that this process has made just now.
 
     Args:
         inputs: Hash of the run's inputs.
     """
-    return Origin(
+    return ResultOrigin(
         commit=commit_of(Path(__file__).resolve().parents[2]),
         edition=bench_edition(),
         inputs=inputs,

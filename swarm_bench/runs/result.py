@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from swarm_bench.runs.json_lines import rounded
-from swarm_bench.runs.origin import Origin
+from swarm_bench.runs.origin import ResultOrigin
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +31,7 @@ class RobotResult:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StationUse:
+class StationShare:
     """Shares of the time after the warm-up that a station was in use."""
 
     occupied: float  # a robot stood there
@@ -51,7 +51,7 @@ class GroundTruth:
     circles: int  # of robots that stood in each other's way for 5 s or more
     longest_circle: float  # [s]
     deadlocks: int  # circles of 30 s or more, and times of 60 s in which nobody came nearer a goal
-    stations: Mapping[str, StationUse]  # by name
+    stations: Mapping[str, StationShare]  # by name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,7 +79,7 @@ class FailedRun:
     engine: str
     conditions: Mapping[str, Any]
     error: str  # in one line
-    origin: Origin | None = None
+    origin: ResultOrigin | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return a dictionary for json.dump."""
@@ -191,7 +191,7 @@ class RunResult:
     zones: Mapping[str, Any] | None = None
     ground_truth: GroundTruth | None = None
     steady: Steady | None = None
-    origin: Origin | None = None
+    origin: ResultOrigin | None = None
     orders: Mapping[str, Any] | None = None
     centre: Mapping[str, float] | None = None
 

@@ -20,7 +20,7 @@ REACH = 2  # cells within which the direction of a way is read
 NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
-class Ways:
+class WayTable:
     """Distance fields of goals; each is computed when it is first asked for."""
 
     def __init__(self, grid: Grid, radius: float) -> None:

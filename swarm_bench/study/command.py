@@ -9,7 +9,7 @@ import typer
 
 from swarm_bench.runs.json_lines import collected, taken_over
 from swarm_bench.study.experiments import load_experiments, runs_of, study_folder
-from swarm_bench.study.lines import Line, read_lines
+from swarm_bench.study.lines import StudyLine, read_lines
 from swarm_bench.study.page import markdown, page
 from swarm_bench.study.runner import line_text, run_one
 from swarm_bench.suite.command import Jobs, bench_app, new_console
@@ -59,7 +59,7 @@ def study(
         if len(todo) < len(runs):
             console.print(taken_over(len(runs) - len(todo), len(runs), file), markup=False)
         new = in_processes(todo[:most], jobs, run_one)
-        lines += collected(new, file, console, line_text, Line.as_json)
+        lines += collected(new, file, console, line_text, StudyLine.as_json)
     if not lines:
         raise ConfigError(f"{file} has no results; run swarm-bench study first")
     command = "swarm-bench study --quick" if quick else "swarm-bench study"

@@ -11,7 +11,7 @@ import msgspec
 from swarm_bench.runs.json_lines import read_json_lines
 
 
-class Line(msgspec.Struct, frozen=True, kw_only=True):
+class StudyLine(msgspec.Struct, frozen=True, kw_only=True):
     """One run."""
 
     experiment: str
@@ -57,10 +57,10 @@ class Line(msgspec.Struct, frozen=True, kw_only=True):
         return {"schema": 1, **data}
 
 
-def read_lines(path: Path) -> Sequence[Line]:
+def read_lines(path: Path) -> Sequence[StudyLine]:
     """Return the lines of a file.
 
     Raises:
         ConfigError: If the file cannot be read, or a complete line is no result.
     """
-    return read_json_lines(path, lambda data: msgspec.convert(data, Line), "swarm-bench study")
+    return read_json_lines(path, lambda data: msgspec.convert(data, StudyLine), "swarm-bench study")

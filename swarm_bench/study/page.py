@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from swarm_bench.runs.methods import TEAMS
 from swarm_bench.study.experiments import Experiment, runs_of
-from swarm_bench.study.lines import Line
+from swarm_bench.study.lines import StudyLine
 from swarm_bench.study.tables import (
     REFERENCE,
     CellRuns,
@@ -28,7 +28,7 @@ STYLE = "body{font:15px sans-serif;margin:2em}td,th{padding:2px 10px;border-bott
 
 
 def markdown(
-    experiments: Mapping[str, Experiment], lines: Sequence[Line], *, quick: bool, command: str
+    experiments: Mapping[str, Experiment], lines: Sequence[StudyLine], *, quick: bool, command: str
 ) -> str:
     """Return docs/study.md.
 
@@ -52,7 +52,7 @@ def markdown(
     return "\n\n".join(parts) + "\n"
 
 
-def page(experiments: Mapping[str, Experiment], lines: Sequence[Line]) -> str:
+def page(experiments: Mapping[str, Experiment], lines: Sequence[StudyLine]) -> str:
     """Return study.html: the tables with all columns."""
     parts = [
         f"<!doctype html><meta charset=utf-8><title>{TITLE}</title><style>{STYLE}</style>",
@@ -69,7 +69,7 @@ def page(experiments: Mapping[str, Experiment], lines: Sequence[Line]) -> str:
 
 
 def _sections(
-    experiments: Mapping[str, Experiment], lines: Sequence[Line]
+    experiments: Mapping[str, Experiment], lines: Sequence[StudyLine]
 ) -> Iterator[tuple[str, Experiment, list[CellRuns]]]:
     for name, experiment in experiments.items():
         cells = {cell.name: rank for rank, cell in enumerate(experiment.cells)}
@@ -107,7 +107,9 @@ def _certain(found: Sequence[CellRuns]) -> str:
     return "Differences to ours [s] with p < 0.05 (Holm): " + ("; ".join(certain) or "none") + "."
 
 
-def _left_out(experiments: Mapping[str, Experiment], lines: Sequence[Line], *, quick: bool) -> str:
+def _left_out(
+    experiments: Mapping[str, Experiment], lines: Sequence[StudyLine], *, quick: bool
+) -> str:
     """Return which cells of the edition have no run, and how many of all are in it."""
     known = {line.key for line in lines}
     wanted = list(runs_of(dict(experiments), quick=quick))

@@ -6,10 +6,10 @@ from swarm_bench.runs.episode import build
 from swarm_bench.runs.harness import Harness
 from swarm_bench.study.bounds import least_makespan
 from swarm_bench.study.experiments import StudyRun
-from swarm_bench.study.lines import Line
+from swarm_bench.study.lines import StudyLine
 
 
-def run_one(run: StudyRun) -> Line:
+def run_one(run: StudyRun) -> StudyLine:
     """Run once.
 
     Raises:
@@ -22,7 +22,7 @@ def run_one(run: StudyRun) -> Line:
         stage.centre.outage = run.outage()
     result = Harness(options, stage=stage, faults=run.faults()).run()
     centre = result.centre
-    return Line(
+    return StudyLine(
         experiment=run.experiment,
         cell=run.cell.name,
         method=run.method,
@@ -44,7 +44,7 @@ def run_one(run: StudyRun) -> Line:
     )
 
 
-def line_text(line: Line) -> str:
+def line_text(line: StudyLine) -> str:
     """Return one line about a run for the terminal."""
     end = f"{line.makespan:.1f} s" if line.makespan is not None else "not finished"
     return (

@@ -23,7 +23,7 @@ class Interval(NamedTuple):
     high: float
 
 
-class Curve(NamedTuple):
+class SurvivalCurve(NamedTuple):
     """A Kaplan-Meier estimate: a step function."""
 
     times: FloatArray  # (k,) ascending, of events
@@ -118,7 +118,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
     return adjusted
 
 
-def kaplan_meier(times: Sequence[float], has_ended: Sequence[bool]) -> Curve:
+def kaplan_meier(times: Sequence[float], has_ended: Sequence[bool]) -> SurvivalCurve:
     """Return the share of runs that take longer, where some were stopped before their end.
 
     Args:
@@ -127,4 +127,4 @@ def kaplan_meier(times: Sequence[float], has_ended: Sequence[bool]) -> Curve:
     """
     data = stats.CensoredData.right_censored(times, ~np.asarray(has_ended, np.bool_))
     found = stats.ecdf(data).sf
-    return Curve(np.asarray(found.quantiles), np.asarray(found.probabilities))
+    return SurvivalCurve(np.asarray(found.quantiles), np.asarray(found.probabilities))

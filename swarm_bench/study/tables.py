@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from swarm_bench.study import statistics
-from swarm_bench.study.lines import Line
+from swarm_bench.study.lines import StudyLine
 
 REFERENCE = "ours"
 Table = list[list[str]]
@@ -20,7 +20,7 @@ class CellRuns:
 
     cell: str
     method: str
-    lines: Sequence[Line]
+    lines: Sequence[StudyLine]
 
     @property
     def ended(self) -> int:
@@ -39,9 +39,9 @@ class CellRuns:
         ).median
 
 
-def groups(lines: Sequence[Line]) -> list[CellRuns]:
+def groups(lines: Sequence[StudyLine]) -> list[CellRuns]:
     """Return the lines by cell and method, in the order in which they first occur."""
-    order: dict[tuple[str, str], list[Line]] = {}
+    order: dict[tuple[str, str], list[StudyLine]] = {}
     cells = {line.cell: rank for rank, line in reversed(list(enumerate(lines)))}
     methods = {line.method: rank for rank, line in reversed(list(enumerate(lines)))}
     for line in sorted(lines, key=lambda line: (cells[line.cell], methods[line.method], line.seed)):
@@ -90,7 +90,7 @@ def differences(found: Sequence[CellRuns]) -> Table:
     ]
 
 
-def _times(lines: Sequence[Line]) -> Mapping[int, float]:
+def _times(lines: Sequence[StudyLine]) -> Mapping[int, float]:
     return {line.seed: line.time for line in lines}
 
 
@@ -119,7 +119,7 @@ def details(found: Sequence[CellRuns]) -> Table:
     return table
 
 
-def _contacts(lines: Sequence[Line]) -> str:
+def _contacts(lines: Sequence[StudyLine]) -> str:
     touched = sum(line.contacts > 0 for line in lines)
     if touched:
         return f"{sum(line.contacts for line in lines)} in {touched} runs"

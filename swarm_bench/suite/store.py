@@ -10,7 +10,7 @@ from typing import Any
 
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.json_lines import numbered_json_lines
-from swarm_bench.runs.origin import Origin
+from swarm_bench.runs.origin import ResultOrigin
 from swarm_bench.runs.result import FailedRun, RunResult, line_from_json
 from swarm_bench.runs.result_builder import conditions
 from swarm_bench.runs.ros_run import ENGINE as ROS
@@ -30,7 +30,7 @@ class Line:
     result: RunResult
 
     @property
-    def origin(self) -> Origin | None:
+    def origin(self) -> ResultOrigin | None:
         """Where the result comes from; None in older files."""
         return self.result.origin
 

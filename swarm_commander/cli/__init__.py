@@ -10,6 +10,7 @@ What a module imports of its folder stands above it:
     listing            What `swarm-up --list` shows: worlds, missions, robots and fleets
     doctor             Is this machine fit for a swarm of some size? If not, what to change
     console            What `swarm-commander` prints about a robot on its way
+    completion         What Tab offers: robots, stations, runs, subcommands
     session            A session of `swarm-up`: from a checked plan to report and exit code
     thing_request      The request with which `swarm-commander spawn` adds an object to the world
     commander_command  The command `swarm-commander`: drives robots of a running swarm

@@ -6,6 +6,7 @@ What a module imports of its folder stands above it:
     fuel        Models and worlds of Gazebo Fuel in the user's cache
     home        Where things are kept if there is no home folder, or a read-only one
     journal     Append-only files of JSON lines that stay readable if the writer is killed
+    run_folders  Folders of runs, the latest first
     map_image   Images of maps as Nav2's map_server sees them
     trajectory_io  True poses of every robot at every tick, in a file
     whole_file  Files that are there whole or not at all

@@ -5,7 +5,7 @@ What a module imports of its folder stands above it:
     charts      Curves of the run on one page: goals per minute, robots by state, smallest clearance
     driving     Driving a robot by hand from a page, like `swarm-teleop`
     inbox       What a page's own script tells: size, clicks, keys
-
+    plan        The hall from above, in two dimensions
     panel_text  What the panel says, as Markdown and HTML
     past        The past of a live swarm on one page
     playback    The controls of a recording on a page: play, speed and where in time it is

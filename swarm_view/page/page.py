@@ -28,7 +28,7 @@ from swarm_view.page.panel_text import (
     verdict_html,
 )
 from swarm_view.page.past import Past
-from swarm_view.page.plan import FROM, MOST_TUBES, Plan, head_of_chain
+from swarm_view.page.plan import FROM, MOST_TUBES, PlanView, head_of_chain
 from swarm_view.page.playback import Playback
 from swarm_view.page.time_line import TimeLine, next_mark
 from swarm_view.page.tool import ORDERS, Hand, Post, Ruler, Tool, heading
@@ -99,7 +99,7 @@ class Page:
         self._view = PageView(client, fleet)
         self._hand = Hand(client, self._use, post)
         self._panel = Panel(client.gui, is_live=link is not None)
-        self._plan = Plan(client)
+        self._plan = PlanView(client)
         self._has_look = bool(place.robot) or place.camera is not None  # else many get the plan
         if place.robot:
             self._open_tab(ROBOT_TAB)

@@ -29,7 +29,7 @@ MOST_QUEUED = 3  # robots of a queue that are named
 ROUND = 12  # corners of a moving cylinder
 
 
-class Plan:
+class PlanView:
     """The canvas of one page; sends what has changed."""
 
     def __init__(self, client: Any) -> None:

@@ -36,7 +36,6 @@ def status_table(
 
     Args:
         room: Lines that the screen has for it; fewer than three are taken for three.
-        screen_width: Characters of a line.
     """
     names = list(statistics.robots)
     if len(names) <= room:

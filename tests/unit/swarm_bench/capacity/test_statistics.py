@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_bench.capacity.curve import Curve, curve_of
-from swarm_bench.capacity.estimate import Estimate, estimate, estimate_of_runs, paired
+from swarm_bench.capacity.estimate import SizeEstimate, estimate, estimate_of_runs, paired
 from swarm_bench.capacity.findings import comparison_sentences, knee_sentence, reason_sentence
 from swarm_bench.capacity.knee import find_knee
-from swarm_bench.runs.result import GroundTruth, RunResult, StationUse
+from swarm_bench.runs.result import GroundTruth, RunResult, StationShare
 from swarm_bench.runs.steady import steady_of
 from tests.fakes.results import result
 
@@ -75,7 +75,7 @@ def test_a_knee_is_found_within_its_interval(
 ) -> None:
     sizes = list(range(4, 61, 4))
     values = [slope * (min(n, knee) + after * max(n - knee, 0)) for n in sizes]
-    points = [Estimate(value, noise * slope * knee, 9) for value in values]
+    points = [SizeEstimate(value, noise * slope * knee, 9) for value in values]
     found = find_knee(sizes, points)
     assert found is not None
     assert abs(found.robots - knee) <= 1
@@ -85,8 +85,8 @@ def test_a_knee_is_found_within_its_interval(
 
 def test_a_straight_line_has_no_knee() -> None:
     sizes = [4, 8, 12, 16, 20]
-    assert find_knee(sizes, [Estimate(10.0 * n, 3.0, 9) for n in sizes]) is None
-    noisy = [Estimate(10.0 * min(n, 12), 40.0, 2) for n in sizes]
+    assert find_knee(sizes, [SizeEstimate(10.0 * n, 3.0, 9) for n in sizes]) is None
+    noisy = [SizeEstimate(10.0 * min(n, 12), 40.0, 2) for n in sizes]
     assert find_knee(sizes, noisy) is None  # not certain
     assert find_knee(sizes[:3], noisy[:3]) is None
 
@@ -96,8 +96,8 @@ def run_of(robots: int, seed: int, finished: int, share: float, name: str = "doc
     truth = GroundTruth(
         stood_time=0.0, stood_worst=0.0, stood_share=0.5 if name == "" else 0.0, circles=0,
         longest_circle=0.0, deadlocks=0,
-        stations={"gate": StationUse(occupied=0.1, approached=0.3)}
-        | ({name: StationUse(occupied=share, approached=share)} if name else {}),
+        stations={"gate": StationShare(occupied=0.1, approached=0.3)}
+        | ({name: StationShare(occupied=share, approached=share)} if name else {}),
     )  # fmt: skip
     ends = [(10.0 + (k + 0.5) * 3600.0 / finished, 30.0) for k in range(finished)]
     fields: dict[str, Any] = {"robots": robots, "seed": seed, "ground_truth": truth}

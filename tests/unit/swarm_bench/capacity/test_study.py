@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from swarm_bench.capacity.axes import Variant, variants
+from swarm_bench.capacity.axes import SweepVariant, variants
 from swarm_bench.capacity.command import parse_precision, parse_time
 from swarm_bench.capacity.study import Study
 from swarm_bench.cli import _load
@@ -30,8 +30,8 @@ def answer(options: RunOptions) -> object:
 
 
 def test_an_adaptive_study_closes_in_on_the_knee_and_adds_seeds_where_it_must() -> None:
-    study = Study([Variant("", RunOptions(scenario=SCENARIO, robots=1))], [4, 12, 20, 28, 36, 44],
-                  [0, 1, 2, 3], precision=0.01)  # fmt: skip
+    variant = SweepVariant("", RunOptions(scenario=SCENARIO, robots=1))
+    study = Study([variant], [4, 12, 20, 28, 36, 44], [0, 1, 2, 3], precision=0.01)
     study.run(
         lambda runs: Sweep(runs, LocalExecutor(), runner=answer),  # type: ignore[arg-type]
         None, Console(quiet=True),
@@ -47,7 +47,7 @@ def test_an_adaptive_study_closes_in_on_the_knee_and_adds_seeds_where_it_must() 
 
 
 def test_a_study_ends_when_its_time_is_up() -> None:
-    study = Study([Variant("", RunOptions(scenario=SCENARIO, robots=1))], [4, 8], [0],
+    study = Study([SweepVariant("", RunOptions(scenario=SCENARIO, robots=1))], [4, 8], [0],
                   precision=0.01, budget=1e-9)  # fmt: skip
     study.run(lambda runs: pytest.fail("a round began"), None, Console(quiet=True))
     assert math.isinf(Study([], [4], [0])._deadline)

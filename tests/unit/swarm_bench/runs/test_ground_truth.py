@@ -7,7 +7,7 @@ import pytest
 
 from swarm_bench.runs.ground_truth import GroundTruthWatch
 from swarm_bench.runs.result import GroundTruth
-from swarm_bench.runs.ways import Ways
+from swarm_bench.runs.ways import WayTable
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 
@@ -66,7 +66,7 @@ def test_who_moves_or_has_no_goal_or_is_there_does_not_stand() -> None:
 def test_a_way_goes_round_a_wall() -> None:
     cells = np.zeros((100, 100), np.int8)
     cells[:80, 50] = 100
-    ways = Ways(Grid(cells, 0.1, 0.0, 0.0), RADIUS)
+    ways = WayTable(Grid(cells, 0.1, 0.0, 0.0), RADIUS)
     goal = Pose(7.0, 2.0, 0.0)
     assert ways.left(goal, 3.0, 2.0) == pytest.approx(12.9, abs=1.0)  # 2 x hypot(2, 6.1)
     assert ways.direction(goal, 3.0, 2.0)[1] > 0.5  # up, although the goal is to the right

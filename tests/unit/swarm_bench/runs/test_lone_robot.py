@@ -10,7 +10,7 @@ from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.scenario import load_scenario
 from tests.fakes.navigation import waffle
-from tests.oracles.ways import Ways
+from tests.oracles.ways import WayTable
 
 CLEARANCE = 0.29  # [m] of a waffle's centre from walls, 5 cm more than it needs
 TARGET = 1.15
@@ -21,7 +21,7 @@ def test_its_makespan_is_near_that_of_the_shortest_way(scenario: str, seed: int)
     harness = Harness(RunOptions(scenario=load_scenario(scenario), robots=1, seed=seed))
     result = harness.run()
     assert result.is_flawless
-    ways = Ways(harness.stage.grid, CLEARANCE)
+    ways = WayTable(harness.stage.grid, CLEARANCE)
     stops = [outcome.stop.pose_map for outcome in harness.stage.itineraries[0].outcomes]
     length = turns = 0.0
     for start, goal in itertools.pairwise((harness.stage.homes_map[0], *stops)):

@@ -13,7 +13,7 @@ import swarm_bench.study.command
 from swarm_bench.runs.json_lines import append_json_line, open_to_append
 from swarm_bench.study import tables
 from swarm_bench.study.experiments import load_experiments, runs_of, study_folder
-from swarm_bench.study.lines import Line, read_lines
+from swarm_bench.study.lines import StudyLine, read_lines
 from swarm_bench.study.page import markdown
 from swarm_bench.study.runner import run_one
 from swarm_bench.suite.command import bench_app
@@ -28,7 +28,7 @@ cells:
 """
 
 
-def line(method: str, seed: int, makespan: float | None, **changes: object) -> Line:
+def line(method: str, seed: int, makespan: float | None, **changes: object) -> StudyLine:
     values = {
         "experiment": "speed", "cell": "doorway 4", "method": method, "seed": seed,
         "goals_sent": 4, "goals_reached": 4 if makespan else 3, "robot_robot": 0,
@@ -36,7 +36,7 @@ def line(method: str, seed: int, makespan: float | None, **changes: object) -> L
         "cpu_ms_per_robot_second": 1.0, "tick_us_p99": 1.0, "longest_decision_ms": None,
         "bytes_per_robot_second": None, "trajectory_sha256": "", **changes,
     }  # fmt: skip
-    return msgspec.convert(values, Line)
+    return msgspec.convert(values, StudyLine)
 
 
 @pytest.fixture
@@ -45,7 +45,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def write(path: Path, lines: list[Line]) -> None:
+def write(path: Path, lines: list[StudyLine]) -> None:
     path.parent.mkdir(exist_ok=True)
     with open_to_append(path) as file:
         for item in lines:

@@ -1,4 +1,4 @@
-"""Ways to stations: around walls, and straight without a map."""
+"""WayTable to stations: around walls, and straight without a map."""
 
 import math
 

@@ -11,7 +11,7 @@ from visualization_msgs.msg import Marker
 
 from swarm_common.model.records import Pose
 from swarm_view.page import plan
-from swarm_view.page.plan import Plan, head_of_chain, longest_chain
+from swarm_view.page.plan import PlanView, head_of_chain, longest_chain
 from swarm_view.scene.robot_mesh import RobotMesh
 from swarm_view.state.decode import Raster, ReportedState
 from swarm_view.state.swarm import Swarm
@@ -59,7 +59,7 @@ def test_only_what_is_new_is_sent(monkeypatch: pytest.MonkeyPatch) -> None:
     swarm.stations = {"dock": np.array([1.0, 0.5, 0.0])}
     box = trimesh.creation.box((0.6, 0.4, 0.2))
     mesh = RobotMesh(b"", {}, b"", (), (np.asarray(box.vertices), np.asarray(box.faces)))
-    canvas = Plan(None)
+    canvas = PlanView(None)
 
     def tell(robot: str = "") -> dict[str, Any]:
         calls.clear()
