@@ -18,7 +18,7 @@ REACH = 3  # nodes of the longest move: 32 directions, ways at most 1.4 % too lo
 SMOOTHED = 11  # moves over which a direction is averaged before turns are summed up
 
 
-class Ways:
+class WayTable:
     """Shortest ways at a clearance from everything."""
 
     def __init__(self, grid: Grid, clearance: float) -> None:

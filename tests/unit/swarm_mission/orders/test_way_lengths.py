@@ -1,4 +1,4 @@
-"""WayTable to stations: around walls, and straight without a map."""
+"""Ways to stations: around walls, and straight without a map."""
 
 import math
 
