@@ -11,6 +11,7 @@ from typing import Any, Protocol, runtime_checkable
 from swarm_bench.runs.inputs import plugin_module
 from swarm_central.team import TeamFactory
 from swarm_common.model.battery import BatteryReading
+from swarm_common.model.errors import UnknownNameError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.sites import Sites
@@ -79,7 +80,12 @@ def load_method(name: str) -> Method:
     if name not in METHODS:
         if ":" in name:
             plugin_module(name)
-        BRAIN.load(name)
+        try:
+            BRAIN.load(name)
+        except UnknownNameError:
+            if ":" in name:
+                raise
+            raise UnknownNameError("method", name, METHODS) from None
         return functools.partial(_make_own, BrainConfig(plugin=name))
     module, _, attribute = METHODS[name].partition(":")
     method: Method = getattr(importlib.import_module(module), attribute)

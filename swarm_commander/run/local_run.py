@@ -147,8 +147,7 @@ class LocalRun(ProcessRun):
     @property
     def is_unborn(self) -> bool:
         """True if the robots never were active together, so that none has driven."""
-        is_awaited = self._awaits_activity and self.active_after_wall is None
-        return is_awaited or self.statistics.sim_time == 0.0
+        return self._awaits_activity and self.active_after_wall is None
 
     def _check(self) -> None:
         self._check_start()

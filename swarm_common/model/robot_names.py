@@ -23,7 +23,8 @@ FLEET_COMMANDS = ("spawn", "remove", "move", "list", "reset", "restart", "record
 RESERVED = frozenset(FLEET_COMMANDS) | frozenset(
     "clock diagnostics map orders parameter_events rosout sim tf tf_static"  # topics and frames
     " all merged swarm"  # windows of RViz, and their files
-    " client distributor mission navigators recorder server station viewer world".split()  # logs
+    " client distributor mission navigators recorder server station vda5050 viewer"  # logs
+    " world".split()
 )
 STATION_LOG = re.compile(r"station_\d+")  # log of a station with orders
 

@@ -129,7 +129,7 @@ def test_after_the_block_only_results_are_there():
         ({"world": "no_such"}, "unknown world 'no_such'"),
         ({"robot": "no_such"}, "unknown robot 'no_such'"),
         ({"brain": "no_such"}, "unknown method 'no_such'"),
-        ({"brain": "no_such:Brain"}, "cannot be imported"),
+        ({"brain": "no_such:Brain"}, "cannot import no_such"),
         ({"drive": "wings"}, "unknown drive 'wings'"),
         ({"parameters": {"traffic.no_such": 1}}, "no_such"),
         ({"viewer": True}, "leave out bench=True"),

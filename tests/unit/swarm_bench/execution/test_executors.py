@@ -68,13 +68,13 @@ def test_a_run_whose_process_dies_is_repeated_and_stops_nobody(tmp_path: Path) -
 def options_of(folder: Path, seeds: Sequence[int]) -> list[RunOptions]:
     """Return runs of a world, a mission and a method of the user's."""
     (folder / "short.yaml").write_text("route:\n  - pose: [1.0, 0.0, 0.0]\n", encoding="utf-8")
-    (folder / "polite.py").write_text(POLITE, encoding="utf-8")
+    (folder / "slowly.py").write_text(POLITE, encoding="utf-8")
     (folder / "helper.py").write_text("SPEED = 0.1\n", encoding="utf-8")
     scenario = Scenario(
         name="own", world="hall_12", mission=str(folder / "short.yaml"), time_limit={2: 5.0}
     )
     return [
-        RunOptions(scenario=scenario, robots=2, seed=seed, method="polite:Slow") for seed in seeds
+        RunOptions(scenario=scenario, robots=2, seed=seed, method="slowly:Slow") for seed in seeds
     ]
 
 

@@ -82,7 +82,7 @@ def test_what_makes_no_sense_is_one_line(
 
 def test_stations_that_do_not_exist_are_refused(tmp_path: Path) -> None:
     sites = Sites(stations={"a": Pose(0, 0, 0), "bb": Pose(1, 0, 0)})
-    with pytest.raises(ConfigError, match="unknown station 'b' in here; did you mean 'bb'"):
+    with pytest.raises(ConfigError, match="unknown station 'b' in here; did you mean 'a' or 'bb'"):
         load(tmp_path, GOOD).check_stations(sites, "here")
 
 

@@ -27,7 +27,7 @@ def test_read(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"sped": 1.0}, "did you mean 'speed'"),
+        ({"sped": 1.0}, "did you mean 'seed' or 'speed'"),
         ({"speed": 0.0}, "speed is 0.0"),
         ({"robots": []}, "names no robots"),
         ({"robots": [{"nome": "x"}]}, "nome"),
