@@ -90,7 +90,7 @@ class RunPlan:
             copy.parent.mkdir(parents=True)
             copy.write_bytes(path.read_bytes())
             copies[name] = str(copy)
-            for times in times_files(read_yaml(path)):
+            for times in times_files(read_yaml(path, may_be_empty=True)):
                 beside = copy.parent / times
                 beside.parent.mkdir(parents=True, exist_ok=True)
                 beside.write_bytes((path.parent / times).read_bytes())
