@@ -90,6 +90,7 @@ class RobotLink:
         self._repeats_due = 0
         self._is_free_run = settings.free_run
         self._is_external = is_external
+        self._last_truth: tuple[int, bytes] = (-1, b"")  # tick and message
         self.is_unstamped = False  # whether it drives without regard to ticks
         self._has_beacon = not is_external  # whether its answers have one
         self._tick = 0
@@ -218,6 +219,8 @@ class RobotLink:
             assert self._supply is not None
             message = battery_state.battery_message(observation.battery, self._supply)
             self._battery.publish(message)
+        if self._is_external and self._last_truth[0] == odom.tick:  # it may have missed this, too
+            self._truth.publish(self._last_truth[1])
         if self._neighbors is not None:
             stamp = stamp_from_tick(odom.tick)
             self._neighbors.publish(serialize_neighbors(*stamp, observation.neighbors))
@@ -300,7 +303,8 @@ class RobotLink:
 
     def publish_truth(self, pose_map: Pose, twist: Twist) -> None:
         """Publish the true pose for the operator."""
-        self._truth.publish(self._truth_writer.encode(self._tick, pose_map, twist))
+        self._last_truth = self._tick, self._truth_writer.encode(self._tick, pose_map, twist)
+        self._truth.publish(self._last_truth[1])
 
     def fresh_command(self) -> Twist | None:
         """Return the answer's command; in free run else any other that came during this tick."""
