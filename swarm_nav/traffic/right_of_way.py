@@ -28,8 +28,8 @@ from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import FORESIGHT
 from swarm_nav.traffic.single_lanes import rooms
 
-REFUGE_MARGIN = 0.03  # [m] that a refuge keeps from the pusher's way beyond the reach; so much
-# more after each refuge at which the pusher was still blocked by this robot
+REFUGE_MARGIN = 0.03  # [m] between refuge and pusher's path beyond the reach; grows
+# by as much after each refuge that did not free the pusher
 RETREAT_DISTANCE = 0.95  # [m] of the first retreat from a robot
 Try = tuple[float, bool]  # margin [m] to other robots beyond the reach, whether the way is smooth
 TIGHTER: tuple[Try, ...] = ((0.0, False), (-0.04, False))
@@ -43,7 +43,7 @@ class RightOfWay:
     """Making way for one robot at a time, and stepping back.
 
     Attributes:
-        inherited: Priority of the robot that is made way for minus one, 0 without one.
+        inherited: Priority of the pusher less one; 0 if there is no pusher.
         is_stuck: Whether there is no refuge, or none that the robot gets to.
     """
 
@@ -57,7 +57,7 @@ class RightOfWay:
         self._blocked_since = -1
         self._is_diverted = False
         self._was_stuck = False  # since it was pushed
-        self._was_barred = False  # likewise: it stood on its way to a refuge for long
+        self._was_barred = False  # likewise: whether it stood for long on the way
         self._is_at_refuge = False  # by the last search
         self._margin = REFUGE_MARGIN
         self._kept_free: tuple[FloatArray, float] = np.zeros((0, 2)), 0.0  # pusher's way and reach
