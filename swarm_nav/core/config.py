@@ -181,6 +181,8 @@ class TrafficConfig:
             raise ConfigError(f"traffic.held_length is {self.held_length} m; from 0.1 to 0.8")
         if not 0.1 <= self.wanted_length <= 0.4:
             raise ConfigError(f"traffic.wanted_length is {self.wanted_length} m; from 0.1 to 0.4")
+        if not self.rules.replace(",", " ").strip():
+            raise ConfigError("traffic.rules is empty; expected all, or names of rules")
         for name in ("confirmations", "listen_ticks", "lost_ticks", "dead_ticks", "push_ticks"):
             if getattr(self, name) < 1:
                 raise ConfigError(f"traffic.{name} is {getattr(self, name)}; it must be 1 or more")

@@ -20,7 +20,6 @@ from swarm_nav.traffic.single_lanes import SingleLanes
 WHY = {tube_kernels.ROBOT: "is in the way", tube_kernels.RIGHT_OF_WAY: "has the right of way"}
 COMES = "comes through a single lane"
 
-
 GO_ON = Proposal()
 STAND = Proposal(stands=True)
 DROP_PATH = Proposal(drops_path=True)

@@ -255,3 +255,9 @@ def test_a_rule_that_proposes_nonsense_ends_the_goal() -> None:
     robots.run(60)
     (end,) = robots.ended(0)
     assert "off the map" in end.message
+
+
+@pytest.mark.parametrize("rules", ["", " ", ","])
+def test_no_rules_at_all_are_refused(rules: str) -> None:
+    with pytest.raises(ConfigError, match=r"traffic\.rules is empty; expected all"):
+        config_from_parameters({"traffic.rules": rules})
