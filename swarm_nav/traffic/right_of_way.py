@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.beacon import MODE_YIELD
 from swarm_common.model.records import FloatArray, Mask
+from swarm_nav.core.rank import passed_on
 from swarm_nav.interfaces import Proposal
 from swarm_nav.planning import path_cost_kernels
 from swarm_nav.planning.planner import SPACING
@@ -43,12 +44,10 @@ class RightOfWay:
     """Making way for one robot at a time, and stepping back.
 
     Attributes:
-        inherited: Priority of the pusher less one; 0 if there is no pusher.
         is_stuck: Whether there is no refuge, or none that the robot gets to.
     """
 
     def __init__(self) -> None:
-        self.inherited = 0
         self.is_stuck = False
         self._last_pushed_tick = 0
         self._next_search_tick = 0
@@ -91,7 +90,7 @@ class RightOfWay:
         row = self.pusher(robot)
         if row is not None:
             proposal = self._make_way(robot, row)
-        elif self.inherited:
+        elif robot.donations.push:
             proposal = self._await_release(robot)
         if not self.is_yielding:
             proposal = self._consider_retreat(robot) or proposal
@@ -104,7 +103,7 @@ class RightOfWay:
         """Make way for nobody, as long as the robot is served where it stands."""
         proposal = DROP_PATH if self.is_retreating else None
         self._retreat_until = -1
-        if self.inherited or self._is_diverted:
+        if robot.donations.push or self._is_diverted:
             return self._release(robot) or proposal
         return proposal
 
@@ -134,7 +133,7 @@ class RightOfWay:
         row = neighbors.row(robot.yields_for)
         if row is None or robot.tube.is_complete or robot.waited_ticks:
             return False
-        if neighbors.immovable[row] or neighbors.priorities[row] <= self.inherited:
+        if neighbors.immovable[row] or neighbors.priorities[row] <= robot.donations.push:
             return False
         if neighbors.heads["blocked_ticks"][row]:
             return False
@@ -142,7 +141,7 @@ class RightOfWay:
         return bool(gaps.min() < robot.reach(row))
 
     def _release(self, robot: RobotState) -> Proposal | None:
-        self.inherited = 0
+        robot.donations.push = 0
         robot.yields_for = 0
         self.is_stuck = self._was_stuck = self._was_barred = False
         self._blocked_since = -1
@@ -155,7 +154,7 @@ class RightOfWay:
         is_new = pusher_id != robot.yields_for
         self._last_pushed_tick = robot.tick
         self._retreat_until = -1
-        self.inherited = int(neighbors.priorities[row]) - 1
+        robot.donations.push = passed_on(int(neighbors.priorities[row]))
         self._kept_free = way_of(robot, row), robot.reach(row)
         if not self._is_diverted and self._goes_on(robot, row):
             return None
@@ -188,7 +187,7 @@ class RightOfWay:
             if robot.blocked_ticks > robot.wait_ticks:
                 return False
             blocker = robot.neighbors.row(robot.blocked_by)
-            if blocker is None or robot.neighbors.priorities[blocker] >= self.inherited:
+            if blocker is None or robot.neighbors.priorities[blocker] >= robot.donations.push:
                 return False
         return clears_way(robot, row)
 
@@ -197,7 +196,7 @@ class RightOfWay:
         self._next_search_tick = robot.tick + robot.retry_ticks
         way, reach = self._kept_free
         smooth = not self._was_barred
-        gap, rank = reach + self._margin, self.inherited
+        gap, rank = reach + self._margin, robot.donations.push
         found = planned(robot, lambda start: refuge_path(robot, start, way, gap, rank, smooth))
         path = found.path if found is not None else None
         self._is_at_refuge = path is not None and len(path) < 2
