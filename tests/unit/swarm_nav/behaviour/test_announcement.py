@@ -36,7 +36,7 @@ from swarm_nav.behaviour.parts import Parts
 from swarm_nav.behaviour.rules import Leave, WaitForTurn
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.core.rank import CLASS_DONE, CLASS_DRIVING, CLASS_HOLDING, Donations, base_priority
-from swarm_nav.core.states import Event, State
+from swarm_nav.core.states import Event, MakingWay, State
 from swarm_nav.interfaces import Proposal
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate
@@ -165,8 +165,7 @@ def test_who_follows_a_higher_robot_ranks_as_it_inherited_also_against_pushers()
 
 def test_a_yielding_robot_announces_its_refuge_and_what_it_inherited() -> None:
     s, right = driving(), RightOfWay()
-    s.yields_for, right.is_stuck, s.donations.push = 9, True, 2**50 - 1
-    right._is_diverted = True
+    s.yields_for, right.state, s.donations.push = 9, MakingWay.STUCK, 2**50 - 1
     record = announce(s, State.YIELDING, right=right)
     assert record["mode"] == MODE_YIELD
     assert record["yields_for"] == 9

@@ -20,6 +20,7 @@ from swarm_nav.core.rank import (
     ID_BITS,
     base_priority,
 )
+from swarm_nav.core.states import MakingWay
 from swarm_nav.traffic.arbiter import planned
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
 from swarm_nav.traffic.robot_state import RobotState
@@ -94,7 +95,7 @@ def test_who_makes_way_gives_up_the_held_space_that_leads_the_other_way(speed: f
     s.tube.stop, s.twist = 10, Twist(speed)
     hear(s, pushing(2.9, 4.0))
     push(right, s)
-    assert right._is_diverted
+    assert right.state is MakingWay.LEAVING
     assert s.tube.stop == (s.brake_points if speed else 0)
 
 
@@ -112,7 +113,7 @@ def test_who_gives_up_space_does_not_ask_for_it_again() -> None:
 
 def test_who_gets_on_is_not_stuck_though_nobody_pushes_it_now() -> None:
     s, right = pushed()
-    right.is_stuck = s.has_grown = True
+    right.state, s.has_grown = MakingWay.STUCK, True
     run(s, right, 1, pushing(3.2, 4.0, blocked_by=0, blocked_ticks=0))
     assert not right.is_stuck
 
@@ -268,7 +269,7 @@ def test_who_has_no_refuge_is_stuck_until_it_moves_or_stands_in_one(
     place: Pose, moves: bool, is_stuck: bool
 ) -> None:
     s, right = pushed()
-    right.is_stuck, s.has_grown = True, moves
+    right.state, s.has_grown = MakingWay.STUCK, moves
     s.pose = place
     s.tube.reset(place)
     is_elsewhere = place != MIDDLE
