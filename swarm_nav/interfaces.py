@@ -13,6 +13,7 @@ not count, and the constructor may take 60 s.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -283,6 +284,8 @@ class Proposal:
         most_speed: [m/s] along the path at most.
         most_rate: [rad/s] of a turn to `yaw` at most.
         is_final: Whether lower rules are not asked any more.
+        why: In one sentence, what people are told if this proposal is the final one; a function is
+            called when they ask.
     """
 
     keep_until: int | None = None
@@ -296,6 +299,7 @@ class Proposal:
     most_speed: float = math.inf
     most_rate: float = math.inf
     is_final: bool = True
+    why: str | Callable[[], str] = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,9 +7,10 @@ What a module imports of its folder stands above it:
     costmap            Costmaps with Nav2's cost scale, composed on request
     given_path         A path that the operator gave (FollowPath), and the way along it
     goal_progress      The current goal: its sequence of targets, and when each counts as reached
-    announcement       What a robot tells the other robots and the operator
     charging           When the robot goes to charge, to which station, and until when
     goal_manager       Begins goals, goes from target to target, recovers, and ends them
+    parts              The parts of one robot: rules decide with them, announcements tell of them
+    announcement       What a robot tells the other robots and the operator
     route              The route to the current target: when and from where it is replanned
     plugin_rule        A rule that a user brings, asked among the built-in ones
     rules              The rules in the order in which the arbiter asks them

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,21 +23,12 @@ from swarm_common.model.beacon import (
 from swarm_common.model.breaches import MISSED
 from swarm_common.model.palette import BY_HAND, CHARGING
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
-from swarm_common.model.robot_names import RobotNames
-from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.behaviors import Behavior
 from swarm_nav.behaviour.goal_progress import GoalProgress
-from swarm_nav.behaviour.state_machine import StateMachine
+from swarm_nav.behaviour.parts import Parts
 from swarm_nav.core.goals import Feedback, Status
-from swarm_nav.core.priority import CLASS_DONE, CLASS_DRIVING, CLASS_HOLDING, base_priority
 from swarm_nav.core.states import State
-from swarm_nav.traffic.gate import Gate
-from swarm_nav.traffic.holding import HoldingPattern
-from swarm_nav.traffic.lease import SAME_STATION, Lease
-from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.robot_state import RobotState
-from swarm_nav.traffic.senses import Senses
-from swarm_nav.traffic.single_lanes import SingleLanes
 
 MODES = {
     State.IDLE: MODE_DONE,
@@ -52,48 +42,10 @@ HEARD = slice(word_of("heard"), word_of("sighted_id"))
 SIGHTED = slice(word_of("sighted_id"), None)
 CLAIMS = slice(word_of("held"), word_of("footprint"))
 NOWHERE = (math.nan, math.nan)
-WAITING_TICKS = 10  # ticks of being blocked after which `status` says waiting
-
-
-@dataclass(frozen=True, slots=True)
-class Deciders:
-    """The parts of a navigator whose decisions it tells."""
-
-    state_machine: StateMachine
-    right: RightOfWay
-    lease: Lease
-    gate: Gate
-    holding: HoldingPattern
-    senses: Senses
-    single_lanes: SingleLanes
-
-
-def priorities(
-    robot_id: int, deciders: Deciders, last_goal_tick: int, has_goal: bool
-) -> tuple[int, int]:
-    """Return the robot's own priority, and the one with what it inherits from a robot that pushes.
-
-    Args:
-        deciders: The state machine gives the class, lease and right of way what is inherited.
-        last_goal_tick: Tick at which the last target was reached: the robot that has waited longer
-            ranks higher.
-        has_goal: Whether there is a current goal.
-    """
-    rank = CLASS_DONE
-    if has_goal:
-        rank = CLASS_HOLDING if deciders.state_machine.is_waiting else CLASS_DRIVING
-    base = base_priority(rank, last_goal_tick, robot_id)
-    own = max(base, deciders.lease.inherited, deciders.single_lanes.inherited)
-    return own, max(own, deciders.right.inherited)
 
 
 def compose_beacon(
-    robot: RobotState,
-    spec: RobotSpec,
-    deciders: Deciders,
-    is_active: bool,
-    *,
-    is_pausing: bool = False,
+    parts: Parts, spec: RobotSpec, is_active: bool, *, is_pausing: bool = False
 ) -> np.void:
     """Return the beacon of this tick, with the priority and the blocks as they were published.
 
@@ -101,7 +53,7 @@ def compose_beacon(
         is_active: Whether the navigator is active.
         is_pausing: Whether the robot is served, and does not make way.
     """
-    s, d = robot, deciders
+    s, d = parts.robot, parts
     priority = s.priority
     is_yielding = d.right.is_yielding
     flags = (FLAG_STUCK if d.right.is_stuck or not is_active else 0) | d.holding.flags
@@ -128,11 +80,9 @@ def compose_beacon(
 
 
 def compose_status(
-    robot: RobotState,
-    deciders: Deciders,
+    parts: Parts,
     is_active: bool,
     target: Pose | None,
-    sites: Sites,
     distance: float,
     *,
     is_pausing: bool,
@@ -153,50 +103,34 @@ def compose_status(
         is_on_trip: Whether it goes to charge, or is charged.
         battery: Charge by capacity; NaN without a battery.
     """
-    s, state = robot, deciders.state_machine.state
-    lease, gate, holding = deciders.lease, deciders.gate, deciders.holding
-    name, detail = state.value, ""
-    station = _station_name(lease, sites)
+    s, state = parts.robot, parts.state_machine.state
+    name, detail, waits = state.value, "", s.awaited
     if not is_active:
         name = "inactive"
-    elif deciders.senses.missing:
-        name, detail = "waiting", deciders.senses.missing
+    elif parts.senses.missing:
+        name, detail = "waiting", parts.senses.missing
     elif state is State.IDLE and is_pausing:
         name = CHARGING if is_on_trip else State.BEHAVING.value
-    elif state is State.IDLE and failure:
-        detail = f"{MISSED}{failure}"
-    elif state is State.HOLDING:
-        where = "on the circuit" if holding.is_on_circuit else "parked"
-        detail = f"{where}, {_queue(s.names, lease, gate, station or 'its goal')}"
-    elif state is State.YIELDING:
-        detail = "steps back" if deciders.right.is_retreating else "leaves for others"
-        if s.yields_for:
-            detail = f"makes way for {s.names.name_of(s.yields_for)}"
-        if s.blocked_ticks > WAITING_TICKS:
-            detail += f", waits {_blocker(s)}"
-        elif s.obstacle_ticks > WAITING_TICKS:
-            detail += ", waits before an obstacle"
-        elif deciders.right.is_stuck:
-            detail += ", finds no place"
-    elif state is State.BEHAVING and is_by_hand:
-        name = BY_HAND
-    elif state is State.DRIVING and s.blocked_ticks > WAITING_TICKS:
-        name, detail = "waiting", _blocker(s)
-    elif state is State.DRIVING and s.obstacle_ticks > WAITING_TICKS:
-        name, detail = "waiting", "before an obstacle"
-    elif state is State.DRIVING and is_on_trip:
-        detail = "goes to charge"
+    elif state is State.IDLE:
+        detail = f"{MISSED}{failure}" if failure else ""
+    elif state is State.DRIVING and waits:
+        name, detail = "waiting", waits
+    else:
+        name = BY_HAND if state is State.BEHAVING and is_by_hand else name
+        detail = parts.arbiter.why
+        if state is State.DRIVING and is_on_trip:
+            detail = detail or "goes to charge"
     counters = s.counters
     return Status(
         state=name,
         detail=detail,
         pose_map=s.pose,
         goal_map=target,
-        station=station,
-        queue_place=lease.place,
+        station=parts.lease.name_in(parts.sites),
+        queue_place=parts.lease.place,
         distance_remaining=distance,
         estimated_time_remaining=distance / s.config.controller.max_vel_x,
-        holding_since_tick=deciders.state_machine.holding_since if state is State.HOLDING else 0,
+        holding_since_tick=parts.state_machine.holding_since if state is State.HOLDING else 0,
         hold_time=counters.hold_ticks * CONTROL_PERIOD,
         wait_time=counters.wait_ticks * CONTROL_PERIOD,
         number_of_recoveries=counters.recoveries,
@@ -239,30 +173,3 @@ def compose_feedback(
         angle_traveled=angle,
         speed=s.twist.vx,
     )
-
-
-def _blocker(robot: RobotState) -> str:
-    """Say for whom a robot stands on its way, and why."""
-    blocker = robot.names.name_of(robot.blocked_by)
-    return f"for {blocker}, which {robot.blocked_why}"
-
-
-def _queue(names: RobotNames, lease: Lease, gate: Gate, station: str) -> str:
-    """Say for whom a robot waits that is parked."""
-    if gate.is_closed:
-        return f"waits for {names.name_of(gate.first)}: the narrow region ahead is full"
-    if lease.first:
-        where = f"{station} or others in its aisle" if lease.is_shared else station
-        return f"waits for {names.name_of(lease.first)}, {lease.place} before it at {where}"
-    if lease.is_full:
-        return f"waits for room on the single lanes at {station}"
-    return f"waits until {station} is free"
-
-
-def _station_name(lease: Lease, sites: Sites) -> str:
-    if lease.station is None:
-        return ""
-    for name, pose in sites.stations.items():
-        if math.hypot(pose.x - lease.station[0], pose.y - lease.station[1]) < SAME_STATION:
-            return name
-    return ""

@@ -164,7 +164,7 @@ class GoalManager:
             self.is_recovery = False
             has_reached = task is not None and outcome is Outcome.SUCCEEDED
             self._reached_at = s.pose if has_reached else None
-            self._lease.aim(None)
+            self._lease.aim(self._s, None)
             self._stop_short()
         missed = tuple(task.missed) if task is not None else ()
         self._state_machine.events.append(
@@ -212,7 +212,7 @@ class GoalManager:
     def _plug_in(self, trip: ChargingTrip) -> None:
         """Stay at the charging station, which the lease keeps for the robot."""
         self.task = None
-        self._lease.aim(None)
+        self._lease.aim(self._s, None)
         self._lease.keep(self._s)
         self._stop_short()
         trip.plugged_tick = self._s.tick
@@ -227,7 +227,7 @@ class GoalManager:
         self.task, self._put_off = self._put_off, None
         self._stop_short()
         if self.task is None:
-            self._lease.aim(None)
+            self._lease.aim(self._s, None)
             self._state_machine.switch(Event.FINISHED)
         else:
             self.task.resume(self._s)
@@ -251,9 +251,9 @@ class GoalManager:
         """Point the lease at the present target."""
         self._arbiter.drop_path()
         if task.goal.kind is GoalKind.FOLLOW_PATH or task.is_passing:
-            self._lease.aim(None)
+            self._lease.aim(self._s, None)
         else:
-            self._lease.aim((task.target.x, task.target.y))
+            self._lease.aim(self._s, (task.target.x, task.target.y))
 
     def reach_target(self, task: GoalProgress) -> None:
         """Go on to the next target, or end the goal as succeeded."""

@@ -15,27 +15,22 @@ from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Sc
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour import costmap as costmaps
-from swarm_nav.behaviour.announcement import (
-    Deciders,
-    compose_beacon,
-    compose_feedback,
-    compose_status,
-    priorities,
-)
+from swarm_nav.behaviour.announcement import compose_beacon, compose_feedback, compose_status
 from swarm_nav.behaviour.behaviors import BehaviorEnd
 from swarm_nav.behaviour.charging import ChargingTrip
 from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
+from swarm_nav.behaviour.parts import Parts
 from swarm_nav.behaviour.plugin_priority import PluginPriority
-from swarm_nav.behaviour.rules import Parts, rules_of
+from swarm_nav.behaviour.rules import rules_of
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.control.omni import make_controller
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import ErrorCode, Feedback, Goal, GoalKind, Outcome, Output, Status
 from swarm_nav.core.localisation_config import START_DEVIATION
 from swarm_nav.core.plugins import PRIORITY
-from swarm_nav.core.priority import CLASS_DRIVING, base_priority
+from swarm_nav.core.rank import CLASS_DONE, CLASS_DRIVING, CLASS_HOLDING, base_priority
 from swarm_nav.core.states import State
 from swarm_nav.localisation.localiser import make_localiser
 from swarm_nav.planning.plugin_planner import planner_maker
@@ -92,9 +87,6 @@ class Navigator:
         self._faults: list[tuple[ErrorCode, str]] = []  # of plug-ins since the last tick
         self._controller = make_controller(spec, config.controller, self._receive_fault)
         stations = [(p.x, p.y) for p in sites.stations.values()]
-        self._holding = HoldingPattern(sites.circuits, stations)
-        self._lease = Lease()
-        self._right = RightOfWay()
         make_planner = planner_maker(config.planner.plugin, spec)
         self._s = s = begin(
             config, spec, grid, robot_id, initial_pose_map, tuple(stations), names, make_planner
@@ -108,26 +100,20 @@ class Navigator:
             self._priority = PluginPriority(
                 config.traffic.priority_plugin, spec, self._receive_fault
             )
-        self._gate = Gate(self._narrow_region())
-        self._single_lanes = SingleLanes()
-        self._arbiter = arbiter = Arbiter(s, self._single_lanes)
-        self._state_machine = StateMachine(s, self._holding, arbiter)
+        self._gate, lease, right = Gate(self._narrow_region()), Lease(), RightOfWay()
+        holding = HoldingPattern(sites.circuits, stations)
+        self._arbiter = arbiter = Arbiter(s, SingleLanes())
+        self._state_machine = StateMachine(s, holding, arbiter)
         self._trip: ChargingTrip | None = None
         if spec.battery is not None:
             self._trip = ChargingTrip(spec.battery, list(sites.chargers.values()))
-        self._goal_manager = GoalManager(
-            s, self._state_machine, self._lease, self._right, arbiter, self._trip
-        )
+        self._goal_manager = GoalManager(s, self._state_machine, lease, right, arbiter, self._trip)
+        self._lease, self._senses = lease, Senses(s)
         self._parts = Parts(
-            s, self._state_machine, self._goal_manager, self._right,
-            Departure(self._gate, self._lease), self._lease, self._gate, self._holding, arbiter,
+            s, sites, self._state_machine, self._goal_manager, right, Departure(self._gate, lease),
+            lease, self._gate, holding, self._senses, arbiter,
         )  # fmt: skip
         self._rules = rules_of(self._parts, spec, self._receive_fault)
-        self._senses = Senses(s)
-        self._deciders = Deciders(
-            self._state_machine, self._right, self._lease, self._gate, self._holding, self._senses,
-            self._single_lanes,
-        )  # fmt: skip
         self._speed_limits = SpeedLimits(sites.zones)
 
     def _narrow_region(self) -> NDArray[np.int16] | None:
@@ -440,7 +426,7 @@ class Navigator:
     def _driving_priority(self) -> int:
         """Return the robot's priority while it drives, with what it inherits for its lease."""
         own = base_priority(CLASS_DRIVING, self._rank_tick, self._s.robot_id)
-        return max(own, self._lease.inherited)
+        return max(own, self._s.donations.station)
 
     @property
     def _rank_tick(self) -> int:
@@ -472,15 +458,15 @@ class Navigator:
     def _announce(self) -> np.void:
         """Publish priority and reservation; return the beacon."""
         s, goal_manager = self._s, self._goal_manager
-        if self._state_machine.is_waiting or not goal_manager.has_goal:
-            self._single_lanes.forget()
-        s.announce_priorities(
-            *priorities(s.robot_id, self._deciders, self._rank_tick, goal_manager.has_goal)
-        )
+        rank = CLASS_HOLDING if self._state_machine.is_waiting else CLASS_DRIVING
+        if not goal_manager.has_goal:
+            rank = CLASS_DONE
+        if rank != CLASS_DRIVING:
+            s.donations.lane = 0
+        base = base_priority(rank, self._rank_tick, s.robot_id)
+        s.announce_priorities(s.donations.own(base), s.donations.published(base))
         s.tube.publish(s.pose, s.tick)
-        return compose_beacon(
-            s, self.spec, self._deciders, self.is_active, is_pausing=self.is_pausing
-        )
+        return compose_beacon(self._parts, self.spec, self.is_active, is_pausing=self.is_pausing)
 
     def _count_waiting(self) -> None:
         """Count the time spent in a queue and behind other robots, for the report."""
@@ -547,11 +533,9 @@ class Navigator:
             target = self._s.pose  # a behaviour that somebody asked for: the robot is not free
         behavior = goal_manager.behavior
         return compose_status(
-            self._s,
-            self._deciders,
+            self._parts,
             self.is_active,
             target,
-            self.sites,
             self.distance_remaining(),
             is_pausing=self.is_pausing,
             failure=goal_manager.failure,

@@ -7,7 +7,7 @@ import numbers
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.process.plugins import PluginError
 from swarm_nav.core.plugins import PRIORITY, Report
-from swarm_nav.core.priority import TICK_BITS
+from swarm_nav.core.rank import TICK_BITS
 from swarm_nav.interfaces import RankedGoal
 
 MOST = (1 << TICK_BITS) - 1

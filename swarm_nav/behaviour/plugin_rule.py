@@ -50,6 +50,8 @@ class PluginRule:
         numbers = [found.most_speed, found.most_rate, *([] if found.yaw is None else [found.yaw])]
         if np.isnan(np.asarray(numbers, np.float64)).any() or np.isinf(found.yaw or 0.0):
             raise self._own.unusable("yaw, most_speed and most_rate must be numbers")
+        if not isinstance(found.why, str):
+            raise self._own.unusable("why must be a str")
         if found.path is None:
             return found
         return dataclasses.replace(found, path=self._path(found.path, robot))

@@ -7,49 +7,23 @@ last the way to the goal. `traffic.rules` leaves rules out, or adds one that a u
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import CONTROL_PERIOD, RobotSpec
-from swarm_nav.behaviour.goal_manager import GoalManager
+from swarm_nav.behaviour.parts import Parts
 from swarm_nav.behaviour.plugin_rule import PluginRule
 from swarm_nav.behaviour.route import Route
-from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
 from swarm_nav.core.plugins import RULE_NAMES, Report, rule_names
 from swarm_nav.core.states import Event, State
 from swarm_nav.interfaces import Proposal
-from swarm_nav.traffic.arbiter import GO_ON, STAND, Arbiter, TrafficRule
-from swarm_nav.traffic.departure import Departure
-from swarm_nav.traffic.gate import Gate
+from swarm_nav.traffic.arbiter import GO_ON, STAND, TrafficRule
 from swarm_nav.traffic.held_space_rules import DropUnused, KeepApart, StopBeforeObstacle
-from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import QUEUE_STEP, Lease
-from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.robot_state import RobotState
-from swarm_nav.traffic.speed_near_people import NOBODY_NEAR, People
-
-
-@dataclass(slots=True)
-class Parts:
-    """What the rules of one robot share.
-
-    Attributes:
-        people: Near the robot, at the end of the last tick in which it could drive.
-    """
-
-    robot: RobotState
-    state_machine: StateMachine
-    goal_manager: GoalManager
-    right: RightOfWay
-    departure: Departure
-    lease: Lease
-    gate: Gate
-    holding: HoldingPattern
-    arbiter: Arbiter
-    people: People = NOBODY_NEAR
 
 
 class PlanAnew(DropUnused):
@@ -88,6 +62,7 @@ class Leave:
 
     def __init__(self, parts: Parts) -> None:
         self._p = parts
+        self._go_on = Proposal(why=self._why)
 
     def propose(self, robot: RobotState) -> Proposal | None:
         """Return the way out, once; then go on along it. Else resume what was interrupted."""
@@ -95,12 +70,22 @@ class Leave:
         is_yielding = p.right.is_yielding
         proposal = p.departure.propose(robot, p.goal_manager.is_idle and not is_yielding)
         if is_yielding:
-            return GO_ON
+            return self._go_on
         if p.departure.is_leaving:
             p.goal_manager.interrupt()
-            return proposal or GO_ON
+            return self._go_on if proposal is None else replace(proposal, why=self._why)
         p.goal_manager.resume()
         return None
+
+    def _why(self) -> str:
+        """Say for whom the robot leaves its way, and what it waits for there."""
+        robot, right = self._p.robot, self._p.right
+        what = "steps back" if right.is_retreating else "leaves for others"
+        if robot.yields_for:
+            what = f"makes way for {robot.names.name_of(robot.yields_for)}"
+        if robot.awaited:
+            return f"{what}, waits {robot.awaited}"
+        return f"{what}, finds no place" if right.is_stuck else what
 
 
 class Behave:
@@ -168,6 +153,7 @@ class WaitForTurn:
     def __init__(self, parts: Parts) -> None:
         self._p = parts
         self._held_place = 0  # in the queue when the robot began to wait
+        self._wait = Proposal(why=self._why)
 
     def propose(self, robot: RobotState) -> Proposal | None:
         """Begin to wait, or return where to wait until it is the robot's turn."""
@@ -190,7 +176,7 @@ class WaitForTurn:
             return None
         self._held_place = p.lease.place
         p.state_machine.switch(Event.STATION_TAKEN)
-        return GO_ON
+        return self._wait
 
     def _hold(self, robot: RobotState) -> Proposal:
         p = self._p
@@ -204,7 +190,22 @@ class WaitForTurn:
         if has_turn and not p.gate.is_closed:
             p.state_machine.switch(Event.STATION_GRANTED)
             return GO_ON
-        return p.holding.propose(robot, self._kept_free) or GO_ON
+        proposal = p.holding.propose(robot, self._kept_free)
+        return self._wait if proposal is None else replace(proposal, why=self._why)
+
+    def _why(self) -> str:
+        """Say where the robot waits, and for whom."""
+        lease, gate, name_of = self._p.lease, self._p.gate, self._p.robot.names.name_of
+        where = "on the circuit" if self._p.holding.is_on_circuit else "parked"
+        station = lease.name_in(self._p.sites) or "its goal"
+        if gate.is_closed:
+            return f"{where}, waits for {name_of(gate.first)}: the narrow region ahead is full"
+        if lease.first:
+            queue = f"{station} or others in its aisle" if lease.is_shared else station
+            return f"{where}, waits for {name_of(lease.first)}, {lease.place} before it at {queue}"
+        if lease.is_full:
+            return f"{where}, waits for room on the single lanes at {station}"
+        return f"{where}, waits until {station} is free"
 
     def _kept_free(self) -> NDArray[np.bool_] | None:
         """Return the lattice cells (h, w) where a robot that waits must not park."""

@@ -2,12 +2,11 @@
 
 What a module imports of its folder stands above it:
 
-    order_kernels        The one order of all robots, and what rules may do in it
+    rank                 The one order of all robots, who inherits whose rank, what rules may do
     checks               Checks of numbers in a configuration
     goals                What an operator asks of a navigator, and what it is told in return
     lifecycle            Lifecycle of a navigator as Nav2's lifecycle manager sees it, as a table
     limits               Between which values every number among a navigator's parameters lies
-    priority             A robot's priority as one number: class, seniority, id, inheritance
     states               The navigator's states as a table
     localisation_config  Parameters of localisation, named as AMCL's
     config               Parameters of a navigator: each field is a ROS parameter

@@ -75,7 +75,7 @@ LOCALISER = PluginKind(
 )  # fmt: skip
 PRIORITY = PluginKind(
     "priority", "traffic.priority_plugin", "priorities",
-    {"oldest_goal": "swarm_nav.core.priority:base_priority"}, CONTROL_CODES,
+    {"oldest_goal": "swarm_nav.core.rank:base_priority"}, CONTROL_CODES,
 )  # fmt: skip
 RULE_NAMES = (  # built-in rules by precedence: safety, making way, admission, the way to the goal
     "keep_apart", "stop_before_obstacle", "plan_anew", "make_way", "leave", "behave", "arrive",

@@ -1,8 +1,10 @@
-"""The navigator's states as a table; docs/architecture/tick.md has the diagram made from it."""
+"""The navigator's state machines as tables; the diagrams in docs/architecture are made of them."""
 
 from __future__ import annotations
 
 import enum
+from collections.abc import Mapping
+from typing import Any, TypeVar
 
 from swarm_common.model.errors import SwarmError
 
@@ -75,28 +77,79 @@ TRANSITIONS: dict[State, dict[Event, State]] = {
 }
 
 
+class MakingWay(enum.Enum):
+    """How far a robot is with making way for another one, or with stepping back."""
+
+    FREE = "own way"
+    LEAVING = "to a refuge"
+    STUCK = "no refuge"
+    AGAIN = "to another refuge"
+    BARRED = "barred"
+    TIGHTLY = "tightly to a refuge"  # on rough paths, since smooth ones were barred
+    RETREATING = "steps back"
+
+
+class Push(enum.Enum):
+    """What can happen to a robot that makes way."""
+
+    PUSHED = "pushed"
+    CLEARS = "clears the way"
+    NO_REFUGE = "finds none"
+    WAITED = "waited"
+    GETS_ON = "gets on"  # or stands in a refuge
+    RELEASED = "released"
+    REFUSED = "blocker is stuck"
+    OVER = "time is over"
+
+
+M, P = MakingWay, Push
+_DIVERTED = {P.PUSHED: M.LEAVING, P.WAITED: M.BARRED, P.RELEASED: M.FREE}
+MAKING_WAY: dict[MakingWay, dict[Push, MakingWay]] = {
+    M.FREE: {P.PUSHED: M.LEAVING, P.CLEARS: M.FREE, P.RELEASED: M.FREE, P.REFUSED: M.RETREATING},
+    M.LEAVING: {**_DIVERTED, P.NO_REFUGE: M.STUCK, P.GETS_ON: M.LEAVING},
+    M.STUCK: {**_DIVERTED, P.NO_REFUGE: M.STUCK, P.GETS_ON: M.AGAIN},
+    M.AGAIN: {**_DIVERTED, P.NO_REFUGE: M.STUCK, P.GETS_ON: M.AGAIN},
+    M.BARRED: {**_DIVERTED, P.NO_REFUGE: M.BARRED, P.GETS_ON: M.TIGHTLY},
+    M.TIGHTLY: {**_DIVERTED, P.NO_REFUGE: M.BARRED, P.GETS_ON: M.TIGHTLY},
+    M.RETREATING: {
+        P.PUSHED: M.LEAVING,
+        P.CLEARS: M.FREE,
+        P.RELEASED: M.RETREATING,
+        P.OVER: M.FREE,
+    },
+}
+
+AnyState = TypeVar("AnyState", State, MakingWay)
+TABLES: dict[type, Mapping[Any, Mapping[Any, Any]]] = {State: TRANSITIONS, MakingWay: MAKING_WAY}
+
+
 class IllegalTransitionError(SwarmError):
     """An event came in a state that the table does not foresee: a bug of ours."""
 
 
-def next_state(state: State, event: Event) -> State:
+def next_state(state: AnyState, event: Event | Push) -> AnyState:
     """Return the state after `event`.
 
     Raises:
         IllegalTransitionError: If the table has no such pair.
     """
     try:
-        return TRANSITIONS[state][event]
+        found: AnyState = TABLES[type(state)][state][event]
     except KeyError:
         raise IllegalTransitionError(f"event '{event.value}' in state '{state.value}'") from None
+    return found
 
 
-def diagram() -> str:
-    """Return the state machine as a Mermaid state diagram."""
-    lines = ["stateDiagram-v2", "    [*] --> idle"]
-    for state, row in TRANSITIONS.items():
+def diagram(states: type[State] | type[MakingWay] = State) -> str:
+    """Return a state machine as a Mermaid state diagram."""
+    lines = ["stateDiagram-v2", f"    [*] --> {_node(next(iter(states)))}"]
+    for state, row in TABLES[states].items():
         for target in dict.fromkeys(row.values()):
             events = ", ".join(event.value for event in row if row[event] is target)
             if target is not state:
-                lines.append(f"    {state.value} --> {target.value}: {events}")
+                lines.append(f"    {_node(state)} --> {_node(target)}: {events}")
     return "\n".join(lines)
+
+
+def _node(state: enum.Enum) -> str:
+    return str(state.value).replace(" ", "_")

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_DEAF, FLAG_LEFT, HEARD_ENTRIES, word_of
 from swarm_common.model.records import FloatArray, Mask
 from swarm_common.process.numba_compat import njit
-from swarm_nav.core.order_kernels import outranks
-from swarm_nav.core.priority import DEPTH_BITS, ID_MASK, TOP_DEPTH
+from swarm_nav.core.rank import DEPTH_BITS, ID_MASK, TOP_DEPTH, outranks
 
 ID = word_of("id")
 TICK = word_of("tick")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.beacon import HELD_POINTS, word_of
 from swarm_common.process.numba_compat import njit
-from swarm_nav.core.order_kernels import Rank, may_hold_up, outranks
+from swarm_nav.core.rank import Rank, may_hold_up, outranks
 from swarm_nav.perception.neighbor_table_kernels import (
     BLOCKED_TICKS,
     HELD,

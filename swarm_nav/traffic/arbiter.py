@@ -69,6 +69,12 @@ class Arbiter:
         self.winner = GO_ON
         self._retracted_tick = self._retracting_since = -1000
 
+    @property
+    def why(self) -> str:
+        """What the rule that won in this tick says to people, empty for nothing."""
+        why = self.winner.why
+        return why if isinstance(why, str) else why()
+
     def decide(self, rules: Iterable[TrafficRule]) -> None:
         """Ask the rules in their order, and apply what they propose, up to a final proposal."""
         self.winner = GO_ON

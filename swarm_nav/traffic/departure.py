@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
-from swarm_nav.core.priority import OUT_OF_LANES, above
+from swarm_nav.core.rank import OUT_OF_LANES, above
 from swarm_nav.interfaces import Proposal
 from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.gate import Gate, is_inside
@@ -43,8 +43,8 @@ class Departure:
         """Start as a robot that has not asked to leave.
 
         Args:
-            lease: Knows the station that is left, and inherits the priority of the waiting robots;
-                without a goal it has a station on single lanes only, until the robot is out.
+            lease: Knows the station that is left; without a goal it has a station on single lanes
+                only, until the robot is out.
         """
         self._gate = gate
         self._lease = lease
@@ -70,7 +70,7 @@ class Departure:
             self._insists &= self._lease.station is None
             self._has_left &= self._lease.station is None
             if self._target is not None:
-                self._give_up()
+                self._give_up(robot)
             return None
         tick = robot.tick
         if self._idle_since < 0:
@@ -79,19 +79,19 @@ class Departure:
         is_blocked = robot.waited_ticks > robot.wait_ticks
         self._insists |= self._target is not None and is_blocked
         if not self._is_under_way(robot):
-            self._give_up()
+            self._give_up(robot)
         if (self._target is None or is_blocked) and tick >= self._next_search_tick:
             way = self._way_for_others(robot)
             return Proposal(path=way) if way is not None and len(way) >= 2 else None
         return None
 
-    def _give_up(self) -> None:
+    def _give_up(self, robot: RobotState) -> None:
         self._target = None
-        self._inherit(0)
+        self._inherit(robot, 0)
 
-    def _inherit(self, priority: int) -> None:
+    def _inherit(self, robot: RobotState, priority: int) -> None:
         if self._lease.station is None:  # else the lease sees to it
-            self._lease.inherited = priority
+            robot.donations.station = priority
 
     def _is_under_way(self, robot: RobotState) -> bool:
         """Whether the way out goes on; where there is no other, until it is barred for good."""
@@ -169,7 +169,7 @@ class Departure:
         if way is not None and len(way) >= 2:
             self._target = robot.tube.end_of(way)
             self._has_left = True
-            self._inherit(above(highest, hops) if highest else 0)
+            self._inherit(robot, above(highest, hops) if highest else 0)
         return way
 
 

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray, Mask
-from swarm_nav.core.priority import SENIORITY
+from swarm_nav.core.rank import SENIORITY
 from swarm_nav.planning import search_kernels
 from swarm_nav.planning.cells import distance_cells
 from swarm_nav.planning.search import SearchSpace

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import Mask
 from swarm_common.process.numba_compat import njit
-from swarm_nav.core.order_kernels import outranks
-from swarm_nav.core.priority import SENIORITY
+from swarm_nav.core.rank import SENIORITY, outranks
 from swarm_nav.perception.absence_kernels import Sightings
 from swarm_nav.planning.distance_kernels import Floats, Frame
 from swarm_nav.traffic.single_lane_kernels import Labels, label_at

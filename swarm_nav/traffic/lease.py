@@ -7,7 +7,9 @@ through walls: a robot in the queue waits beyond the floor that the robots befor
 on single lanes keeps its turn until it is out again (`approach` says who shares a queue), and one
 that gets its goal there has a turn, too, if the goal lies elsewhere: it can only go out. Where the
 lanes are so large that those who wait may not hear each other, whoever was seen there and has asked
-takes room, too, and ranks above those who wait.
+takes room, too, and ranks above those who wait. The highest robot that waits passes its rank on to
+the one that has the station (priority inheritance of a resource's holder: Sha, Rajkumar, Lehoczky
+1990).
 """
 
 from __future__ import annotations
@@ -19,8 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
+from swarm_common.model.sites import Sites
 from swarm_nav.core.config import HoldingConfig
-from swarm_nav.core.priority import OUT_OF_LANES, above
+from swarm_nav.core.rank import OUT_OF_LANES, above
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic.approach import MOUTH_GAP, WAITING_GAP, Approach, is_large, lane_at
 from swarm_nav.traffic.robot_state import RobotState
@@ -77,9 +80,6 @@ class Lease:
     tick: int = 0  # tick of the request, 0 before it was made
     place: int = 0  # number of earlier requests known
     first: int = 0  # id of the robot that asked first, 0 if that is this one
-    # priority of the highest robot that waits for this one to leave the station (priority
-    # inheritance of a resource's holder: Sha, Rajkumar, Lehoczky 1990), 0 if none
-    inherited: int = 0
     # whether the robot was there and keeps the lease until it is off the single lanes
     is_leaving: bool = False
     # whether others, who may be out of hearing, take all the room of its large single lanes
@@ -100,7 +100,7 @@ class Lease:
     _cover: Cover = field(default_factory=Cover)
     _alone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # (1, 2) the station
 
-    def aim(self, station: tuple[float, float] | None) -> None:
+    def aim(self, robot: RobotState, station: tuple[float, float] | None) -> None:
         """Take a new target; the old lease is given back, on single lanes once they are left.
 
         Args:
@@ -113,17 +113,17 @@ class Lease:
             self.is_leaving = True
             self._next, self._left_tick = station, 0
         else:
-            self._take(station)
+            self._take(robot, station)
 
     def keep(self, robot: RobotState) -> None:
         """Keep the station that was given back last until the next `aim`: the robot is served."""
         self.is_served = True
         station, tick = self._given_back
         if self.station is None and robot.distance_to(*station) <= SAME_STATION:
-            self._take(station)
+            self._take(robot, station)
             self.tick, self._is_new = tick, False
 
-    def _take(self, station: tuple[float, float] | None) -> None:
+    def _take(self, robot: RobotState, station: tuple[float, float] | None) -> None:
         if self.station is not None:
             self._given_back = self.station, self.tick
         self.left = self._approach if station is None else None
@@ -133,7 +133,7 @@ class Lease:
         self._alone = np.array([station] if station is not None else []).reshape(-1, 2)
         self.tick = 0
         self.place = self.first = 0
-        self.inherited = 0
+        robot.donations.station = 0
         self.is_leaving = False
         self._approach = None
         self.is_full = self._is_through = False
@@ -161,20 +161,20 @@ class Lease:
             self._is_through = approach.is_large and self._is_inside(robot, -MOUTH_GAP)
             self.is_full = not self._is_through and approach.is_full(robot)
             if not self.is_turn(robot.config.holding):
-                self.inherited = 0  # who waits ranks below those that it waits for
+                robot.donations.station = 0  # who waits ranks below those that it waits for
             elif highest and (self.is_leaving or self._is_through or not self.place):
                 if self.is_leaving:  # others inherit from it, too
                     highest = max(highest, robot.own_priority)
                 # never less while it has its turn: a change would delay all requests
                 hops = OUT_OF_LANES if self.is_leaving else 0
-                self.inherited = max(self.inherited, above(highest, hops))
+                robot.donations.station = max(robot.donations.station, above(highest, hops))
 
     def _hold_lanes_here(self, robot: RobotState) -> None:
         """Hold the single lanes where the robot gets its goal, if that lies elsewhere."""
         here = robot.stop_point
         lane, target = lane_at(robot, here), self.station
         if lane and lane != self._lane(robot):
-            self._take(here)
+            self._take(robot, here)
             self.tick, self.is_leaving, self._next = robot.tick, True, target
             self._is_new = False
 
@@ -188,7 +188,7 @@ class Lease:
         is_done = self._next is None and has_stayed and not self.is_served
         approach = self._approach_of(robot)
         if (is_done and not approach.is_large) or not self._is_inside(robot):
-            self._take(self._next)
+            self._take(robot, self._next)
         elif is_done:
             self.left = approach
 
@@ -286,6 +286,17 @@ class Lease:
             slots = min(slots, self._approach.room)
         has_turn = self.place < slots and not self.is_full
         return self.is_leaving or self._is_through or has_turn
+
+    def name_in(self, sites: Sites) -> str:
+        """Return the name of the station, empty for a target without one."""
+        if self.station is None:
+            return ""
+        near = (
+            name
+            for name, pose in sites.stations.items()
+            if math.hypot(pose.x - self.station[0], pose.y - self.station[1]) < SAME_STATION
+        )
+        return next(near, "")
 
     @property
     def is_shared(self) -> bool:

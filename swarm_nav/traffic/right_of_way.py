@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from swarm_common.model.beacon import MODE_YIELD
 from swarm_common.model.records import FloatArray, Mask
+from swarm_nav.core.rank import passed_on
+from swarm_nav.core.states import MakingWay, Push, next_state
 from swarm_nav.interfaces import Proposal
 from swarm_nav.planning import path_cost_kernels
 from swarm_nav.planning.planner import SPACING
@@ -40,24 +42,15 @@ GAIN = round(PRIORITY_LENGTH / INTENT_SPACING)  # points of its way to get ahead
 
 
 class RightOfWay:
-    """Making way for one robot at a time, and stepping back.
-
-    Attributes:
-        inherited: Priority of the pusher less one; 0 if there is no pusher.
-        is_stuck: Whether there is no refuge, or none that the robot gets to.
-    """
+    """Making way for one robot at a time, and stepping back; the state is by `MAKING_WAY`."""
 
     def __init__(self) -> None:
-        self.inherited = 0
-        self.is_stuck = False
+        self.state = MakingWay.FREE
         self._last_pushed_tick = 0
         self._next_search_tick = 0
         self._retreat_until = -1
         self._retreats, self._retreated_from = 0, 0  # one after another from a robot, and its id
         self._blocked_since = -1
-        self._is_diverted = False
-        self._was_stuck = False  # since it was pushed
-        self._was_barred = False  # likewise: whether it stood for long on the way
         self._is_at_refuge = False  # by the last search
         self._margin = REFUGE_MARGIN
         self._kept_free: tuple[FloatArray, float] = np.zeros((0, 2)), 0.0  # pusher's way and reach
@@ -65,12 +58,24 @@ class RightOfWay:
     @property
     def is_yielding(self) -> bool:
         """Whether the robot leaves its own way to make way or to step back."""
-        return self._is_diverted or self._retreat_until >= 0
+        return self.state is not MakingWay.FREE
 
     @property
     def is_retreating(self) -> bool:
         """Whether the robot steps back on its own account."""
-        return self._retreat_until >= 0
+        return self.state is MakingWay.RETREATING
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether there is no refuge, or none that the robot gets to."""
+        return self.state in (MakingWay.STUCK, MakingWay.BARRED)
+
+    @property
+    def _is_diverted(self) -> bool:
+        return self.is_yielding and not self.is_retreating
+
+    def _switch(self, event: Push) -> None:
+        self.state = next_state(self.state, event)
 
     def pusher(self, robot: RobotState) -> int | None:
         """Return the row of the highest robot that this one blocks and that ranks above it."""
@@ -84,27 +89,28 @@ class RightOfWay:
 
     def propose(self, robot: RobotState) -> Proposal | None:
         """React to pushers: make way, step back, or go on; `is_yielding` tells which."""
-        tick = robot.tick
-        if robot.has_grown:
-            self.is_stuck = False
+        if robot.has_grown and self._is_diverted:
+            self._switch(Push.GETS_ON)
         proposal = None
         row = self.pusher(robot)
         if row is not None:
             proposal = self._make_way(robot, row)
-        elif self.inherited:
+        elif robot.donations.push:
             proposal = self._await_release(robot)
         if not self.is_yielding:
             proposal = self._consider_retreat(robot) or proposal
-        if 0 <= self._retreat_until <= tick:
-            self._retreat_until = -1
+        if self.is_retreating and self._retreat_until <= robot.tick:
+            self._switch(Push.OVER)
             proposal = DROP_PATH
         return proposal
 
     def stay(self, robot: RobotState) -> Proposal | None:
         """Make way for nobody, as long as the robot is served where it stands."""
-        proposal = DROP_PATH if self.is_retreating else None
-        self._retreat_until = -1
-        if self.inherited or self._is_diverted:
+        proposal = None
+        if self.is_retreating:
+            self._switch(Push.OVER)
+            proposal = DROP_PATH
+        if robot.donations.push or self._is_diverted:
             return self._release(robot) or proposal
         return proposal
 
@@ -117,7 +123,8 @@ class RightOfWay:
         patience = robot.retry_ticks
         if self._is_diverted and self._still_comes(robot):
             self._last_pushed_tick = robot.tick
-        if self._was_stuck and not is_in_room(robot, robot.stop_point):
+        was_stuck = self._is_diverted and self.state is not MakingWay.LEAVING
+        if was_stuck and not is_in_room(robot, robot.stop_point):
             patience += robot.stuck_ticks
         if robot.tick - self._last_pushed_tick > patience:
             return self._release(robot)
@@ -134,7 +141,7 @@ class RightOfWay:
         row = neighbors.row(robot.yields_for)
         if row is None or robot.tube.is_complete or robot.waited_ticks:
             return False
-        if neighbors.immovable[row] or neighbors.priorities[row] <= self.inherited:
+        if neighbors.immovable[row] or neighbors.priorities[row] <= robot.donations.push:
             return False
         if neighbors.heads["blocked_ticks"][row]:
             return False
@@ -142,11 +149,11 @@ class RightOfWay:
         return bool(gaps.min() < robot.reach(row))
 
     def _release(self, robot: RobotState) -> Proposal | None:
-        self.inherited = 0
+        robot.donations.push = 0
         robot.yields_for = 0
-        self.is_stuck = self._was_stuck = self._was_barred = False
         self._blocked_since = -1
-        was_diverted, self._is_diverted = self._is_diverted, False
+        was_diverted = self._is_diverted
+        self._switch(Push.RELEASED)
         return DROP_PATH if was_diverted else None
 
     def _make_way(self, robot: RobotState, row: int) -> Proposal | None:
@@ -154,16 +161,15 @@ class RightOfWay:
         pusher_id = int(neighbors.ids[row])
         is_new = pusher_id != robot.yields_for
         self._last_pushed_tick = robot.tick
-        self._retreat_until = -1
-        self.inherited = int(neighbors.priorities[row]) - 1
+        robot.donations.push = passed_on(int(neighbors.priorities[row]))
         self._kept_free = way_of(robot, row), robot.reach(row)
         if not self._is_diverted and self._goes_on(robot, row):
+            self._switch(Push.CLEARS)
             return None
-        self._is_diverted = True
         if is_new:
+            self._switch(Push.PUSHED)
             robot.counters.pushes += 1
             robot.yields_for = pusher_id
-            self.is_stuck = self._was_stuck = self._was_barred = False
             self._is_at_refuge = False
             self._margin = REFUGE_MARGIN
             self._blocked_since = -1
@@ -174,7 +180,7 @@ class RightOfWay:
             self._blocked_since = robot.tick
         waited = robot.tick - self._blocked_since if self._blocked_since >= 0 else 0
         if max(waited, robot.obstacle_ticks) > robot.stuck_ticks:
-            self.is_stuck = self._was_stuck = self._was_barred = True
+            self._switch(Push.WAITED)
         is_over = robot.tube.is_complete or self.is_stuck
         if robot.tick < self._next_search_tick or not is_over:
             return None
@@ -188,7 +194,7 @@ class RightOfWay:
             if robot.blocked_ticks > robot.wait_ticks:
                 return False
             blocker = robot.neighbors.row(robot.blocked_by)
-            if blocker is None or robot.neighbors.priorities[blocker] >= self.inherited:
+            if blocker is None or robot.neighbors.priorities[blocker] >= robot.donations.push:
                 return False
         return clears_way(robot, row)
 
@@ -196,16 +202,16 @@ class RightOfWay:
         """Propose the way to the nearest refuge, or say that there is none."""
         self._next_search_tick = robot.tick + robot.retry_ticks
         way, reach = self._kept_free
-        smooth = not self._was_barred
-        gap, rank = reach + self._margin, self.inherited
+        smooth = self.state not in (MakingWay.BARRED, MakingWay.TIGHTLY)
+        gap, rank = reach + self._margin, robot.donations.push
         found = planned(robot, lambda start: refuge_path(robot, start, way, gap, rank, smooth))
         path = found.path if found is not None else None
         self._is_at_refuge = path is not None and len(path) < 2
         if path is None:
             self._margin = REFUGE_MARGIN
-            self.is_stuck = self._was_stuck = True
+            self._switch(Push.NO_REFUGE)
         elif self._is_at_refuge:
-            self.is_stuck = False
+            self._switch(Push.GETS_ON)
         else:
             self._blocked_since = -1
         return found
@@ -229,6 +235,7 @@ class RightOfWay:
             return found
         self._retreats, self._retreated_from = times, robot.blocked_by
         robot.counters.retreats += 1
+        self._switch(Push.REFUSED)
         self._retreat_until = robot.tick + times * robot.stuck_ticks
         return found
 

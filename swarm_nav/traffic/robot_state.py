@@ -15,6 +15,7 @@ from swarm_common.model.robot_names import RobotNames
 from swarm_nav.core.config import NavConfig, PlannerConfig
 from swarm_nav.core.localisation_config import AMCL
 from swarm_nav.core.plugins import LOCALISER
+from swarm_nav.core.rank import Donations
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
 from swarm_nav.planning.oblong import Oblong
@@ -26,6 +27,7 @@ from swarm_nav.traffic.patience import Patience
 
 MARGIN_STEP = 0.02  # [m] in which the announced margin grows: each step must be confirmed
 PlannerMaker = Callable[[Terrain, PlannerConfig], Planner]
+WAITING_TICKS = 10  # ticks of being blocked after which a robot says that it waits
 FEWEST_BRAKE_POINTS = 2  # path points kept ahead of a robot that gives up its claim
 
 
@@ -77,6 +79,7 @@ class RobotState:
     stations: tuple[tuple[float, float], ...] = ()  # (x, y) in map that many robots go to
     radio: Patience = field(default_factory=Patience)  # how slow the radio is
     counters: Counters = field(default_factory=Counters)  # for the report; each part its own
+    donations: Donations = field(default_factory=Donations)  # ranks that it inherits
     tick: int = 0  # now, by the navigator
     velocity: Twist = field(default_factory=Twist)  # as odometry measures it
     twist: Twist = field(default_factory=Twist)  # in base_footprint, vx along the course
@@ -173,6 +176,13 @@ class RobotState:
     def waited_ticks(self) -> int:
         """Ticks for which the tube could not grow, because of a robot or of anything else."""
         return max(self.blocked_ticks, self.obstacle_ticks)
+
+    @property
+    def awaited(self) -> str:
+        """In words, what the robot has stood before for a while; empty for nothing."""
+        if self.blocked_ticks > WAITING_TICKS:
+            return f"for {self.names.name_of(self.blocked_by)}, which {self.blocked_why}"
+        return "before an obstacle" if self.obstacle_ticks > WAITING_TICKS else ""
 
     @property
     def vain_ticks(self) -> int:

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray, Mask
 from swarm_common.process.numba_compat import njit
-from swarm_nav.core.order_kernels import Rank, may_hold_up
-from swarm_nav.core.priority import TOP_DEPTH
+from swarm_nav.core.rank import TOP_DEPTH, Rank, may_hold_up, passed_on
 from swarm_nav.perception.neighbor_table_kernels import Columns
 from swarm_nav.planning.distance_kernels import Floats, Frame
 from swarm_nav.reservation.tube_kernels import INTENT_SPACING, PRIORITY_LENGTH
@@ -255,7 +254,7 @@ def barrier(
         comes, ix, iy = ends_within(labels, frame, others.intent[j], intent, mine)
         along = (hx + ix) * dx + (hy + iy) * dy
         if may_lead and is_inside and along > 0.0 and others.priorities[j] & TOP_DEPTH > 0:
-            inherited = max(inherited, others.priorities[j] - 1)
+            inherited = max(inherited, passed_on(others.priorities[j]))
         if is_above and (is_inside or comes) and along < 0.0 and ahead < 0:
             free, ahead = entry - 1, j
     return free, ahead, inherited

@@ -106,15 +106,9 @@ def single_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16] | None:
 
 
 class SingleLanes:
-    """Keeps one robot out of a single-lane passage while it is another robot's turn.
-
-    Attributes:
-        inherited: Priority of a higher robot that it follows through a passage, less one; 0 without
-            one.
-    """
+    """Keeps one robot out of a single-lane passage while it is another robot's turn."""
 
     def __init__(self) -> None:
-        self.inherited = 0
         self._base = 0  # priority without that
         self._passing: tuple[Terrain, float] | None = None  # that the labels are for
         self._labels: NDArray[np.int16] | None = None
@@ -128,13 +122,13 @@ class SingleLanes:
         if robot.passing is not self._passing:
             self._passing = robot.passing
             self._labels = single_lanes(*robot.passing)
-            self.inherited = 0
+            robot.donations.lane = 0
         if self._labels is None:
             return last, -1
         tube, neighbors = robot.tube, robot.neighbors
         way = tube.points[tube.stop : tube.stop + WAY_POINTS]
         frame = robot.planner.lattice.frame
-        if not self.inherited:
+        if not robot.donations.lane:
             self._base = robot.own_priority
         if not single_lane_kernels.entry_of(self._labels, frame, way, last - tube.stop):
             self._follow(robot, 0)
@@ -154,14 +148,10 @@ class SingleLanes:
     def _follow(self, robot: RobotState, inherited: int) -> None:
         """Inherit, and keep what was inherited until the robot is out of the passage."""
         if inherited:
-            self.inherited = max(self.inherited, inherited)
-        elif self.inherited:
+            robot.donations.lane = max(robot.donations.lane, inherited)
+        elif robot.donations.lane:
             assert self._labels is not None
             frame, pose = robot.planner.lattice.frame, robot.pose
             places = ((pose.x, pose.y), robot.stop_point)
             if not any(single_lane_kernels.label_at(self._labels, frame, *at) for at in places):
-                self.inherited = 0
-
-    def forget(self) -> None:
-        """Inherit nothing, as without a goal to drive to."""
-        self.inherited = 0
+                robot.donations.lane = 0

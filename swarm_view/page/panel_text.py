@@ -95,8 +95,7 @@ def robot_html(
     rows = [
         (name, link),
         ("state", f"{dot(state_color(state.state))} {html.escape(state.state)}{lasting}"),
-        ("that is", look.meaning if look else "&nbsp;"),
-        ("it says", html.escape(state.detail) or "&nbsp;"),
+        ("why", html.escape(state.detail) or (look.meaning if look else "&nbsp;")),
     ]
     chain = wait_chain(robot, states)
     if chain:
@@ -113,8 +112,8 @@ def robot_html(
         far = f", {state.distance_remaining:.1f} m to go" if is_known else ""
         rows.append(("goal", f"({goal.x:.2f}, {goal.y:.2f}){far}"))
     if state.station:
-        place = "holds it" if state.queue_place == 0 else f"number {state.queue_place} in the queue"
-        rows.append(("station", f"{html.escape(state.station)}, {place}"))
+        place = f", number {state.queue_place} in the queue" if state.queue_place else ""
+        rows.append(("station", f"{html.escape(state.station)}{place}"))
     if math.isfinite(state.battery):
         rows.append(("battery", f"{state.battery:.0%}"))
     rows.append(("goals", f"{state.goals_reached} reached, {state.goals_failed} tries failed"))

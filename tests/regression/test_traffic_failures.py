@@ -14,7 +14,7 @@ from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_STUCK
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import GoalKind, Outcome
-from swarm_nav.core.priority import CLASS_DRIVING, above, base_priority
+from swarm_nav.core.rank import CLASS_DRIVING, above, base_priority
 from swarm_nav.perception.neighbor_table_kernels import HELD
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.reservation import tube_kernels
@@ -441,13 +441,13 @@ def test_who_has_the_station_ranks_above_all_who_wait_for_it() -> None:
     """A robot on the station was pushed about by those whom its leaving would have helped."""
     s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     lease = Lease()
-    lease.aim((4.5, 4.0))
+    lease.aim(s, (4.5, 4.0))
     lease.update(s)
     s.tick += 20
     hear(s, beacon(2, 5.5, 4.0, priority=HIGH, station=(4.5, 4.0), station_tick=s.tick - 5))
     lease.update(s)
     assert lease.place == 0
-    assert HIGH < lease.inherited < HIGH + 64
+    assert HIGH < s.donations.station < HIGH + 64
 
 
 def test_a_thing_on_the_way_to_a_refuge_is_not_waited_for() -> None:

@@ -20,7 +20,7 @@ from swarm_commander.cli import main as commander_cli
 from swarm_common.model.records import LidarSpec
 from swarm_common.model.robot_names import FLEET_COMMANDS
 from swarm_map import cli as map_cli
-from swarm_nav.core.states import diagram
+from swarm_nav.core.states import MakingWay, diagram
 from swarm_view import cli as view_cli
 from tools.write_reference import pages
 
@@ -114,8 +114,10 @@ def test_files_that_are_named_exist(document: Path) -> None:
     assert not [name for name in named | linked if not (ROOT / name).exists()]
 
 
-def test_the_state_diagram_in_the_documents_is_the_automaton() -> None:
-    assert diagram() in (ROOT / "docs" / "architecture" / "tick.md").read_text("utf-8")
+def test_the_state_diagrams_in_the_documents_are_the_automata() -> None:
+    documents = ROOT / "docs" / "architecture"
+    assert diagram() in (documents / "tick.md").read_text("utf-8")
+    assert diagram(MakingWay) in (documents / "liveness.md").read_text("utf-8")
 
 
 def yaml_block(document: str, first_key: str) -> dict[str, Any]:

@@ -30,22 +30,21 @@ from swarm_common.model.beacon import (
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
-from swarm_nav.behaviour.announcement import (
-    Deciders,
-    compose_beacon,
-    compose_status,
-    priorities,
-)
+from swarm_nav.behaviour.announcement import compose_beacon, compose_status
+from swarm_nav.behaviour.goal_manager import GoalManager
+from swarm_nav.behaviour.parts import Parts
+from swarm_nav.behaviour.rules import Leave, WaitForTurn
 from swarm_nav.behaviour.state_machine import StateMachine
-from swarm_nav.core.priority import CLASS_DRIVING, CLASS_HOLDING, base_priority
-from swarm_nav.core.states import Event, State
+from swarm_nav.core.rank import CLASS_DONE, CLASS_DRIVING, CLASS_HOLDING, Donations, base_priority
+from swarm_nav.core.states import Event, MakingWay, State
+from swarm_nav.interfaces import Proposal
+from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.senses import Senses
-from swarm_nav.traffic.single_lanes import SingleLanes
 from tests.fakes.decisions import arbiter_of
 from tests.fakes.navigation import RADIUS, robot_in, room, waffle
 from tests.fakes.neighbors import deserialize_neighbors
@@ -61,28 +60,37 @@ def driving() -> RobotState:
     return s
 
 
-def deciders(
+def parts_of(
     s: RobotState, state: State, lease: Lease, gate: Gate | None = None,
-    right: RightOfWay | None = None, single_lanes: SingleLanes | None = None,
-) -> Deciders:  # fmt: skip
-    holding = HoldingPattern({}, [])
-    state_machine = StateMachine(s, holding, arbiter_of(s))
+    right: RightOfWay | None = None, sites: Sites | None = None,
+) -> Parts:  # fmt: skip
+    """Return the parts of a robot in a state, whose rule for it won in this tick."""
+    holding, arbiter = HoldingPattern({}, []), arbiter_of(s)
+    right, gate = right or RightOfWay(), gate or Gate(None)
+    state_machine = StateMachine(s, holding, arbiter)
     state_machine.state, state_machine.holding_since = state, 60
     state_machine.is_waiting = state is State.HOLDING
-    return Deciders(
-        state_machine, right or RightOfWay(), lease, gate or Gate(None), holding, Senses(s),
-        single_lanes or SingleLanes(),
+    goal_manager = GoalManager(s, state_machine, lease, right, arbiter)
+    parts = Parts(
+        s, sites or Sites(), state_machine, goal_manager, right, Departure(gate, lease), lease,
+        gate, holding, Senses(s), arbiter,
     )  # fmt: skip
+    winners = {State.HOLDING: WaitForTurn(parts)._wait, State.YIELDING: Leave(parts)._go_on}
+    arbiter.winner = winners.get(state, Proposal())
+    return parts
 
 
 def announce(
     s: RobotState, state: State = State.DRIVING, has_goal: bool = True, is_active: bool = True,
     right: RightOfWay | None = None,
 ) -> np.void:  # fmt: skip
-    told = deciders(s, state, Lease(STATION, 70, 1), right=right)
-    s.announce_priorities(*priorities(s.robot_id, told, 33, has_goal))
+    rank = CLASS_HOLDING if state is State.HOLDING else CLASS_DRIVING
+    base = base_priority(rank if has_goal else CLASS_DONE, 33, s.robot_id)
+    s.announce_priorities(s.donations.own(base), s.donations.published(base))
     s.tube.publish(s.pose, s.tick)
-    return compose_beacon(s, waffle(), told, is_active)
+    return compose_beacon(
+        parts_of(s, state, Lease(STATION, 70, 1), right=right), waffle(), is_active
+    )
 
 
 def test_a_beacon_carries_the_claims_of_its_tick() -> None:
@@ -110,18 +118,16 @@ def test_the_priority_is_published_and_remembered() -> None:
 
 def test_who_waits_for_its_turn_ranks_so_while_it_makes_way() -> None:
     """It rose above the robot that pushed it, and stayed in its way."""
-    s = driving()
-    told = deciders(s, State.DRIVING, Lease(STATION, 70, 1))
-    ranks = []
+    told = parts_of(driving(), State.DRIVING, Lease(STATION, 70, 1))
+    waits = []
     for event in (Event.PUSHED, Event.RELEASED, Event.STATION_TAKEN, Event.PUSHED, Event.RELEASED):
         told.state_machine.switch(event)
-        ranks.append(priorities(s.robot_id, told, 33, has_goal=True)[0])
-    driving_rank, waiting_rank = (base_priority(c, 33, 4) for c in (CLASS_DRIVING, CLASS_HOLDING))
-    assert ranks == [driving_rank] * 2 + [waiting_rank] * 2 + [driving_rank]
+        waits.append(told.state_machine.is_waiting)
+    assert waits == [False, False, True, True, False]
 
 
 def test_a_new_goal_ends_the_waiting_of_a_robot_that_makes_way() -> None:
-    told = deciders(driving(), State.DRIVING, Lease(STATION, 70, 1))
+    told = parts_of(driving(), State.DRIVING, Lease(STATION, 70, 1))
     waits = []
     for event in (Event.STATION_TAKEN, Event.PUSHED, Event.FINISHED, Event.GOAL, Event.BEHAVIOR):
         told.state_machine.switch(event)
@@ -133,8 +139,8 @@ def test_a_new_goal_ends_the_waiting_of_a_robot_that_makes_way() -> None:
 def test_composing_a_beacon_changes_nothing() -> None:
     s = driving()
     first = announce(s)
-    told = deciders(s, State.DRIVING, Lease(STATION, 70, 1))
-    assert compose_beacon(s, waffle(), told, True).tobytes() == first.tobytes()
+    told = parts_of(s, State.DRIVING, Lease(STATION, 70, 1))
+    assert compose_beacon(told, waffle(), True).tobytes() == first.tobytes()
 
 
 @pytest.mark.parametrize(
@@ -152,16 +158,14 @@ def test_the_mode_follows_the_state(state: State, has_goal: bool, mode: int) -> 
 
 
 def test_who_follows_a_higher_robot_ranks_as_it_inherited_also_against_pushers() -> None:
-    s, following = driving(), SingleLanes()
-    following.inherited = 2**50 - 1
-    told = deciders(s, State.DRIVING, Lease(STATION, 70, 1), single_lanes=following)
-    assert priorities(s.robot_id, told, 33, True) == (2**50 - 1, 2**50 - 1)
+    follows, pushed = Donations(lane=9), Donations(station=3, push=9)
+    assert (follows.own(5), follows.published(5)) == (9, 9)
+    assert (pushed.own(5), pushed.published(5)) == (5, 9)
 
 
 def test_a_yielding_robot_announces_its_refuge_and_what_it_inherited() -> None:
     s, right = driving(), RightOfWay()
-    s.yields_for, right.is_stuck, right.inherited = 9, True, 2**50 - 1
-    right._is_diverted = True
+    s.yields_for, right.state, s.donations.push = 9, MakingWay.STUCK, 2**50 - 1
     record = announce(s, State.YIELDING, right=right)
     assert record["mode"] == MODE_YIELD
     assert record["yields_for"] == 9
@@ -185,9 +189,8 @@ def status(  # type: ignore[no-untyped-def]
 ):
     sites = Sites(stations={"loader_1": Pose(*STATION, 0.0)})
     lease = Lease(STATION, 70, place, 9 if place else 0, is_full=is_full)
-    return compose_status(
-        s, deciders(s, state, lease, gate), is_active, None, sites, 1.3, is_pausing=False
-    )
+    parts = parts_of(s, state, lease, gate, sites=sites)
+    return compose_status(parts, is_active, None, 1.3, is_pausing=False)
 
 
 def test_the_status_says_what_the_robot_waits_for() -> None:
@@ -222,19 +225,16 @@ def test_a_robot_calls_others_by_the_names_of_the_run() -> None:
     s.blocked_ticks, s.blocked_why = 99, "is in the way"
     for number, name in ((2, "bob"), (7, "agv7")):
         s.blocked_by = number
-        shown = compose_status(
-            s, deciders(s, State.DRIVING, Lease()), True, None, Sites(), 1.0, is_pausing=False
-        )
+        parts = parts_of(s, State.DRIVING, Lease())
+        shown = compose_status(parts, True, None, 1.0, is_pausing=False)
         assert shown.detail == f"for {name}, which is in the way"
 
 
 def test_a_robot_that_is_driven_by_hand_says_so() -> None:
-    s, sites = driving(), Sites()
-    told = deciders(s, State.BEHAVING, Lease())
+    s = driving()
+    told = parts_of(s, State.BEHAVING, Lease())
     for is_by_hand, state in ((True, "driven by hand"), (False, "pausing")):
-        shown = compose_status(
-            s, told, True, s.pose, sites, 0.0, is_pausing=False, is_by_hand=is_by_hand
-        )
+        shown = compose_status(told, True, s.pose, 0.0, is_pausing=False, is_by_hand=is_by_hand)
         assert shown.state == state
 
 

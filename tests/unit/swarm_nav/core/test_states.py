@@ -7,9 +7,13 @@ import itertools
 import pytest
 
 from swarm_nav.core.states import (
+    MAKING_WAY,
+    TABLES,
     TRANSITIONS,
     Event,
     IllegalTransitionError,
+    MakingWay,
+    Push,
     State,
     diagram,
     next_state,
@@ -63,12 +67,33 @@ def test_goals_and_behaviours_are_taken_in_every_state(state: State) -> None:
         assert next_state(state, event) is not State.IDLE
 
 
-def test_the_diagram_shows_every_change_once() -> None:
-    lines = diagram().splitlines()
+@pytest.mark.parametrize(("state", "event"), list(itertools.product(MakingWay, Push)))
+def test_making_way_answers_every_event_as_the_table_says(state: MakingWay, event: Push) -> None:
+    target = MAKING_WAY[state].get(event)
+    if target is None:
+        with pytest.raises(IllegalTransitionError, match=f"'{event.value}' in state"):
+            next_state(state, event)
+    else:
+        assert next_state(state, event) is target
+
+
+@pytest.mark.parametrize("state", MakingWay)
+def test_who_makes_way_can_be_pushed_by_another_one_and_is_free_in_the_end(
+    state: MakingWay,
+) -> None:
+    assert next_state(state, Push.PUSHED) is MakingWay.LEAVING
+    ends = Push.OVER if state is MakingWay.RETREATING else Push.RELEASED
+    assert next_state(state, ends) is MakingWay.FREE
+    assert any(state in row.values() for row in MAKING_WAY.values())
+
+
+@pytest.mark.parametrize("states", [State, MakingWay])
+def test_a_diagram_shows_every_change_once(states: type[State] | type[MakingWay]) -> None:
+    lines = diagram(states).splitlines()
     arrows = [line for line in lines if "-->" in line and "[*]" not in line]
     changes = [
-        (state.value, target.value, event.value)
-        for state, row in TRANSITIONS.items()
+        (*(one.value.replace(" ", "_") for one in (state, target)), event.value)
+        for state, row in TABLES[states].items()
         for event, target in row.items()
         if target is not state
     ]
@@ -81,4 +106,3 @@ def test_the_diagram_shows_every_change_once() -> None:
     ]
     assert sorted(shown) == sorted(changes)
     assert lines[0] == "stateDiagram-v2"
-    assert "    idle --> driving: goal" in lines

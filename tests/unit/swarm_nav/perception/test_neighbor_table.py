@@ -19,7 +19,7 @@ from swarm_common.model.beacon import (
     words_of,
 )
 from swarm_nav.core.config import TrafficConfig
-from swarm_nav.core.priority import DEPTH_BITS, base_priority
+from swarm_nav.core.rank import DEPTH_BITS, base_priority
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.neighbor_table_kernels import UNHEARD
 from tests.fakes.navigation import beacon

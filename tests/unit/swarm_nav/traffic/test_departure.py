@@ -7,7 +7,7 @@ import pytest
 
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
-from swarm_nav.core.priority import CLASS_DRIVING, CLASS_HOLDING, above, base_priority
+from swarm_nav.core.rank import CLASS_DRIVING, CLASS_HOLDING, above, base_priority
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, is_inside
 from swarm_nav.traffic.lease import Lease
@@ -69,7 +69,7 @@ def test_who_has_left_leaves_the_floor_before_the_region_as_well(x: float, leave
     leave(departure, s, True)
     s.blocked_ticks = 0
     wait(departure, s, s.config.traffic.wait_time + 0.5)
-    assert (departure._lease.inherited > 0) is (x == 4.5)
+    assert (s.donations.station > 0) is (x == 4.5)
 
 
 def test_where_all_floor_is_before_the_region_only_who_is_inside_leaves() -> None:
@@ -146,7 +146,7 @@ def test_on_large_single_lanes_it_leaves_unasked_and_keeps_its_turn_until_it_is_
     rank = base_priority(CLASS_HOLDING, 5, 2)
     hear(s, beacon(2, 1.85, 5.0, station=STATION, station_tick=50, priority=rank))
     lease.update(s)
-    assert lease.inherited > above(rank)
+    assert s.donations.station > above(rank)
     hear(s, beacon(3, 1.85, 3.0), tick=1)
     s.blocked_ticks = s.wait_ticks + 1
     for blocker, goes_on in ((2, True), (3, False)):  # one that lives, one that does not
@@ -184,12 +184,12 @@ def test_a_region_is_left_for_who_asks_for_a_station_in_it(
     asking = beacon(2, 4.5, 7.0, station=station, station_tick=50, priority=rank)
     departure, _, s = idle_robot(asking)
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
-    assert departure._lease.inherited == 0
+    assert s.donations.station == 0
     s.blocked_ticks = s.wait_ticks + 1  # now it insists
     leave(departure, s, True)
     s.blocked_ticks = 0
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
-    assert (departure._lease.inherited > rank) is leaves
+    assert (s.donations.station > rank) is leaves
 
 
 @pytest.mark.parametrize(("gap", "leaves"), [(0.6, True), (1.5, False)])
@@ -216,9 +216,9 @@ def done_at_station(grid: Grid) -> tuple[Departure, Lease, RobotState]:
     """Return a robot that has just reached its last station, at the end of a blind aisle."""
     s = robot_in(grid, Pose(*STATION, 0.0))
     lease = Lease()
-    lease.aim(STATION)
+    lease.aim(s, STATION)
     lease.update(s)
-    lease.aim(None)
+    lease.aim(s, None)
     return Departure(Gate(None), lease), lease, s
 
 

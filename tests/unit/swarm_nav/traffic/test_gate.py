@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from swarm_common.model.records import Pose
-from swarm_nav.core.priority import SENIORITY
+from swarm_nav.core.rank import SENIORITY
 from swarm_nav.perception.absence_kernels import NEVER, Sightings
 from swarm_nav.planning.cells import label
 from swarm_nav.planning.distance_kernels import Frame

@@ -11,7 +11,7 @@ from swarm_common.model.beacon import SIGHTED_ASKS
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_nav.core.config import HoldingConfig
-from swarm_nav.core.priority import CLASS_HOLDING, base_priority
+from swarm_nav.core.rank import CLASS_HOLDING, base_priority
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.robot_state import RobotState
 from tests.fakes.navigation import beacon, config, hear, robot_in, room, seen
@@ -27,7 +27,7 @@ def waiting(robot: int, tick: int, station: tuple[float, float] = STATION) -> np
 
 def lease_of(s: RobotState, *others: np.void) -> Lease:
     lease = Lease()
-    lease.aim(STATION)
+    lease.aim(s, STATION)
     hear(s, *others) if others else None
     lease.update(s)
     return lease
@@ -64,7 +64,7 @@ def test_a_gone_robot_holds_no_lease() -> None:
     s = robot_in(HALL, NEAR, robot_id=5)
     hear(s, waiting(2, 50), tick=60)
     lease = Lease()
-    lease.aim(STATION)
+    lease.aim(s, STATION)
     lease.update(s)
     assert lease.place == 0
 
@@ -89,21 +89,22 @@ def test_who_has_no_turn_inherits_nothing() -> None:
     rank = base_priority(CLASS_HOLDING, 0, 7)
     later = beacon(7, 2.0, 10.0, station=STATION, station_tick=150, priority=rank)
     lease = lease_of(s, later)
-    assert lease.inherited > rank
+    assert s.donations.station > rank
     s.tick += 1
     hear(s, later, waiting(2, 50))
     lease.update(s)
     assert lease.place == 1
-    assert lease.inherited == 0
+    assert s.donations.station == 0
 
 
 def test_a_new_target_gives_the_lease_back_and_the_same_one_keeps_it() -> None:
-    lease = lease_of(robot_in(HALL, NEAR))
-    lease.aim(STATION)
+    s = robot_in(HALL, NEAR)
+    lease = lease_of(s)
+    lease.aim(s, STATION)
     assert lease.tick == 100
-    lease.aim((1.0, 1.0))
+    lease.aim(s, (1.0, 1.0))
     assert (lease.tick, lease.place) == (0, 0)
-    lease.aim(None)
+    lease.aim(s, None)
     assert lease.station is None
 
 
@@ -120,7 +121,7 @@ def test_a_station_behind_a_wall_is_not_near() -> None:
     before = robot_in(two_rooms, Pose(2.0, 3.0, 0.0))
     for s, is_near in ((behind, False), (before, True)):
         lease = Lease()
-        lease.aim((2.0, 1.5))
+        lease.aim(s, (2.0, 1.5))
         lease.update(s)
         assert (lease.tick > 0) is is_near
 
@@ -151,7 +152,7 @@ def in_alcove(robot: int, *others: np.void, pose: Pose) -> tuple[RobotState, Lea
     s = robot_in(ALCOVE, pose, robot_id=robot)
     hear(s, *others) if others else None
     lease = Lease()
-    lease.aim(DEAD_END)
+    lease.aim(s, DEAD_END)
     lease.update(s)
     return s, lease
 
@@ -182,8 +183,8 @@ def test_a_dead_end_is_given_back_once_the_robot_is_out(
 ) -> None:
     """Given back at the goal, the next robot would meet the one that leaves in the dead end."""
     s, lease = in_alcove(5, pose=Pose(*DEAD_END, 0.0))
-    lease.aim(None)
-    lease.aim(following)
+    lease.aim(s, None)
+    lease.aim(s, following)
     s.tick = 120
     lease.update(s)
     assert (lease.station, lease.tick) == (DEAD_END, 100)
@@ -204,7 +205,7 @@ def test_a_robot_that_is_served_keeps_its_station(station: tuple[float, float]) 
     else:
         s = robot_in(HALL, Pose(*STATION, 0.0), robot_id=5)
         lease = lease_of(s)
-    lease.aim(None)
+    lease.aim(s, None)
     lease.keep(s)
     s.tick = 700
     rank = base_priority(CLASS_HOLDING, 0, 2)
@@ -212,8 +213,8 @@ def test_a_robot_that_is_served_keeps_its_station(station: tuple[float, float]) 
     hear(s, other)
     lease.update(s)
     assert (lease.station, lease.tick, lease.place) == (station, 100, 0)
-    assert lease.inherited > 0  # who waits for it lends it its rank
-    lease.aim((9.0, 9.0))
+    assert s.donations.station > 0  # who waits for it lends it its rank
+    lease.aim(s, (9.0, 9.0))
     s.pose = Pose(9.0, 9.0, 0.0)
     s.tube.reset(s.pose)
     lease.update(s)
@@ -223,7 +224,7 @@ def test_a_robot_that_is_served_keeps_its_station(station: tuple[float, float]) 
 def test_a_robot_that_left_its_station_does_not_keep_it() -> None:
     s = robot_in(HALL, NEAR, robot_id=5)
     lease = lease_of(s)
-    lease.aim(None)
+    lease.aim(s, None)
     lease.keep(s)
     assert lease.station is None
 
@@ -238,7 +239,7 @@ def in_aisle(grid: Grid, deep: float, *others: np.void) -> tuple[RobotState, Lea
     s.stations = ((deep, 4.8), (deep + 1.5, 4.8))
     hear(s, *others) if others else None
     lease = Lease()
-    lease.aim(s.stations[0])
+    lease.aim(s, s.stations[0])
     lease.update(s)
     return s, lease
 
@@ -264,7 +265,7 @@ def test_a_small_closed_room_is_no_blind_aisle() -> None:
     s.stations = ((0.55, 0.55), (1.9, 1.1))
     hear(s, waiting(2, 50, s.stations[1]))
     lease = Lease()
-    lease.aim(s.stations[0])
+    lease.aim(s, s.stations[0])
     lease.update(s)
     assert not lease.is_shared
     assert lease.place == 0
@@ -272,7 +273,7 @@ def test_a_small_closed_room_is_no_blind_aisle() -> None:
 
 def test_a_blind_aisle_is_given_back_once_the_robot_is_out() -> None:
     s, lease = in_aisle(BLIND, 0.6)
-    lease.aim((9.0, 2.0))
+    lease.aim(s, (9.0, 2.0))
     lease.update(s)
     assert lease.is_leaving
     s.pose = Pose(8.0, 4.8, 0.0)
@@ -284,13 +285,13 @@ def test_a_blind_aisle_is_given_back_once_the_robot_is_out() -> None:
 def test_who_leaves_a_blind_aisle_ranks_above_who_goes_in_whoever_asked_first() -> None:
     rank = base_priority(CLASS_HOLDING, 0, 7)
     late = beacon(7, 8.0, 2.0, station=(0.6, 4.8), station_tick=150, priority=rank)
-    _, goes_in = in_aisle(BLIND, 0.6, late)
+    goes_in, _ = in_aisle(BLIND, 0.6, late)
     s, lease = in_aisle(BLIND, 0.6, late, waiting(2, 50, (2.1, 4.8)))
-    assert (lease.place, lease.inherited) == (1, 0)
-    lease.aim((9.0, 2.0))
+    assert (lease.place, s.donations.station) == (1, 0)
+    lease.aim(s, (9.0, 2.0))
     lease.update(s)
     assert lease.is_leaving
-    assert lease.inherited > goes_in.inherited > rank
+    assert s.donations.station > goes_in.donations.station > rank
 
 
 LONG = room(14.0, 9.0, (0.0, 0.0, 8.0, 4.0), (0.0, 5.0, 8.0, 9.0))  # 1 m wide, 8 m deep, blind
@@ -304,7 +305,7 @@ def before_long_aisle(*others: np.void, x: float = 10.0) -> tuple[RobotState, Le
     s.tube.adopt(np.column_stack((way, np.full(len(way), 4.5))))
     hear(s, *others) if others else None
     lease = Lease()
-    lease.aim(END)
+    lease.aim(s, END)
     lease.update(s)
     return s, lease
 
@@ -335,12 +336,12 @@ def test_who_asked_and_was_seen_on_single_lanes_out_of_hearing_takes_room(
     is_there = asks and x < 8.0
     assert lease.is_turn(s.config.holding) is not is_there
     assert (lease.kept_free(s) is not None) is is_there  # it does not park there meanwhile
-    assert (lease.inherited == 0) is is_there  # and ranks below who has to come out
+    assert (s.donations.station == 0) is is_there  # and ranks below who has to come out
     s.pose = Pose(7.0, 4.5, math.pi)  # who is on the lanes goes on, above those who wait
     s.tube.reset(s.pose)
     lease.update(s)
     assert lease.is_turn(s.config.holding)
-    assert lease.inherited > 0
+    assert s.donations.station > 0
 
 
 def test_who_gets_its_goal_on_single_lanes_holds_them_until_it_is_out() -> None:
@@ -349,19 +350,19 @@ def test_who_gets_its_goal_on_single_lanes_holds_them_until_it_is_out() -> None:
     s = robot_in(LONG, Pose(2.0, 4.5, 0.0), robot_id=5)
     hear(s, beacon(7, 12.0, 2.0, station=END, station_tick=50, priority=rank))
     lease, elsewhere = Lease(), (12.0, 8.0)
-    lease.aim(elsewhere)
+    lease.aim(s, elsewhere)
     lease.update(s)
     s.tick += 1
     lease.update(s)
     assert (lease.station, lease.is_leaving) == ((2.0, 4.5), True)
     later = beacon(7, 12.0, 2.0, station=END, station_tick=150, priority=rank)
-    goes_in = before_long_aisle(later)[1]
-    assert lease.inherited > goes_in.inherited > rank
+    goes_in = before_long_aisle(later)[0]
+    assert s.donations.station > goes_in.donations.station > rank
     s.pose = Pose(10.0, 4.5, 0.0)
     s.tube.reset(s.pose)
     lease.update(s)
     assert (lease.station, lease.is_leaving) == (elsewhere, False)
-    lease.aim(END)  # on the lanes for which it has a goal it is none that leaves
+    lease.aim(s, END)  # on the lanes for which it has a goal it is none that leaves
     s.pose = Pose(2.0, 4.5, 0.0)
     s.tube.reset(s.pose)
     lease.update(s)
@@ -382,7 +383,7 @@ def test_a_smaller_margin_that_leaves_no_single_lanes_is_taken() -> None:
     wider = room(20.0, 9.0, (0.0, 0.0, 8.0, 4.0), (0.0, 5.4, 8.0, 9.0))
     s = robot_in(wider, Pose(18.0, 5.0, math.pi), parameters=config(traffic__safety_margin=0.1))
     lease = Lease()
-    lease.aim((1.5, 5.0))
+    lease.aim(s, (1.5, 5.0))
     for margin in (0.1, 0.05):
         s.configure(config(traffic__safety_margin=margin))
         lease.update(s)
@@ -399,7 +400,7 @@ def test_the_queue_for_large_single_lanes_begins_beyond_all_of_their_mouths() ->
     s.tube.adopt(np.column_stack((np.arange(16.3, 5.0, -0.05), np.full(226, 4.5))))
     hear(s, *(waiting(robot, 50, AT_WEST_END) for robot in range(1, 7)))
     lease = Lease()
-    lease.aim(AT_WEST_END)
+    lease.aim(s, AT_WEST_END)
     lease.update(s)
     assert lease.place == 6
     assert lease.is_too_near(s)
@@ -457,11 +458,11 @@ def test_another_try_does_not_wait_anew_for_a_station_that_was_not_seen_free() -
     s = robot_in(HALL, NEAR, 1, config(holding__station_patience=20.0))
     lease = lease_of(s)
     watch(s, lease, 21.0, ON_IT)
-    lease.aim(None)
+    lease.aim(s, None)
     watch(s, lease, 1.0, ON_IT)
-    lease.aim(STATION)
+    lease.aim(s, STATION)
     watch(s, lease, 0.1, ON_IT)
     assert lease.is_barred(s)
-    lease.aim((6.0, 9.0))
+    lease.aim(s, (6.0, 9.0))
     watch(s, lease, 0.1, ON_IT)
     assert not lease.is_barred(s)

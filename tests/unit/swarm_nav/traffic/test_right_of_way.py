@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_STUCK
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, Twist
-from swarm_nav.core.priority import (
+from swarm_nav.core.rank import (
     CLASS_DONE,
     CLASS_DRIVING,
     CLASS_HOLDING,
@@ -20,6 +20,7 @@ from swarm_nav.core.priority import (
     ID_BITS,
     base_priority,
 )
+from swarm_nav.core.states import MakingWay
 from swarm_nav.traffic.arbiter import planned
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
 from swarm_nav.traffic.robot_state import RobotState
@@ -78,7 +79,7 @@ def pushed(
 def test_a_robot_in_the_way_inherits_says_so_and_drives_to_a_refuge() -> None:
     s, right = pushed()
     assert right.is_yielding
-    assert right.inherited == HIGH - 1
+    assert s.donations.push == HIGH - 1
     assert s.yields_for == 2
     assert s.counters.pushes == 1
     refuge = s.tube.points[-1]
@@ -94,7 +95,7 @@ def test_who_makes_way_gives_up_the_held_space_that_leads_the_other_way(speed: f
     s.tube.stop, s.twist = 10, Twist(speed)
     hear(s, pushing(2.9, 4.0))
     push(right, s)
-    assert right._is_diverted
+    assert right.state is MakingWay.LEAVING
     assert s.tube.stop == (s.brake_points if speed else 0)
 
 
@@ -112,7 +113,7 @@ def test_who_gives_up_space_does_not_ask_for_it_again() -> None:
 
 def test_who_gets_on_is_not_stuck_though_nobody_pushes_it_now() -> None:
     s, right = pushed()
-    right.is_stuck = s.has_grown = True
+    right.state, s.has_grown = MakingWay.STUCK, True
     run(s, right, 1, pushing(3.2, 4.0, blocked_by=0, blocked_ticks=0))
     assert not right.is_stuck
 
@@ -175,16 +176,16 @@ def test_a_gone_robot_pushes_nobody() -> None:
 
 def test_of_two_pushers_the_higher_one_counts() -> None:
     higher = HIGH + (1 << ID_BITS + DEPTH_BITS)
-    s, right = pushed(MIDDLE, pushing(3.2, 4.0), pushing(4.0, 4.8, 3, priority=higher))
+    s, _ = pushed(MIDDLE, pushing(3.2, 4.0), pushing(4.0, 4.8, 3, priority=higher))
     assert s.yields_for == 3
-    assert right.inherited == higher - 1
+    assert s.donations.push == higher - 1
 
 
 def test_a_higher_pusher_replaces_a_lower_one() -> None:
     s, right = pushed()
     higher = HIGH + (1 << ID_BITS + DEPTH_BITS)
     s.tick += 1
-    s.priority = right.inherited
+    s.priority = s.donations.push
     hear(s, pushing(3.2, 4.0), pushing(4.0, 4.8, 3, priority=higher))
     push(right, s)
     assert s.yields_for == 3
@@ -192,8 +193,8 @@ def test_a_higher_pusher_replaces_a_lower_one() -> None:
 
 
 def test_two_robots_pushed_by_one_inherit_the_same_and_are_walls_to_each_other() -> None:
-    s, right = pushed(MIDDLE, pushing(3.2, 4.0), beacon(5, 4.0, 4.6, priority=HIGH - 1))
-    assert right.inherited == s.neighbors.priorities[1] == HIGH - 1
+    s, _ = pushed(MIDDLE, pushing(3.2, 4.0), beacon(5, 4.0, 4.6, priority=HIGH - 1))
+    assert s.donations.push == s.neighbors.priorities[1] == HIGH - 1
     path = s.tube.points
     assert np.hypot(*(path[1:] - (4.0, 4.6)).T).min() >= REACH - 0.01
 
@@ -213,7 +214,7 @@ def test_a_robot_makes_way_until_nobody_has_pushed_it_for_the_retry_time() -> No
     release = s.retry_ticks
     assert run(s, right, release, away)
     assert not run(s, right, 1, away)
-    assert (s.yields_for, right.inherited, right.is_stuck) == (0, 0, False)
+    assert (s.yields_for, s.donations.push, right.is_stuck) == (0, 0, False)
     assert s.tube.is_complete
 
 
@@ -255,7 +256,7 @@ def test_a_robot_without_a_refuge_says_that_it_is_stuck() -> None:
     assert right.is_yielding
     assert right.is_stuck
     assert (
-        refuge_path(s, s.stop_point, way_of(s, 0), s.reach(0) + REFUGE_MARGIN, right.inherited)
+        refuge_path(s, s.stop_point, way_of(s, 0), s.reach(0) + REFUGE_MARGIN, s.donations.push)
         is None
     )
 
@@ -268,7 +269,7 @@ def test_who_has_no_refuge_is_stuck_until_it_moves_or_stands_in_one(
     place: Pose, moves: bool, is_stuck: bool
 ) -> None:
     s, right = pushed()
-    right.is_stuck, s.has_grown = True, moves
+    right.state, s.has_grown = MakingWay.STUCK, moves
     s.pose = place
     s.tube.reset(place)
     is_elsewhere = place != MIDDLE
@@ -280,7 +281,7 @@ def test_who_has_no_refuge_is_stuck_until_it_moves_or_stands_in_one(
 
 def test_who_is_blocked_on_the_way_to_its_refuge_for_long_is_stuck() -> None:
     s, right = pushed()
-    s.priority = right.inherited
+    s.priority = s.donations.push
     for _ in range(s.ticks(s.config.traffic.stuck_time) + 2):
         s.tick += 1
         s.blocked_ticks += 1

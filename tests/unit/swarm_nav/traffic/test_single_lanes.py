@@ -11,7 +11,7 @@ from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose
 from swarm_common.robots.loading import load_robot
 from swarm_nav.core.config import NavConfig
-from swarm_nav.core.priority import OWN_DEPTH
+from swarm_nav.core.rank import OWN_DEPTH
 from swarm_nav.planning import search_kernels
 from swarm_nav.traffic import single_lane_kernels as kernels
 from swarm_nav.traffic.robot_state import RobotState, begin
@@ -146,7 +146,7 @@ def test_who_goes_through_behind_a_higher_robot_inherits_its_rank(
     s.own_priority = s.priority
     hear(s, other)
     lanes.barrier(s, s.tube.stop + 7)
-    assert lanes.inherited == inherited
+    assert s.donations.lane == inherited
 
 
 def test_who_follows_into_a_blind_end_inherits_nothing() -> None:
@@ -156,23 +156,20 @@ def test_who_follows_into_a_blind_end_inherits_nothing() -> None:
     s.own_priority = s.priority
     hear(s, leader(3.6))
     lanes.barrier(s, s.tube.stop + 7)
-    assert lanes.inherited == 0
+    assert s.donations.lane == 0
 
 
-def test_who_follows_keeps_the_rank_until_it_is_out_or_waits() -> None:
+def test_who_follows_keeps_the_rank_until_it_is_out() -> None:
     s, lanes = approaching(5 + OWN_DEPTH), SingleLanes()
     s.own_priority = s.priority
     hear(s, leader(3.6))
     lanes.barrier(s, s.tube.stop + 7)
-    inherited = lanes.inherited
+    inherited = s.donations.lane
     hear(s, leader(6.5), tick=2)
     for stop, x, expected in ((30, 2.8, inherited), (64, 4.5, inherited), (70, 5.8, 0)):
         s.tube.stop, s.pose = stop, Pose(x, 4.0, 0.0)
         lanes.barrier(s, s.tube.stop + 3)
-        assert lanes.inherited == expected
-    lanes.inherited = inherited
-    lanes.forget()
-    assert lanes.inherited == 0
+        assert s.donations.lane == expected
 
 
 def test_without_a_single_lane_nothing_is_in_the_way() -> None:

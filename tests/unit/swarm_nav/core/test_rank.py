@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 
-from swarm_nav.core.order_kernels import Rank, may_hold_up, outranks
+from swarm_nav.core.rank import Rank, may_hold_up, outranks
 
 ROBOTS = [(priority, robot) for priority in (3, 5, 5, 9) for robot in (1, 2, 7)]
 
