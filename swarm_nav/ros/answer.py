@@ -8,7 +8,7 @@ from geometry_msgs.msg import TwistStamped
 from rclpy.node import Node
 from swarm_interfaces.msg import Beacon, Mission
 
-from swarm_common.middleware import ros_io
+from swarm_common.middleware import joined, ros_io
 from swarm_common.middleware.cdr import CommandWriter
 from swarm_common.model.beacon import serialize_beacon
 from swarm_nav.core.goals import Output
@@ -16,7 +16,11 @@ from swarm_nav.ros.answer_barrier import AnswerBarrier
 
 
 class Answers:
-    """Sends the answer to each tick, and again when it is asked for; see `answer_barrier`."""
+    """Sends the answer to each tick, and again when it is asked for; see `answer_barrier`.
+
+    Attributes:
+        is_to_our_world: Whether the ticks come from a world that knows joined messages.
+    """
 
     def __init__(self, node: Node, *, waits_for_mission: bool) -> None:
         """Take the node; `announce` has to follow before the first tick.
@@ -28,6 +32,7 @@ class Answers:
         self._answer_barrier = AnswerBarrier(waits_for_mission)
         self._writer = CommandWriter("base_footprint")
         self._last: tuple[bytes, bytes] | None = None  # beacon and command
+        self.is_to_our_world = False
 
     def announce(self) -> None:
         """Create the topics; called once the map is there, to keep the traffic low at the start."""
@@ -45,12 +50,15 @@ class Answers:
         """Whether the last answer waits for the operator's next goal."""
         return self._answer_barrier.is_holding
 
-    def give(self, tick: int, output: Output, *, has_goal: bool, has_ended: bool) -> None:
+    def give(
+        self, tick: int, output: Output, *, has_goal: bool, has_ended: bool, may_join: bool
+    ) -> None:
         """Answer a tick, unless it must wait.
 
         Args:
             has_goal: Whether there is a current or pending goal.
             has_ended: Whether a goal ended in this tick.
+            may_join: Whether the tick came as one message, so that the answer may be one.
         """
         is_first = self.is_first
         self._last = serialize_beacon(output.beacon), self._writer.encode(tick, output.twist)
@@ -58,7 +66,7 @@ class Answers:
             self._answer_barrier.hold(time.monotonic(), is_first)
         else:
             self._answer_barrier.release()
-            self._send()
+            self._send(may_join=may_join)
 
     def repeat(self) -> None:
         """Send the last answer once more, if it was sent."""
@@ -88,8 +96,13 @@ class Answers:
             )
             self.send_withheld()
 
-    def _send(self) -> None:
-        if self._last is not None:
-            beacon, command = self._last
+    def _send(self, *, may_join: bool = False) -> None:
+        if self._last is None:
+            return
+        beacon, command = self._last
+        is_alone = self.is_to_our_world and joined.has_one_listener(self._cmd_vel, self._beacon)
+        if may_join and is_alone:
+            self._cmd_vel.publish(joined.join(command, beacon))
+        else:
             self._beacon.publish(beacon)
-            self._cmd_vel.publish(command)
+            self._cmd_vel.publish(joined.join(command) if is_alone else command)
