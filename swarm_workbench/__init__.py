@@ -5,6 +5,8 @@ processes starts; the bench needs none.
 
 Modules, lower ones first:
 
+    observation    What a policy sees, in an environment and on a robot
+    steered        A robot that obeys twists inside space that it has reserved
     tables         A DataFrame where pandas is there
     trajectories   Where every robot was at each tick
     report         Figures of a run
@@ -17,6 +19,7 @@ Modules, lower ones first:
     graph          A process for each robot, seen over ROS
     external       A robot that a node of one's own drives
     robot          One robot
+    policy         A trained policy as a brain, with the extra `learn`
     picture        Map, paths and stations by matplotlib
     swarm          A swarm, on the bench or as processes
     arena          Worlds to learn in

@@ -10,13 +10,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_bench.runs.episode import robot_named
 from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_common.model.robot_names import RobotNames
 from swarm_workbench.arena import Arena, OpenArena, ShieldedArena, grid_of, places_on, spread
+from swarm_workbench.observation import NEIGHBOUR, REACHED, Observation, observe, speeds_of
 
 try:
     import gymnasium
@@ -27,11 +27,7 @@ except ImportError as error:
         f"{error.name} is missing, which environments need: pip install 'swarm-workbench[learn]'"
     ) from None
 
-REACHED = 0.25  # [m] from the goal
 AT_GOAL, AT_CONTACT, PER_STEP = 10.0, -10.0, -0.01  # rewards; a metre of progress gives 1
-NEIGHBOUR = 6  # there (0 or 1), x, y [m], yaw [rad] in base_footprint, vx [m/s], wz [rad/s]
-RADIO_RANGE = 8.0  # [m] up to which a neighbour's beacon counts
-Observation = dict[str, NDArray[np.float32]]
 
 
 class SwarmEnv(ParallelEnv):  # type: ignore[misc]
@@ -82,7 +78,7 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
         self._places = places_on(grid_of(world), spec.circumscribed_radius)
         self._neighbours = neighbours
         self._limit = round(limit / CONTROL_PERIOD)
-        self._speeds = np.array([spec.max_vel_x, spec.max_vel_theta, spec.max_vel_y])
+        self._speeds = speeds_of(spec)
         self._random = np.random.default_rng()
         self._tick = 0
         self._is_done = np.zeros(robots, np.bool_)
@@ -174,43 +170,14 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
         return distances
 
     def _observations(self, names: list[str]) -> dict[str, Observation]:
-        arena, poses = self._arena, self._arena.poses
-        lidar = self._spec.lidar
-        scans = np.minimum(arena.ranges, np.float32(lidar.range_max))
-        np.maximum(scans, np.float32(0.0), out=scans)
-        twists = arena.twists.astype(np.float32)
-        goals = _turned(poses, (self._goals - poses[:, :2])[:, None])[:, 0].astype(np.float32)
-        neighbours = self._heard(poses, arena.twists)
-        return {
-            name: {
-                "scan": scans[i],
-                "goal": goals[i],
-                "twist": twists[i],
-                "neighbours": neighbours[i],
-            }
-            for name in names
-            for i in (self._index[name],)
-        }
-
-    def _heard(self, poses: FloatArray, twists: FloatArray) -> NDArray[np.float32]:
-        """Return what each robot hears of its nearest neighbours (n, k, NEIGHBOUR)."""
-        count = len(poses)
-        heard = np.zeros((count, self._neighbours, NEIGHBOUR), np.float32)
-        most = min(self._neighbours, count - 1)
-        if most == 0:
-            return heard
-        gaps = poses[None, :, :2] - poses[:, None, :2]
-        distances = np.einsum("ijk,ijk->ij", gaps, gaps)
-        np.fill_diagonal(distances, np.inf)
-        nearest = np.argsort(distances, axis=1)[:, :most]
-        each = np.arange(count)[:, None]
-        heard[:, :most, 0] = 1.0
-        heard[:, :most, 1:3] = _turned(poses, gaps[each, nearest])
-        turns = poses[nearest, 2] - poses[:, None, 2]
-        heard[:, :most, 3] = turns - 2.0 * np.pi * np.round(turns / (2.0 * np.pi))
-        heard[:, :most, 4:] = twists[nearest, :2]
-        heard[:, :most][distances[each, nearest] > RADIO_RANGE**2] = 0.0
-        return heard
+        arena = self._arena
+        seen = observe(
+            arena.ranges, self._spec.lidar.range_max, self._goals, arena.poses, arena.twists,
+            self._neighbours,
+        )  # fmt: skip
+        rows = zip(*seen.values(), strict=True)
+        of_all = [dict(zip(seen, row, strict=True)) for row in rows]
+        return {name: of_all[self._index[name]] for name in names}
 
 
 class RobotEnv(gymnasium.Env):  # type: ignore[misc]
@@ -244,12 +211,3 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc]
         results = self._env.step({self._name: action})
         observation, reward, end, cut, info = (each[self._name] for each in results)
         return observation, reward, end, cut, info
-
-
-def _turned(poses: FloatArray, gaps_map: FloatArray) -> FloatArray:
-    """Return vectors (n, k, 2) in map in the base_footprint of each robot (n, 3)."""
-    cos, sin = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
-    turned = np.empty_like(gaps_map)
-    turned[:, :, 0] = cos * gaps_map[:, :, 0] + sin * gaps_map[:, :, 1]
-    turned[:, :, 1] = cos * gaps_map[:, :, 1] - sin * gaps_map[:, :, 0]
-    return turned

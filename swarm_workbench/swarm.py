@@ -14,6 +14,7 @@ import numpy as np
 from rich.progress import Progress
 
 from swarm_bench.runs.episode import RunOptions
+from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
@@ -65,7 +66,8 @@ class Swarm:
             robot: Model of all robots, where there is no fleet.
             fleet: Name or file of a fleet of several models.
             mission: Name or file of a mission; None for robots that wait for goals.
-            brain: What decides for each robot on the bench: ours, dwa, orca, or `module:Class`.
+            brain: What decides for each robot: ours, `module:Class`, or the file of a policy, like
+                policy.onnx; on the bench dwa and orca, too.
             drive: wheels or planar; None for planar on the bench, else that of swarm-up.
             speed: Times real time, at most; None for as fast as possible. Not on the bench.
             realistic: Whether sensors err, and robots localise by AMCL.
@@ -81,17 +83,16 @@ class Swarm:
             raise ConfigError(
                 "viewer, speed, run_dir and external are for processes; leave out bench=True"
             )
-        if not bench and brain != "ours":
-            raise ConfigError(
-                f"brain '{brain}' runs on the bench: add bench=True; a node of your own is driven"
-                " with ExternalRobot"
-            )
+        if not bench and brain in METHODS and brain != "ours":
+            raise ConfigError(f"brain '{brain}' runs on the bench only: add bench=True")
         if drive is not None and drive not in DRIVES:
             raise UnknownNameError("drive", drive, DRIVES)
         self._world = str(world.file) if isinstance(world, World) else str(world)
         self._count, self._robot, self._fleet, self._mission = robots, robot, fleet, mission
         self._seed, self._brain, self._drive, self._speed = seed, brain, drive, speed
         self._realistic, self._parameters = realistic, dict(parameters or {})
+        if not bench and brain not in METHODS:
+            self._parameters["brain.plugin"] = brain
         self._external = tuple(external)
         self._run_dir, self._has_viewer, self._is_bench = run_dir, viewer, bench
         self._backend: Backend | None = None
