@@ -5,6 +5,7 @@ processes starts; the bench needs none.
 
 Modules, lower ones first:
 
+    observation_kernels  Bare numba kernels of what a policy sees of its neighbours
     observation    What a policy sees, in an environment and on a robot
     steered        A robot that obeys twists inside space that it has reserved
     tables         A DataFrame where pandas is there

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray, RobotSpec, Twist
+from swarm_workbench import observation_kernels
 
 REACHED = 0.25  # [m] from the goal
 NEIGHBOUR = 6  # there (0 or 1), x, y [m], yaw [rad] in base_footprint, vx [m/s], wz [rad/s]
@@ -29,16 +30,19 @@ def observe(
         goals: (m, 2) [m] in map.
         poses: (n, 3) x, y, yaw in map.
         twists: (n, 3) vx, wz, vy; vy of the first m only.
-        neighbours: Most that count.
+        neighbours: Rows of each, the nearest first; zeros where there are fewer in range.
     """
     count = len(goals)
-    own = poses[:count]
-    to_goals = _turned(own, (goals - own[:, :2])[:, None])[:, 0]
+    heard = np.zeros((count, neighbours, NEIGHBOUR), np.float32)
+    observation_kernels.nearest(poses, twists, RADIO_RANGE, heard)
+    cos, sin = np.cos(poses[:count, 2]), np.sin(poses[:count, 2])
+    gap_x, gap_y = (goals - poses[:count, :2]).T
+    to_goals = np.column_stack((cos * gap_x + sin * gap_y, cos * gap_y - sin * gap_x))
     return {
         "scan": np.clip(ranges, np.float32(0.0), np.float32(range_max)),
         "goal": to_goals.astype(np.float32),
         "twist": twists[:count].astype(np.float32),
-        "neighbours": _heard(count, poses, twists, neighbours),
+        "neighbours": heard,
     }
 
 
@@ -55,34 +59,3 @@ def twist_of(action: FloatArray, spec: RobotSpec) -> Twist:
     values[~np.isfinite(values)] = 0.0
     vx, wz, vy = np.clip(values, -speeds, speeds).tolist()
     return Twist(vx, vy, wz)
-
-
-def _heard(
-    count: int, poses: FloatArray, twists: FloatArray, neighbours: int
-) -> NDArray[np.float32]:
-    """Return what each of the first robots hears of its nearest neighbours (m, k, NEIGHBOUR)."""
-    heard = np.zeros((count, neighbours, NEIGHBOUR), np.float32)
-    most = min(neighbours, len(poses) - 1)
-    if most == 0:
-        return heard
-    gaps = poses[None, :, :2] - poses[:count, None, :2]
-    distances = np.einsum("ijk,ijk->ij", gaps, gaps)
-    np.fill_diagonal(distances, np.inf)
-    nearest = np.argsort(distances, axis=1)[:, :most]
-    each = np.arange(count)[:, None]
-    heard[:, :most, 0] = 1.0
-    heard[:, :most, 1:3] = _turned(poses[:count], gaps[each, nearest])
-    turns = poses[nearest, 2] - poses[:count, None, 2]
-    heard[:, :most, 3] = turns - 2.0 * np.pi * np.round(turns / (2.0 * np.pi))
-    heard[:, :most, 4:] = twists[nearest, :2]
-    heard[:, :most][distances[each, nearest] > RADIO_RANGE**2] = 0.0
-    return heard
-
-
-def _turned(poses: FloatArray, gaps_map: FloatArray) -> FloatArray:
-    """Return vectors (n, k, 2) in map in the base_footprint of each robot (n, 3)."""
-    cos, sin = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
-    turned = np.empty_like(gaps_map)
-    turned[:, :, 0] = cos * gaps_map[:, :, 0] + sin * gaps_map[:, :, 1]
-    turned[:, :, 1] = cos * gaps_map[:, :, 1] - sin * gaps_map[:, :, 0]
-    return turned

@@ -17,10 +17,10 @@ def test_a_policy_sees_on_a_robot_what_it_saw_in_the_environment(tmp_path):
     env = SwarmEnv(3, "doorway", neighbours=3)
     observations, _ = env.reset(seed=4)
     policy = Policy(path, load_robot("turtlebot3_waffle"))
-    arena = env._arena
+    arena, goals = env._team._arena, env._team._goals
     for row, seen in enumerate(observations.values()):
         order = [row, *(other for other in range(3) if other != row)]
-        goal = tuple(env._goals[row])
+        goal = tuple(goals[row])
         twist = policy.twist(arena.ranges[row], goal, arena.poses[order], arena.twists[order])
         away = np.array([0.002, 0.001, 0.0, 0.0, 0.0, 0.0])
         action = seen["goal"] * (2.0, 2.0) * seen["scan"].min() - (seen["neighbours"] * away).sum()
