@@ -10,6 +10,7 @@ Modules, lower ones first:
     steered        A robot that obeys twists inside space that it has reserved
     tables         A DataFrame where pandas is there
     trajectories   Where every robot was at each tick
+    history        What the robots did and when
     report         Figures of a run
     world          Worlds: those that come along, and new ones
     place          Goals: a station, a pose or a pixel of the map

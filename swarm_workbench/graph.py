@@ -43,12 +43,14 @@ from swarm_commander.run.input.options import (
 )
 from swarm_commander.run.input.plan import check_plan
 from swarm_common.files.map_io import MAP_FILE, load_map
+from swarm_common.model.breaches import Collision
 from swarm_common.model.errors import ConfigError, SwarmEndedError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan
 from swarm_common.process import start
 from swarm_common.robots.fleet import load_fleet
 from swarm_workbench.bench import figures_of
 from swarm_workbench.goal import Goal
+from swarm_workbench.history import History
 from swarm_workbench.report import Report
 from swarm_workbench.trajectories import Trajectories
 
@@ -144,6 +146,7 @@ class GraphBackend:
             try:
                 self._child = self._start_child(options)
                 self._view = _View(self.domain or 0, self.names)
+                self.history = self._view.history
                 self._wait_until_active(plan.alive)
                 self.grid = load_map(self._folder / "trace" / MAP_FILE)
             except BaseException:
@@ -325,6 +328,11 @@ class GraphBackend:
             full=full,
         )
 
+    def collisions(self) -> Sequence[Collision]:
+        """Return the contact episodes of verdict.json, which is there after the end."""
+        found = _read_json(self._folder / "config" / "verdict.json").get("collisions", [])
+        return [Collision.from_json(each) for each in found]
+
     def trajectories(self) -> Trajectories:
         """Return where every robot was at each tick so far."""
         run = Trajectories.load(self._folder)
@@ -367,6 +375,7 @@ class _View:
         tick: That the world has reached, as `GraphBackend.advance` knows it.
         changed: Set when something was heard.
         statuses: Latest of each robot; idle before the first.
+        history: Of all statuses.
         believed: Tick and pose of each beacon, per robot.
         verdict: Latest swarm_interfaces/Verdict.
         is_ending: Whether the swarm is about to be ended by us.
@@ -391,6 +400,7 @@ class _View:
         self.changed = threading.Event()
         self.verdict: Any = None
         self.statuses: list[Any] = [RobotStatus(robot=name, state="idle") for name in names]
+        self.history = History(names)
         self.believed: list[list[tuple[int, tuple[float, float, float]]]] = [[] for _ in names]
         self._truth: list[bytes] = [b""] * len(names)
         self._scans: list[bytes] = [b""] * len(names)
@@ -517,6 +527,8 @@ class _View:
 
     def _on_status(self, index: int, message: Any) -> None:
         self.statuses[index] = message
+        at = round(message.stamp.sec + 1e-9 * message.stamp.nanosec, 3)
+        self.history.note(message.robot, message, at)
         self.changed.set()
 
     def _on_verdict(self, message: Any) -> None:

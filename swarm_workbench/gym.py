@@ -38,7 +38,6 @@ class _Team:
 
     Attributes:
         is_done: (n,) who has reached its goal or touched something, and stands.
-        is_late: Whether the limit is over.
     """
 
     def __init__(
@@ -89,7 +88,6 @@ class _Team:
         high = self._speeds[: 3 if self._spec.is_omni else 2].astype(np.float32)
         return spaces.Box(-high, high, dtype=np.float32)
 
-    @property
     def is_late(self) -> bool:
         """Whether the limit is over, as before the first episode."""
         return self._tick >= self._limit
@@ -203,10 +201,10 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
         columns = (each.tolist() for each in (team.is_done, *results))
         rows = dict(zip(self.possible_agents, zip(*columns, strict=True), strict=True))
         ends = {name: rows[name][0] for name in present}
-        cuts = {name: team.is_late and not ends[name] for name in present}
+        cuts = {name: team.is_late() and not ends[name] for name in present}
         gains = {name: rows[name][1] for name in present}
         infos = {name: {"reached": rows[name][2], "contact": rows[name][3]} for name in present}
-        self.agents = [] if team.is_late else [name for name in present if not ends[name]]
+        self.agents = [] if team.is_late() else [name for name in present if not ends[name]]
         return self._observations(present), gains, ends, cuts, infos
 
     def render(self) -> None:
@@ -250,12 +248,12 @@ class TeamEnv(gymnasium.Env):  # type: ignore[misc]
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for a tick; return observation, reward, termination, truncation and info."""
         team = self._team
-        if team.is_late or team.is_done.all():
+        if team.is_late() or team.is_done.all():
             raise SwarmError("the episode is over: call reset()")
         rewards, reached, contacts = team.step(dict(enumerate(action)))
         is_over = bool(team.is_done.all())
         info = {"rewards": rewards, "reached": reached, "contact": contacts}
-        return team.observe(), float(rewards.sum()), is_over, team.is_late and not is_over, info
+        return team.observe(), float(rewards.sum()), is_over, team.is_late() and not is_over, info
 
 
 class RobotEnv(gymnasium.Env):  # type: ignore[misc]

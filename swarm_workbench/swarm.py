@@ -16,12 +16,14 @@ from rich.progress import Progress
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.scenario import Scenario
+from swarm_common.model.breaches import Collision
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_common.robots.fleet import load_fleet
 from swarm_workbench import picture
 from swarm_workbench.backend import Backend
 from swarm_workbench.bench import BenchBackend
+from swarm_workbench.history import History
 from swarm_workbench.place import Places
 from swarm_workbench.report import Report
 from swarm_workbench.robot import Robot
@@ -101,6 +103,8 @@ class Swarm:
         self._lock = threading.RLock()  # one thread at a time lets time pass
         self._last_report: Report | None = None
         self._trajectories: Trajectories | None = None
+        self._history: History | None = None
+        self._collisions: Sequence[Collision] = ()
 
     # From start to end
 
@@ -113,6 +117,7 @@ class Swarm:
         if self._backend is not None or self._last_report is not None:
             raise SwarmError("a Swarm starts once; make another one")
         self._backend = backend = self._bench() if self._is_bench else self._graph()
+        self._history = backend.history
         self._places = Places(backend.grid, backend.sites.stations)
         for index, name in enumerate(backend.names):
             self._robots[name] = Robot(name, index, self._running, self._known_places, self._chunk)
@@ -129,6 +134,7 @@ class Swarm:
             finally:
                 self._last_report = backend.report()
                 self._trajectories = backend.trajectories()
+                self._collisions = backend.collisions()
 
     def __enter__(self) -> Swarm:
         return self.start()
@@ -287,6 +293,26 @@ class Swarm:
         """Where every robot was at each tick so far."""
         return self._trajectories or self._running().trajectories()
 
+    @property
+    def states(self) -> Any:
+        """Table of each robot's changes of state: t, robot, state, detail."""
+        return self._kept_history().states()
+
+    @property
+    def waits(self) -> Any:
+        """Table of waits for other robots: t, robot, other, duration [s]."""
+        return self._kept_history().waits()
+
+    @property
+    def events(self) -> Any:
+        """Table of goals reached and failed and of contacts: t, robot, event, detail.
+
+        Contacts of processes are told after the end.
+        """
+        backend = self._backend
+        collisions = self._collisions if backend is None else backend.collisions()
+        return self._kept_history().events(collisions)
+
     def plot(self, axes: Any = None) -> Any:
         """Draw map, paths and stations by matplotlib; return the axes."""
         backend = self._running()
@@ -315,6 +341,12 @@ class Swarm:
                 " close()"
             )
         return self._backend
+
+    def _kept_history(self) -> History:
+        if self._history is None:
+            self._running()
+        assert self._history is not None
+        return self._history
 
     def _known_places(self) -> Places:
         self._running()
