@@ -318,6 +318,24 @@ class Swarm:
         backend = self._running()
         return picture.draw(backend.grid, backend.sites.stations, self.trajectories, axes)
 
+    def film(self, path: str | Path = "run.gif", *, speed: float = 5.0) -> Any:
+        """Write a film of the run so far; return its path, in a notebook the film.
+
+        Args:
+            path: A GIF; or MP4 or WebM where ffmpeg is installed.
+            speed: Times real time.
+
+        Raises:
+            SwarmError: If it cannot be written.
+        """
+        file, radii = Path(path), [spec.circumscribed_radius for spec in self._running().specs]
+        picture.film(self._running().grid, radii, self.trajectories, file, speed)
+        if "ipykernel" not in sys.modules:
+            return file
+        from IPython.display import Image, Video
+
+        return Image(file) if file.suffix == ".gif" else Video(file, embed=True)
+
     def show(self) -> Any:
         """Show the viewer: inline in a notebook, else in the browser; return what it shows.
 

@@ -186,3 +186,31 @@ def test_ctrl_c_during_the_start_leaves_nothing(domain, tmp_path):
     assert error.rstrip().endswith("KeyboardInterrupt")
     _wait_until_gone(tmp_path)
     assert not has_swarm(domain)
+
+
+CELL = """
+from swarm_workbench import Swarm
+swarm = Swarm(robots=1, drive="planar", viewer=True, run_dir={folder!r}).start()
+await swarm["Srobot1"].send("spin", {{"target_yaw": 0.2}})
+swarm.show()
+"""
+
+
+def test_a_restarted_kernel_leaves_nothing(domain, tmp_path):
+    pytest.importorskip("ipykernel")
+    manager, client = pytest.importorskip("jupyter_client.manager").start_new_kernel()
+    shown = []
+    try:
+        answer = client.execute_interactive(
+            CELL.format(folder=str(tmp_path / "run")), timeout=120, output_hook=shown.append
+        )
+        assert answer["content"]["status"] == "ok", answer["content"]
+        results = [m["content"]["data"] for m in shown if m["msg_type"] == "execute_result"]
+        assert "<iframe" in results[-1]["text/html"]
+        assert _processes(tmp_path)
+        manager.restart_kernel(now=True)
+        _wait_until_gone(tmp_path)
+        assert (tmp_path / "run" / "report.json").is_file()
+    finally:
+        client.stop_channels()
+        manager.shutdown_kernel(now=True)
