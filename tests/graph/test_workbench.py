@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import subprocess
 import sys
@@ -136,10 +137,11 @@ class _PlainNode:
 
 
 def test_nodes_of_users_drive_robots_in_lockstep_or_without_stamps(domain, tmp_path):
-    ticks = []
+    ticks, goals = [], set()
 
     def decide(seen):
         ticks.append(seen.tick)
+        goals.add(seen.goal)
         return Twist(vx=0.1)
 
     options = {"robots": 3, "drive": "planar", "speed": 1.0, "run_dir": tmp_path / "run"}
@@ -147,9 +149,19 @@ def test_nodes_of_users_drive_robots_in_lockstep_or_without_stamps(domain, tmp_p
         plain = _PlainNode(swarm.domain, "Srobot2", 0.15)
         try:
             with ExternalRobot("Srobot1", decide, domain=swarm.domain):
+                swarm.run(until=1.0)
+                robot = swarm["Srobot1"]
+                pose = robot.true_pose
+                near = robot.go_to((pose.x + 0.35 * math.cos(pose.yaw), pose.y))
+                far = robot.go_to((pose.x + 0.4 * math.cos(pose.yaw), pose.y))
                 swarm.run(until=4.0)
+                assert near.result.outcome == "canceled"
+                assert far.result.outcome == "succeeded"
+                assert far.pose in goals
                 with pytest.raises(SwarmError, match="Srobot1 is external"):
-                    swarm["Srobot1"].go_to("unload")
+                    robot.send("spin", {})
+                with pytest.raises(SwarmError, match="no node takes goals on /Srobot2/goal_pose"):
+                    swarm["Srobot2"].go_to("unload")
         finally:
             plain.close()
         run = swarm.trajectories
