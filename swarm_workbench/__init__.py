@@ -5,8 +5,12 @@ processes starts; the bench needs none.
 
 Modules, lower ones first:
 
+    observation_kernels  Bare numba kernels of what a policy sees of its neighbours
+    observation    What a policy sees, in an environment and on a robot
+    steered        A robot that obeys twists inside space that it has reserved
     tables         A DataFrame where pandas is there
     trajectories   Where every robot was at each tick
+    history        What the robots did and when
     report         Figures of a run
     world          Worlds: those that come along, and new ones
     place          Goals: a station, a pose or a pixel of the map
@@ -17,6 +21,7 @@ Modules, lower ones first:
     graph          A process for each robot, seen over ROS
     external       A robot that a node of one's own drives
     robot          One robot
+    policy         A trained policy as a brain, with the extra `learn`
     picture        Map, paths and stations by matplotlib
     swarm          A swarm, on the bench or as processes
     arena          Worlds to learn in

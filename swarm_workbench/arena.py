@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from swarm_bench.runs.episode import RunOptions, make_drivers, make_world, robot_named
+from swarm_bench.runs.episode import RunOptions, make_world, nav_config, robot_named
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Mask, Pose, Twist
-from swarm_nav.behaviour.navigator import Navigator
-from swarm_nav.core.goals import Goal, GoalKind
 from swarm_sim.world.world import World
+from swarm_workbench.steered import SteeredNavigator
 from swarm_workbench.world import load_world
 
 GAP = 0.2  # [m] between robots, and half of it to walls, at random places
@@ -108,11 +107,7 @@ class OpenArena:
 
 
 class ShieldedArena:
-    """Each robot is steered by hand, as its navigator allows: inside space that it has reserved.
-
-    A navigator drives a steered robot straight, or turns it on the spot: of a twist, the larger of
-    its forward and its turning share counts.
-    """
+    """Each robot drives inside space that it has reserved, through its navigator's stop filter."""
 
     def __init__(self, world: str, robot: str, count: int) -> None:
         self._world_name, self._robot, self._count = world, robot, count
@@ -127,10 +122,11 @@ class ShieldedArena:
         options = options_of(self._world_name, self._robot, self._count, seed)
         homes = [Pose(*pose) for pose in starts.tolist()]
         self._world = make_world(options, self._scene, self._specs, homes, None)
-        made = make_drivers(options, self._scene.sites, self._specs, self._grid, homes)
-        self._navigators = [each for each in made if isinstance(each, Navigator)]
-        for navigator in self._navigators:
-            navigator.set_goal(Goal(kind=GoalKind.TELEOP, goal_id=1))
+        config = nav_config(options, self._specs[0])
+        self._navigators = [
+            SteeredNavigator(config, spec, self._grid, self._scene.sites, number, home)
+            for number, (spec, home) in enumerate(zip(self._specs, homes, strict=True), 1)
+        ]
         self._known = 0
         self._observe()
 
@@ -139,7 +135,7 @@ class ShieldedArena:
         tick = self._world.tick
         outputs = []
         for navigator, (vx, wz, vy) in zip(self._navigators, twists.tolist(), strict=True):
-            navigator.steer(Twist(vx, vy, wz))
+            navigator.wish = Twist(vx, vy, wz)
             outputs.append(navigator.tick(tick))
         self._world.step([each.twist for each in outputs], [each.beacon for each in outputs])
         contacts = np.zeros(self._count, np.bool_)

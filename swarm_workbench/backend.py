@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
+from swarm_common.model.breaches import Collision
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Pose, RobotSpec, Scan
 from swarm_common.model.sites import Sites
 from swarm_workbench.goal import Goal
+from swarm_workbench.history import History
 from swarm_workbench.report import Report
 from swarm_workbench.trajectories import Trajectories
 
@@ -24,6 +26,7 @@ class Backend(Protocol):
     folder: Path | None
     url: str  # of the viewer; empty without one
     domain: int | None  # ROS domain; None without ROS
+    history: History
 
     @property
     def tick(self) -> int:
@@ -62,6 +65,9 @@ class Backend(Protocol):
 
     def report(self) -> Report:
         """Return the figures so far."""
+
+    def collisions(self) -> Sequence[Collision]:
+        """Return the contact episodes that are known; processes tell them when they have ended."""
 
     def trajectories(self) -> Trajectories:
         """Return where every robot was at each tick so far."""

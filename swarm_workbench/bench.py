@@ -11,14 +11,18 @@ import numpy as np
 
 from swarm_bench.runs.episode import Episode, RunOptions, build, robot_named
 from swarm_bench.runs.harness import Harness, InjectedFaults
+from swarm_common.model.breaches import Collision
 from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan, Twist
 from swarm_nav.core.goals import Goal as NavGoal
 from swarm_nav.core.goals import GoalEnded, GoalKind, Output, Status
 from swarm_sim.world.world import Observation
 from swarm_workbench.goal import Goal
+from swarm_workbench.history import History
 from swarm_workbench.report import Report, RobotFigures
 from swarm_workbench.trajectories import Trajectories
+
+STATUS_TICKS = 5  # 2 Hz, as navigators on the graph
 
 
 class _Stepped(Harness):
@@ -28,6 +32,7 @@ class _Stepped(Harness):
         super().__init__(options, stage=stage, faults=faults)
         self.scans: list[Scan | None] = [None] * len(stage.drivers)
         self.goals: dict[tuple[int, int], Goal] = {}  # by robot and id
+        self.history = History(stage.world.names)
         self._think()
 
     def advance(self) -> bool:
@@ -61,8 +66,13 @@ class _Stepped(Harness):
         for index, output in enumerate(self._outputs):
             if observed[index].scan is not None:
                 self.scans[index] = observed[index].scan
-            if output is not None and (output.events or tick == 0):
+            if output is None:
+                continue
+            if output.events or tick == 0:
                 self._settle(index, tick, output)
+            if output.events or tick % STATUS_TICKS == 0:
+                status = self.stage.drivers[index].status()
+                self.history.note(self.stage.world.names[index], status, tick * CONTROL_PERIOD)
 
     def _settle(self, index: int, tick: int, output: Output) -> None:
         mine = {
@@ -101,6 +111,7 @@ class BenchBackend:
         self._is_closed = False
         self.url = ""
         self.domain: int | None = None
+        self.history = self._harness.history
         self._true: list[FloatArray] = []
         self._estimated: list[FloatArray] = []
         self._record()
@@ -188,6 +199,10 @@ class BenchBackend:
             ],
             full={},
         )
+
+    def collisions(self) -> Sequence[Collision]:
+        """Return the contact episodes."""
+        return self._world.collisions
 
     def close(self) -> None:
         """Release what the physics engine holds."""

@@ -49,6 +49,7 @@ class Sensed:
     twist: Twist
     scan: Scan | None  # the latest
     neighbors: BeaconArray  # beacons heard in this tick
+    goal: Pose | None = None  # in map, as `go_to` or RViz sent it last
 
 
 Decide = Callable[[Sensed], Twist]
@@ -93,6 +94,7 @@ class ExternalRobot:
         self._odom: dict[int, Odometry] = {}
         self._heard: dict[int, BeaconArray] = {}
         self._known: dict[int, int] = {}  # tick of the newest beacon, by robot
+        self._goal: Pose | None = None
         self._truth: Odometry | None = None
         self._map_from_odom: Pose | None = None
         self._last: tuple[int, bytes, bytes] | None = None
@@ -140,7 +142,7 @@ class ExternalRobot:
 
     def _connect(self) -> None:
         import rclpy
-        from geometry_msgs.msg import TwistStamped
+        from geometry_msgs.msg import PoseStamped, TwistStamped
         from nav_msgs.msg import Odometry as OdometryMsg
         from rclpy.context import Context
         from rclpy.executors import SingleThreadedExecutor
@@ -172,6 +174,7 @@ class ExternalRobot:
             (OdometryMsg, "odom", self._on_odom),
         ):
             self._node.create_subscription(kind, topic, take, ros_io.TICK_INPUT, raw=True)
+        self._node.create_subscription(PoseStamped, "goal_pose", self._on_goal, ros_io.RELIABLE)
 
     def _spin(self) -> None:
         try:
@@ -191,6 +194,11 @@ class ExternalRobot:
         if self._map_from_odom is None:
             self._truth = self._reader.read(data)
             self._answer(self._truth.tick)
+
+    def _on_goal(self, message: Any) -> None:
+        from swarm_common.middleware.ros_io import pose_from_msg
+
+        self._goal = pose_from_msg(message.pose)
 
     def _on_scan(self, data: bytes) -> None:
         from swarm_common.middleware.cdr import read_scan
@@ -228,7 +236,9 @@ class ExternalRobot:
         if odom is None or heard is None or self._map_from_odom is None:
             return
         pose = self._map_from_odom.compose(odom.pose_odom)
-        sensed = Sensed(tick, tick * CONTROL_PERIOD, pose, odom.twist, self._scan, heard)
+        sensed = Sensed(
+            tick, tick * CONTROL_PERIOD, pose, odom.twist, self._scan, heard, self._goal
+        )
         twist = self._decide(sensed)
         beacon = compose_beacon(self._spec, self._number, sensed, self._known)
         self._last = tick, serialize_beacon(beacon), self._writer.encode(tick, twist)

@@ -43,12 +43,14 @@ from swarm_commander.run.input.options import (
 )
 from swarm_commander.run.input.plan import check_plan
 from swarm_common.files.map_io import MAP_FILE, load_map
+from swarm_common.model.breaches import Collision
 from swarm_common.model.errors import ConfigError, SwarmEndedError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan
 from swarm_common.process import start
 from swarm_common.robots.fleet import load_fleet
 from swarm_workbench.bench import figures_of
 from swarm_workbench.goal import Goal
+from swarm_workbench.history import History
 from swarm_workbench.report import Report
 from swarm_workbench.trajectories import Trajectories
 
@@ -57,6 +59,7 @@ ANSWER_LIMIT = 5.0  # [s] of wall time for a service or an action to be found, a
 END_LIMIT = 40.0  # [s] of wall time for the processes to end and to write their report
 LOOK_PERIOD = 0.2  # [s] of wall time between two looks for overdue answers
 NODE_LIMIT = 20.0  # [s] of wall time for the nodes of external robots to appear
+REACHED = 0.25  # [m] of an external robot from its goal
 LATELY = 5  # ticks without an answer after which a robot may have died
 LOG_FILE = "console.log"
 OUTCOMES = {"SUCCEEDED": "succeeded", "CANCELED": "canceled", "FAILED": "aborted"}
@@ -144,6 +147,7 @@ class GraphBackend:
             try:
                 self._child = self._start_child(options)
                 self._view = _View(self.domain or 0, self.names)
+                self.history = self._view.history
                 self._wait_until_active(plan.alive)
                 self.grid = load_map(self._folder / "trace" / MAP_FILE)
             except BaseException:
@@ -246,11 +250,22 @@ class GraphBackend:
         return self._checked_view().statuses[robot]
 
     def drive(self, robot: int, goal: Goal, pose: Pose) -> None:
-        """Send a robot to a pose in map; return when it has taken the goal."""
+        """Send a robot to a pose in map; return when it has taken the goal.
+
+        An external one gets it on `goal_pose`, and has reached it where its truth is near.
+        """
         from nav2_msgs.action import NavigateToPose
 
         from swarm_common.middleware.ros_io import pose_stamped
 
+        if goal.robot in self._external:
+            view = self._checked_view()
+            stamped = pose_stamped(pose, view.tick)
+            self._wait_for(
+                lambda: view.do(partial(view.lead, robot, goal, stamped)),
+                f"no node takes goals on /{goal.robot}/goal_pose: start an ExternalRobot first",
+            )
+            return
         message = NavigateToPose.Goal(pose=pose_stamped(pose, 0))
         self._send(robot, goal, NavigateToPose, message)
 
@@ -282,20 +297,28 @@ class GraphBackend:
         self._check_child()
         view = self._checked_view()
         if robot not in view.alive:
-            raise ConfigError(f"{goal.robot} is external: the node that drives it has its goals")
+            raise ConfigError(f"{goal.robot} is external: its node takes go_to only, on goal_pose")
         task = view.do(partial(view.send, robot, goal, kind, message))
+        self._wait_for(
+            lambda: task.is_accepted,
+            f"{goal.robot} does not answer: its navigator hangs, or is down",
+        )
+
+    def _wait_for(self, is_done: Callable[[], bool], otherwise: str) -> None:
+        """Wait for wall time to pass; raise an error if that takes too long."""
         deadline = time.monotonic() + ANSWER_LIMIT
-        while not task.is_accepted:
+        self._check_child()
+        while not is_done():
             self._check_child()
             if time.monotonic() > deadline:
-                raise SwarmError(f"{goal.robot} does not answer: its navigator hangs, or is down")
-            view.changed.wait(0.01)
+                raise SwarmError(otherwise)
+            time.sleep(0.01)
 
     def cancel(self, robot: int, goal: Goal) -> None:
         """Cancel a robot's goal."""
         self._check_child()
         view = self._checked_view()
-        view.do(partial(view.cancel, robot))
+        view.do(partial(view.cancel, robot, goal))
 
     def fail(self, robot: int) -> None:
         """Refuse; processes die in their own ways."""
@@ -324,6 +347,11 @@ class GraphBackend:
             ],
             full=full,
         )
+
+    def collisions(self) -> Sequence[Collision]:
+        """Return the contact episodes of verdict.json, which is there after the end."""
+        found = _read_json(self._folder / "config" / "verdict.json").get("collisions", [])
+        return [Collision.from_json(each) for each in found]
 
     def trajectories(self) -> Trajectories:
         """Return where every robot was at each tick so far."""
@@ -367,6 +395,7 @@ class _View:
         tick: That the world has reached, as `GraphBackend.advance` knows it.
         changed: Set when something was heard.
         statuses: Latest of each robot; idle before the first.
+        history: Of all statuses.
         believed: Tick and pose of each beacon, per robot.
         verdict: Latest swarm_interfaces/Verdict.
         is_ending: Whether the swarm is about to be ended by us.
@@ -391,11 +420,13 @@ class _View:
         self.changed = threading.Event()
         self.verdict: Any = None
         self.statuses: list[Any] = [RobotStatus(robot=name, state="idle") for name in names]
+        self.history = History(names)
         self.believed: list[list[tuple[int, tuple[float, float, float]]]] = [[] for _ in names]
         self._truth: list[bytes] = [b""] * len(names)
         self._scans: list[bytes] = [b""] * len(names)
         self._reader = OdometryReader()
-        self._tasks: list[Any] = [None] * len(names)
+        self._led: dict[int, Goal] = {}  # goals of external robots
+        self._leads: dict[int, Any] = {}  # their publishers
         self._jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self.is_ending = self._is_closed = False
         self._context = Context()
@@ -502,12 +533,36 @@ class _View:
             goal.settle(OUTCOMES.get(task.outcome.name, "aborted"), task.reason, self._heard())
             self.changed.set()
 
-        self._tasks[robot] = goal
         return self._robots[robot].send(goal.action, kind, message, on_end=end)
 
-    def cancel(self, robot: int) -> None:
-        """Cancel a robot's goal."""
-        self._robots[robot].cancelTask()
+    def lead(self, robot: int, goal: Goal, message: Any) -> bool:
+        """Tell an external robot where to go; return False while nobody listens."""
+        from geometry_msgs.msg import PoseStamped
+
+        from swarm_common.middleware.ros_io import RELIABLE
+
+        if robot not in self._leads:
+            topic = f"/{goal.robot}/goal_pose"
+            self._leads[robot] = self._node.create_publisher(PoseStamped, topic, RELIABLE)
+        if not self._leads[robot].get_subscription_count():
+            return False
+        if robot in self._led:
+            self._led[robot].settle("canceled", "preempted by a new goal", self._heard())
+        self._led[robot] = goal
+        self._leads[robot].publish(message)
+        return True
+
+    def cancel(self, robot: int, goal: Goal) -> None:
+        """Cancel a robot's goal; an external robot is sent to where it is."""
+        if self._led.get(robot) is not goal:
+            self._robots[robot].cancelTask()
+            return
+        from swarm_common.middleware.ros_io import pose_stamped
+
+        pose = Pose(*self.true_poses()[robot].tolist())
+        self._leads[robot].publish(pose_stamped(pose, self.tick))
+        del self._led[robot]
+        goal.settle("canceled", "canceled", self._heard())
 
     def _heard(self) -> int:
         """Return the latest tick that was seen."""
@@ -517,6 +572,8 @@ class _View:
 
     def _on_status(self, index: int, message: Any) -> None:
         self.statuses[index] = message
+        at = round(message.stamp.sec + 1e-9 * message.stamp.nanosec, 3)
+        self.history.note(message.robot, message, at)
         self.changed.set()
 
     def _on_verdict(self, message: Any) -> None:
@@ -524,6 +581,11 @@ class _View:
 
     def _on_truth(self, index: int, data: bytes) -> None:
         self._truth[index] = data
+        goal = self._led.get(index)
+        if goal is not None and goal.pose is not None:
+            if self._reader.read(data).pose_odom.distance(goal.pose) < REACHED:
+                del self._led[index]
+                goal.settle("succeeded", "", _tick_in(data))
         self.changed.set()
 
     def _on_scan(self, index: int, data: bytes) -> None:

@@ -1,6 +1,7 @@
-"""Environments to learn in, over the bench: PettingZoo's parallel one, Gymnasium's for one robot.
+"""Environments to learn in, over the bench: PettingZoo's parallel one, Gymnasium's for one policy.
 
-Needs the extra `learn`. An action is a twist of base_footprint for one tick, 0.1 s.
+Needs the extra `learn`. An action is a twist of base_footprint for one tick, 0.1 s. Gymnasium's
+vector environments run copies of `RobotEnv` and `TeamEnv`, `AsyncVectorEnv` in a process each.
 """
 
 from __future__ import annotations
@@ -10,88 +11,67 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_bench.runs.episode import robot_named
 from swarm_common.model.errors import ConfigError, SwarmError
-from swarm_common.model.records import CONTROL_PERIOD, FloatArray
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Mask
 from swarm_common.model.robot_names import RobotNames
 from swarm_workbench.arena import Arena, OpenArena, ShieldedArena, grid_of, places_on, spread
+from swarm_workbench.observation import NEIGHBOUR, REACHED, Observation, observe, speeds_of
 
 try:
     import gymnasium
     from gymnasium import spaces
+    from gymnasium.vector.utils import batch_space
     from pettingzoo import ParallelEnv
 except ImportError as error:
     raise SwarmError(
         f"{error.name} is missing, which environments need: pip install 'swarm-workbench[learn]'"
     ) from None
 
-REACHED = 0.25  # [m] from the goal
 AT_GOAL, AT_CONTACT, PER_STEP = 10.0, -10.0, -0.01  # rewards; a metre of progress gives 1
-NEIGHBOUR = 6  # there (0 or 1), x, y [m], yaw [rad] in base_footprint, vx [m/s], wz [rad/s]
-RADIO_RANGE = 8.0  # [m] up to which a neighbour's beacon counts
-Observation = dict[str, NDArray[np.float32]]
+METADATA: dict[str, Any] = {"name": "swarm_workbench_v0", "render_modes": []}
 
 
-class SwarmEnv(ParallelEnv):  # type: ignore[misc]
-    """Every robot learns: PettingZoo's parallel environment.
+class _Team:
+    """Episodes of all robots, in arrays with a row for each.
 
-    A robot is done when it is at its goal, or touches something; it then stands where it is. An
-    episode begins at random places with random goals, or with `starts` and `goals` of the options
-    of `reset`: x, y, yaw and x, y of each robot.
-
-    An observation has `scan` (rays,) [m], `goal` (2,) [m] in base_footprint, `twist` (vx, wz, vy),
-    and `neighbours` (k, 6), the nearest first: see `NEIGHBOUR`.
+    Attributes:
+        is_done: (n,) who has reached its goal or touched something, and stands.
     """
-
-    metadata = {"name": "swarm_workbench_v0", "render_modes": []}  # noqa: RUF012
-    render_mode = None
 
     def __init__(
         self,
-        robots: int = 4,
-        world: str = "doorway",
+        robots: int,
+        world: str,
         *,
         robot: str = "turtlebot3_waffle",
         neighbours: int = 4,
         limit: float = 60.0,
         shield: bool = False,
     ) -> None:
-        """Read world and robot.
-
-        Args:
-            neighbours: Most that an observation has.
-            limit: [s] after which an episode is truncated.
-            shield: Whether navigators keep the robots inside space that they have reserved.
-
-        Raises:
-            SwarmError: If there is no such world or robot, or a number makes no sense.
-        """
+        """Read world and robot; arguments as of `SwarmEnv`."""
         for name, value in (("robots", robots), ("neighbours", neighbours)):
             if value < 1:
                 raise ConfigError(f"{name} is {value}; it must be 1 or more")
         if limit <= 0.0:
             raise ConfigError(f"limit is {limit} s; it must be positive")
         self._spec = spec = robot_named(robot)
-        self.possible_agents = RobotNames().first(robots)
-        self.agents: list[str] = []
-        self._index = {name: index for index, name in enumerate(self.possible_agents)}
         make = ShieldedArena if shield else OpenArena
         self._arena: Arena = make(world, robot, robots)
         self._places = places_on(grid_of(world), spec.circumscribed_radius)
         self._neighbours = neighbours
         self._limit = round(limit / CONTROL_PERIOD)
-        self._speeds = np.array([spec.max_vel_x, spec.max_vel_theta, spec.max_vel_y])
+        self._speeds = speeds_of(spec)
         self._random = np.random.default_rng()
-        self._tick = 0
-        self._is_done = np.zeros(robots, np.bool_)
+        self._tick = self._limit
+        self.is_done = np.zeros(robots, np.bool_)
         self._goals = np.zeros((robots, 2))
         self._distances = np.zeros(robots)
 
-    @functools.cache  # noqa: B019  (PettingZoo wants the same object)
-    def observation_space(self, agent: str) -> spaces.Dict:
-        """Return the shapes of an observation."""
+    @property
+    def observation_space(self) -> spaces.Dict:
+        """Shapes of what one robot sees."""
         lidar, inf = self._spec.lidar, np.inf
         return spaces.Dict(
             {
@@ -102,11 +82,104 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
             }
         )
 
+    @property
+    def action_space(self) -> spaces.Box:
+        """Limits of a twist: vx [m/s], wz [rad/s], and vy of an omnidirectional robot."""
+        high = self._speeds[: 3 if self._spec.is_omni else 2].astype(np.float32)
+        return spaces.Box(-high, high, dtype=np.float32)
+
+    def is_late(self) -> bool:
+        """Whether the limit is over, as before the first episode."""
+        return self._tick >= self._limit
+
+    def reset(self, seed: int | None, options: Mapping[str, Any] | None) -> None:
+        """Begin an episode."""
+        if seed is not None:
+            self._random = np.random.default_rng(seed)
+        given = options or {}
+        count, radius = len(self.is_done), self._spec.circumscribed_radius
+        starts = spread(self._places, radius, count, self._random)
+        goals = spread(self._places, radius, count, self._random)[:, :2]
+        starts = np.asarray(given.get("starts", starts), np.float64)
+        self._goals = np.asarray(given.get("goals", goals), np.float64)
+        if starts.shape != (count, 3) or self._goals.shape != (count, 2):
+            raise ConfigError(f"starts and goals are for {count} robots: (n, 3) and (n, 2)")
+        self._tick = 0
+        self.is_done[:] = False
+        self._arena.reset(starts, int(self._random.integers(2**31)))
+        self._distances = self._to_goals()
+
+    def step(self, actions: Mapping[int, Any]) -> tuple[FloatArray, Mask, Mask]:
+        """Drive for a tick by actions of some robots; return rewards, who is there, contacts."""
+        twists = np.zeros((len(self.is_done), 3))
+        for index, action in actions.items():
+            twists[index, : len(action)] = action
+        twists[self.is_done] = 0.0
+        twists[~np.isfinite(twists)] = 0.0
+        np.clip(twists, -self._speeds, self._speeds, out=twists)
+        contacts = self._arena.step(twists)
+        self._tick += 1
+        distances = self._to_goals()
+        reached = distances < REACHED
+        rewards = self._distances - distances + PER_STEP
+        rewards += AT_GOAL * reached + AT_CONTACT * contacts
+        rewards[self.is_done] = 0.0
+        self._distances = distances
+        self.is_done |= reached | contacts
+        return rewards, reached, contacts
+
+    def observe(self) -> Observation:
+        """Return what all robots see."""
+        arena = self._arena
+        return observe(
+            arena.ranges, self._spec.lidar.range_max, self._goals, arena.poses, arena.twists,
+            self._neighbours,
+        )  # fmt: skip
+
+    def _to_goals(self) -> FloatArray:
+        distances: FloatArray = np.hypot(*(self._goals - self._arena.poses[:, :2]).T)
+        return distances
+
+
+class SwarmEnv(ParallelEnv):  # type: ignore[misc]
+    """Every robot learns: PettingZoo's parallel environment.
+
+    A robot is done when it is at its goal, or touches something; it then stands where it is. An
+    episode begins at random places with random goals, or with `starts` and `goals` of the options
+    of `reset`: x, y, yaw and x, y of each robot.
+
+    An observation has `scan` (rays,) [m], `goal` (2,) [m] in base_footprint, `twist` (vx, wz, vy),
+    and `neighbours` (k, 6), the nearest first: see `observation.NEIGHBOUR`.
+    """
+
+    metadata = METADATA
+    render_mode = None
+
+    def __init__(self, robots: int = 4, world: str = "doorway", **options: Any) -> None:
+        """Read world and robot.
+
+        Args:
+            options: `robot`, a model; `neighbours`, most that an observation has (4); `limit` [s]
+                after which an episode is truncated (60); `shield`, whether robots drive inside
+                space that they have reserved, through their navigators' stop filter (False).
+
+        Raises:
+            SwarmError: If there is no such world or robot, or a number makes no sense.
+        """
+        self._team = _Team(robots, world, **options)
+        self.possible_agents = RobotNames().first(robots)
+        self.agents: list[str] = []
+        self._index = {name: index for index, name in enumerate(self.possible_agents)}
+
+    @functools.cache  # noqa: B019  (PettingZoo wants the same object)
+    def observation_space(self, agent: str) -> spaces.Dict:
+        """Return the shapes of an observation."""
+        return self._team.observation_space
+
     @functools.cache  # noqa: B019
     def action_space(self, agent: str) -> spaces.Box:
         """Return the limits of a twist: vx [m/s], wz [rad/s], and vy of an omnidirectional one."""
-        high = self._speeds[: 3 if self._spec.is_omni else 2].astype(np.float32)
-        return spaces.Box(-high, high, dtype=np.float32)
+        return self._team.action_space
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -117,50 +190,21 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
             seed: The same one gives the same episodes.
             options: `starts` (n, 3) and `goals` (n, 2), in place of random ones.
         """
-        if seed is not None:
-            self._random = np.random.default_rng(seed)
-        given = options or {}
-        count, radius = len(self.possible_agents), self._spec.circumscribed_radius
-        starts = spread(self._places, radius, count, self._random)
-        goals = spread(self._places, radius, count, self._random)[:, :2]
-        starts = np.asarray(given.get("starts", starts), np.float64)
-        self._goals = np.asarray(given.get("goals", goals), np.float64)
-        if starts.shape != (count, 3) or self._goals.shape != (count, 2):
-            raise ConfigError(f"starts and goals are for {count} robots: (n, 3) and (n, 2)")
-        self._tick = 0
-        self._is_done[:] = False
+        self._team.reset(seed, options)
         self.agents = list(self.possible_agents)
-        self._arena.reset(starts, int(self._random.integers(2**31)))
-        self._distances = self._to_goals()
         return self._observations(self.agents), {name: {} for name in self.agents}
 
     def step(self, actions: Mapping[str, Any]) -> tuple[Any, ...]:
         """Drive for a tick; return observations, rewards, terminations, truncations and infos."""
-        twists = np.zeros((len(self.possible_agents), 3))
-        for name, action in actions.items():
-            index = self._index[name]
-            if not self._is_done[index]:
-                twists[index, : len(action)] = action
-        twists[~np.isfinite(twists)] = 0.0
-        np.clip(twists, -self._speeds, self._speeds, out=twists)
-        contacts = self._arena.step(twists)
-        self._tick += 1
-        distances = self._to_goals()
-        reached = distances < REACHED
-        rewards = self._distances - distances + PER_STEP
-        rewards += AT_GOAL * reached + AT_CONTACT * contacts
-        self._distances = distances
-        is_late = self._tick >= self._limit
-        present, self.agents = self.agents, []
-        ends, cuts, infos = {}, {}, {}
-        for name in present:
-            index = self._index[name]
-            ends[name] = self._is_done[index] = bool(reached[index] or contacts[index])
-            cuts[name] = is_late and not ends[name]
-            infos[name] = {"reached": bool(reached[index]), "contact": bool(contacts[index])}
-            if not (ends[name] or cuts[name]):
-                self.agents.append(name)
-        gains = {name: float(rewards[self._index[name]]) for name in present}
+        team, present = self._team, self.agents
+        results = team.step({self._index[name]: action for name, action in actions.items()})
+        columns = (each.tolist() for each in (team.is_done, *results))
+        rows = dict(zip(self.possible_agents, zip(*columns, strict=True), strict=True))
+        ends = {name: rows[name][0] for name in present}
+        cuts = {name: team.is_late() and not ends[name] for name in present}
+        gains = {name: rows[name][1] for name in present}
+        infos = {name: {"reached": rows[name][2], "contact": rows[name][3]} for name in present}
+        self.agents = [] if team.is_late() else [name for name in present if not ends[name]]
         return self._observations(present), gains, ends, cuts, infos
 
     def render(self) -> None:
@@ -169,54 +213,53 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
     def close(self) -> None:
         """Do nothing: there is nothing to release."""
 
-    def _to_goals(self) -> FloatArray:
-        distances: FloatArray = np.hypot(*(self._goals - self._arena.poses[:, :2]).T)
-        return distances
-
     def _observations(self, names: list[str]) -> dict[str, Observation]:
-        arena, poses = self._arena, self._arena.poses
-        lidar = self._spec.lidar
-        scans = np.minimum(arena.ranges, np.float32(lidar.range_max))
-        np.maximum(scans, np.float32(0.0), out=scans)
-        twists = arena.twists.astype(np.float32)
-        goals = _turned(poses, (self._goals - poses[:, :2])[:, None])[:, 0].astype(np.float32)
-        neighbours = self._heard(poses, arena.twists)
-        return {
-            name: {
-                "scan": scans[i],
-                "goal": goals[i],
-                "twist": twists[i],
-                "neighbours": neighbours[i],
-            }
-            for name in names
-            for i in (self._index[name],)
-        }
+        seen = self._team.observe()
+        rows = [dict(zip(seen, row, strict=True)) for row in zip(*seen.values(), strict=True)]
+        return {name: rows[self._index[name]] for name in names}
 
-    def _heard(self, poses: FloatArray, twists: FloatArray) -> NDArray[np.float32]:
-        """Return what each robot hears of its nearest neighbours (n, k, NEIGHBOUR)."""
-        count = len(poses)
-        heard = np.zeros((count, self._neighbours, NEIGHBOUR), np.float32)
-        most = min(self._neighbours, count - 1)
-        if most == 0:
-            return heard
-        gaps = poses[None, :, :2] - poses[:, None, :2]
-        distances = np.einsum("ijk,ijk->ij", gaps, gaps)
-        np.fill_diagonal(distances, np.inf)
-        nearest = np.argsort(distances, axis=1)[:, :most]
-        each = np.arange(count)[:, None]
-        heard[:, :most, 0] = 1.0
-        heard[:, :most, 1:3] = _turned(poses, gaps[each, nearest])
-        turns = poses[nearest, 2] - poses[:, None, 2]
-        heard[:, :most, 3] = turns - 2.0 * np.pi * np.round(turns / (2.0 * np.pi))
-        heard[:, :most, 4:] = twists[nearest, :2]
-        heard[:, :most][distances[each, nearest] > RADIO_RANGE**2] = 0.0
-        return heard
+
+class TeamEnv(gymnasium.Env):  # type: ignore[misc]
+    """One policy drives all robots: observations and actions have a row for each; see `SwarmEnv`.
+
+    The reward is the sum; infos have `rewards`, `reached` and `contact` (n,).
+    """
+
+    metadata = METADATA
+
+    def __init__(self, robots: int = 4, world: str = "doorway", **options: Any) -> None:
+        """Read world and robot.
+
+        Args:
+            options: As of `SwarmEnv`.
+        """
+        self._team = _Team(robots, world, **options)
+        self.observation_space = batch_space(self._team.observation_space, robots)
+        self.action_space = batch_space(self._team.action_space, robots)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode; see `SwarmEnv.reset`."""
+        super().reset(seed=seed)
+        self._team.reset(seed, options)
+        return self._team.observe(), {}
+
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Drive for a tick; return observation, reward, termination, truncation and info."""
+        team = self._team
+        if team.is_late() or team.is_done.all():
+            raise SwarmError("the episode is over: call reset()")
+        rewards, reached, contacts = team.step(dict(enumerate(action)))
+        is_over = bool(team.is_done.all())
+        info = {"rewards": rewards, "reached": reached, "contact": contacts}
+        return team.observe(), float(rewards.sum()), is_over, team.is_late() and not is_over, info
 
 
 class RobotEnv(gymnasium.Env):  # type: ignore[misc]
     """One robot learns among others that stand: Gymnasium's environment; see `SwarmEnv`."""
 
-    metadata = SwarmEnv.metadata
+    metadata = METADATA
 
     def __init__(self, robots: int = 4, world: str = "doorway", **options: Any) -> None:
         """Read world and robot.
@@ -244,12 +287,3 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc]
         results = self._env.step({self._name: action})
         observation, reward, end, cut, info = (each[self._name] for each in results)
         return observation, reward, end, cut, info
-
-
-def _turned(poses: FloatArray, gaps_map: FloatArray) -> FloatArray:
-    """Return vectors (n, k, 2) in map in the base_footprint of each robot (n, 3)."""
-    cos, sin = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
-    turned = np.empty_like(gaps_map)
-    turned[:, :, 0] = cos * gaps_map[:, :, 0] + sin * gaps_map[:, :, 1]
-    turned[:, :, 1] = cos * gaps_map[:, :, 1] - sin * gaps_map[:, :, 0]
-    return turned

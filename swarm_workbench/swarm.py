@@ -14,13 +14,16 @@ import numpy as np
 from rich.progress import Progress
 
 from swarm_bench.runs.episode import RunOptions
+from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.scenario import Scenario
+from swarm_common.model.breaches import Collision
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_common.robots.fleet import load_fleet
 from swarm_workbench import picture
 from swarm_workbench.backend import Backend
 from swarm_workbench.bench import BenchBackend
+from swarm_workbench.history import History
 from swarm_workbench.place import Places
 from swarm_workbench.report import Report
 from swarm_workbench.robot import Robot
@@ -65,7 +68,8 @@ class Swarm:
             robot: Model of all robots, where there is no fleet.
             fleet: Name or file of a fleet of several models.
             mission: Name or file of a mission; None for robots that wait for goals.
-            brain: What decides for each robot on the bench: ours, dwa, orca, or `module:Class`.
+            brain: What decides for each robot: ours, `module:Class`, or the file of a policy, like
+                policy.onnx; on the bench dwa and orca, too.
             drive: wheels or planar; None for planar on the bench, else that of swarm-up.
             speed: Times real time, at most; None for as fast as possible. Not on the bench.
             realistic: Whether sensors err, and robots localise by AMCL.
@@ -81,17 +85,16 @@ class Swarm:
             raise ConfigError(
                 "viewer, speed, run_dir and external are for processes; leave out bench=True"
             )
-        if not bench and brain != "ours":
-            raise ConfigError(
-                f"brain '{brain}' runs on the bench: add bench=True; a node of your own is driven"
-                " with ExternalRobot"
-            )
+        if not bench and brain in METHODS and brain != "ours":
+            raise ConfigError(f"brain '{brain}' runs on the bench only: add bench=True")
         if drive is not None and drive not in DRIVES:
             raise UnknownNameError("drive", drive, DRIVES)
         self._world = str(world.file) if isinstance(world, World) else str(world)
         self._count, self._robot, self._fleet, self._mission = robots, robot, fleet, mission
         self._seed, self._brain, self._drive, self._speed = seed, brain, drive, speed
         self._realistic, self._parameters = realistic, dict(parameters or {})
+        if not bench and brain not in METHODS:
+            self._parameters["brain.plugin"] = brain
         self._external = tuple(external)
         self._run_dir, self._has_viewer, self._is_bench = run_dir, viewer, bench
         self._backend: Backend | None = None
@@ -100,6 +103,8 @@ class Swarm:
         self._lock = threading.RLock()  # one thread at a time lets time pass
         self._last_report: Report | None = None
         self._trajectories: Trajectories | None = None
+        self._history: History | None = None
+        self._collisions: Sequence[Collision] = ()
 
     # From start to end
 
@@ -112,6 +117,7 @@ class Swarm:
         if self._backend is not None or self._last_report is not None:
             raise SwarmError("a Swarm starts once; make another one")
         self._backend = backend = self._bench() if self._is_bench else self._graph()
+        self._history = backend.history
         self._places = Places(backend.grid, backend.sites.stations)
         for index, name in enumerate(backend.names):
             self._robots[name] = Robot(name, index, self._running, self._known_places, self._chunk)
@@ -128,6 +134,7 @@ class Swarm:
             finally:
                 self._last_report = backend.report()
                 self._trajectories = backend.trajectories()
+                self._collisions = backend.collisions()
 
     def __enter__(self) -> Swarm:
         return self.start()
@@ -286,10 +293,48 @@ class Swarm:
         """Where every robot was at each tick so far."""
         return self._trajectories or self._running().trajectories()
 
+    @property
+    def states(self) -> Any:
+        """Table of each robot's changes of state: t, robot, state, detail."""
+        return self._kept_history().states()
+
+    @property
+    def waits(self) -> Any:
+        """Table of waits for other robots: t, robot, other, duration [s]."""
+        return self._kept_history().waits()
+
+    @property
+    def events(self) -> Any:
+        """Table of goals reached and failed and of contacts: t, robot, event, detail.
+
+        Contacts of processes are told after the end.
+        """
+        backend = self._backend
+        collisions = self._collisions if backend is None else backend.collisions()
+        return self._kept_history().events(collisions)
+
     def plot(self, axes: Any = None) -> Any:
         """Draw map, paths and stations by matplotlib; return the axes."""
         backend = self._running()
         return picture.draw(backend.grid, backend.sites.stations, self.trajectories, axes)
+
+    def film(self, path: str | Path = "run.gif", *, speed: float = 5.0) -> Any:
+        """Write a film of the run so far; return its path, in a notebook the film.
+
+        Args:
+            path: A GIF; or MP4 or WebM where ffmpeg is installed.
+            speed: Times real time.
+
+        Raises:
+            SwarmError: If it cannot be written.
+        """
+        file, radii = Path(path), [spec.circumscribed_radius for spec in self._running().specs]
+        picture.film(self._running().grid, radii, self.trajectories, file, speed)
+        if "ipykernel" not in sys.modules:
+            return file
+        from IPython.display import Image, Video
+
+        return Image(file) if file.suffix == ".gif" else Video(file, embed=True)
 
     def show(self) -> Any:
         """Show the viewer: inline in a notebook, else in the browser; return what it shows.
@@ -314,6 +359,12 @@ class Swarm:
                 " close()"
             )
         return self._backend
+
+    def _kept_history(self) -> History:
+        if self._history is None:
+            self._running()
+        assert self._history is not None
+        return self._history
 
     def _known_places(self) -> Places:
         self._running()

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.files.journal import read_journal
-from swarm_common.files.trajectory_io import TRAJECTORY_FILE, read_trajectory
+from swarm_common.files.journal import Journal, read_journal
+from swarm_common.files.trajectory_io import TRAJECTORY_FILE, TrajectoryWriter, read_trajectory
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_workbench.tables import table
@@ -35,7 +35,7 @@ class Trajectories:
 
     @classmethod
     def load(cls, run: str | Path) -> Trajectories:
-        """Return the true poses of a run of `swarm-up` or `Swarm`.
+        """Return the true poses of a run of `swarm-up` or `Swarm`, or what `save` wrote.
 
         Args:
             run: Its folder, like `runs/latest`.
@@ -55,6 +55,27 @@ class Trajectories:
         true = poses.astype(np.float64)
         times = ticks.astype(np.float64) * CONTROL_PERIOD
         return cls(names, times, true, np.full_like(true, np.nan))
+
+    def save(self, run: str | Path) -> None:
+        """Write the true poses into a folder, where runs of processes have theirs.
+
+        Args:
+            run: The folder; a new one is made.
+
+        Raises:
+            ConfigError: If it cannot be written.
+        """
+        trace = Path(run) / "trace"
+        try:
+            trace.mkdir(parents=True, exist_ok=True)
+            names, poses = Journal(trace / NAMES_FILE), TrajectoryWriter(trace / TRAJECTORY_FILE)
+        except OSError as error:
+            raise ConfigError(f"cannot write trajectories to {run}: {error.strerror}") from None
+        names.write(robots=self.names)
+        for time, row in zip(self.times.tolist(), self.true, strict=True):
+            poses.write(round(time / CONTROL_PERIOD), row)
+        names.close()
+        poses.close()
 
     def of(self, name: str) -> FloatArray:
         """Return the true poses (T, 3) of one robot."""

@@ -15,6 +15,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.metadata import entry_points
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
@@ -62,14 +63,19 @@ def load_plugin(
 
     Args:
         group: Of entry points, like `controllers`.
-        name: `module:Class`, a built-in name, or that of an entry point of an installed package.
-        built_in: `module:Class` of the built-in ones by name.
+        name: `module:Class`, a built-in name, that of an entry point of an installed package, or a
+            file with a built-in suffix.
+        built_in: `module:Class` of the built-in ones by name, and by suffix like `.onnx`.
         parameter: Whose value the name is, for messages.
 
     Raises:
         ConfigError: If there is none of this name, or its module cannot be imported.
     """
     target = built_in.get(name, name)
+    if (suffix := Path(name).suffix) in built_in:
+        if not Path(name).is_file():
+            raise ConfigError(f"{parameter} is '{name}': there is no such file in {os.getcwd()}")
+        target = built_in[suffix]
     if ":" not in target:
         found = {point.name: point.value for point in entry_points(group=GROUPS + group)}
         if target not in found:

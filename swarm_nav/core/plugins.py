@@ -87,7 +87,11 @@ RULE = PluginKind(
 )  # fmt: skip
 BRAIN = PluginKind(
     "brain", "brain.plugin", "brains",
-    {"navigator": "swarm_nav.behaviour.navigator:Navigator"}, CONTROL_CODES,
+    {
+        "navigator": "swarm_nav.behaviour.navigator:Navigator",
+        ".onnx": "swarm_workbench.policy:PolicyBrain",
+    },
+    CONTROL_CODES,
 )  # fmt: skip
 KINDS = (CONTROLLER, PLANNER, LOCALISER, PRIORITY, BRAIN)
 

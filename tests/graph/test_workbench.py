@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import subprocess
 import sys
@@ -136,10 +137,11 @@ class _PlainNode:
 
 
 def test_nodes_of_users_drive_robots_in_lockstep_or_without_stamps(domain, tmp_path):
-    ticks = []
+    ticks, goals = [], set()
 
     def decide(seen):
         ticks.append(seen.tick)
+        goals.add(seen.goal)
         return Twist(vx=0.1)
 
     options = {"robots": 3, "drive": "planar", "speed": 1.0, "run_dir": tmp_path / "run"}
@@ -147,9 +149,19 @@ def test_nodes_of_users_drive_robots_in_lockstep_or_without_stamps(domain, tmp_p
         plain = _PlainNode(swarm.domain, "Srobot2", 0.15)
         try:
             with ExternalRobot("Srobot1", decide, domain=swarm.domain):
+                swarm.run(until=1.0)
+                robot = swarm["Srobot1"]
+                pose = robot.true_pose
+                near = robot.go_to((pose.x + 0.35 * math.cos(pose.yaw), pose.y))
+                far = robot.go_to((pose.x + 0.4 * math.cos(pose.yaw), pose.y))
                 swarm.run(until=4.0)
+                assert near.result.outcome == "canceled"
+                assert far.result.outcome == "succeeded"
+                assert far.pose in goals
                 with pytest.raises(SwarmError, match="Srobot1 is external"):
-                    swarm["Srobot1"].go_to("unload")
+                    robot.send("spin", {})
+                with pytest.raises(SwarmError, match="no node takes goals on /Srobot2/goal_pose"):
+                    swarm["Srobot2"].go_to("unload")
         finally:
             plain.close()
         run = swarm.trajectories
@@ -186,3 +198,31 @@ def test_ctrl_c_during_the_start_leaves_nothing(domain, tmp_path):
     assert error.rstrip().endswith("KeyboardInterrupt")
     _wait_until_gone(tmp_path)
     assert not has_swarm(domain)
+
+
+CELL = """
+from swarm_workbench import Swarm
+swarm = Swarm(robots=1, drive="planar", viewer=True, run_dir={folder!r}).start()
+await swarm["Srobot1"].send("spin", {{"target_yaw": 0.2}})
+swarm.show()
+"""
+
+
+def test_a_restarted_kernel_leaves_nothing(domain, tmp_path):
+    pytest.importorskip("ipykernel")
+    manager, client = pytest.importorskip("jupyter_client.manager").start_new_kernel()
+    shown = []
+    try:
+        answer = client.execute_interactive(
+            CELL.format(folder=str(tmp_path / "run")), timeout=120, output_hook=shown.append
+        )
+        assert answer["content"]["status"] == "ok", answer["content"]
+        results = [m["content"]["data"] for m in shown if m["msg_type"] == "execute_result"]
+        assert "<iframe" in results[-1]["text/html"]
+        assert _processes(tmp_path)
+        manager.restart_kernel(now=True)
+        _wait_until_gone(tmp_path)
+        assert (tmp_path / "run" / "report.json").is_file()
+    finally:
+        client.stop_channels()
+        manager.shutdown_kernel(now=True)

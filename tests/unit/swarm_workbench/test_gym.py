@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from swarm_common.model.errors import SwarmError
-from swarm_workbench.gym import RobotEnv, SwarmEnv
+from swarm_workbench.gym import RobotEnv, SwarmEnv, TeamEnv
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
@@ -17,6 +18,7 @@ def test_the_checks_of_pettingzoo_and_gymnasium_pass():
     parallel_api_test(SwarmEnv(3), num_cycles=100)
     parallel_seed_test(lambda: SwarmEnv(3), num_cycles=30)
     check_env(RobotEnv(3), skip_render_check=True)
+    check_env(TeamEnv(3), skip_render_check=True)
 
 
 def test_an_observation_is_seen_from_the_robot():
@@ -64,6 +66,24 @@ def _contacts(shield: bool, ticks: int) -> int:
 def test_the_shield_keeps_robots_apart():
     assert _contacts(shield=False, ticks=900) > 0
     assert _contacts(shield=True, ticks=900) == 0
+
+
+def test_copies_in_processes_do_what_one_does_here():
+    team = TeamEnv(3)
+    copies = gymnasium.vector.AsyncVectorEnv([lambda: TeamEnv(3)] * 2)
+    try:
+        seen, _ = copies.reset(seed=[5, 6])
+        assert seen["scan"].shape[:2] == (2, 3)
+        team.reset(seed=6)
+        for _ in range(5):
+            actions = np.full((2, 3, 2), 0.2, np.float32)
+            seen, rewards, *_, infos = copies.step(actions)
+            alone, reward, *_, info = team.step(actions[1])
+        assert np.array_equal(seen["scan"][1], alone["scan"])
+        assert rewards[1] == pytest.approx(reward)
+        assert np.allclose(infos["rewards"][1], info["rewards"])
+    finally:
+        copies.close()
 
 
 def test_numbers_that_make_no_sense_are_refused():

@@ -5,13 +5,16 @@ from __future__ import annotations
 import asyncio
 import importlib.util
 import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from swarm_common.model.breaches import Collision
 from swarm_common.model.errors import SwarmError
 from swarm_workbench import Pixel, Pose, Swarm, Trajectories, load_robot, load_world
 from swarm_workbench.goal import GoalTimeoutError
+from swarm_workbench.history import History
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +39,7 @@ def test_a_goal_is_reached_and_told(swarm):
     assert len(robot.scan.ranges) == load_robot("turtlebot3_waffle").lidar.rays
 
 
-def test_time_passes_by_ticks_and_is_recorded(swarm):
+def test_time_passes_by_ticks_and_is_recorded(swarm, tmp_path):
     before = swarm.time
     swarm.run(seconds=1.3)
     assert swarm.time == pytest.approx(before + 1.3)
@@ -46,6 +49,41 @@ def test_time_passes_by_ticks_and_is_recorded(swarm):
     assert np.allclose(run.true[-1], swarm.true_poses)
     assert np.allclose(run.estimated[-1], swarm.poses)
     assert len(run.table()) == 2 * len(run.times)
+    run.save(tmp_path)
+    read = Trajectories.load(tmp_path)
+    assert read.names == run.names
+    assert np.array_equal(read.times, run.times)
+    assert np.allclose(read.true, run.true, atol=1e-5)
+
+
+def test_tables_say_what_robots_did(swarm):
+    states, events = list(_rows(swarm.states)), list(_rows(swarm.events))
+    assert states[0][1:3] == ("Srobot1", "idle")
+    assert [row[2] for row in states if row[1] == "Srobot1"][:3] == ["idle", "driving", "idle"]
+    assert [row[1:3] for row in events] == [("Srobot1", "reached")]
+    assert 0.0 < events[0][0] <= swarm.time
+    assert not list(_rows(swarm.waits))
+
+
+def test_waits_and_contacts_are_rows():
+    history = History(["a", "b"])
+    for time, detail in ((1.0, ""), (2.0, "for b, which is in the way"), (5.5, "")):
+        state = "waiting" if detail else "driving"
+        status = SimpleNamespace(state=state, detail=detail, goals_reached=0, goals_failed=0)
+        history.note("a", status, time)
+    history.note("b", SimpleNamespace(**vars(status) | {"goals_failed": 1}), 6.0)
+    assert list(_rows(history.waits())) == [(2.0, "a", "b", 3.5)]
+    contacts = [Collision(("a", "b"), "", 0.0, 0.0, 3.0), Collision(("b",), "wall", 0.0, 0.0, 4.0)]
+    assert [row[:3] for row in _rows(history.events(contacts))] == [
+        (3.0, "a", "contact"), (3.0, "b", "contact"), (4.0, "b", "contact"), (6.0, "b", "failed"),
+    ]  # fmt: skip
+
+
+def _rows(found):
+    """Yield the rows of a table, with pandas and without it."""
+    if hasattr(found, "itertuples"):
+        return found.itertuples(index=False, name=None)
+    return (tuple(row.tolist()) for row in found)
 
 
 def test_goals_are_awaited_in_an_event_loop_that_runs(swarm):
@@ -117,6 +155,7 @@ def test_after_the_block_only_results_are_there():
         swarm.run(seconds=0.2)
     assert swarm.report.sim_time == pytest.approx(0.2)
     assert len(swarm.trajectories.times) == 3
+    assert len(swarm.states) == 1
     for use in (lambda: robot.pose, lambda: robot.go_to((1, 1)), lambda: swarm.run(until=9.0)):
         with pytest.raises(SwarmError, match="use it inside its with block"):
             use()

@@ -1,0 +1,94 @@
+"""A robot that obeys twists, as far as space that it has reserved lets it.
+
+Requests, held space, beacon and stop filter are those of its navigator; only the path and the twist
+come from outside.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from swarm_common.model.records import FloatArray, Twist
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.goals import Goal, GoalKind
+from swarm_nav.interfaces import Proposal
+from swarm_nav.planning.planner import SPACING
+from swarm_nav.planning.terrain import NODE_MARGIN
+from swarm_nav.reservation.stop_filter_kernels import gap_to_line
+from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.speed_near_people import limited, people_near
+
+REACH = 12  # path points that are asked for ahead
+FEWEST = 8  # of them that are left before more are asked for
+NEAR = (1, 3, 5)  # of the way on which a path that serves it must lie
+SERVES = 0.02  # [m] of these from a path that serves
+LEAST = 1e-3  # [m/s] of a wish to drive
+STANDING = 0.02  # [m/s]
+TURN = 0.4  # [rad] between two points of a way
+
+
+class SteeredNavigator(Navigator):
+    """Drives `wish` as its stop filter admits, on a path that it asks for where that leads.
+
+    Attributes:
+        wish: Twist in base_footprint; a standstill at the start.
+    """
+
+    def __init__(self, config: NavConfig, *rest: Any) -> None:
+        """Stand; the arguments are those of `Navigator`."""
+        traffic = dataclasses.replace(config.traffic, rules="keep_apart stop_before_obstacle")
+        super().__init__(dataclasses.replace(config, traffic=traffic), *rest)
+        self.wish = Twist()
+        self._rules.append(self)
+        self._s.tube.corner_angle = math.pi  # it stops at none
+        self.set_goal(Goal(kind=GoalKind.TELEOP))  # it ranks as robots that drive
+
+    def propose(self, robot: RobotState) -> Proposal | None:
+        """Return where the wish leads, unless the present path does; the last of its rules."""
+        way, tube, keep = self._way(robot), robot.tube, robot.brake_points
+        stand = Proposal(keep_ahead=keep, drops_path=True, stands=True)
+        if len(way) < 2:
+            return stand
+        last = len(tube.points) - 1
+        served = [way[index] for index in NEAR if index < len(way)]
+        if last - tube.near >= min(FEWEST, len(way) - 1) and all(
+            gap_to_line(tube.points, tube.near, last, x, y) < SERVES for x, y in served
+        ):
+            return None
+        if robot.is_standing:
+            return Proposal(holds_place=True, path=way)
+        stop = np.array(robot.stop_point_after(keep))
+        along = (stop - way[0]) @ (way[1] - way[0]) / SPACING
+        if along < -SPACING:  # it still drives the other way
+            return stand
+        rest = way[max(1, math.ceil(along / SPACING)) :]
+        path = np.vstack((stop, rest)) if len(rest) else None
+        return Proposal(keep_ahead=keep, drops_path=True, path=path)
+
+    def _way(self, robot: RobotState) -> FloatArray:
+        """Return the points (n, 2) [m] in map to which the wish leads, up to a wall."""
+        wish, pose = self.wish, robot.pose
+        speed = math.hypot(wish.vx, wish.vy)
+        if speed < LEAST:
+            return np.zeros((0, 2))
+        turn = max(-TURN, min(TURN, wish.wz * SPACING / speed))
+        courses = pose.yaw + math.atan2(wish.vy, wish.vx) + turn * (np.arange(REACH) + 0.5)
+        steps = SPACING * np.column_stack((np.cos(courses), np.sin(courses)))
+        way = np.vstack(((pose.x, pose.y), steps)).cumsum(axis=0)
+        floor = robot.body_radius + NODE_MARGIN  # as planned paths: `TOLERANCE` beside it is free
+        bad = np.flatnonzero(robot.terrain.clearances(way, floor)[1:] < floor)
+        return way[: bad[0] + 1] if len(bad) else way
+
+    def _follow(self) -> Twist:
+        """Return the wish, slowed down near people and in zones; where it must stand, its turn."""
+        s = self._s
+        s.tube.track(s.pose)
+        wish = self.wish
+        if self._arbiter.winner.stands:
+            wish = Twist(wz=wish.wz if s.speed < STANDING else 0.0)
+        return self._speed_limits.limited(limited(wish, people_near(s), s.config.controller), s)

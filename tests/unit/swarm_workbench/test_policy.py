@@ -1,0 +1,50 @@
+"""Trained policies as brains: what they see, that they drive, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_common.model.errors import SwarmError
+from swarm_workbench import Swarm, load_robot
+from swarm_workbench.gym import SwarmEnv
+from swarm_workbench.policy import Policy
+from tests.fakes.policies import TO_THE_GOAL, save_policy
+
+
+def test_a_policy_sees_on_a_robot_what_it_saw_in_the_environment(tmp_path):
+    path = save_policy(tmp_path / "policy.onnx")
+    env = SwarmEnv(3, "doorway", neighbours=3)
+    observations, _ = env.reset(seed=4)
+    policy = Policy(path, load_robot("turtlebot3_waffle"))
+    arena, goals = env._team._arena, env._team._goals
+    for row, seen in enumerate(observations.values()):
+        order = [row, *(other for other in range(3) if other != row)]
+        goal = tuple(goals[row])
+        twist = policy.twist(arena.ranges[row], goal, arena.poses[order], arena.twists[order])
+        away = np.array([0.002, 0.001, 0.0, 0.0, 0.0, 0.0])
+        action = seen["goal"] * (2.0, 2.0) * seen["scan"].min() - (seen["neighbours"] * away).sum()
+        high = env.action_space("Srobot1").high
+        assert (twist.vx, twist.wz) == pytest.approx(np.clip(action, -high, high), abs=1e-5)
+
+
+def test_a_policy_drives_to_goals_on_the_bench(tmp_path):
+    path = save_policy(tmp_path / "policy.onnx")
+    with Swarm(robots=2, world="doorway", bench=True, brain=path) as swarm:
+        start = swarm["Srobot1"].true_pose
+        first = swarm["Srobot1"].go_to((start.x + 0.5, start.y))
+        assert first.wait(timeout=40.0)
+        assert swarm["Srobot1"].state == "idle"
+        goal = swarm["Srobot2"].go_to((start.x, start.y))
+        swarm.run(seconds=1.0)
+        goal.cancel()
+        assert goal.wait(timeout=1.0).outcome == "canceled"
+        assert swarm.report.collisions == 0
+
+
+def test_policies_that_are_of_no_use_are_refused(tmp_path):
+    with pytest.raises(SwarmError, match="there is no such file"):
+        Swarm(robots=1, world="doorway", bench=True, brain="no_such.onnx").start()
+    path = save_policy(tmp_path / "wide.onnx", TO_THE_GOAL.replace("360", "12"))
+    with pytest.raises(SwarmError, match=r"input scan \[1, 12\]; expected some of"):
+        Policy(path, load_robot("turtlebot3_waffle"))
