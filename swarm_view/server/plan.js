@@ -4,30 +4,38 @@ const plan = {
   isOn: false, isDark: false, still: null, crew: { names: [], shapes: [], kinds: [] }, poses: [],
   told: { colors: [], waits: [], chain: [], chosen: -1, tubes: [], ways: [], queues: [], movers: [] },
   scale: 0, x: 0, y: 0, isMine: false, aim: "", drag: null, map: null, follows: false,
+  goal: null, start: null, since: 0, period: 100, drawn: 0,
 };
 swarm.plan = plan;
 plan.MARK = 13; // [px] least radius of a mark, where the nearest neighbour leaves room
 plan.PANEL = 340; // [px] that the panel covers on wide pages
 plan.STRIP = 162; // [px] of the time line
+plan.GLIDE = 150; // [ms] at most until robots are where they were said to be
+plan.JUMP = 4000; // [mm] or [mrad] from which they do not glide
+plan.TURN = 2000 * Math.PI; // [mrad]
+plan.FRAME = 15; // [ms] between two pictures, at least
+plan.RIM = 48; // [px] around the hall, for names
 
 plan.show = (isOn) => {
   plan.isOn = isOn;
   document.body.toggleAttribute("data-swarm-plan", isOn);
-  if (!isOn) return plan.canvas?.remove();
-  if (!plan.canvas) plan.make();
-  document.body.append(plan.canvas);
+  if (!isOn) return plan.box?.remove();
+  if (!plan.box) plan.make();
+  document.body.append(plan.box);
   plan.redraw();
 };
 plan.make = () => {
-  const canvas = (plan.canvas = document.createElement("canvas"));
-  canvas.id = "swarm-plan";
-  canvas.style = "position:fixed;inset:0;width:100vw;height:100vh;z-index:5;touch-action:none;outline:none";
-  canvas.addEventListener("wheel", plan.onWheel, { passive: false });
-  canvas.addEventListener("pointerdown", plan.onDown);
-  canvas.addEventListener("pointermove", plan.onMove);
-  canvas.addEventListener("pointerup", plan.onUp);
-  canvas.addEventListener("pointercancel", () => (plan.drag = null));
+  const box = (plan.box = document.createElement("div"));
+  box.id = "swarm-plan";
+  box.style = "position:fixed;inset:0;z-index:5;touch-action:none;outline:none";
+  box.addEventListener("wheel", plan.onWheel, { passive: false });
+  box.addEventListener("pointerdown", plan.onDown);
+  box.addEventListener("pointermove", plan.onMove);
+  box.addEventListener("pointerup", plan.onUp);
+  box.addEventListener("pointercancel", () => (plan.drag = null));
   window.addEventListener("resize", () => plan.redraw());
+  plan.canvas = document.createElement("canvas");
+  box.append(plan.canvas);
 };
 plan.setStill = (still) => {
   plan.still = still;
@@ -41,8 +49,23 @@ plan.setCrew = (crew) => {
   plan.crew = crew;
   plan.redraw();
 };
+// Poses come in bursts, several at once where the browser is busy: robots glide to the last ones.
 plan.move = (poses) => {
-  plan.poses = poses;
+  const now = performance.now(), isNew = plan.goal?.length !== poses.length;
+  if (isNew) plan.poses = poses;
+  else if (now - plan.since > 5) plan.period = Math.min(plan.GLIDE, 0.7 * plan.period + 0.3 * (now - plan.since));
+  [plan.start, plan.goal, plan.since] = [plan.poses, poses, now];
+  plan.redraw();
+};
+plan.glide = () => {
+  if (plan.poses === plan.goal || !plan.goal) return;
+  const share = (performance.now() - plan.since) / plan.period;
+  if (share >= 1) return void (plan.poses = plan.goal);
+  plan.poses = plan.goal.map((goal, at) => {
+    const gap = goal - plan.start[at];
+    const way = at % 3 === 2 ? gap - plan.TURN * Math.round(gap / plan.TURN) : gap;
+    return Math.abs(way) > plan.JUMP ? goal : plan.start[at] + share * way;
+  });
   plan.redraw();
 };
 plan.tell = (told) => {
@@ -56,11 +79,15 @@ plan.fit = () => {
 plan.redraw = () => {
   if (plan.isOn && !plan.isDue) {
     plan.isDue = true;
-    requestAnimationFrame(() => {
-      plan.isDue = false;
-      plan.draw();
-    });
+    requestAnimationFrame(plan.turn);
   }
+};
+plan.turn = (now) => {
+  if (now - plan.drawn < plan.FRAME - 1) return requestAnimationFrame(plan.turn);
+  plan.isDue = false;
+  plan.drawn = now;
+  plan.glide();
+  plan.draw();
 };
 
 // Where things are on the page.
@@ -102,20 +129,33 @@ plan.radii = (spots, own) => {
 };
 plan.spots = () => plan.crew.names.map((_, index) => plan.pixel(plan.poses[3 * index] / 1000, plan.poses[3 * index + 1] / 1000));
 
+// The canvas covers the hall and a rim, not all of the page: without a GPU each pixel of it costs.
+plan.cover = (ratio) => {
+  const { x, y, width, height } = plan.still, canvas = plan.canvas;
+  const [left, top] = plan.pixel(x, y + height), [right, low] = plan.pixel(x + width, y);
+  const from = [Math.max(0, Math.floor(left - plan.RIM)), Math.max(0, Math.floor(top - plan.RIM))];
+  const to = [Math.min(innerWidth, Math.ceil(right + plan.RIM)), Math.min(innerHeight, Math.ceil(low + plan.RIM))];
+  const [wide, high] = [Math.max(1, to[0] - from[0]), Math.max(1, to[1] - from[1])];
+  const [pixels, lines] = [Math.round(wide * ratio), Math.round(high * ratio)];
+  if (canvas.width !== pixels || canvas.height !== lines) [canvas.width, canvas.height] = [pixels, lines];
+  canvas.style = `position:absolute;left:${from[0]}px;top:${from[1]}px;width:${wide}px;height:${high}px`;
+  plan.rect = [...from, wide, high];
+};
 plan.draw = () => {
-  const canvas = plan.canvas, ratio = swarm.isSoftware ? 1 : devicePixelRatio;
-  const [width, height] = [Math.round(innerWidth * ratio), Math.round(innerHeight * ratio)];
-  if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
-  const context = canvas.getContext("2d"), { told, crew, poses, still } = plan;
-  const ink = plan.isDark ? "#f1f3f5" : "#16191c", paper = plan.isDark ? "#14171b" : "#c0c5cb";
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.fillStyle = paper;
-  context.fillRect(0, 0, innerWidth, innerHeight);
+  const canvas = plan.canvas, ratio = swarm.isSoftware ? 1 : devicePixelRatio, { told, crew, poses, still } = plan;
+  const ink = plan.isDark ? "#f1f3f5" : "#16191c";
+  plan.box.style.background = plan.paper = plan.isDark ? "#14171b" : "#c0c5cb";
   if (!still || poses.length < 3 * crew.names.length) return;
   if (plan.follows && told.chosen >= 0)
     [plan.isMine, plan.x, plan.y, plan.scale] = [true, poses[3 * told.chosen] / 1000, poses[3 * told.chosen + 1] / 1000,
       Math.max(plan.scale, 45)];
   plan.place();
+  plan.cover(ratio);
+  // without a GPU, a canvas that the processor draws is several times as fast
+  const context = canvas.getContext("2d", { willReadFrequently: swarm.isSoftware });
+  context.setTransform(ratio, 0, 0, ratio, -ratio * plan.rect[0], -ratio * plan.rect[1]);
+  context.fillStyle = plan.paper;
+  context.fillRect(...plan.rect);
   context.imageSmoothingEnabled = false;
   const [left, top] = plan.pixel(still.x, still.y + still.height);
   if (plan.map?.complete) context.drawImage(plan.map, left, top, still.width * plan.scale, still.height * plan.scale);
@@ -167,7 +207,9 @@ plan.drawStations = (context, ink) => {
     context.lineWidth = 2.5;
     context.strokeRect(right - size, down - size, 2 * size, 2 * size);
     const queue = plan.told.queues.find(([station]) => station === name);
-    plan.write(context, queue ? `${name} ← ${queue[1]}` : name, right, down - size - 6, ink);
+    const text = queue ? `${name} ← ${queue[1]}` : name, half = context.measureText(text).width / 2 + 3;
+    const middle = Math.max(plan.rect[0] + half, Math.min(plan.rect[0] + plan.rect[2] - half, right));
+    plan.write(context, text, middle, down - size - 6, ink);
   }
 };
 plan.write = (context, text, right, down, ink, align = "center") => {
@@ -325,7 +367,7 @@ plan.waitAt = (event) => {
 };
 plan.onDown = (event) => {
   const start = plan.point(event), robot = plan.robotAt(event);
-  plan.canvas.setPointerCapture(event.pointerId);
+  plan.box.setPointerCapture(event.pointerId);
   let kind = plan.aim ? "tool" : "pan", name = "";
   if (plan.aim === "Move") {
     name = robot >= 0 ? plan.crew.names[robot] : (plan.moverAt(start)?.name ?? "");
