@@ -7,15 +7,12 @@ import math
 import re
 import shlex
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from swarm_bench.capacity.axes import SweepVariant, name_of, variants
@@ -36,6 +33,7 @@ from swarm_bench.suite.command import (
     bench_app,
     new_console,
 )
+from swarm_bench.suite.progress import bar
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes
 from swarm_bench.suite.sweep import Sweep
 from swarm_common.model.errors import ConfigError
@@ -105,8 +103,11 @@ def sweep_command(
         Sweep(study.all_runs(), computes).check()
         console = new_console()
         try:
-            with _bar(console) as (told, tell):
-                study.run(lambda runs: Sweep(runs, computes), json_, told, lambda: tell(study))
+            with bar(console, "robot-hours", study.planned / HOUR) as tell:
+                study.run(
+                    lambda runs: Sweep(runs, computes), json_, console,
+                    lambda: tell(study.done / HOUR, study.planned / HOUR),
+                )  # fmt: skip
         finally:
             _report(study, console, outputs, compare=compare is not None)
     runs = [run for results in study.results for run in results]
@@ -181,22 +182,6 @@ def parse_time(text: str | None) -> float | None:
     if value <= 0.0:
         raise ConfigError(f"--budget is '{text}'; expected a time like 90s, 30min or 2h")
     return value
-
-
-@contextmanager
-def _bar(console: Console) -> Iterator[tuple[Console, Callable[[Study], None]]]:
-    """Provide where to print lines, and what shows how far a study is."""
-    columns = (
-        TextColumn("{task.completed:.0f} of {task.total:.0f} robot-hours"), BarColumn(),
-        TaskProgressColumn(), TimeRemainingColumn(elapsed_when_finished=True),
-    )  # fmt: skip
-    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
-        task = progress.add_task("", total=None)
-
-        def tell(study: Study) -> None:
-            progress.update(task, completed=study.done / HOUR, total=study.planned / HOUR)
-
-        yield progress.console, tell
 
 
 def _report(study: Study, console: Console, outputs: list[Path], *, compare: bool) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +14,7 @@ from swarm_bench.study.lines import StudyLine, read_lines
 from swarm_bench.study.page import markdown, page
 from swarm_bench.study.runner import line_text, run_one
 from swarm_bench.suite.command import Jobs, bench_app, new_console
+from swarm_bench.suite.progress import bar
 from swarm_bench.suite.selection import check_jobs
 from swarm_bench.suite.sweep import in_processes
 from swarm_common.model.errors import ConfigError
@@ -58,8 +60,11 @@ def study(
         todo = [run for run in runs if run.key not in known]
         if len(todo) < len(runs):
             console.print(taken_over(len(runs) - len(todo), len(runs), file), markup=False)
-        new = in_processes(todo[:most], jobs, run_one)
-        lines += collected(new, file, console, line_text, StudyLine.as_json)
+        todo = todo[:most]
+        with bar(console, "runs", len(todo)) as tell:
+            new = in_processes(todo, jobs, run_one)
+            told = _counted(new, lambda done: tell(done, len(todo)))
+            lines += collected(told, file, console, line_text, StudyLine.as_json)
     if not lines:
         raise ConfigError(f"{file} has no results; run swarm-bench study first")
     command = "swarm-bench study --quick" if quick else "swarm-bench study"
@@ -72,6 +77,12 @@ def study(
         return
     for path, text in texts.items():
         _write(path, text)
+
+
+def _counted(lines: Iterable[StudyLine], tell: Callable[[int], None]) -> Iterator[StudyLine]:
+    for done, line in enumerate(lines, 1):
+        tell(done)
+        yield line
 
 
 def _compare(texts: dict[Path, str]) -> None:

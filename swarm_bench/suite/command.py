@@ -14,8 +14,9 @@ from rich.console import Console
 from swarm_bench.execution.executor import AUTO, executor, share_of
 from swarm_bench.runs.document import check_part, replace_part
 from swarm_bench.runs.machine import machine_line
-from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.result import FailedRun, RunResult
 from swarm_bench.suite import store
+from swarm_bench.suite.progress import bar
 from swarm_bench.suite.report import traffic_report
 from swarm_bench.suite.selection import (
     SUITE,
@@ -202,19 +203,26 @@ def run_and_exit(
     for sweep in sweeps:
         sweep.check()
     console, results = new_console(), list[RunResult]()
+    total = sum(len(sweep.options) for sweep in sweeps)
     try:
-        for sweep in sweeps:
-            sweep.run(file, console, results)
+        with bar(console, "runs", total) as tell:
+            for sweep in sweeps:
+                sweep.watch = lambda *_: tell(len(results) + len(_failed(sweeps)), total) is None
+                sweep.run(file, console, results)
     finally:
         if results:
             console.print(summary_table(results))
     write(results)
-    failed = [failure for sweep in sweeps for failure in sweep.failed]
+    failed = _failed(sweeps)
     if len(sweeps) > 1:
         results = [result for result in results if result.method == "ours"]
         failed = [failure for failure in failed if failure.method == "ours"]
     if failed or not all(result.is_flawless for result in results):
         raise typer.Exit(MISSED)
+
+
+def _failed(sweeps: Sequence[Sweep]) -> list[FailedRun]:
+    return [failure for sweep in sweeps for failure in sweep.failed]
 
 
 def new_console() -> Console:
