@@ -7,6 +7,7 @@ import math
 import re
 import shlex
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -31,25 +32,35 @@ from swarm_bench.suite.command import (
     Settings,
     Shard,
     bench_app,
+    keeping,
     new_console,
+    world_as,
 )
 from swarm_bench.suite.progress import bar
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes
 from swarm_bench.suite.sweep import Sweep
 from swarm_common.model.errors import ConfigError
 
+precise = partial(typer.Option, rich_help_panel="How precise")
+
 PRECISION = 0.03  # where only a budget is given
 UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
+EXAMPLES = """Examples:
+
+swarm-bench sweep --robots 4..24:4 --jobs 2 --output sweep.html
+
+swarm-bench sweep --world warehouse --sweep max_vel_x=0.26,0.5 --budget 30min
+"""
 
 
-@bench_app.command("sweep")
+@bench_app.command("sweep", epilog=EXAMPLES)
 def sweep_command(
     world: Annotated[str, typer.Option(help="Name or path.")] = "slim_blockage",
     mission: Annotated[str, typer.Option(help="Name or path.")] = "loading_route",
     robots: Annotated[str, typer.Option(help="Swarm sizes like 4..60:4 or 20,50.")] = "4..24:4",
     seeds: Annotated[str, typer.Option(help="Seeds like 0-9 or 1,5,7.")] = "0-2",
-    seconds: Annotated[float, typer.Option(help="Simulated time of each run [s].")] = 1800.0,
-    warm_up: Annotated[float, typer.Option(help="Time [s] that does not count.")] = 300.0,
+    seconds: Annotated[float, world_as(help="Simulated time of each run, in s.")] = 1800.0,
+    warm_up: Annotated[float, world_as(help="Time that does not count, in s.")] = 300.0,
     sweep: Annotated[
         list[str] | None,
         typer.Option(
@@ -62,14 +73,12 @@ def sweep_command(
     ] = None,
     precision: Annotated[
         str | None,
-        typer.Option(help="Adds seeds and sizes, until intervals are like 3%."),
+        precise(help="Adds seeds and sizes, until intervals are like 3%."),
     ] = None,
     budget: Annotated[
-        str | None, typer.Option(help="Likewise, for this wall time: 90s, 30min, 2h.")
+        str | None, precise(help="Likewise, for this wall time: 90s, 30min, 2h.")
     ] = None,
-    method: Annotated[
-        str, typer.Option(help="ours, dwa, orca, or module:Class of your own.")
-    ] = "ours",
+    method: Annotated[str, world_as(help="ours, dwa, orca, or module:Class of your own.")] = "ours",
     set_: Settings = None,
     jobs: Jobs = 1,
     cluster: Cluster = None,
@@ -77,7 +86,7 @@ def sweep_command(
     json_: JsonLines = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option("-o", "--output", help="Page .html, points .csv or summary .json; several."),
+        keeping("-o", "--output", help="Page .html, points .csv or summary .json; several."),
     ] = None,
 ) -> None:
     """Run swarms of several sizes for a fixed time: throughput, lead times, knee and reason.

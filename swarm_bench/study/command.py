@@ -13,16 +13,20 @@ from swarm_bench.study.experiments import load_experiments, runs_of, study_folde
 from swarm_bench.study.lines import StudyLine, read_lines
 from swarm_bench.study.page import markdown, page
 from swarm_bench.study.runner import line_text, run_one
-from swarm_bench.suite.command import Jobs, bench_app, new_console
+from swarm_bench.suite.command import Jobs, bench_app, keeping, new_console
 from swarm_bench.suite.progress import bar
 from swarm_bench.suite.selection import check_jobs
 from swarm_bench.suite.sweep import in_processes
 from swarm_common.model.errors import ConfigError
 
 DIFFERS = 1
+EXAMPLES = """Example:
+
+swarm-bench study --quick --output study.md
+"""
 
 
-@bench_app.command()
+@bench_app.command(epilog=EXAMPLES)
 def study(
     quick: Annotated[bool, typer.Option("--quick", help="The short edition: 2 seeds.")] = False,
     check: Annotated[
@@ -30,17 +34,17 @@ def study(
     ] = False,
     experiments: Annotated[
         Path | None,
-        typer.Option(help="Folder of experiments.  [default: params/study]", show_default=False),
+        typer.Option(help="Folder of experiments.", show_default="params/study"),
     ] = None,
     folder: Annotated[Path, typer.Option(help="Folder of raw lines and study.html.")] = Path(
         "study"
     ),
-    output: Annotated[Path, typer.Option("-o", "--output", help="Document to write.")] = Path(
+    output: Annotated[Path, keeping("-o", "--output", help="Document to write.")] = Path(
         "docs/study.md"
     ),
     most: Annotated[
         int | None,
-        typer.Option(help="Runs to add; another call goes on.  [default: all]", show_default=False),
+        typer.Option(help="Runs to add; another call goes on.", show_default="all"),
     ] = None,
     jobs: Jobs = 1,
 ) -> None:
