@@ -188,30 +188,49 @@ plan.draw = () => {
     context.lineWidth = 1;
     context.stroke();
   }
-  plan.drawStations(context, ink);
+  plan.drawStations(context);
   const spots = plan.spots();
   const own = crew.kinds.map((kind) => (crew.shapes[kind]?.radius ?? 0.2) * plan.scale);
   plan.sizes = plan.radii(spots, own);
   spots.forEach((spot, index) => plan.drawRobot(context, index, spot, own[index], ink));
   plan.drawWaits(context, spots);
   if (spots[told.chosen]) plan.drawRing(context, spots[told.chosen], plan.sizes[told.chosen], ink);
-  plan.drawNames(context, spots, ink);
+  const taken = []; // boxes of names
+  plan.nameStations(context, spots, ink, taken);
+  plan.drawNames(context, spots, ink, taken);
   plan.drawDrag(context, ink);
 };
-plan.drawStations = (context, ink) => {
-  context.font = "12px system-ui, sans-serif";
-  context.textAlign = "center";
-  for (const [name, x, y] of plan.still.stations) {
-    const [right, down] = plan.pixel(x, y), size = Math.max(5, 0.3 * plan.scale);
-    context.strokeStyle = "#00694d";
+plan.drawStations = (context) => {
+  for (const [, x, y] of plan.still.stations) {
+    const [right, down] = plan.pixel(x, y), size = plan.stationSize();
+    context.strokeStyle = plan.isDark ? "#38d9a9" : "#00694d";
     context.lineWidth = 2.5;
     context.strokeRect(right - size, down - size, 2 * size, 2 * size);
-    const queue = plan.told.queues.find(([station]) => station === name);
-    const text = queue ? `${name} ← ${queue[1]}` : name, half = context.measureText(text).width / 2 + 3;
-    const middle = Math.max(plan.rect[0] + half, Math.min(plan.rect[0] + plan.rect[2] - half, right));
-    plan.write(context, text, middle, down - size - 6, ink);
   }
 };
+plan.stationSize = () => Math.max(5, 0.3 * plan.scale);
+// A name lies above its station, or below or beside it where robots are; numbers stand for the robots.
+plan.nameStations = (context, spots, ink, taken) => {
+  context.font = "12px system-ui, sans-serif";
+  const [left, , wide] = plan.rect, size = plan.stationSize();
+  for (const [name, x, y] of plan.still.stations) {
+    const [right, down] = plan.pixel(x, y), queue = plan.told.queues.find(([station]) => station === name);
+    const robots = queue && (plan.told.names ? queue[1] : queue[1].replace(/[A-Za-z_]+(?=\d)/g, ""));
+    const text = robots ? `${name} ← ${robots}` : name, half = context.measureText(text).width / 2 + 3;
+    const fit = (middle) => Math.max(left + half, Math.min(left + wide - half, middle));
+    const places = [
+      [fit(right), down - size - 6], [fit(right), down + size + 15],
+      [fit(right + size + half + 3), down + 4], [fit(right - size - half - 3), down + 4],
+    ].map(([middle, line]) => [middle, line, [middle - half, line - 11, middle + half, line + 3]]);
+    const hits = places.map(([, , box]) =>
+      spots.filter((spot, index) => plan.covers(spot, plan.sizes[index], box)).length + taken.filter((one) => plan.meets(one, box)).length);
+    const [middle, line, box] = places[hits.indexOf(Math.min(...hits))];
+    taken.push(box);
+    plan.write(context, text, middle, line, ink);
+  }
+};
+plan.meets = ([left, top, right, low], [l, t, r, b]) => left < r && right > l && top < b && low > t;
+plan.covers = ([x, y], size, box) => plan.meets([x - size, y - size, x + size, y + size], box);
 plan.write = (context, text, right, down, ink, align = "center") => {
   context.textAlign = align;
   context.lineWidth = 3.5;
@@ -293,8 +312,8 @@ plan.drawRing = (context, [right, down], radius, ink) => {
     context.stroke();
   }
 };
-plan.drawNames = (context, spots, ink) => {
-  const { names } = plan.crew, taken = [];
+plan.drawNames = (context, spots, ink, taken) => {
+  const { names } = plan.crew;
   const order = names.map((_, index) => index).sort((a, b) => (b === plan.told.chosen) - (a === plan.told.chosen));
   context.font = "11px system-ui, sans-serif";
   for (const index of order) {
@@ -302,12 +321,8 @@ plan.drawNames = (context, spots, ink) => {
     const text = isChosen || plan.told.names ? names[index] : names[index].replace(/^\D+/, "");
     const wide = 6.4 * text.length + 4, x = right + plan.sizes[index] + 3 + (isChosen ? 8 : 0), y = down + 4;
     const box = [x, y - 10, x + wide, y + 3];
-    const hits = ([l, t, r, b]) => box[0] < r && box[2] > l && box[1] < b && box[3] > t;
-    const covers = spots.some(([a, b], other) => {
-      const size = plan.sizes[other];
-      return other !== index && hits([a - size, b - size, a + size, b + size]);
-    });
-    if (!isChosen && (covers || taken.some(hits))) continue;
+    const covers = spots.some((spot, other) => other !== index && plan.covers(spot, plan.sizes[other], box));
+    if (!isChosen && (covers || taken.some((one) => plan.meets(one, box)))) continue;
     taken.push(box);
     plan.write(context, text, x, y, ink, "left");
   }
@@ -356,6 +371,10 @@ plan.moverAt = ([x, y]) =>
     }
     return isInside;
   });
+plan.stationAt = ([x, y]) => {
+  const reach = plan.stationSize() / plan.scale;
+  return plan.still?.stations.find(([, a, b]) => Math.abs(a - x) < reach && Math.abs(b - y) < reach)?.[0];
+};
 plan.waitAt = (event) => {
   const spots = plan.spots();
   return plan.told.waits.find(([from, to]) => {
@@ -370,7 +389,7 @@ plan.onDown = (event) => {
   plan.box.setPointerCapture(event.pointerId);
   let kind = plan.aim ? "tool" : "pan", name = "";
   if (plan.aim === "Move") {
-    name = robot >= 0 ? plan.crew.names[robot] : (plan.moverAt(start)?.name ?? "");
+    name = robot >= 0 ? plan.crew.names[robot] : (plan.moverAt(start)?.name ?? plan.stationAt(start) ?? "");
     kind = name ? "carry" : "pan";
   }
   plan.drag = { kind, name, start, now: start, robot, at: [event.clientX, event.clientY], hasMoved: false };
