@@ -6,6 +6,7 @@ import dataclasses
 import enum
 import json
 import shlex
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -61,29 +62,56 @@ OPTIONS = {  # of `swarm-map new`: what they are for
     "cell": (PlanKind.GRID,),
     "scenario": (PlanKind.GRID,),
 }
-map_app = typer.Typer(no_args_is_help=True, help="Maps and worlds.", rich_markup_mode=None)
+DRAW_EXAMPLES = """Example:
+
+swarm-map draw warehouse --output maps
+"""
+CHECK_EXAMPLES = """Examples:
+
+swarm-map check warehouse
+
+swarm-map check worlds/hall/world.sdf maps/hall.yaml
+"""
+EXPORT_EXAMPLES = """Example:
+
+swarm-map export slim_blockage --vda5050-layout slim_blockage.lif
+"""
+NEW_EXAMPLES = """Examples:
+
+swarm-map new hall.yaml
+
+swarm-map new plan.png --resolution 0.05 --wall-height 3 --force
+"""
+leaving_out = partial(typer.Option, rich_help_panel="Worlds that are not complete")
+of_kind = partial(typer.Option, rich_help_panel="For some kinds of plan")
+map_app = typer.Typer(
+    no_args_is_help=True,
+    help="Maps and worlds.",
+    epilog="Example: swarm-map new plan.png",
+    rich_markup_mode="rich",
+)
 console = Console(highlight=False, soft_wrap=True, markup=False)
 
 World = Annotated[str, typer.Argument(help="Name of a world, or path of a .sdf or .world file.")]
-Height = Annotated[float, typer.Option(help="Height of the LiDAR's plane above the ground [m].")]
-Resolution = Annotated[float, typer.Option(help="Size of a cell, or of a pixel of a picture [m].")]
+Height = Annotated[float, typer.Option(help="Height of the LiDAR's plane above the ground, in m.")]
+Resolution = Annotated[float, typer.Option(help="Size of a cell, or of a picture's pixel, in m.")]
 SkipMissing = Annotated[
-    bool, typer.Option("--skip-missing", help="Leave out models and meshes that are not found.")
+    bool, leaving_out("--skip-missing", help="Leave out models and meshes that are not found.")
 ]
 SkipBroken = Annotated[
-    bool, typer.Option("--skip-broken", help="Leave out models that are unusable.")
+    bool, leaving_out("--skip-broken", help="Leave out models that are unusable.")
 ]
 
 
-@map_app.command()
+@map_app.command(epilog=DRAW_EXAMPLES)
 def draw(
     world: World,
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder to write to.")] = Path("."),
     height: Annotated[
         float | None,
         typer.Option(
-            help="Of a LiDAR's plane above the ground [m]: only what that cuts.  [default: all "
-            "that a TurtleBot3 waffle can touch]"
+            help="Of a LiDAR's plane above the ground, in m: only what that cuts.",
+            show_default="all that a TurtleBot3 waffle can touch",
         ),
     ] = None,
     resolution: Resolution = 0.05,
@@ -110,12 +138,12 @@ def draw(
     console.print(f"{path}: {grid.width} x {grid.height} cells of {resolution:g} m")
 
 
-@map_app.command()
+@map_app.command(epilog=CHECK_EXAMPLES)
 def check(
     world: World,
     map_: Annotated[
         Path | None,
-        typer.Argument(metavar="MAP", help="Map yaml.  [default: none; see below]"),
+        typer.Argument(metavar="MAP", help="Map yaml.", show_default="none; see below"),
     ] = None,
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Picture of the differences.")
@@ -150,7 +178,7 @@ def check(
         raise typer.Exit(1)
 
 
-@map_app.command()
+@map_app.command(epilog=EXPORT_EXAMPLES)
 def export(
     world: World,
     vda5050_layout: Annotated[
@@ -174,7 +202,7 @@ def export(
     console.print(f"{vda5050_layout}: {counts}")
 
 
-@map_app.command()
+@map_app.command(epilog=NEW_EXAMPLES)
 def new(
     context: typer.Context,
     plan: Annotated[
@@ -188,25 +216,25 @@ def new(
         Path, typer.Option("-o", "--output", help="Folder in which the world's folder is created.")
     ] = Path("."),
     name: Annotated[
-        str | None, typer.Option(help="Name of the world.  [default: the plan's]")
+        str | None, typer.Option(help="Name of the world.", show_default="the plan's")
     ] = None,
     resolution: Resolution = 0.05,
     origin: Annotated[
         tuple[float, float] | None,
-        typer.Option(help="x y [m] of a picture's lower left corner.  [default: centred]"),
+        of_kind(help="x y of a picture's lower left corner, in m.", show_default="centred"),
     ] = None,
-    wall_height: Annotated[float, typer.Option(help="Height of the walls in a picture [m].")] = 2.5,
+    wall_height: Annotated[float, of_kind(help="Height of the walls in a picture, in m.")] = 2.5,
     drop: Annotated[
         float,
-        typer.Option(
-            help="Leave out dark spots of a picture that are no longer and no wider [m]: "
+        of_kind(
+            help="Leave out dark spots of a picture that are no longer and no wider, in m: "
             "text and noise of a scan."
         ),
     ] = 0.0,
-    cell: Annotated[float, typer.Option(help="Size of a cell of a .map grid [m].")] = 1.0,
+    cell: Annotated[float, of_kind(help="Size of a cell of a .map grid, in m.")] = 1.0,
     scenario: Annotated[
         Path | None,
-        typer.Option("--scen", help="MovingAI .scen file with the starts and goals of a .map."),
+        of_kind("--scen", help="MovingAI .scen file with the starts and goals of a .map."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
 ) -> None:

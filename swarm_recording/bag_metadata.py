@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from swarm_common.files.yaml_io import read_yaml
-from swarm_common.model.errors import ConfigError
+from swarm_common.model.errors import ConfigError, close_names
 
 METADATA = "metadata.yaml"
 TOP = "rosbag2_bagfile_information"
@@ -127,7 +126,7 @@ def _known(value: Any, shape: Any, where: str, tell: Tell) -> Any:
     found = {}
     for key, part in value.items():
         if key not in shape:
-            near = difflib.get_close_matches(str(key), shape, n=1)
+            near = close_names(str(key), shape, most=1)
             tell(f"{where}unknown key '{key}'" + (f"; did you mean '{near[0]}'?" if near else ""))
         elif (known := _known(part, shape[key], f"{where}{key}: ", tell)) is not None:
             found[key] = known

@@ -7,15 +7,13 @@ import math
 import re
 import shlex
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from swarm_bench.capacity.axes import SweepVariant, name_of, variants
@@ -34,24 +32,35 @@ from swarm_bench.suite.command import (
     Settings,
     Shard,
     bench_app,
+    keeping,
     new_console,
+    world_as,
 )
+from swarm_bench.suite.progress import bar
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes
 from swarm_bench.suite.sweep import Sweep
 from swarm_common.model.errors import ConfigError
 
+precise = partial(typer.Option, rich_help_panel="How precise")
+
 PRECISION = 0.03  # where only a budget is given
 UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
+EXAMPLES = """Examples:
+
+swarm-bench sweep --robots 4..24:4 --jobs 2 --output sweep.html
+
+swarm-bench sweep --world warehouse --sweep max_vel_x=0.26,0.5 --budget 30min
+"""
 
 
-@bench_app.command("sweep")
+@bench_app.command("sweep", epilog=EXAMPLES)
 def sweep_command(
     world: Annotated[str, typer.Option(help="Name or path.")] = "slim_blockage",
     mission: Annotated[str, typer.Option(help="Name or path.")] = "loading_route",
     robots: Annotated[str, typer.Option(help="Swarm sizes like 4..60:4 or 20,50.")] = "4..24:4",
     seeds: Annotated[str, typer.Option(help="Seeds like 0-9 or 1,5,7.")] = "0-2",
-    seconds: Annotated[float, typer.Option(help="Simulated time of each run [s].")] = 1800.0,
-    warm_up: Annotated[float, typer.Option(help="Time [s] that does not count.")] = 300.0,
+    seconds: Annotated[float, world_as(help="Simulated time of each run, in s.")] = 1800.0,
+    warm_up: Annotated[float, world_as(help="Time that does not count, in s.")] = 300.0,
     sweep: Annotated[
         list[str] | None,
         typer.Option(
@@ -64,14 +73,12 @@ def sweep_command(
     ] = None,
     precision: Annotated[
         str | None,
-        typer.Option(help="Adds seeds and sizes, until intervals are like 3%."),
+        precise(help="Adds seeds and sizes, until intervals are like 3%."),
     ] = None,
     budget: Annotated[
-        str | None, typer.Option(help="Likewise, for this wall time: 90s, 30min, 2h.")
+        str | None, precise(help="Likewise, for this wall time: 90s, 30min, 2h.")
     ] = None,
-    method: Annotated[
-        str, typer.Option(help="ours, dwa, orca, or module:Class of your own.")
-    ] = "ours",
+    method: Annotated[str, world_as(help="ours, dwa, orca, or module:Class of your own.")] = "ours",
     set_: Settings = None,
     jobs: Jobs = 1,
     cluster: Cluster = None,
@@ -79,7 +86,7 @@ def sweep_command(
     json_: JsonLines = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option("-o", "--output", help="Page .html, points .csv or summary .json; several."),
+        keeping("-o", "--output", help="Page .html, points .csv or summary .json; several."),
     ] = None,
 ) -> None:
     """Run swarms of several sizes for a fixed time: throughput, lead times, knee and reason.
@@ -105,8 +112,11 @@ def sweep_command(
         Sweep(study.all_runs(), computes).check()
         console = new_console()
         try:
-            with _bar(console) as (told, tell):
-                study.run(lambda runs: Sweep(runs, computes), json_, told, lambda: tell(study))
+            with bar(console, "robot-hours", study.planned / HOUR) as tell:
+                study.run(
+                    lambda runs: Sweep(runs, computes), json_, console,
+                    lambda: tell(study.done / HOUR, study.planned / HOUR),
+                )  # fmt: skip
         finally:
             _report(study, console, outputs, compare=compare is not None)
     runs = [run for results in study.results for run in results]
@@ -181,22 +191,6 @@ def parse_time(text: str | None) -> float | None:
     if value <= 0.0:
         raise ConfigError(f"--budget is '{text}'; expected a time like 90s, 30min or 2h")
     return value
-
-
-@contextmanager
-def _bar(console: Console) -> Iterator[tuple[Console, Callable[[Study], None]]]:
-    """Provide where to print lines, and what shows how far a study is."""
-    columns = (
-        TextColumn("{task.completed:.0f} of {task.total:.0f} robot-hours"), BarColumn(),
-        TaskProgressColumn(), TimeRemainingColumn(elapsed_when_finished=True),
-    )  # fmt: skip
-    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
-        task = progress.add_task("", total=None)
-
-        def tell(study: Study) -> None:
-            progress.update(task, completed=study.done / HOUR, total=study.planned / HOUR)
-
-        yield progress.console, tell
 
 
 def _report(study: Study, console: Console, outputs: list[Path], *, compare: bool) -> None:

@@ -6,7 +6,8 @@ import functools
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -18,6 +19,7 @@ from swarm_common.process import start
 from swarm_common.process.compile_watch import watched
 
 Runner = Callable[[Any], Any]
+KERNELS = ("swarm_bench", "swarm_central", "swarm_common", "swarm_nav", "swarm_sim")
 MOST_TRIES = 3  # of a run whose process dies
 DIED = f"its process died {MOST_TRIES} times: killed, or out of memory"
 _alone = threading.Lock()  # the inputs of a process are those of one run at a time
@@ -55,7 +57,7 @@ class Executor(Protocol):
 def execute(runner: Runner, index: int, item: Any, pack: Pack | None = None) -> Done:
     """Compute a run in this process, with the inputs of a pack if there is one."""
     start.prepare()  # also in a worker process
-    with _alone, watched(lambda *_: _say_compiling(), packages=()):
+    with _alone, watched(lambda ready, known: _tell[-1](ready, known), packages=KERNELS):
         try:
             if pack is not None:
                 install(pack)
@@ -76,3 +78,16 @@ def _told(error: Exception) -> str:
 def _say_compiling() -> None:
     sys.stderr.write("compiling kernels, once: a minute or two\n")
     sys.stderr.flush()
+
+
+_tell: list[Callable[[int, int], None]] = [lambda *_: _say_compiling()]  # the last one hears
+
+
+@contextmanager
+def telling(tell: Callable[[int, int], None]) -> Iterator[None]:
+    """Tell how many kernels of how many are compiled in this process, in place of one line."""
+    _tell.append(tell)
+    try:
+        yield
+    finally:
+        _tell.pop()

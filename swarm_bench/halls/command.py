@@ -20,18 +20,24 @@ from swarm_bench.suite.command import (
     Settings,
     Shard,
     bench_app,
+    keeping,
     run_and_exit,
 )
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes
 from swarm_bench.suite.sweep import Sweep
 
+EXAMPLES = """Example:
 
-@bench_app.command()
+swarm-bench halls --seeds 0-19 --jobs 2 --json halls.jsonl
+"""
+
+
+@bench_app.command(epilog=EXAMPLES)
 def halls(
     seeds: Annotated[str, typer.Option(help="Seeds like 0-199 or 1,5,7.")] = "0-199",
     robots: Annotated[
         str | None,
-        typer.Option(help="Swarm sizes like 20,50.  [default: by the seed]", show_default=False),
+        typer.Option(help="Swarm sizes like 20,50.", show_default="by the seed"),
     ] = None,
     mission: Annotated[
         str, typer.Option(help="random order, pipeline, roam, swap; drawn: by the seed.")
@@ -45,7 +51,7 @@ def halls(
     shard: Shard = None,
     json_: JsonLines = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Document whose part `halls` to write.")
+        Path | None, keeping("-o", "--output", help="Document whose part `halls` to write.")
     ] = None,
 ) -> None:
     """Run random missions in random halls: each seed is a hall with doors, aisles and stations.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -12,15 +13,20 @@ from swarm_bench.study.experiments import load_experiments, runs_of, study_folde
 from swarm_bench.study.lines import StudyLine, read_lines
 from swarm_bench.study.page import markdown, page
 from swarm_bench.study.runner import line_text, run_one
-from swarm_bench.suite.command import Jobs, bench_app, new_console
+from swarm_bench.suite.command import Jobs, bench_app, keeping, new_console
+from swarm_bench.suite.progress import bar
 from swarm_bench.suite.selection import check_jobs
 from swarm_bench.suite.sweep import in_processes
 from swarm_common.model.errors import ConfigError
 
 DIFFERS = 1
+EXAMPLES = """Example:
+
+swarm-bench study --quick --output study.md
+"""
 
 
-@bench_app.command()
+@bench_app.command(epilog=EXAMPLES)
 def study(
     quick: Annotated[bool, typer.Option("--quick", help="The short edition: 2 seeds.")] = False,
     check: Annotated[
@@ -28,17 +34,17 @@ def study(
     ] = False,
     experiments: Annotated[
         Path | None,
-        typer.Option(help="Folder of experiments.  [default: params/study]", show_default=False),
+        typer.Option(help="Folder of experiments.", show_default="params/study"),
     ] = None,
     folder: Annotated[Path, typer.Option(help="Folder of raw lines and study.html.")] = Path(
         "study"
     ),
-    output: Annotated[Path, typer.Option("-o", "--output", help="Document to write.")] = Path(
+    output: Annotated[Path, keeping("-o", "--output", help="Document to write.")] = Path(
         "docs/study.md"
     ),
     most: Annotated[
         int | None,
-        typer.Option(help="Runs to add; another call goes on.  [default: all]", show_default=False),
+        typer.Option(help="Runs to add; another call goes on.", show_default="all"),
     ] = None,
     jobs: Jobs = 1,
 ) -> None:
@@ -58,8 +64,11 @@ def study(
         todo = [run for run in runs if run.key not in known]
         if len(todo) < len(runs):
             console.print(taken_over(len(runs) - len(todo), len(runs), file), markup=False)
-        new = in_processes(todo[:most], jobs, run_one)
-        lines += collected(new, file, console, line_text, StudyLine.as_json)
+        todo = todo[:most]
+        with bar(console, "runs", len(todo)) as tell:
+            new = in_processes(todo, jobs, run_one)
+            told = _counted(new, lambda done: tell(done, len(todo)))
+            lines += collected(told, file, console, line_text, StudyLine.as_json)
     if not lines:
         raise ConfigError(f"{file} has no results; run swarm-bench study first")
     command = "swarm-bench study --quick" if quick else "swarm-bench study"
@@ -72,6 +81,12 @@ def study(
         return
     for path, text in texts.items():
         _write(path, text)
+
+
+def _counted(lines: Iterable[StudyLine], tell: Callable[[int], None]) -> Iterator[StudyLine]:
+    for done, line in enumerate(lines, 1):
+        tell(done)
+        yield line
 
 
 def _compare(texts: dict[Path, str]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -14,8 +15,9 @@ from rich.console import Console
 from swarm_bench.execution.executor import AUTO, executor, share_of
 from swarm_bench.runs.document import check_part, replace_part
 from swarm_bench.runs.machine import machine_line
-from swarm_bench.runs.result import RunResult
+from swarm_bench.runs.result import FailedRun, RunResult
 from swarm_bench.suite import store
+from swarm_bench.suite.progress import bar
 from swarm_bench.suite.report import traffic_report
 from swarm_bench.suite.selection import (
     SUITE,
@@ -33,65 +35,84 @@ from swarm_common.model.errors import ConfigError
 MISSED = 1
 PIPE_WIDTH = 170  # columns of tables that nobody looks at on a terminal
 
-Jobs = Annotated[int, typer.Option(help="Number of processes.")]
+running = partial(typer.Option, rich_help_panel="Where it runs")
+keeping = partial(typer.Option, rich_help_panel="What is kept")
+world_as = partial(typer.Option, rich_help_panel="Conditions")
+
+Jobs = Annotated[int, running(help="Number of processes.")]
 JsonLines = Annotated[
     Path | None,
-    typer.Option("--json", help="File of JSON lines to add to; runs in it are not repeated."),
+    keeping("--json", help="File of JSON lines to add to; runs in it are not repeated."),
 ]
 Cluster = Annotated[
     str | None,
-    typer.Option(help="Dask cluster: local, tcp://HOST:8786 or slurm:nodes=4."),
+    running(help="Dask cluster: local, tcp://HOST:8786 or slurm:nodes=4."),
 ]
 Shard = Annotated[
     str | None,
-    typer.Option(help=f"Share of the runs, like 2/8; {AUTO}: of a Slurm array."),
+    running(help=f"Share of the runs, like 2/8; {AUTO}: of a Slurm array."),
 ]
 Document = Annotated[
     Path,
-    typer.Option("-o", "--output", help="Document whose part `suite` to write, or a new one."),
+    keeping("-o", "--output", help="Document whose part `suite` to write, or a new one."),
 ]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", help="Parameter of the navigators: traffic.safety_margin=0.06"),
+    world_as("--set", help="Parameter of the navigators: traffic.safety_margin=0.06"),
 ]
 
-bench_app = typer.Typer(rich_markup_mode=None, no_args_is_help=True)
+TRAFFIC = """Examples:
+
+swarm-bench traffic --scenario circle,corridor --robots 20 --jobs 2
+
+swarm-bench traffic --scenario all --seeds 0-9 --json runs.jsonl
+
+swarm-bench traffic --scenario station --method orca
+"""
+SUITES = """Example:
+
+swarm-bench suite --json suite.jsonl --output docs/results.md --jobs 2
+"""
+REPORTS = """Example:
+
+swarm-bench report-traffic runs.jsonl --output traffic.md
+"""
+
+bench_app = typer.Typer(rich_markup_mode="rich", no_args_is_help=True)
 
 
-@bench_app.callback()
+@bench_app.callback(epilog="Example: swarm-bench traffic --scenario circle --robots 20")
 def bench() -> None:
     """Measure the swarm: many seeded runs, tables and JSON."""
 
 
-@bench_app.command()
+@bench_app.command(epilog=TRAFFIC)
 def traffic(
     scenario: Annotated[str, typer.Option(help="Names or files, comma-separated, or all.")] = "all",
     robots: Annotated[
         str | None,
-        typer.Option(help="Swarm sizes like 20,50.  [default: the scenario's]", show_default=False),
+        typer.Option(help="Swarm sizes like 20,50.", show_default="the scenario's"),
     ] = None,
     seeds: Annotated[
         str, typer.Option(help=f"Seeds like 0-19 or 1,5,7; {SUITE}: as many as the scenario says.")
     ] = "0-2",
-    loss: Annotated[float | None, typer.Option(help="Share of beacons that are lost.")] = None,
-    delay: Annotated[float | None, typer.Option(help="Delay of beacons [s].")] = None,
+    loss: Annotated[float | None, world_as(help="Share of beacons that are lost.")] = None,
+    delay: Annotated[float | None, world_as(help="Delay of beacons, in s.")] = None,
     engine: Annotated[
         str | None,
-        typer.Option(
-            help="planar or bullet.  [default: planar; bullet with --ros]", show_default=False
-        ),
+        world_as(help="planar or bullet.", show_default="planar; bullet with --ros"),
     ] = None,
     lidar: Annotated[
         bool | None,
-        typer.Option(help="[default: the scenario's; with --ros always]", show_default=False),
+        world_as(help="With LiDARs or without.", show_default="the scenario's; with --ros always"),
     ] = None,
     realistic: Annotated[
         bool,
-        typer.Option(
+        world_as(
             "--realistic/--ideal", help="Noisy sensors with LiDARs, and localisation by AMCL."
         ),
     ] = False,
-    params: Annotated[Path | None, typer.Option(help="Parameter file of the navigators.")] = None,
+    params: Annotated[Path | None, world_as(help="Parameter file of the navigators.")] = None,
     method: Annotated[
         str, typer.Option(help="ours, dwa, orca, central-mapf, or module:Class.")
     ] = "ours",
@@ -102,7 +123,7 @@ def traffic(
     jobs: Jobs = 1,
     cluster: Cluster = None,
     shard: Shard = None,
-    ros: Annotated[bool, typer.Option("--ros", help="Run swarm-up on the real ROS graph.")] = False,
+    ros: Annotated[bool, running("--ros", help="Run swarm-up on the real ROS graph.")] = False,
     json_: JsonLines = None,
 ) -> None:
     """Run scenarios; without --ros each run is one process without the ROS graph.
@@ -128,10 +149,10 @@ def traffic(
         run_and_exit([Sweep(share_of(options, shard), chosen, ros)], json_)
 
 
-@bench_app.command()
+@bench_app.command(epilog=SUITES)
 def suite(
     json_: Annotated[
-        Path, typer.Option("--json", help="File of JSON lines; runs in it are not repeated.")
+        Path, keeping("--json", help="File of JSON lines; runs in it are not repeated.")
     ],
     output: Document,
     jobs: Jobs = 1,
@@ -155,13 +176,13 @@ def suite(
         run_and_exit(sweeps, json_, lambda found: _write_report(found, output, machine_line()))
 
 
-@bench_app.command("report-traffic")
+@bench_app.command("report-traffic", epilog=REPORTS)
 def report_traffic(
     files: Annotated[list[Path], typer.Argument(help="Files of `swarm-bench traffic --json`.")],
     output: Document,
     machine: Annotated[
         str,
-        typer.Option(help="Machine of the measurement.  [default: this one]", show_default=False),
+        typer.Option(help="Machine of the measurement.", show_default="this one"),
     ] = "",
 ) -> None:
     """Write the tables of runs that were made before."""
@@ -202,19 +223,26 @@ def run_and_exit(
     for sweep in sweeps:
         sweep.check()
     console, results = new_console(), list[RunResult]()
+    total = sum(len(sweep.options) for sweep in sweeps)
     try:
-        for sweep in sweeps:
-            sweep.run(file, console, results)
+        with bar(console, "runs", total) as tell:
+            for sweep in sweeps:
+                sweep.watch = lambda *_: tell(len(results) + len(_failed(sweeps)), total) is None
+                sweep.run(file, console, results)
     finally:
         if results:
             console.print(summary_table(results))
     write(results)
-    failed = [failure for sweep in sweeps for failure in sweep.failed]
+    failed = _failed(sweeps)
     if len(sweeps) > 1:
         results = [result for result in results if result.method == "ours"]
         failed = [failure for failure in failed if failure.method == "ours"]
     if failed or not all(result.is_flawless for result in results):
         raise typer.Exit(MISSED)
+
+
+def _failed(sweeps: Sequence[Sweep]) -> list[FailedRun]:
+    return [failure for sweep in sweeps for failure in sweep.failed]
 
 
 def new_console() -> Console:

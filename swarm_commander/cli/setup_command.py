@@ -9,7 +9,7 @@ from swarm_setup.build import ensure_interfaces
 setup_app = typer.Typer(rich_markup_mode="rich")
 
 
-@setup_app.command()
+@setup_app.command(epilog="Example: swarm-setup")
 def setup() -> None:
     """Build and install the ROS 2 interface packages that this environment lacks.
 

@@ -91,7 +91,9 @@ def close_names(name: str, known: Iterable[str], most: int = 3) -> list[str]:
     least = min(apart.values(), default=0)
     if least > max(1, len(wanted) // 3):
         return []
-    return sorted(each for each, distance in apart.items() if distance == least)[:most]
+    nearest = (each for each, distance in apart.items() if distance == least)
+    # whole names before those of which only a word is near
+    return sorted(nearest, key=lambda each: (abs(len(each) - len(name)), each))[:most]
 
 
 def edit_distance(one: str, other: str) -> int:

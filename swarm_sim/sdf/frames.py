@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 
-from swarm_common.model.errors import WorldError
+from swarm_common.model.errors import WorldError, close_names
 from swarm_sim.scene.scene import Transform
 from swarm_sim.sdf.values import pose_of, transform_of
 
@@ -83,7 +82,7 @@ class Scope:
         for key in self.merged:
             if self.inner[key].knows(name):
                 return self.frame(key) @ self.inner[key].frame(name)
-        close = difflib.get_close_matches(name, self.frames, n=1)
+        close = close_names(name, self.frames, most=1)
         advice = f"did you mean '{close[0]}'?" if close else f"known: {', '.join(self.frames)}"
         raise WorldError(f"no frame '{name}' in {self.where or 'the world'}; {advice}")
 

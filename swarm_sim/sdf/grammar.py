@@ -7,13 +7,12 @@ must not pass for the whole. Elements with a prefix (`gz:policies`) belong to ot
 
 from __future__ import annotations
 
-import difflib
 import re
 import xml.etree.ElementTree as ET
 from collections import Counter
 from dataclasses import dataclass
 
-from swarm_common.model.errors import WorldError
+from swarm_common.model.errors import WorldError, close_names
 from swarm_sim.sdf.source import Source
 
 SHAPES = "box cylinder sphere plane capsule cone ellipsoid polyline mesh empty"
@@ -183,7 +182,7 @@ def account_for(element: ET.Element, kind: str, where: str, source: Source, dept
             if inner:
                 account_for(child, inner, _name_of(child, where), source, depth + 1)
         elif tag not in rule.quiet and kind != "geometry":  # whose shapes are refused when read
-            close = difflib.get_close_matches(tag, rule.known, n=1)
+            close = close_names(tag, rule.known, most=1)
             advice = f"did you mean <{close[0]}>?" if close else "it has no place there"
             _reject(child, f"<{tag}> in {where}", advice, kind, source)
     for (tag, name), count in names.items():

@@ -58,6 +58,9 @@ SELECT_FIRST = "Select a robot first."
 LEAVE_PAST = "This page shows the past; press **Live** on the time line first."
 UNKNOWN_TIME = "Nothing is known of that time: the viewer remembers while a page is open."
 TIME_ORDERS = ("seek", "step", "mark", "play", "live")
+STATIONS_STAY = "Robots have planned with this station: write it into sites.yaml for the next run."
+    "Robots have planned with this station; write it so into sites.yaml for the next run."
+)
 ROBOT_TAB = "Robot"
 MOVE_IN_PLAN = "**Move**: in *Plan*, drag a robot or an object to where it is to be."
 
@@ -99,6 +102,8 @@ class Page:
         self._view = PageView(client, fleet)
         self._hand = Hand(client, self._use, post)
         self._panel = Panel(client.gui, is_live=link is not None)
+        if playback is not None:
+            self._panel.keep_only({topics.split(name)[1] for name in playback.robot_topics})
         self._plan = PlanView(client)
         self._has_look = bool(place.robot) or place.camera is not None  # else many get the plan
         if place.robot:
@@ -577,6 +582,9 @@ class Page:
         link = self._link
         if link is None or self._past.time is not None:
             self._say(LEAVE_PAST)
+            return
+        if name in self._swarm.stations:
+            self._say(f"`{name}: [{end[0]:.2f}, {end[1]:.2f}, …]`  \n{STATIONS_STAY}")
             return
         pose = self._swarm.pose_at(name, -1)
         yaw = None if pose is None else float(pose[2])

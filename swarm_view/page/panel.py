@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 from swarm_common.robots.source import robot_names
@@ -118,6 +118,14 @@ class Panel:
         self.share = gui.add_slider(
             "Speed of driving", min=0.1, max=1.0, step=0.05, initial_value=0.5, visible=False
         )
+
+    def keep_only(self, recorded: Collection[str]) -> None:
+        """Disable what a recording has not; `recorded` are topics in a robot's namespace."""
+        boxes = [*self.layers.items(), (Layer.PLAN, self.plans), (Layer.MOTION, self.claims)]
+        for layer, box in boxes:
+            if layer.value not in recorded:
+                box.value, box.disabled = False, True
+                box.hint = f"Not in this recording: {layer.value} of --record-topics"
 
     def confirm(self, question: str, answer: str, do: Callable[[], None]) -> None:
         """Ask before something is done that cannot be undone."""

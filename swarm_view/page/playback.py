@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_view.page.tool import Post
+from swarm_view.state.topics import robots_in
 
 if TYPE_CHECKING:
     from swarm_recording.bag_feed import BagFeed  # mcap is slow to import
@@ -53,6 +54,12 @@ class Playback:
         now = round(self._recording.now, 1)
         if abs(self._time.value - now) >= 0.1:
             self._time.value = now
+
+    @property
+    def robot_topics(self) -> set[str]:
+        """Topics of robots that the recording has."""
+        names = robots_in(self._recording.topics())
+        return {name for name in self._recording.topics() if name.split("/")[1] in names}
 
     @property
     def time(self) -> float:

@@ -306,7 +306,7 @@ swarm.film = null;
 swarm.legend = []; // [name, colour] of the states
 swarm.startFilm = () => {
   const area = (canvas) => canvas.width * canvas.height; // others serve to measure text and curves
-  const seen = [...document.querySelectorAll("canvas")].filter((one) => one.id !== "swarm-plan");
+  const seen = [...document.querySelectorAll("canvas")].filter((one) => !one.closest("#swarm-plan"));
   const [scene] = seen.sort((a, b) => area(b) - area(a));
   const canvas = document.createElement("canvas"), context = canvas.getContext("2d");
   [canvas.width, canvas.height] = [innerWidth & ~1, innerHeight & ~1]; // even, as encoders want; and fixed
@@ -315,8 +315,11 @@ swarm.startFilm = () => {
   const parts = [], began = performance.now();
   const draw = () => {
     if (film.state === "inactive") return;
-    const source = swarm.plan?.isOn ? swarm.plan.canvas : scene;
-    context.drawImage(source, 0, 0, canvas.width, canvas.height);
+    if (swarm.plan?.isOn) {
+      context.fillStyle = swarm.plan.paper;
+      context.fillRect(0, 0, canvas.width, canvas.height);
+      context.drawImage(swarm.plan.canvas, ...swarm.plan.rect);
+    } else context.drawImage(scene, 0, 0, canvas.width, canvas.height);
     swarm.drawLegend(context);
     requestAnimationFrame(draw);
   };

@@ -4,30 +4,38 @@ const plan = {
   isOn: false, isDark: false, still: null, crew: { names: [], shapes: [], kinds: [] }, poses: [],
   told: { colors: [], waits: [], chain: [], chosen: -1, tubes: [], ways: [], queues: [], movers: [] },
   scale: 0, x: 0, y: 0, isMine: false, aim: "", drag: null, map: null, follows: false,
+  goal: null, start: null, since: 0, period: 100, drawn: 0,
 };
 swarm.plan = plan;
 plan.MARK = 13; // [px] least radius of a mark, where the nearest neighbour leaves room
 plan.PANEL = 340; // [px] that the panel covers on wide pages
 plan.STRIP = 162; // [px] of the time line
+plan.GLIDE = 150; // [ms] at most until robots are where they were said to be
+plan.JUMP = 4000; // [mm] or [mrad] from which they do not glide
+plan.TURN = 2000 * Math.PI; // [mrad]
+plan.FRAME = 15; // [ms] between two pictures, at least
+plan.RIM = 48; // [px] around the hall, for names
 
 plan.show = (isOn) => {
   plan.isOn = isOn;
   document.body.toggleAttribute("data-swarm-plan", isOn);
-  if (!isOn) return plan.canvas?.remove();
-  if (!plan.canvas) plan.make();
-  document.body.append(plan.canvas);
+  if (!isOn) return plan.box?.remove();
+  if (!plan.box) plan.make();
+  document.body.append(plan.box);
   plan.redraw();
 };
 plan.make = () => {
-  const canvas = (plan.canvas = document.createElement("canvas"));
-  canvas.id = "swarm-plan";
-  canvas.style = "position:fixed;inset:0;width:100vw;height:100vh;z-index:5;touch-action:none;outline:none";
-  canvas.addEventListener("wheel", plan.onWheel, { passive: false });
-  canvas.addEventListener("pointerdown", plan.onDown);
-  canvas.addEventListener("pointermove", plan.onMove);
-  canvas.addEventListener("pointerup", plan.onUp);
-  canvas.addEventListener("pointercancel", () => (plan.drag = null));
+  const box = (plan.box = document.createElement("div"));
+  box.id = "swarm-plan";
+  box.style = "position:fixed;inset:0;z-index:5;touch-action:none;outline:none";
+  box.addEventListener("wheel", plan.onWheel, { passive: false });
+  box.addEventListener("pointerdown", plan.onDown);
+  box.addEventListener("pointermove", plan.onMove);
+  box.addEventListener("pointerup", plan.onUp);
+  box.addEventListener("pointercancel", () => (plan.drag = null));
   window.addEventListener("resize", () => plan.redraw());
+  plan.canvas = document.createElement("canvas");
+  box.append(plan.canvas);
 };
 plan.setStill = (still) => {
   plan.still = still;
@@ -41,8 +49,23 @@ plan.setCrew = (crew) => {
   plan.crew = crew;
   plan.redraw();
 };
+// Poses come in bursts, several at once where the browser is busy: robots glide to the last ones.
 plan.move = (poses) => {
-  plan.poses = poses;
+  const now = performance.now(), isNew = plan.goal?.length !== poses.length;
+  if (isNew) plan.poses = poses;
+  else if (now - plan.since > 5) plan.period = Math.min(plan.GLIDE, 0.7 * plan.period + 0.3 * (now - plan.since));
+  [plan.start, plan.goal, plan.since] = [plan.poses, poses, now];
+  plan.redraw();
+};
+plan.glide = () => {
+  if (plan.poses === plan.goal || !plan.goal) return;
+  const share = (performance.now() - plan.since) / plan.period;
+  if (share >= 1) return void (plan.poses = plan.goal);
+  plan.poses = plan.goal.map((goal, at) => {
+    const gap = goal - plan.start[at];
+    const way = at % 3 === 2 ? gap - plan.TURN * Math.round(gap / plan.TURN) : gap;
+    return Math.abs(way) > plan.JUMP ? goal : plan.start[at] + share * way;
+  });
   plan.redraw();
 };
 plan.tell = (told) => {
@@ -56,11 +79,15 @@ plan.fit = () => {
 plan.redraw = () => {
   if (plan.isOn && !plan.isDue) {
     plan.isDue = true;
-    requestAnimationFrame(() => {
-      plan.isDue = false;
-      plan.draw();
-    });
+    requestAnimationFrame(plan.turn);
   }
+};
+plan.turn = (now) => {
+  if (now - plan.drawn < plan.FRAME - 1) return requestAnimationFrame(plan.turn);
+  plan.isDue = false;
+  plan.drawn = now;
+  plan.glide();
+  plan.draw();
 };
 
 // Where things are on the page.
@@ -102,20 +129,33 @@ plan.radii = (spots, own) => {
 };
 plan.spots = () => plan.crew.names.map((_, index) => plan.pixel(plan.poses[3 * index] / 1000, plan.poses[3 * index + 1] / 1000));
 
+// The canvas covers the hall and a rim, not all of the page: without a GPU each pixel of it costs.
+plan.cover = (ratio) => {
+  const { x, y, width, height } = plan.still, canvas = plan.canvas;
+  const [left, top] = plan.pixel(x, y + height), [right, low] = plan.pixel(x + width, y);
+  const from = [Math.max(0, Math.floor(left - plan.RIM)), Math.max(0, Math.floor(top - plan.RIM))];
+  const to = [Math.min(innerWidth, Math.ceil(right + plan.RIM)), Math.min(innerHeight, Math.ceil(low + plan.RIM))];
+  const [wide, high] = [Math.max(1, to[0] - from[0]), Math.max(1, to[1] - from[1])];
+  const [pixels, lines] = [Math.round(wide * ratio), Math.round(high * ratio)];
+  if (canvas.width !== pixels || canvas.height !== lines) [canvas.width, canvas.height] = [pixels, lines];
+  canvas.style = `position:absolute;left:${from[0]}px;top:${from[1]}px;width:${wide}px;height:${high}px`;
+  plan.rect = [...from, wide, high];
+};
 plan.draw = () => {
-  const canvas = plan.canvas, ratio = swarm.isSoftware ? 1 : devicePixelRatio;
-  const [width, height] = [Math.round(innerWidth * ratio), Math.round(innerHeight * ratio)];
-  if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
-  const context = canvas.getContext("2d"), { told, crew, poses, still } = plan;
-  const ink = plan.isDark ? "#f1f3f5" : "#16191c", paper = plan.isDark ? "#14171b" : "#c0c5cb";
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.fillStyle = paper;
-  context.fillRect(0, 0, innerWidth, innerHeight);
+  const canvas = plan.canvas, ratio = swarm.isSoftware ? 1 : devicePixelRatio, { told, crew, poses, still } = plan;
+  const ink = plan.isDark ? "#f1f3f5" : "#16191c";
+  plan.box.style.background = plan.paper = plan.isDark ? "#14171b" : "#c0c5cb";
   if (!still || poses.length < 3 * crew.names.length) return;
   if (plan.follows && told.chosen >= 0)
     [plan.isMine, plan.x, plan.y, plan.scale] = [true, poses[3 * told.chosen] / 1000, poses[3 * told.chosen + 1] / 1000,
       Math.max(plan.scale, 45)];
   plan.place();
+  plan.cover(ratio);
+  // without a GPU, a canvas that the processor draws is several times as fast
+  const context = canvas.getContext("2d", { willReadFrequently: swarm.isSoftware });
+  context.setTransform(ratio, 0, 0, ratio, -ratio * plan.rect[0], -ratio * plan.rect[1]);
+  context.fillStyle = plan.paper;
+  context.fillRect(...plan.rect);
   context.imageSmoothingEnabled = false;
   const [left, top] = plan.pixel(still.x, still.y + still.height);
   if (plan.map?.complete) context.drawImage(plan.map, left, top, still.width * plan.scale, still.height * plan.scale);
@@ -148,28 +188,49 @@ plan.draw = () => {
     context.lineWidth = 1;
     context.stroke();
   }
-  plan.drawStations(context, ink);
+  plan.drawStations(context);
   const spots = plan.spots();
   const own = crew.kinds.map((kind) => (crew.shapes[kind]?.radius ?? 0.2) * plan.scale);
   plan.sizes = plan.radii(spots, own);
   spots.forEach((spot, index) => plan.drawRobot(context, index, spot, own[index], ink));
   plan.drawWaits(context, spots);
   if (spots[told.chosen]) plan.drawRing(context, spots[told.chosen], plan.sizes[told.chosen], ink);
-  plan.drawNames(context, spots, ink);
+  const taken = []; // boxes of names
+  plan.nameStations(context, spots, ink, taken);
+  plan.drawNames(context, spots, ink, taken);
   plan.drawDrag(context, ink);
 };
-plan.drawStations = (context, ink) => {
-  context.font = "12px system-ui, sans-serif";
-  context.textAlign = "center";
-  for (const [name, x, y] of plan.still.stations) {
-    const [right, down] = plan.pixel(x, y), size = Math.max(5, 0.3 * plan.scale);
-    context.strokeStyle = "#00694d";
+plan.drawStations = (context) => {
+  for (const [, x, y] of plan.still.stations) {
+    const [right, down] = plan.pixel(x, y), size = plan.stationSize();
+    context.strokeStyle = plan.isDark ? "#38d9a9" : "#00694d";
     context.lineWidth = 2.5;
     context.strokeRect(right - size, down - size, 2 * size, 2 * size);
-    const queue = plan.told.queues.find(([station]) => station === name);
-    plan.write(context, queue ? `${name} ← ${queue[1]}` : name, right, down - size - 6, ink);
   }
 };
+plan.stationSize = () => Math.max(5, 0.3 * plan.scale);
+// A name lies above its station, or below or beside it where robots are; numbers stand for the robots.
+plan.nameStations = (context, spots, ink, taken) => {
+  context.font = "12px system-ui, sans-serif";
+  const [left, , wide] = plan.rect, size = plan.stationSize();
+  for (const [name, x, y] of plan.still.stations) {
+    const [right, down] = plan.pixel(x, y), queue = plan.told.queues.find(([station]) => station === name);
+    const robots = queue && (plan.told.names ? queue[1] : queue[1].replace(/[A-Za-z_]+(?=\d)/g, ""));
+    const text = robots ? `${name} ← ${robots}` : name, half = context.measureText(text).width / 2 + 3;
+    const fit = (middle) => Math.max(left + half, Math.min(left + wide - half, middle));
+    const places = [
+      [fit(right), down - size - 6], [fit(right), down + size + 15],
+      [fit(right + size + half + 3), down + 4], [fit(right - size - half - 3), down + 4],
+    ].map(([middle, line]) => [middle, line, [middle - half, line - 11, middle + half, line + 3]]);
+    const hits = places.map(([, , box]) =>
+      spots.filter((spot, index) => plan.covers(spot, plan.sizes[index], box)).length + taken.filter((one) => plan.meets(one, box)).length);
+    const [middle, line, box] = places[hits.indexOf(Math.min(...hits))];
+    taken.push(box);
+    plan.write(context, text, middle, line, ink);
+  }
+};
+plan.meets = ([left, top, right, low], [l, t, r, b]) => left < r && right > l && top < b && low > t;
+plan.covers = ([x, y], size, box) => plan.meets([x - size, y - size, x + size, y + size], box);
 plan.write = (context, text, right, down, ink, align = "center") => {
   context.textAlign = align;
   context.lineWidth = 3.5;
@@ -251,8 +312,8 @@ plan.drawRing = (context, [right, down], radius, ink) => {
     context.stroke();
   }
 };
-plan.drawNames = (context, spots, ink) => {
-  const { names } = plan.crew, taken = [];
+plan.drawNames = (context, spots, ink, taken) => {
+  const { names } = plan.crew;
   const order = names.map((_, index) => index).sort((a, b) => (b === plan.told.chosen) - (a === plan.told.chosen));
   context.font = "11px system-ui, sans-serif";
   for (const index of order) {
@@ -260,12 +321,8 @@ plan.drawNames = (context, spots, ink) => {
     const text = isChosen || plan.told.names ? names[index] : names[index].replace(/^\D+/, "");
     const wide = 6.4 * text.length + 4, x = right + plan.sizes[index] + 3 + (isChosen ? 8 : 0), y = down + 4;
     const box = [x, y - 10, x + wide, y + 3];
-    const hits = ([l, t, r, b]) => box[0] < r && box[2] > l && box[1] < b && box[3] > t;
-    const covers = spots.some(([a, b], other) => {
-      const size = plan.sizes[other];
-      return other !== index && hits([a - size, b - size, a + size, b + size]);
-    });
-    if (!isChosen && (covers || taken.some(hits))) continue;
+    const covers = spots.some((spot, other) => other !== index && plan.covers(spot, plan.sizes[other], box));
+    if (!isChosen && (covers || taken.some((one) => plan.meets(one, box)))) continue;
     taken.push(box);
     plan.write(context, text, x, y, ink, "left");
   }
@@ -314,6 +371,10 @@ plan.moverAt = ([x, y]) =>
     }
     return isInside;
   });
+plan.stationAt = ([x, y]) => {
+  const reach = plan.stationSize() / plan.scale;
+  return plan.still?.stations.find(([, a, b]) => Math.abs(a - x) < reach && Math.abs(b - y) < reach)?.[0];
+};
 plan.waitAt = (event) => {
   const spots = plan.spots();
   return plan.told.waits.find(([from, to]) => {
@@ -325,10 +386,10 @@ plan.waitAt = (event) => {
 };
 plan.onDown = (event) => {
   const start = plan.point(event), robot = plan.robotAt(event);
-  plan.canvas.setPointerCapture(event.pointerId);
+  plan.box.setPointerCapture(event.pointerId);
   let kind = plan.aim ? "tool" : "pan", name = "";
   if (plan.aim === "Move") {
-    name = robot >= 0 ? plan.crew.names[robot] : (plan.moverAt(start)?.name ?? "");
+    name = robot >= 0 ? plan.crew.names[robot] : (plan.moverAt(start)?.name ?? plan.stationAt(start) ?? "");
     kind = name ? "carry" : "pan";
   }
   plan.drag = { kind, name, start, now: start, robot, at: [event.clientX, event.clientY], hasMoved: false };
