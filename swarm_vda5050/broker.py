@@ -1,10 +1,11 @@
-"""A mosquitto of our own on loopback, for `--vda5050 embedded`."""
+"""A broker of our own on loopback, for `--vda5050 embedded`: mosquitto, or else amqtt."""
 
 from __future__ import annotations
 
 import os
 import socket
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -12,16 +13,22 @@ from swarm_commander.run.input.fleet_link import find_mosquitto
 from swarm_common.model.errors import ConfigError
 from swarm_common.process.lifetime import die_with
 
-START_LIMIT = 5.0  # [s] for it to answer
+START_LIMIT = 15.0  # [s] for it to answer
 CONFIG = """listener {port} 127.0.0.1
 allow_anonymous true
 persistence false
 message_size_limit 1100000
 """
+CONFIG_OF_AMQTT = """listeners:
+  default: {{type: tcp, bind: "127.0.0.1:{port}"}}
+plugins:
+  amqtt.plugins.authentication.AnonymousAuthPlugin: {{allow_anonymous: true}}
+"""
+AMQTT = (sys.executable, "-m", "amqtt.scripts.broker_script")
 
 
 class Broker:
-    """A running mosquitto; it ends with this process."""
+    """A running broker; it ends with this process."""
 
     def __init__(self, port: int, folder: Path) -> None:
         """Start it, and wait until it answers.
@@ -33,8 +40,11 @@ class Broker:
             ConfigError: If it does not start.
         """
         self.port = port
-        self._config, self._log = folder / "mosquitto.conf", folder / "mosquitto.log"
-        self._config.write_text(CONFIG.format(port=port), encoding="utf-8")
+        program = find_mosquitto()
+        self._command = (program,) if program else AMQTT
+        text = CONFIG if program else CONFIG_OF_AMQTT
+        self._config, self._log = folder / "mqtt_broker.conf", folder / "mqtt_broker.log"
+        self._config.write_text(text.format(port=port), encoding="utf-8")
         self._process = self._start()
         self._await()
 
@@ -49,7 +59,7 @@ class Broker:
         parent = os.getpid()
         with self._log.open("ab") as log:
             return subprocess.Popen(
-                (find_mosquitto(), "-c", str(self._config)),
+                (*self._command, "-c", str(self._config)),
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,

@@ -10,6 +10,7 @@ from swarm_common.model.records import RobotSpec
 from swarm_vda5050.actions import PAUSABLE, ActionOffer
 from swarm_vda5050.dialect import LARGEST
 from swarm_vda5050.order_check import LONGEST_ID, MOST_ACTIONS, MOST_NODES
+from swarm_vda5050.zones import SUPPORTED
 
 NUMBER = "NUMBER"  # of 3.0, which has no FLOAT
 
@@ -24,10 +25,11 @@ def factsheet(spec: RobotSpec, offered: Mapping[str, ActionOffer], major: int) -
     xs, ys = ([point[axis] for point in spec.footprint] for axis in (0, 1))
     robot, suffix = ("agv", "") if major == 2 else ("mobileRobot", "imum")
     speed = max(spec.max_vel_x, spec.max_vel_y)
+    kinematic = "OMNI" if spec.is_omni else "DIFF"
     return {
         "typeSpecification": {
             "seriesName": spec.model,
-            f"{robot}Kinematic": "OMNI" if spec.is_omni else "DIFF",
+            **({"agvKinematic": kinematic} if major == 2 else _of_3(kinematic)),
             f"{robot}Class": "CARRIER",
             f"max{suffix}LoadMass": 0.0,
             "localizationTypes": ["NATURAL"],
@@ -38,7 +40,10 @@ def factsheet(spec: RobotSpec, offered: Mapping[str, ActionOffer], major: int) -
         "protocolFeatures": {
             "optionalParameters": [
                 {"parameter": "order.nodes.nodePosition", "support": "REQUIRED"},
-                {"parameter": f"order.edges.max{suffix}Speed", "support": "SUPPORTED"},
+                *(
+                    {"parameter": f"order.edges.{name}", "support": "SUPPORTED"}
+                    for name in (f"max{suffix}Speed", "trajectory", "corridor")
+                ),
             ],
             f"{robot}Actions": [_action(name, offer, major) for name, offer in offered.items()],
         },
@@ -54,6 +59,11 @@ def factsheet(spec: RobotSpec, offered: Mapping[str, ActionOffer], major: int) -
         },
         "loadSpecification": {"loadPositions": [""], "loadSets": []},
     }
+
+
+def _of_3(kinematic: str) -> dict[str, Any]:
+    names = {"OMNI": "OMNIDIRECTIONAL", "DIFF": "DIFFERENTIAL"}
+    return {"mobileRobotKinematics": names[kinematic], "supportedZones": list(SUPPORTED)}
 
 
 def _physical(
