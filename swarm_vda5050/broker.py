@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from swarm_commander.run.input.fleet_link import find_mosquitto
+from swarm_commander.run.input.fleet_link import check_free, find_mosquitto
 from swarm_common.model.errors import ConfigError
 from swarm_common.process.lifetime import die_with
 
@@ -39,6 +39,7 @@ class Broker:
         Raises:
             ConfigError: If it does not start.
         """
+        check_free(port)
         self.port = port
         program = find_mosquitto()
         self._command = (program,) if program else AMQTT
@@ -71,15 +72,13 @@ class Broker:
         while time.monotonic() < end and self._process.poll() is None:
             try:
                 with socket.create_connection(("127.0.0.1", self.port), timeout=1.0):
-                    time.sleep(0.05)  # an address in use is noticed after another's answer
-                    if self._process.poll() is None:
-                        return
+                    return
             except OSError:
                 time.sleep(0.05)
         self.stop()
         raise ConfigError(
-            f"the broker does not start on port {self.port}, which another may have (see"
-            f" {self._log}); give another port with embedded:PORT, or the broker's URL"
+            f"the broker does not start on port {self.port} (see {self._log}); give another with"
+            " embedded:PORT, or the broker's URL"
         )
 
     def stop(self) -> None:
