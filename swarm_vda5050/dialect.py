@@ -57,6 +57,27 @@ _TO_3 = {  # names of 3.0 in states
     "infoDescription": "infoDescriptor",
     "eStop": "activeEmergencyStop",
 }
+_SHEET_TO_3 = {  # names of 3.0 in factsheets
+    "agvKinematic": "mobileRobotKinematics",
+    "agvClass": "mobileRobotClass",
+    "maxLoadMass": "maximumLoadMass",
+    "speedMin": "minimumSpeed",
+    "speedMax": "maximumSpeed",
+    "accelerationMax": "maximumAcceleration",
+    "decelerationMax": "maximumDeceleration",
+    "heightMin": "minimumHeight",
+    "heightMax": "maximumHeight",
+    "maxStringLens": "maximumStringLengths",
+    "msgLen": "maximumMessageLength",
+    "idLen": "maximumIdLength",
+    "maxArrayLens": "maximumArrayLengths",
+    "minOrderInterval": "minimumOrderInterval",
+    "minStateInterval": "minimumStateInterval",
+    "agvActions": "mobileRobotActions",
+    "agvGeometry": "mobileRobotGeometry",
+    "set": "envelope2dId",
+    "polygonPoints": "vertices",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +155,7 @@ class Dialect:
         if isinstance(content, VehicleState):
             self._fit_state(fields)
         if self.identity.major == 3:
-            fields = _renamed(fields, _TO_3)
+            fields = _renamed(fields, _SHEET_TO_3 if topic == "factsheet" else _TO_3)
             if topic == "visualization":
                 fields["referenceStateHeaderId"] = self._sent.get("state", 1) - 1
         number = self._sent.get(topic, 0)

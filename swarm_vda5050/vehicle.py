@@ -42,6 +42,7 @@ from swarm_vda5050.ways import corridor_area, is_followed, line_of
 from swarm_vda5050.zones import ZoneKeeper
 
 PASS_RADIUS = 0.7  # [m] around a node without allowedDeviationXY: that of NavigateThroughPoses
+BY_HAND = "the order was given up: somebody drives the robot by hand"
 MOST_TRIES = 3  # of a leg
 LONG_AGO = datetime.min.replace(tzinfo=UTC)
 RETRY_PAUSE = 5.0  # [s] between two of them
@@ -189,7 +190,12 @@ class Vehicle:
         if before is not None:
             self.driven += senses.pose_map.distance(before.pose_map)
         if senses.is_by_hand and not self.is_manual:
-            self._drop_order("driven by hand")
+            was_busy = self.is_busy
+            self._drop_order(BY_HAND)
+            if was_busy:
+                self._drive_error = ActiveError(
+                    OrderFault.DRIVING, BY_HAND, {"orderId": self.order_id}
+                )
         self.is_manual = senses.is_by_hand
         if before is not None:
             self._pass_nodes(before.pose_map)

@@ -121,9 +121,11 @@ class ZoneKeeper:
             way: (x, y) [m] in map: the robot, and the nodes that it drives to.
             utc: Time at which leases are compared with their end.
         """
+        self.errors, self._is_stopped = [], False
+        if not self._zones:
+            return
         body = shapely.Point(way[0]).buffer(self.radius)
         line = _line(way).buffer(self.radius)
-        self.errors, self._is_stopped = [], False
         for name, zone in self._zones.items():
             area = self._areas[name]
             is_inside = bool(area.intersects(body))
