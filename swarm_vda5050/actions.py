@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -68,16 +69,24 @@ OFFERED: dict[str, ActionOffer] = {
         (ActionScope.INSTANT,), "Give up the order.", optional={"orderId": "STRING"}
     ),
 }
+_ZONE_SET = {"zoneSetId": "STRING"}
 OF_3: dict[str, ActionOffer] = {
+    **{name: offer for name, offer in OFFERED.items() if name != "initPosition"},
+    "initializePosition": OFFERED["initPosition"],
     "clearInstantActions": ActionOffer(
-        (ActionScope.INSTANT,), "Forget the instant actions that ended."
+        (ActionScope.NODE, ActionScope.INSTANT), "Forget the instant actions that ended."
     ),
+    "enableZoneSet": ActionOffer(
+        (ActionScope.NODE, ActionScope.INSTANT), "Use a zone set.", required=_ZONE_SET
+    ),
+    "deleteZoneSet": ActionOffer((ActionScope.INSTANT,), "Forget a zone set.", required=_ZONE_SET),
 }
+INTERNAL = {"initializePosition": "initPosition"}  # names of 2.1
 PAUSABLE = ("pick", "drop", "wait")
 
 
 def check_action(
-    action: OrderAction, scope: ActionScope, offered: dict[str, ActionOffer] = OFFERED
+    action: OrderAction, scope: ActionScope, offered: Mapping[str, ActionOffer]
 ) -> str:
     """Return what is wrong with an action; empty if the robot can do it.
 
@@ -131,8 +140,8 @@ class RunningAction:
 
     @property
     def kind(self) -> str:
-        """Its actionType."""
-        return self.action.action_type
+        """Its actionType in 2.1."""
+        return INTERNAL.get(self.action.action_type, self.action.action_type)
 
     @property
     def is_active(self) -> bool:
@@ -145,7 +154,7 @@ class RunningAction:
         """Return its state for the fleet control."""
         return ActionState(
             action_id=self.action.action_id,
-            action_type=self.kind,
+            action_type=self.action.action_type,
             action_status=self.status,
             action_description=self.action.action_description or None,
             result_description=self.result or None,

@@ -1,27 +1,34 @@
-"""A mosquitto of our own on loopback, for `--vda5050 embedded`."""
+"""A broker of our own on loopback, for `--vda5050 embedded`: mosquitto, or else amqtt."""
 
 from __future__ import annotations
 
 import os
 import socket
 import subprocess
+import sys
 import time
 from pathlib import Path
 
-from swarm_commander.run.input.fleet_link import find_mosquitto
+from swarm_commander.run.input.fleet_link import check_free, find_mosquitto
 from swarm_common.model.errors import ConfigError
 from swarm_common.process.lifetime import die_with
 
-START_LIMIT = 5.0  # [s] for it to answer
+START_LIMIT = 15.0  # [s] for it to answer
 CONFIG = """listener {port} 127.0.0.1
 allow_anonymous true
 persistence false
 message_size_limit 1100000
 """
+CONFIG_OF_AMQTT = """listeners:
+  default: {{type: tcp, bind: "127.0.0.1:{port}"}}
+plugins:
+  amqtt.plugins.authentication.AnonymousAuthPlugin: {{allow_anonymous: true}}
+"""
+AMQTT = (sys.executable, "-m", "amqtt.scripts.broker_script")
 
 
 class Broker:
-    """A running mosquitto; it ends with this process."""
+    """A running broker; it ends with this process."""
 
     def __init__(self, port: int, folder: Path) -> None:
         """Start it, and wait until it answers.
@@ -32,9 +39,13 @@ class Broker:
         Raises:
             ConfigError: If it does not start.
         """
+        check_free(port)
         self.port = port
-        self._config, self._log = folder / "mosquitto.conf", folder / "mosquitto.log"
-        self._config.write_text(CONFIG.format(port=port), encoding="utf-8")
+        program = find_mosquitto()
+        self._command = (program,) if program else AMQTT
+        text = CONFIG if program else CONFIG_OF_AMQTT
+        self._config, self._log = folder / "mqtt_broker.conf", folder / "mqtt_broker.log"
+        self._config.write_text(text.format(port=port), encoding="utf-8")
         self._process = self._start()
         self._await()
 
@@ -49,7 +60,7 @@ class Broker:
         parent = os.getpid()
         with self._log.open("ab") as log:
             return subprocess.Popen(
-                (find_mosquitto(), "-c", str(self._config)),
+                (*self._command, "-c", str(self._config)),
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
@@ -61,15 +72,13 @@ class Broker:
         while time.monotonic() < end and self._process.poll() is None:
             try:
                 with socket.create_connection(("127.0.0.1", self.port), timeout=1.0):
-                    time.sleep(0.05)  # an address in use is noticed after another's answer
-                    if self._process.poll() is None:
-                        return
+                    return
             except OSError:
                 time.sleep(0.05)
         self.stop()
         raise ConfigError(
-            f"the broker does not start on port {self.port}, which another may have (see"
-            f" {self._log}); give another port with embedded:PORT, or the broker's URL"
+            f"the broker does not start on port {self.port} (see {self._log}); give another with"
+            " embedded:PORT, or the broker's URL"
         )
 
     def stop(self) -> None:

@@ -10,12 +10,13 @@ import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from itertools import pairwise
 from typing import Any, TypeVar
 
 import msgspec
 
 from swarm_vda5050.actions import OF_3, OFFERED, ActionOffer
-from swarm_vda5050.faults import OrderFault, OrderRejectedError
+from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
 from swarm_vda5050.messages import (
     BlockingType,
     DriveOrder,
@@ -23,11 +24,18 @@ from swarm_vda5050.messages import (
     Header,
     InstantActions,
     OrderAction,
+    Responses,
     VehicleState,
+    ZoneSetMessage,
 )
-from swarm_vda5050.vehicle import ActiveError
 
 LARGEST = 1_000_000  # bytes of a message that is read
+INCOMING: dict[str, type[Header]] = {  # by topic
+    "order": DriveOrder,
+    "instantActions": InstantActions,
+    "zoneSet": ZoneSetMessage,
+    "responses": Responses,
+}
 VERSIONS = {"2.1": "2.1.0", "3.0": "3.0.0"}  # as asked for and as in headers
 Kind = TypeVar("Kind", bound=Header)
 _FROM_3 = {  # names of 3.0 in orders and actions
@@ -37,6 +45,7 @@ _FROM_3 = {  # names of 3.0 in orders and actions
     "maximumSpeed": "maxSpeed",
     "maximumMobileRobotHeight": "maxHeight",
     "minimumLoadHandlingDeviceHeight": "minHeight",
+    "corridorReferencePoint": "corridorRefPoint",
 }
 _TO_3 = {  # names of 3.0 in states
     "agvPosition": "mobileRobotPosition",
@@ -47,6 +56,27 @@ _TO_3 = {  # names of 3.0 in states
     "resultDescription": "actionResult",
     "infoDescription": "infoDescriptor",
     "eStop": "activeEmergencyStop",
+}
+_SHEET_TO_3 = {  # names of 3.0 in factsheets
+    "agvKinematic": "mobileRobotKinematics",
+    "agvClass": "mobileRobotClass",
+    "maxLoadMass": "maximumLoadMass",
+    "speedMin": "minimumSpeed",
+    "speedMax": "maximumSpeed",
+    "accelerationMax": "maximumAcceleration",
+    "decelerationMax": "maximumDeceleration",
+    "heightMin": "minimumHeight",
+    "heightMax": "maximumHeight",
+    "maxStringLens": "maximumStringLengths",
+    "msgLen": "maximumMessageLength",
+    "idLen": "maximumIdLength",
+    "maxArrayLens": "maximumArrayLengths",
+    "minOrderInterval": "minimumOrderInterval",
+    "minStateInterval": "minimumStateInterval",
+    "agvActions": "mobileRobotActions",
+    "agvGeometry": "mobileRobotGeometry",
+    "set": "envelope2dId",
+    "polygonPoints": "vertices",
 }
 
 
@@ -80,7 +110,12 @@ class Identity:
     @property
     def offered(self) -> Mapping[str, ActionOffer]:
         """Actions of the version."""
-        return OFFERED if self.major == 2 else OFFERED | OF_3
+        return OFFERED if self.major == 2 else OF_3
+
+    @property
+    def topics(self) -> list[str]:
+        """Topics of the version that the robot listens to, like `order`."""
+        return list(INCOMING)[: 2 if self.major == 2 else None]
 
     @property
     def broken(self) -> str:
@@ -99,21 +134,16 @@ class Dialect:
     identity: Identity
     _sent: dict[str, int] = field(default_factory=dict)  # headerIds, by topic
 
-    def read_order(self, data: bytes) -> DriveOrder:
-        """Return the order in a message.
+    def read(self, topic: str, data: bytes) -> Header:
+        """Return a message of the fleet control.
+
+        Args:
+            topic: A key of `INCOMING`.
 
         Raises:
-            RejectedError: If it is none, or not for this robot.
+            OrderRejectedError: If it is none, or not for this robot.
         """
-        return self._read(data, DriveOrder)
-
-    def read_instant_actions(self, data: bytes) -> InstantActions:
-        """Return the instant actions in a message.
-
-        Raises:
-            RejectedError: If they are none, or not for this robot.
-        """
-        return self._read(data, InstantActions)
+        return self._read(data, INCOMING[topic])
 
     def write(self, topic: str, content: Mapping[str, Any] | VehicleState) -> bytes:
         """Return a message with its header.
@@ -125,7 +155,7 @@ class Dialect:
         if isinstance(content, VehicleState):
             self._fit_state(fields)
         if self.identity.major == 3:
-            fields = _renamed(fields, _TO_3)
+            fields = _renamed(fields, _SHEET_TO_3 if topic == "factsheet" else _TO_3)
             if topic == "visualization":
                 fields["referenceStateHeaderId"] = self._sent.get("state", 1) - 1
         number = self._sent.get(topic, 0)
@@ -168,7 +198,8 @@ class Dialect:
             if self.identity.major == 2:
                 message = msgspec.json.decode(data, type=kind)
             else:
-                message = msgspec.convert(_from_3(msgspec.json.decode(data)), kind)
+                content = _with_node_ids(_from_3(msgspec.json.decode(data)))
+                message = msgspec.convert(content, kind)
         except (msgspec.MsgspecError, ValueError, RecursionError, OverflowError) as error:
             raise _invalid(str(error) or type(error).__name__, data) from None
         self._check_header(message)
@@ -235,7 +266,18 @@ def _from_3(content: Any) -> Any:
             raise _invalid(f"allowedDeviationXY is {ellipse!r:.80}; expected a, b, theta", b"")
         result["allowedDeviationXY"] = min(axes)
     result.pop("reachOrientationBeforeEntering", None)  # no heading is to be reached
+    if result.get("corridorRefPoint") == "KINEMATIC_CENTER":
+        result["corridorRefPoint"] = "KINEMATICCENTER"
     return result
+
+
+def _with_node_ids(content: Any) -> Any:
+    """Return an order with the ids of the nodes in its edges, where 3.0 has none."""
+    with contextlib.suppress(AttributeError, KeyError, TypeError):  # what is no order is told later
+        for edge, (start, end) in zip(content["edges"], pairwise(content["nodes"]), strict=False):
+            edge.setdefault("startNodeId", start["nodeId"])
+            edge.setdefault("endNodeId", end["nodeId"])
+    return content
 
 
 def _renamed(content: Any, names: Mapping[str, str]) -> Any:

@@ -10,93 +10,73 @@ from swarm_common.model.records import RobotSpec
 from swarm_vda5050.actions import PAUSABLE, ActionOffer
 from swarm_vda5050.dialect import LARGEST
 from swarm_vda5050.order_check import LONGEST_ID, MOST_ACTIONS, MOST_NODES
+from swarm_vda5050.zones import SUPPORTED
 
 NUMBER = "NUMBER"  # of 3.0, which has no FLOAT
+KINEMATICS_OF_3 = {"OMNI": "OMNIDIRECTIONAL", "DIFF": "DIFFERENTIAL"}
 
 
 def factsheet(spec: RobotSpec, offered: Mapping[str, ActionOffer], major: int) -> dict[str, Any]:
-    """Return the content of a factsheet.
+    """Return the content of a factsheet, with the names of 2.1.
 
     Args:
         offered: Actions of the version, by actionType.
-        major: 2 or 3.
+        major: 2 or 3, whose values differ.
     """
     xs, ys = ([point[axis] for point in spec.footprint] for axis in (0, 1))
-    robot, suffix = ("agv", "") if major == 2 else ("mobileRobot", "imum")
-    speed = max(spec.max_vel_x, spec.max_vel_y)
+    kinematic = "OMNI" if spec.is_omni else "DIFF"
+    speed_limit = "order.edges.maxSpeed" if major == 2 else "order.edges.maximumSpeed"
+    supported = (speed_limit, "order.edges.trajectory", "order.edges.corridor")
     return {
         "typeSpecification": {
             "seriesName": spec.model,
-            f"{robot}Kinematic": "OMNI" if spec.is_omni else "DIFF",
-            f"{robot}Class": "CARRIER",
-            f"max{suffix}LoadMass": 0.0,
+            "agvKinematic": kinematic if major == 2 else KINEMATICS_OF_3[kinematic],
+            "agvClass": "CARRIER",
+            "maxLoadMass": 0.0,
             "localizationTypes": ["NATURAL"],
             "navigationTypes": ["AUTONOMOUS" if major == 2 else "FREELY_NAVIGATING"],
+            **({} if major == 2 else {"supportedZones": list(SUPPORTED)}),
         },
-        "physicalParameters": _physical(spec, speed, max(xs) - min(xs), max(ys) - min(ys), major),
-        "protocolLimits": _limits(major),
+        "physicalParameters": {
+            "speedMin": 0.0,
+            "speedMax": max(spec.max_vel_x, spec.max_vel_y),
+            "accelerationMax": spec.acc_lim_x,
+            "decelerationMax": spec.acc_lim_x,
+            "heightMin": spec.height,
+            "heightMax": spec.height,
+            "width": max(ys) - min(ys),
+            "length": max(xs) - min(xs),
+        },
+        "protocolLimits": {
+            "maxStringLens": {"msgLen": LARGEST, "idLen": LONGEST_ID},
+            "maxArrayLens": {
+                "order.nodes": MOST_NODES,
+                "order.edges": MOST_NODES - 1,
+                "node.actions": MOST_ACTIONS,
+                "edge.actions": MOST_ACTIONS,
+            },
+            "timing": {
+                "minOrderInterval": 0.0,
+                "minStateInterval": 0.1,
+                "defaultStateInterval": 30.0,
+            },
+        },
         "protocolFeatures": {
             "optionalParameters": [
                 {"parameter": "order.nodes.nodePosition", "support": "REQUIRED"},
-                {"parameter": f"order.edges.max{suffix}Speed", "support": "SUPPORTED"},
+                *({"parameter": name, "support": "SUPPORTED"} for name in supported),
             ],
-            f"{robot}Actions": [_action(name, offer, major) for name, offer in offered.items()],
+            "agvActions": [_action(name, offer, major) for name, offer in offered.items()],
         },
-        f"{robot}Geometry": {
+        "agvGeometry": {
             "envelopes2d": [
                 {
-                    "set" if major == 2 else "envelope2dId": "footprint",
-                    "polygonPoints" if major == 2 else "vertices": [
-                        {"x": x, "y": y} for x, y in spec.footprint
-                    ],
+                    "set": "footprint",
+                    "polygonPoints": [{"x": x, "y": y} for x, y in spec.footprint],
                 }
             ]
         },
         "loadSpecification": {"loadPositions": [""], "loadSets": []},
-    }
-
-
-def _physical(
-    spec: RobotSpec, speed: float, length: float, width: float, major: int
-) -> dict[str, float]:
-    short = {
-        "speedMin": 0.0,
-        "speedMax": speed,
-        "accelerationMax": spec.acc_lim_x,
-        "decelerationMax": spec.acc_lim_x,
-        "heightMin": spec.height,
-        "heightMax": spec.height,
-        "width": width,
-        "length": length,
-    }
-    if major == 2:
-        return short
-    names = {"Min": "minimum", "Max": "maximum"}
-    return {
-        names[key[-3:]] + key[:-3].capitalize() if key[-3:] in names else key: value
-        for key, value in short.items()
-    }
-
-
-def _limits(major: int) -> dict[str, Any]:
-    strings = {"msgLen": LARGEST, "idLen": LONGEST_ID}
-    arrays = {
-        "order.nodes": MOST_NODES,
-        "order.edges": MOST_NODES - 1,
-        "node.actions": MOST_ACTIONS,
-        "edge.actions": MOST_ACTIONS,
-    }
-    timing = {"minOrderInterval": 0.0, "minStateInterval": 0.1, "defaultStateInterval": 30.0}
-    if major == 2:
-        return {"maxStringLens": strings, "maxArrayLens": arrays, "timing": timing}
-    return {
-        "maximumStringLengths": {"maximumMessageLength": LARGEST, "maximumIdLength": LONGEST_ID},
-        "maximumArrayLengths": arrays,
-        "timing": {
-            "minimumOrderInterval": 0.0,
-            "minimumStateInterval": 0.1,
-            "defaultStateInterval": 30.0,
-        },
     }
 
 

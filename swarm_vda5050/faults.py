@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
+from typing import NamedTuple
 
 from swarm_common.model.errors import SwarmError
 
@@ -28,6 +30,9 @@ class OrderFault(Enum):
     NO_ORDER = ("noOrderToCancel", WARNING, "NO_ORDER_TO_CANCEL", WARNING)
     INSTANT = ("instantActionError", WARNING, "INVALID_INSTANT_ACTION", WARNING)
     UNREACHABLE = ("noRouteError", FATAL, "NODE_UNREACHABLE", CRITICAL)
+    ZONE_SET = ("validationError", WARNING, "DUPLICATE_ZONE_SET", WARNING)
+    BLOCKED_ZONE = ("drivingError", FATAL, "BLOCKED_ZONE_VIOLATION", CRITICAL)
+    RELEASE_LOST = ("drivingError", FATAL, "RELEASE_LOST", CRITICAL)
     ACTION = ("actionError", WARNING, "ACTION_FAILED", WARNING)
     DRIVING = ("drivingError", WARNING, "DRIVING_INTERRUPTED", WARNING)
 
@@ -60,3 +65,11 @@ class OrderRejectedError(SwarmError):
         self.fault = fault
         self.references = {key: str(value) for key, value in references.items()}
         super().__init__(message)
+
+
+class ActiveError(NamedTuple):
+    """An error that is active."""
+
+    fault: OrderFault
+    message: str
+    references: Mapping[str, str]

@@ -7,8 +7,9 @@ What goes out leaves out optional fields without a value.
 
 from __future__ import annotations
 
+from datetime import datetime
 from enum import StrEnum
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 
@@ -83,11 +84,16 @@ class OrderAction(Incoming, frozen=True):
         return found[0] if found else default
 
 
-class NodePosition(Incoming, frozen=True):
-    """Where a node is, and how exactly it is to be met."""
+class Vertex(Incoming, frozen=True):
+    """A place [m] in the map frame: also a corner of a zone."""
 
     x: float
     y: float
+
+
+class NodePosition(Vertex, frozen=True):
+    """Where a node is, and how exactly it is to be met."""
+
     map_id: str
     theta: float | None = None
     allowed_deviation_xy: float = msgspec.field(default=0.0, name="allowedDeviationXY")
@@ -95,13 +101,18 @@ class NodePosition(Incoming, frozen=True):
     map_description: str = ""
 
 
-class Node(Incoming, frozen=True):
-    """A place on the way."""
+class OrderPart(Incoming, frozen=True):
+    """A node or an edge of an order."""
 
-    node_id: str
     sequence_id: int
     released: bool
     actions: tuple[OrderAction, ...]
+
+
+class Node(OrderPart, frozen=True):
+    """A place on the way."""
+
+    node_id: str
     node_position: NodePosition | None = None
     node_description: str = ""
 
@@ -111,15 +122,36 @@ class Node(Incoming, frozen=True):
         return self.node_id, self.sequence_id
 
 
-class Edge(Incoming, frozen=True):
+class ControlPoint(Vertex, frozen=True):
+    """A control point of a trajectory."""
+
+    weight: float = 1.0
+
+
+class Trajectory(Incoming, frozen=True):
+    """A NURBS on which the robot is to drive."""
+
+    control_points: tuple[ControlPoint, ...]
+    knot_vector: tuple[float, ...] = ()
+    degree: int = 1
+
+
+class Corridor(Incoming, frozen=True):
+    """How far [m] a robot may be from the line of an edge."""
+
+    left_width: float
+    right_width: float
+    corridor_ref_point: str = "KINEMATICCENTER"
+    release_required: bool = False
+    release_loss_behavior: str = ""
+
+
+class Edge(OrderPart, frozen=True):
     """The way from one node to the next."""
 
     edge_id: str
-    sequence_id: int
-    released: bool
     start_node_id: str
     end_node_id: str
-    actions: tuple[OrderAction, ...]
     edge_description: str = ""
     max_speed: float | None = None
     max_height: float | None = None
@@ -129,9 +161,9 @@ class Edge(Incoming, frozen=True):
     direction: str = ""
     rotation_allowed: bool | None = None
     max_rotation_speed: float | None = None
-    trajectory: dict[str, Any] | None = None
+    trajectory: Trajectory | None = None
     length: float | None = None
-    corridor: dict[str, Any] | None = None
+    corridor: Corridor | None = None
 
 
 class Header(Incoming, frozen=True):
@@ -162,8 +194,7 @@ class DriveOrder(Header, frozen=True):
     @property
     def actions(self) -> list[OrderAction]:
         """All actions, of nodes and edges, in their sequence."""
-        parts: list[Node | Edge] = [*self.nodes, *self.edges]
-        parts.sort(key=lambda part: part.sequence_id)
+        parts = sorted((*self.nodes, *self.edges), key=lambda part: part.sequence_id)
         return [action for part in parts for action in part.actions]
 
 
@@ -173,23 +204,85 @@ class InstantActions(Header, frozen=True):
     actions: tuple[OrderAction, ...]
 
 
+class Zone(Incoming, frozen=True):
+    """An area with a rule; of 3.0."""
+
+    zone_id: str
+    zone_type: str
+    vertices: tuple[Vertex, ...]
+    zone_descriptor: str = ""
+    max_speed: float | None = None  # of SPEED_LIMIT
+    penalty_factor: float | None = None  # of PENALTY
+    release_loss_behavior: str = "STOP"  # of RELEASE
+    # of the types that are not supported
+    priority_factor: Any = None
+    direction: Any = None
+    limitation: Any = None
+    directed_limitation: Any = None
+    bidirected_limitation: Any = None
+    entry_actions: Any = None
+    during_actions: Any = None
+    exit_actions: Any = None
+
+
+class ZoneSet(Incoming, frozen=True):
+    """The zones of a map; of 3.0."""
+
+    map_id: str
+    zone_set_id: str
+    zones: tuple[Zone, ...]
+    zone_set_descriptor: str = ""
+
+
+class ZoneSetMessage(Header, frozen=True):
+    """Carries a zone set."""
+
+    zone_set: ZoneSet
+
+
+class GrantType(StrEnum):
+    """What the fleet control answers."""
+
+    GRANTED = "GRANTED"
+    QUEUED = "QUEUED"
+    REVOKED = "REVOKED"
+    REJECTED = "REJECTED"
+
+
+class Response(Incoming, frozen=True):
+    """Answer to a request of the robot; of 3.0."""
+
+    request_id: str
+    grant_type: GrantType
+    lease_expiry: Annotated[datetime, msgspec.Meta(tz=True)] | None = None
+
+
+class Responses(Header, frozen=True):
+    """Carries answers."""
+
+    responses: tuple[Response, ...]
+
+
 # Outgoing
 
 
-class NodeState(Outgoing, frozen=True):
+class PartState(Outgoing, frozen=True):
+    """A node or an edge that is ahead."""
+
+    sequence_id: int
+    released: bool
+
+
+class NodeState(PartState, frozen=True):
     """A node that is not traversed yet."""
 
     node_id: str
-    sequence_id: int
-    released: bool
 
 
-class EdgeState(Outgoing, frozen=True):
+class EdgeState(PartState, frozen=True):
     """An edge whose end is not reached yet."""
 
     edge_id: str
-    sequence_id: int
-    released: bool
 
 
 class ActionState(Outgoing, frozen=True):
@@ -277,6 +370,24 @@ class MapState(Outgoing, frozen=True):
     map_status: str
 
 
+class ZoneSetState(Outgoing, frozen=True):
+    """A zone set that the robot has."""
+
+    zone_set_id: str
+    map_id: str
+    zone_set_status: str
+
+
+class ZoneRequest(Outgoing, frozen=True):
+    """Asks for the release of a zone."""
+
+    request_id: str
+    request_type: str
+    zone_id: str
+    zone_set_id: str
+    request_status: str
+
+
 class VehicleState(Outgoing, frozen=True):
     """All that a fleet control is to know of a robot; the header is put before it."""
 
@@ -301,3 +412,5 @@ class VehicleState(Outgoing, frozen=True):
     distance_since_last_node: float | None = None
     agv_position: AgvPosition | None = None
     velocity: AgvVelocity | None = None
+    zone_sets: tuple[ZoneSetState, ...] = ()  # of 3.0
+    zone_requests: tuple[ZoneRequest, ...] = ()

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from itertools import pairwise
 
-from swarm_vda5050.actions import OFFERED, ActionScope, check_action
+import numpy as np
+
+from swarm_common.model.grid import Grid
+from swarm_vda5050.actions import OFFERED, ActionOffer, ActionScope, check_action
 from swarm_vda5050.faults import OrderFault, OrderRejectedError
 from swarm_vda5050.messages import DriveOrder, Edge, Node, OrderAction
+from swarm_vda5050.ways import line_of, problem_of
 
+STOP_RADIUS = 0.35  # [m] around a node at which the robot stops: the goal checker's, and its play
+REFERENCE_POINTS = ("KINEMATICCENTER", "CONTOUR")
 MOST_NODES = 1000  # of one message
 MOST_ACTIONS = 100  # of one node or edge
 LONGEST_ID = 256  # characters
@@ -29,14 +35,21 @@ class DrivingArea:
     Attributes:
         map_id: Of the only map.
         obstacle_at: Returns what is in the way at a place x, y [m]; empty if it is free.
+        grid: The map.
     """
 
     map_id: str
     obstacle_at: Callable[[float, float], str] = anywhere
+    grid: Grid = field(default_factory=lambda: Grid(np.zeros((1, 1), np.int8), 1.0, 0.0, 0.0))
 
 
-def check_order(order: DriveOrder, ground: DrivingArea) -> None:
+def check_order(
+    order: DriveOrder, ground: DrivingArea, offered: Mapping[str, ActionOffer] = OFFERED
+) -> None:
     """Check structure, places and actions of an order or an update.
+
+    Args:
+        offered: Actions of the version, by actionType.
 
     Raises:
         RejectedError: For the first thing that is wrong.
@@ -44,8 +57,10 @@ def check_order(order: DriveOrder, ground: DrivingArea) -> None:
     _check_sequence(order)
     for node in order.nodes:
         _check_node(node, ground)
-    for edge in order.edges:
-        _check_edge(edge)
+        _check_actions(node.actions, ActionScope.NODE, offered, nodeId=node.node_id)
+    for edge, (start, end) in zip(order.edges, pairwise(order.nodes), strict=True):
+        _check_edge(edge, start, end)
+        _check_actions(edge.actions, ActionScope.EDGE, offered, edgeId=edge.edge_id)
     counts = Counter(action.action_id for action in order.actions)
     for action_id, count in counts.items():
         if count > 1:
@@ -119,14 +134,13 @@ def _check_node(node: Node, ground: DrivingArea) -> None:
     if obstacle := ground.obstacle_at(position.x, position.y):
         place = f"({position.x:g}, {position.y:g})"
         raise OrderRejectedError(OrderFault.NO_ROUTE, f"{place} is {obstacle}", nodeId=node.node_id)
-    _check_actions(node.actions, ActionScope.NODE, nodeId=node.node_id)
 
 
-def _check_edge(edge: Edge) -> None:
+def _check_edge(edge: Edge, start: Node, end: Node) -> None:
     _check_id(edge.edge_id, edgeId=edge.edge_id)
+    corridor = edge.corridor
     unsupported = {
-        "trajectory": edge.trajectory is not None,
-        "corridor": edge.corridor is not None,
+        "corridor.releaseRequired": corridor is not None and corridor.release_required,
         "orientation": bool(edge.orientation) or edge.orientation_type != "TANGENTIAL",
         "maxRotationSpeed": edge.max_rotation_speed is not None,
         "rotationAllowed": edge.rotation_allowed is False,
@@ -139,17 +153,47 @@ def _check_edge(edge: Edge) -> None:
             )
     if edge.max_speed is not None and not 0.0 < edge.max_speed < math.inf:
         raise _invalid(f"maxSpeed is {edge.max_speed}; it must be positive", edgeId=edge.edge_id)
-    _check_actions(edge.actions, ActionScope.EDGE, edgeId=edge.edge_id)
+    if corridor is not None:
+        widths = corridor.left_width, corridor.right_width
+        if not all(0.0 <= width < math.inf for width in widths):
+            raise _invalid(f"the corridor's widths are {widths}", edgeId=edge.edge_id)
+        if corridor.corridor_ref_point not in REFERENCE_POINTS:
+            text = f"corridorRefPoint is {corridor.corridor_ref_point:.40}"
+            raise _invalid(text, edgeId=edge.edge_id)
+    if edge.trajectory is not None:
+        _check_trajectory(edge, start, end)
 
 
-def _check_actions(actions: tuple[OrderAction, ...], scope: ActionScope, **where: object) -> None:
+def _check_trajectory(edge: Edge, start: Node, end: Node) -> None:
+    assert edge.trajectory is not None
+    if problem := problem_of(edge.trajectory):
+        raise _invalid(f"the trajectory has {problem}", edgeId=edge.edge_id)
+    assert start.node_position is not None
+    assert end.node_position is not None
+    line = line_of(edge, start.node_position, end.node_position)
+    for node, (x, y) in ((start, line[0]), (end, line[-1])):
+        assert node.node_position is not None
+        gap = math.hypot(node.node_position.x - x, node.node_position.y - y)
+        if not gap <= max(node.node_position.allowed_deviation_xy, STOP_RADIUS):
+            raise _invalid(
+                f"the trajectory is {gap:.2f} m from its node", edgeId=edge.edge_id,
+                nodeId=node.node_id,
+            )  # fmt: skip
+
+
+def _check_actions(
+    actions: tuple[OrderAction, ...],
+    scope: ActionScope,
+    offered: Mapping[str, ActionOffer],
+    **where: object,
+) -> None:
     if len(actions) > MOST_ACTIONS:
         raise _invalid(f"{len(actions)} actions; at most {MOST_ACTIONS} are taken", **where)
     for action in actions:
         _check_id(action.action_id, actionId=action.action_id)
-        if problem := check_action(action, scope):
-            names = ", ".join(sorted(OFFERED))
-            hint = "" if action.action_type in OFFERED else f"; offered are {names}"
+        if problem := check_action(action, scope, offered):
+            names = ", ".join(sorted(offered))
+            hint = "" if action.action_type in offered else f"; offered are {names}"
             raise OrderRejectedError(
                 OrderFault.UNKNOWN_ACTION,
                 f"{problem}{hint}",

@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Container
+from datetime import UTC, datetime
 from typing import Any
 
 import msgspec
+import numpy as np
+import shapely
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
+from nav2_msgs.action import FollowPath, NavigateThroughPoses, NavigateToPose
 from nav2_msgs.msg import SpeedLimit
+from nav_msgs.msg import OccupancyGrid
 from rclpy.node import Node
 from sensor_msgs.msg import BatteryState as BatteryMsg
 from swarm_interfaces.msg import RobotStatus
@@ -24,8 +28,8 @@ from swarm_common.middleware.battery_state import read_battery
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.model.battery import BatteryReading, SupplyStatus
 from swarm_common.model.palette import BY_HAND
-from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, wrap_angle
-from swarm_vda5050.dialect import Dialect, Identity
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, wrap_angle
+from swarm_vda5050.dialect import INCOMING, Dialect, Identity
 from swarm_vda5050.factsheet import factsheet, localization_score
 from swarm_vda5050.faults import OrderRejectedError
 from swarm_vda5050.link import Address, BrokerEvent, BrokerEventKind, Link
@@ -76,10 +80,10 @@ class Pilot:
             is_realistic: Whether the robot estimates its pose; otherwise it knows it.
         """
         self.name = identity.serial
-        self.vehicle = Vehicle(ground, identity.offered)
+        self.vehicle = Vehicle(ground, identity.offered, spec.circumscribed_radius)
         self._identity = identity
         self._spec = spec
-        self._map_id = ground.map_id
+        self._ground = ground
         self._dialect = Dialect(identity)
         self._note = note
         self._names = names
@@ -90,6 +94,11 @@ class Pilot:
         self._speed = node.create_publisher(
             SpeedLimit, f"/{self.name}/speed_limit", ros_io.RELIABLE
         )
+        self._keepout = node.create_publisher(
+            OccupancyGrid, f"/{self.name}/keepout_filter_mask", ros_io.LATCHED
+        )
+        self._corridors: list[shapely.Geometry] = []  # of the leg that was sent
+        self._area: tuple[object, ...] = ({}, [])  # zones and corridors that the navigator knows
         self._speed_limit = 0.0  # [m/s] that the navigator knows; 0 for none
         self._battery: BatteryReading | None = None
         if spec.battery is not None:
@@ -114,7 +123,7 @@ class Pilot:
         self._state_at = 0.0
         self._visual_at = 0.0
         self._is_refused = False
-        topics = [identity.topic("order"), identity.topic("instantActions")]
+        topics = [identity.topic(name) for name in identity.topics]
         self._link = Link(address, topics, self._will, self.name)
         self._link.open()
 
@@ -177,20 +186,21 @@ class Pilot:
             self._receive_message(arrival.topic, arrival.payload)
 
     def _receive_message(self, topic: str, payload: bytes) -> None:
-        is_instant = topic == self._identity.topic("instantActions")
+        name = topic.rpartition("/")[2]
         try:
-            if is_instant:
-                message = self._dialect.read_instant_actions(payload)
-                self.vehicle.receive_instant_actions(message)
-            else:
-                self.vehicle.receive_order(self._dialect.read_order(payload))
+            message = self._dialect.read(name, payload)
         except OrderRejectedError as error:
-            self.vehicle.reject(error, is_instant=is_instant)
+            self.vehicle.reject(error, INCOMING[name])
+        else:
+            self.vehicle.receive(message)
 
     # Driving
 
     def _drive(self, now: float) -> None:
         leg = self.vehicle.leg
+        if not self.vehicle.is_busy:
+            self._corridors = []
+        self._forbid()
         if leg is None or self._ended is not None:
             if self._task is not None or self._drives_on(now):
                 self._stop()
@@ -200,7 +210,18 @@ class Pilot:
         if self._task is None or self._goal[-len(keys) :] != keys:
             self._send(leg)
             self._goal = keys
-        self._limit_speed(leg.max_speed or 0.0)
+        assert self.vehicle.senses is not None
+        here = self.vehicle.senses.pose_map
+        limit = min(leg.max_speed or math.inf, self.vehicle.zones.limit_at(here.x, here.y))
+        self._limit_speed(limit if limit < math.inf else 0.0)
+
+    def _forbid(self) -> None:
+        """Tell the navigator where it must not drive, if that has changed."""
+        zones, corridors = self.vehicle.zones, self._corridors
+        if (zones.costs, corridors) != self._area:
+            self._area = (zones.costs, corridors)
+            mask = zones.mask(self._ground.grid, corridors)
+            self._keepout.publish(ros_io.grid_msg(mask, self._tick))
 
     def _drives_on(self, now: float) -> bool:
         """Whether the robot follows a goal of ours although it was told to stop."""
@@ -215,6 +236,11 @@ class Pilot:
         self.robot.cancelTask()
 
     def _send(self, leg: DriveLeg) -> None:
+        self._corridors = self.vehicle.corridors_of(leg)
+        self._forbid()
+        if (path := self.vehicle.path_of(leg)) is not None:
+            self._send_path(leg, path)
+            return
         status = self.robot.status
         before = (0.0, 0.0) if status is None else (status.pose.x, status.pose.y)
         poses = []
@@ -233,6 +259,18 @@ class Pilot:
             goal = NavigateThroughPoses.Goal(poses=poses)
             name, kind = "navigate_through_poses", NavigateThroughPoses
         self._task = self.robot.send(name, kind, goal, self._receive_end)
+
+    def _send_path(self, leg: DriveLeg, path: FloatArray) -> None:
+        """Send a path to follow, from the point on that is nearest to the robot."""
+        assert self.vehicle.senses is not None
+        here, end = self.vehicle.senses.pose_map, leg.nodes[-1].node_position
+        path = path[int(np.hypot(path[:, 0] - here.x, path[:, 1] - here.y).argmin()) :]
+        message = ros_io.path_msg(path, self._tick)
+        if end is not None and end.theta is not None:
+            last = Pose(float(path[-1, 0]), float(path[-1, 1]), end.theta)
+            message.poses[-1] = ros_io.pose_stamped(last, self._tick)
+        goal = FollowPath.Goal(path=message)
+        self._task = self.robot.send("follow_path", FollowPath, goal, self._receive_end)
 
     def _limit_speed(self, limit: float) -> None:
         if limit != self._speed_limit:
@@ -272,6 +310,7 @@ class Pilot:
             is_standing=self._task is None and self._ended is None and not self.is_driving,
             is_by_hand=status.state == BY_HAND,
             is_charging=self._is_charging,
+            utc=datetime.now(UTC),
         )
         self.vehicle.sense(senses)
         if self._ended is not None:
@@ -354,7 +393,9 @@ class Pilot:
             safety_state=SafetyState(
                 e_stop="NONE", field_violation=status.detail.endswith(OBSTACLE)
             ),
-            maps=(MapState(map_id=self._map_id, map_version="1", map_status="ENABLED"),),
+            zone_sets=vehicle.zones.states,
+            zone_requests=vehicle.zones.requests,
+            maps=(MapState(map_id=self._ground.map_id, map_version="1", map_status="ENABLED"),),
         )
 
     def _position(self, status: RobotStatus) -> AgvPosition:
@@ -363,7 +404,7 @@ class Pilot:
             x=round(status.pose.x, 4),
             y=round(status.pose.y, 4),
             theta=wrap_angle(status.pose.theta),
-            map_id=self._map_id,
+            map_id=self._ground.map_id,
             position_initialized=True,
             localization_score=None if deviation is None else localization_score(deviation),
             deviation_range=deviation,

@@ -71,7 +71,7 @@ class VehicleFleet:
         self.executor = SafeExecutor()
         self.executor.add_node(self._node)
         every = Identity(config["manufacturer"], "+", config["version"])
-        topics = [every.topic("order"), every.topic("instantActions")]
+        topics = [every.topic(name) for name in every.topics]
         self._overheard = Link(self._address, topics, None, "swarm")
         self._overheard.open()
         self._unknown: set[str] = set()  # robots that do not exist, but get messages
@@ -145,7 +145,7 @@ def ground_of(config: dict[str, Any]) -> DrivingArea:
         zone = sites.zones.keepout_at(x, y)
         return f"in {zone}" if zone else ""
 
-    return DrivingArea(config["map_id"], obstacle_at)
+    return DrivingArea(config["map_id"], obstacle_at, grid)
 
 
 def main(arguments: list[str] | None = None) -> int:

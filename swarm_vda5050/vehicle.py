@@ -1,6 +1,6 @@
 """One robot as a vehicle of VDA 5050: orders, actions and state, without input and output.
 
-Messages come in decoded (`receive_order`, `receive_instant_actions`), and what the robot is like
+Messages come in decoded (`receive`), and what the robot is like
 comes in with `sense`. What the robot is to do is asked for: `leg` says where to drive, `requests`
 what to publish or send once. A node between the ends of a leg is traversed when the robot passes
 it; the end of a leg is traversed when the robot reports that it stands there (`arrive`).
@@ -9,30 +9,42 @@ it; the end of a leg is traversed when the robot reports that it stands there (`
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from typing import Any, NamedTuple
 
-from swarm_common.model.records import Pose
+import msgspec
+import numpy as np
+import shapely
+
+from swarm_common.model.records import FloatArray, Pose
 from swarm_vda5050.actions import OFFERED, ActionOffer, ActionScope, RunningAction, check_action
-from swarm_vda5050.faults import OrderFault, OrderRejectedError
+from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
 from swarm_vda5050.messages import (
     ActionState,
     ActionStatus,
     DriveOrder,
     Edge,
     EdgeState,
+    Header,
     InstantActions,
     Node,
     NodeState,
     OrderAction,
+    OrderPart,
+    Responses,
     VehicleLoad,
+    ZoneSetMessage,
 )
-from swarm_vda5050.order_check import DrivingArea, check_order
+from swarm_vda5050.order_check import STOP_RADIUS, DrivingArea, check_order
+from swarm_vda5050.ways import corridor_area, is_followed, line_of
+from swarm_vda5050.zones import ZoneKeeper
 
 PASS_RADIUS = 0.7  # [m] around a node without allowedDeviationXY: that of NavigateThroughPoses
-STOP_RADIUS = 0.35  # [m] around a node with a smaller one: the goal checker's, and its play
+BY_HAND = "the order was given up: somebody drives the robot by hand"
 MOST_TRIES = 3  # of a leg
+LONG_AGO = datetime.min.replace(tzinfo=UTC)
 RETRY_PAUSE = 5.0  # [s] between two of them
 MOST_LEFT = 5000  # nodes of an order that are not traversed yet
 MOST_KEPT = 50  # errors of a kind, instant actions that ended
@@ -49,6 +61,7 @@ class RobotSenses:
         is_standing: Whether it stands and has no goal.
         is_by_hand: Whether somebody drives it by hand.
         is_charging: Whether current flows into its battery; None without a battery.
+        utc: Time at which releases of zones are compared with their end.
     """
 
     now: float
@@ -56,6 +69,7 @@ class RobotSenses:
     is_standing: bool = True
     is_by_hand: bool = False
     is_charging: bool | None = None
+    utc: datetime = LONG_AGO
 
 
 class DriveLeg(NamedTuple):
@@ -63,14 +77,6 @@ class DriveLeg(NamedTuple):
 
     nodes: tuple[Node, ...]
     max_speed: float | None
-
-
-class ActiveError(NamedTuple):
-    """An error that is active."""
-
-    fault: OrderFault
-    message: str
-    references: Mapping[str, str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,14 +100,23 @@ class Vehicle:
         is_manual: Whether somebody drives it by hand.
         driven: Distance [m] since the last node.
         senses: How the robot was last; None before the first word of it.
+        zones: Its zone sets; of 3.0.
     """
 
-    def __init__(self, ground: DrivingArea, offered: Mapping[str, ActionOffer] = OFFERED) -> None:
+    def __init__(
+        self,
+        ground: DrivingArea,
+        offered: Mapping[str, ActionOffer] = OFFERED,
+        radius: float = 0.0,
+    ) -> None:
         """Begin without an order.
 
         Args:
             offered: Actions of the version, by actionType.
+            radius: [m] of the robot's body.
         """
+        self.zones = ZoneKeeper(ground.map_id, radius)
+        self._radius = radius
         self.order_id = ""
         self.order_update_id = 0
         self.last_node = ("", 0)
@@ -121,8 +136,8 @@ class Vehicle:
         self._seen: dict[str, OrderAction] = {}  # instant actions, also those that are forgotten
         self._cancelled = ""  # orderId
         self._cancel: RunningAction | None = None  # the action under way
-        self._order_errors: list[ActiveError] = []
-        self._instant_errors: list[ActiveError] = []
+        self._from: Node | None = None  # traversed last
+        self._rejections: dict[type[Header], list[ActiveError]] = {}  # by the kind of message
         self._action_errors: list[ActiveError] = []
         self._drive_error: ActiveError | None = None
         self._tries = 0
@@ -132,38 +147,36 @@ class Vehicle:
 
     # What the fleet control sends
 
-    def receive_order(self, order: DriveOrder) -> None:
-        """Accept an order or an update, or report why not."""
+    def receive(self, message: Header) -> None:
+        """Accept a message, or report why not."""
         try:
-            self._accept(order)
+            match message:
+                case DriveOrder():
+                    self._accept(message)
+                case InstantActions():
+                    for action in message.actions:
+                        self._begin_instant(action, message)
+                case ZoneSetMessage():
+                    self.zones.add(message.zone_set)
+                    self._rejections.pop(ZoneSetMessage, None)
+                case Responses():
+                    self.zones.respond(message.responses)
         except OrderRejectedError as error:
-            self.reject(
-                error,
-                headerId=str(order.header_id),
-                orderId=order.order_id,
-                orderUpdateId=str(order.order_update_id),
-            )
-        else:
-            self._advance()
-
-    def receive_instant_actions(self, message: InstantActions) -> None:
-        """Begin instant actions, or report why not."""
-        for action in message.actions:
-            try:
-                self._begin_instant(action)
-            except OrderRejectedError as error:
-                header_id = str(message.header_id)
-                self.reject(error, is_instant=True, headerId=header_id, actionId=action.action_id)
+            names = {"headerId": str(message.header_id)}
+            if isinstance(message, DriveOrder):
+                number = str(message.order_update_id)
+                names |= {"orderId": message.order_id, "orderUpdateId": number}
+            self.reject(error, type(message), **names)
         self._advance()
 
-    def reject(self, error: OrderRejectedError, *, is_instant: bool = False, **more: str) -> None:
+    def reject(self, error: OrderRejectedError, kind: type[Header], **more: str) -> None:
         """Report that a message was rejected.
 
         Args:
-            is_instant: Whether it had instant actions, not an order.
+            kind: Of the message.
             more: References besides those of the error.
         """
-        errors = self._instant_errors if is_instant else self._order_errors
+        errors = self._rejections.setdefault(kind, [])
         report = ActiveError(error.fault, str(error), {**more, **error.references})
         if report not in errors:
             errors.append(report)
@@ -177,10 +190,16 @@ class Vehicle:
         if before is not None:
             self.driven += senses.pose_map.distance(before.pose_map)
         if senses.is_by_hand and not self.is_manual:
-            self._drop_order("driven by hand")
+            was_busy = self.is_busy
+            self._drop_order(BY_HAND)
+            if was_busy:
+                self._drive_error = ActiveError(
+                    OrderFault.DRIVING, BY_HAND, {"orderId": self.order_id}
+                )
         self.is_manual = senses.is_by_hand
         if before is not None:
             self._pass_nodes(before.pose_map)
+        self.zones.look(self._way, senses.utc)
         self._advance()
 
     def arrive(self, end: tuple[str, int]) -> None:
@@ -226,8 +245,45 @@ class Vehicle:
             return None
         if not self._nodes or not self._nodes[0].released or self._is_blocked:
             return None
+        count = self.zones.reach(self._way)
+        if count == 0:
+            return None
         speed = self._edges[0].max_speed if self._edges else None
-        return DriveLeg(tuple(self._nodes[: self._stop_index() + 1]), speed)
+        return DriveLeg(tuple(self._nodes[:count]), speed)
+
+    def path_of(self, leg: DriveLeg) -> FloatArray | None:
+        """Return the path (n, 2) [m] in map that is to be followed; None for a way of its own."""
+        if not self._edges or not is_followed(self._edges[0]):
+            return None
+        return np.vstack([line for _, line in self._lines(len(leg.nodes))])
+
+    def corridors_of(self, leg: DriveLeg) -> list[shapely.Geometry]:
+        """Return the areas that the robot must not leave on a leg; none for anywhere."""
+        if not self._edges or self._edges[0].corridor is None or is_followed(self._edges[0]):
+            return []
+        lines = self._lines(len(leg.nodes))
+        return [corridor_area(edge, line, self._radius) for edge, line in lines]
+
+    def _lines(self, count: int) -> list[tuple[Edge, FloatArray]]:
+        """Return the next edges with their lines (n, 2) [m] in map."""
+        lines = []
+        before = self._from
+        for node, edge in zip(self._nodes[:count], self._edges, strict=False):
+            assert before is not None
+            assert before.node_position is not None
+            assert node.node_position is not None
+            lines.append((edge, line_of(edge, before.node_position, node.node_position)))
+            before = node
+        return lines
+
+    @property
+    def _way(self) -> list[tuple[float, float]]:
+        """Where the robot is, and the nodes up to the one at which it stops next."""
+        assert self.senses is not None
+        nodes = self._nodes[: self._stop_index() + 1] if self._nodes else []
+        places = [node.node_position for node in nodes if node.released]
+        pose_map = self.senses.pose_map
+        return [(pose_map.x, pose_map.y), *((place.x, place.y) for place in places if place)]
 
     def take_requests(self) -> Requests:
         """Return what is to be published or sent once; the next call does not."""
@@ -251,23 +307,18 @@ class Vehicle:
     def errors(self) -> list[ActiveError]:
         """All active errors."""
         driving = [self._drive_error] if self._drive_error else []
-        return [*self._order_errors, *self._instant_errors, *self._action_errors, *driving]
+        rejected = [error for errors in self._rejections.values() for error in errors]
+        return [*rejected, *self._action_errors, *driving, *self.zones.errors]
 
     @property
     def node_states(self) -> tuple[NodeState, ...]:
         """Nodes that are not traversed yet."""
-        return tuple(
-            NodeState(node_id=n.node_id, sequence_id=n.sequence_id, released=n.released)
-            for n in self._nodes
-        )
+        return tuple(msgspec.convert(n, NodeState, from_attributes=True) for n in self._nodes)
 
     @property
     def edge_states(self) -> tuple[EdgeState, ...]:
         """Edges whose end is not reached yet."""
-        return tuple(
-            EdgeState(edge_id=e.edge_id, sequence_id=e.sequence_id, released=e.released)
-            for e in self._edges
-        )
+        return tuple(msgspec.convert(e, EdgeState, from_attributes=True) for e in self._edges)
 
     @property
     def action_states(self) -> tuple[ActionState, ...]:
@@ -282,7 +333,7 @@ class Vehicle:
     # Orders
 
     def _accept(self, order: DriveOrder) -> None:
-        check_order(order, self._ground)
+        check_order(order, self._ground, self._offered)
         if self.is_manual:
             raise OrderRejectedError(OrderFault.NOT_AVAILABLE, "the robot is driven by hand")
         if order.order_id != self.order_id:
@@ -301,7 +352,7 @@ class Vehicle:
             self._extend(order)
         self.order_update_id = order.order_update_id
         self._content = order.content
-        self._order_errors.clear()
+        self._rejections.pop(DriveOrder, None)
 
     def _check_new(self, order: DriveOrder) -> None:
         if self.is_busy or self._cancel is not None:
@@ -356,8 +407,7 @@ class Vehicle:
 
     def _extend(self, order: DriveOrder) -> None:
         """Put an update in the place of the horizon."""
-        parts: list[Node | Edge] = [*self._nodes, *self._edges]
-        for part in parts:
+        for part in (*self._nodes, *self._edges):
             if not part.released:
                 self._actions.pop(part.sequence_id, None)
         was_done = not any(node.released for node in self._nodes)
@@ -369,7 +419,7 @@ class Vehicle:
         if was_done:
             self._trigger_edge()
 
-    def _add_actions(self, nodes: tuple[Node, ...], edges: tuple[Edge, ...]) -> None:
+    def _add_actions(self, nodes: Sequence[OrderPart], edges: Sequence[OrderPart]) -> None:
         for scope, parts in ((ActionScope.NODE, nodes), (ActionScope.EDGE, edges)):
             for part in parts:
                 if part.actions:
@@ -405,7 +455,10 @@ class Vehicle:
             after = self._nodes[index + 1] if index + 1 < len(self._nodes) else None
             if after is None or not after.released:
                 return index
-            halts = (*node.actions, *self._edges[index + 1].actions)
+            edge = self._edges[index + 1]
+            if _way_of(edge) != _way_of(self._edges[index]):
+                return index
+            halts = (*node.actions, *edge.actions)
             if any(not action.blocking_type.allows_driving for action in halts):
                 return index
             position = node.node_position
@@ -416,7 +469,7 @@ class Vehicle:
 
     def _traverse(self) -> None:
         """Leave the edge before the next node, and trigger the actions of node and next edge."""
-        node = self._nodes.pop(0)
+        node = self._from = self._nodes.pop(0)
         if self._edges and self._edges[0].sequence_id < node.sequence_id:
             edge = self._edges.pop(0)
             for action in self._actions.get(edge.sequence_id, ()):
@@ -487,10 +540,8 @@ class Vehicle:
             action.fail("the robot has no load")
         elif action.kind == "drop" and load_id not in (None, self.load and self.load.load_id):
             action.fail(f"the robot does not carry '{load_id}'")
-        elif action.kind == "stopCharging":
-            action.finish()
-        elif action.kind == "initPosition":
-            self._initialise(action)
+        else:
+            self._do(action)
         self._run(action, now)
 
     def _run(self, action: RunningAction, now: float) -> None:
@@ -539,15 +590,21 @@ class Vehicle:
         if obstacle := self._ground.obstacle_at(pose_map.x, pose_map.y):
             action.fail(f"the place is {obstacle}")
             return
-        requests = self._requests
-        self._requests = Requests(requests.state, requests.factsheet, pose_map)
+        self._requests = replace(self._requests, initial_pose_map=pose_map)
         if not self.is_busy or not self._nodes:
             self.last_node = (read("lastNodeId", self.last_node[0]), self.last_node[1])
         action.finish()
 
     # Instant actions
 
-    def _begin_instant(self, action: OrderAction) -> None:
+    def _begin_instant(self, action: OrderAction, message: InstantActions) -> None:
+        try:
+            self._check_instant(action)
+        except OrderRejectedError as error:
+            names = {"headerId": str(message.header_id), "actionId": action.action_id}
+            self.reject(error, InstantActions, **names)
+
+    def _check_instant(self, action: OrderAction) -> None:
         known = self._seen.get(action.action_id)
         if known is not None and known != action:
             raise OrderRejectedError(OrderFault.INSTANT, "another action has this actionId")
@@ -559,15 +616,15 @@ class Vehicle:
         run = RunningAction(action, ActionScope.INSTANT)
         self._instant[action.action_id] = run
         self._forget_instant()
-        if problem := check_action(action, ActionScope.INSTANT, dict(self._offered)):
+        if problem := check_action(action, ActionScope.INSTANT, self._offered):
             run.fail(problem)
             raise OrderRejectedError(OrderFault.INSTANT, problem)
         run.begin(self.senses.now if self.senses is not None else 0.0)
-        self._do_instant(run)
-        self._instant_errors.clear()
+        self._do(run)
+        self._rejections.pop(InstantActions, None)
 
-    def _do_instant(self, run: RunningAction) -> None:
-        requests = self._requests
+    def _do(self, run: RunningAction) -> None:
+        """Do what takes no time."""
         match run.kind:
             case "cancelOrder":
                 self._begin_cancel(run)
@@ -577,10 +634,10 @@ class Vehicle:
                 self._pause(is_paused=False)
                 run.finish()
             case "stateRequest":
-                self._requests = Requests(True, requests.factsheet, requests.initial_pose_map)
+                self._requests = replace(self._requests, state=True)
                 run.finish()
             case "factsheetRequest":
-                self._requests = Requests(requests.state, True, requests.initial_pose_map)
+                self._requests = replace(self._requests, factsheet=True)
                 run.finish()
             case "clearInstantActions":
                 self._instant = {
@@ -593,6 +650,13 @@ class Vehicle:
                 self._initialise(run)
             case "stopCharging":
                 run.finish()
+            case "enableZoneSet" | "deleteZoneSet":
+                does_enable = run.kind == "enableZoneSet"
+                handle = self.zones.enable if does_enable else self.zones.delete
+                if problem := handle(run.action.parameter("zoneSetId")):
+                    run.fail(problem)
+                else:
+                    run.finish()
 
     def _begin_cancel(self, run: RunningAction) -> None:
         wanted = run.action.parameter("orderId", self.order_id)
@@ -623,6 +687,12 @@ def _remember(known: dict[str, Any], name: str, value: Any) -> None:
     known[name] = value
     if len(known) > MOST_USED:
         del known[next(iter(known))]
+
+
+def _way_of(edge: Edge) -> tuple[bool, bool]:
+    """Return whether an edge is followed, and whether it has a corridor to plan in."""
+    is_line = is_followed(edge)
+    return is_line, edge.corridor is not None and not is_line
 
 
 def _pass_radius(node: Node) -> float:

@@ -30,6 +30,7 @@ from swarm_commander.run.input.options import (
 from swarm_commander.viewers.rviz import windows
 from swarm_common.middleware.addresses import check_address, check_port, own_address
 from swarm_common.middleware.secret import given_secret
+from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.process.browser import has_display
@@ -254,6 +255,10 @@ class UpArguments:
     vda5050_ca: Annotated[
         Path | None, _vda5050(help="Certificates to trust with mqtts.  [default: the system's]")
     ] = None
+    coordination: Annotated[
+        Coordination,
+        _swarm(help="Who decides on the traffic: the robots, or a fleet control alone."),
+    ] = Coordination.DECENTRAL
 
     def options(self) -> UpOptions:
         """Return what they ask for on this host, checked."""

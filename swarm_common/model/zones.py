@@ -135,6 +135,15 @@ class Zones:
 NO_ZONES = Zones()
 
 
+def with_mask(grid: Grid, mask: Grid) -> Grid:
+    """Return a map with a keepout mask besides the zones that it has."""
+    keepout = _layers(Zones(keepout_mask=mask), geometry_of(grid)).keepout
+    assert keepout is not None
+    return replace(
+        grid, keepout=keepout if grid.keepout is None else np.maximum(keepout, grid.keepout)
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class _Layers:
     """The zones on the cells of a map (h, w)."""

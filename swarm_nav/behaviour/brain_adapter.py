@@ -287,6 +287,10 @@ class BrainAdapter:
         """
         self._ask("on_speed_limit", limit, is_percentage=is_percentage)
 
+    def on_keepout_mask(self, mask: Grid) -> None:
+        """Take a mask of places where the robot must not be."""
+        self._ask("on_keepout_mask", mask)
+
     def activate(self) -> None:
         """Start to drive."""
         self.is_active = True

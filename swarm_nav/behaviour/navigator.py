@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
+from swarm_common.model.zones import with_mask
 from swarm_nav.behaviour import costmap as costmaps
 from swarm_nav.behaviour.announcement import compose_beacon, compose_feedback, compose_status
 from swarm_nav.behaviour.behaviors import BehaviorEnd
@@ -84,6 +86,7 @@ class Navigator:
         self.spec = spec
         self.sites = sites
         self.is_active = True
+        self._keepout_mask: Grid | None = None  # of the operator
         self._faults: list[tuple[ErrorCode, str]] = []  # of plug-ins since the last tick
         self._controller = make_controller(spec, config.controller, self._receive_fault)
         stations = [(p.x, p.y) for p in sites.stations.values()]
@@ -228,8 +231,27 @@ class Navigator:
             MapError: If the map has too many cells when it is divided into finer ones, or a zone
                 lies beside it.
         """
-        self._s.load_map(self.sites.zones.mark(grid))
+        self._mark(grid)
         self._localiser.load_map(self._s.terrain)
+
+    def on_keepout_mask(self, mask: Grid) -> None:
+        """Take a filter mask of places where the robot must not be, besides those of the world.
+
+        Args:
+            mask: Upright; 100 is forbidden, 1 to 99 costs more.
+
+        Raises:
+            MapError: If the mask lies beside the map.
+        """
+        self._keepout_mask = mask
+        self._mark(replace(self._s.terrain.grid, keepout=None))
+
+    def _mark(self, grid: Grid) -> None:
+        """Take a map, with zones and mask."""
+        grid = self.sites.zones.mark(grid)
+        if self._keepout_mask is not None:
+            grid = with_mask(grid, self._keepout_mask)
+        self._s.load_map(grid)
         self._gate.leave()
         self._gate.region = self._narrow_region()
 

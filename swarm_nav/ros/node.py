@@ -47,6 +47,7 @@ WORLD_SPACE = "/sim/"  # namespace of the world's nodes
 STATUS_TICKS = 5  # 2 Hz
 CLOCK_TICKS = 10  # for messages that rclpy itself stamps; our own messages carry the tick
 STATUS_PERIOD = 0.4  # [s] of wall time between two statuses without a change
+KEEPOUT = "keepout_filter_mask"  # topic of a mask besides the zones of the world, as in Nav2
 ODOM_ORIGIN = Pose(0.0, 0.0, 0.0)  # where odometry begins
 
 
@@ -168,6 +169,10 @@ class NavigatorNode:
         take = self._take_speed_limit
         self._on_demand.offer_input(
             "speed_limit", partial(make, SpeedLimit, "speed_limit", take, quality, raw=True)
+        )
+        mask, latched = self._take_keepout_mask, ros_io.LATCHED
+        self._on_demand.offer_input(
+            KEEPOUT, partial(make, OccupancyGrid, KEEPOUT, mask, latched, raw=True)
         )
 
     def _hear(self, kind: Any, name: str) -> SoleTopic:
@@ -328,6 +333,14 @@ class NavigatorNode:
             return
         if self._brain is not None:
             self._brain.on_speed_limit(limit, is_percentage=is_percentage)
+
+    def _take_keepout_mask(self, data: bytes) -> None:
+        assert self._brain is not None
+        try:
+            mask = ros_io.grid_from_msg(ros_io.unpacked(data, OccupancyGrid)).upright()
+            self._brain.on_keepout_mask(mask)
+        except (RejectedError, MapError) as error:
+            self.rejections.reject(KEEPOUT, "a client", error)
 
     def _receive_initial_pose(self, data: bytes) -> None:
         brain = self._brain

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from datetime import UTC, datetime, timedelta
 from itertools import pairwise
 from typing import Any
 
@@ -21,6 +22,7 @@ from swarm_vda5050.order_check import DrivingArea
 from swarm_vda5050.vehicle import RobotSenses, Vehicle
 
 MAP = "hall"
+EPOCH = datetime(2026, 1, 1, tzinfo=UTC)  # of simulated time
 SPACING = 2.0  # [m] between nodes
 OF_2 = Identity("swarm", "Srobot1", "2.1")
 OF_3 = Identity("swarm", "Srobot1", "3.0")
@@ -89,11 +91,20 @@ def along(first: int, base: int, last: int, order_id: str = "A", update: int = 0
     return order(nodes, order_id, update)
 
 
+def nurbs(
+    *points: tuple[float, ...], degree: int = 1, knots: Iterable[float] = ()
+) -> dict[str, Any]:
+    """Return a trajectory through control points x, y and, if given, weight."""
+    names = ("x", "y", "weight")
+    controls = [dict(zip(names, point, strict=False)) for point in points]
+    return {"degree": degree, "knotVector": list(knots), "controlPoints": controls}
+
+
 class Toy:
     """A vehicle on a robot that is where it is told to be at once."""
 
     def __init__(self, identity: Identity = OF_2) -> None:
-        self.vehicle = Vehicle(DrivingArea(MAP), identity.offered)
+        self.vehicle = Vehicle(DrivingArea(MAP), identity.offered, radius=0.2)
         self.dialect = Dialect(identity)
         self.now = 0.0
         self.pose = Pose(0.0, 0.0, 0.0)
@@ -101,20 +112,25 @@ class Toy:
         self.sense()
 
     def sense(self, **more: Any) -> None:
-        self.vehicle.sense(RobotSenses(self.now, self.pose, **more))
+        utc = EPOCH + timedelta(seconds=self.now)
+        self.vehicle.sense(RobotSenses(self.now, self.pose, utc=utc, **more))
 
     def send(self, content: Mapping[str, Any]) -> None:
-        self.vehicle.receive_order(msgspec.convert(content, DriveOrder))
+        self.vehicle.receive(msgspec.convert(content, DriveOrder))
 
     def do(self, kind: str, action_id: str = "i", **parameters: Any) -> None:
         actions = [action(kind, action_id, "NONE", **parameters)]
-        self.vehicle.receive_instant_actions(
-            msgspec.convert(header() | {"actions": actions}, InstantActions)
-        )
+        self.vehicle.receive(msgspec.convert(header() | {"actions": actions}, InstantActions))
 
     def wait(self, duration: float) -> None:
         self.now += duration
         self.sense()
+
+    def clock(self, until: float) -> None:
+        """Let time pass in two steps, up to seconds from the epoch."""
+        for now in (until, until + 0.1):
+            self.now = now
+            self.sense()
 
     def step(self) -> bool:
         """Drive to the next node; False if the robot has to stand."""

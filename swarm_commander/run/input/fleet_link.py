@@ -96,18 +96,19 @@ class FleetLink:
         }
 
 
-def find_mosquitto() -> str:
-    """Return the path of the program.
+def find_mosquitto() -> str | None:
+    """Return the path of the program; None if it is not installed and amqtt has to do.
 
     Raises:
-        ConfigError: If it is not installed.
+        ConfigError: If neither is installed.
     """
     path = os.environ.get("PATH", "") + os.pathsep + "/usr/sbin"  # where Debian has it
     program = shutil.which("mosquitto", path=path)
-    if program is None:
+    if program is None and importlib.util.find_spec("amqtt") is None:
         raise ConfigError(
             "--vda5050 embedded needs the program mosquitto, which is not installed: install it"
-            " (Debian: apt-get install mosquitto), or give the URL of another broker"
+            " (Debian: apt-get install mosquitto; or pip install swarm-workbench[broker]), or give"
+            " the URL of another broker"
         )
     return program
 

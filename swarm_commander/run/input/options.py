@@ -14,6 +14,7 @@ from swarm_common.middleware.ros_env import (
     TERMINALS,
     participants_of,
 )
+from swarm_common.model.coordination import Coordination
 from swarm_common.model.engines import check_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.robot_names import RobotNames
@@ -71,6 +72,7 @@ class UpOptions:
     skip_broken: bool = False  # leave out models of a world that are unusable
     bind: str = ""  # address of this host with --role world; empty: all is on one host
     vda5050: FleetLink | None = None  # None: no fleet control of another maker drives the robots
+    coordination: Coordination = Coordination.DECENTRAL
 
     def __post_init__(self) -> None:
         _at_least(1, "--swarm-size", self.swarm_size)
@@ -155,6 +157,10 @@ class UpOptions:
 
     def _check_vda5050(self) -> None:
         if self.vda5050 is None:
+            if self.coordination is Coordination.FLEET:
+                raise ConfigError(
+                    "--coordination fleet leaves traffic to a fleet control: add --vda5050 URL"
+                )
             return
         if self.mission is not None:
             raise ConfigError("--vda5050 and --mission exclude each other: both drive the robots")

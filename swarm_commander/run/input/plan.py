@@ -25,6 +25,7 @@ from swarm_common.files.sites_io import load_sites
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.files.zones_io import copy_masks
 from swarm_common.middleware import ros_env
+from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.robot_names import RobotNames
@@ -42,6 +43,8 @@ from swarm_mission.orders.way_lengths import WayLengths
 
 WORLD_FILE = "world.sdf"
 SITES_FILE = "sites.yaml"
+# Of robots that neither make way nor wait for a turn: all but make_way, leave and wait.
+FLEET_RULES = "keep_apart stop_before_obstacle plan_anew behave arrive drive check_progress"
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,10 +238,16 @@ class RunPlan:
             **(REALISTIC if self.options.realistic else {}),
             **self._without_lidar(),
             **member.limits_in_force,
+            **self._rules(),
             **self.overrides.for_robot(name),
             **({"map_sha256": map_sha256} if map_sha256 else {}),
         }
         return robot_parameter_file(name, number, member.spec, initial_pose_map, values)
+
+    def _rules(self) -> dict[str, Any]:
+        """Return the rules of traffic, if they are not the usual ones."""
+        is_led = self.options.coordination is Coordination.FLEET
+        return {"traffic.rules": FLEET_RULES} if is_led else {}
 
     def _without_lidar(self) -> dict[str, Any]:
         """Return the parameters that navigators need in a world without LiDARs."""

@@ -54,7 +54,7 @@ def test_other_messages_are_valid_for_others(robot: str) -> None:
 def test_orders_of_others_are_read() -> None:
     content = along(0, 1, 2)
     theirs = TheirOrder.model_validate(content).model_dump_json(by_alias=True, exclude_none=True)
-    assert Dialect(OF_2).read_order(theirs.encode()).nodes[1].key == ("n1", 2)
+    assert Dialect(OF_2).read("order", theirs.encode()).nodes[1].key == ("n1", 2)
 
 
 def test_headers_count_by_topic() -> None:
@@ -86,12 +86,12 @@ def test_orders_of_version_3_are_read() -> None:
     ellipse = {"a": 0.5, "b": 0.2, "theta": 0.0}
     content["nodes"][1]["nodePosition"]["allowedDeviationXY"] = ellipse
     content["edges"][0]["maximumSpeed"] = 0.1
-    read = Dialect(OF_3).read_order(encoded(content))
+    read = Dialect(OF_3).read("order", encoded(content))
     assert read.nodes[1].node_position.allowed_deviation_xy == 0.2
     assert read.edges[0].max_speed == 0.1
     content["nodes"][1]["actions"] = [action("pick", "p") | {"retriable": True}]
     with pytest.raises(OrderRejectedError):
-        Dialect(OF_3).read_order(encoded(content))
+        Dialect(OF_3).read("order", encoded(content))
 
 
 @pytest.mark.parametrize(
@@ -119,12 +119,12 @@ def test_orders_of_version_3_are_read() -> None:
 )
 def test_what_cannot_be_read_is_rejected(data: bytes) -> None:
     with pytest.raises(OrderRejectedError) as caught:
-        Dialect(OF_2).read_order(data)
+        Dialect(OF_2).read("order", data)
     assert caught.value.fault is OrderFault.VALIDATION
 
 
 def test_a_message_that_cannot_be_read_is_still_named() -> None:
     with pytest.raises(OrderRejectedError) as caught:
-        Dialect(OF_2).read_order(encoded(along(0, 1, 1, "X") | {"speed": 3}))
+        Dialect(OF_2).read("order", encoded(along(0, 1, 1, "X") | {"speed": 3}))
     assert caught.value.references["orderId"] == "X"
     assert "speed" in str(caught.value)

@@ -7,9 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from swarm_commander.run.input.fleet_link import FleetLink, fleet_link
+from swarm_commander.run.input.fleet_link import FleetLink, find_mosquitto, fleet_link
 from swarm_commander.run.input.options import UpOptions
+from swarm_commander.run.input.plan import FLEET_RULES, check_plan
+from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import Pose
+from swarm_nav.core.plugins import RULE_NAMES
 
 
 def test_addresses_are_read() -> None:
@@ -52,7 +56,27 @@ def test_a_port_that_another_has_is_refused() -> None:
             fleet_link(f"embedded:{port}", None, None, None, None)
 
 
+def test_a_broker_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("shutil.which", lambda *_, **__: None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: object())
+    assert find_mosquitto() is None
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    with pytest.raises(ConfigError, match="apt-get install mosquitto"):
+        FleetLink(url="embedded")
+
+
+def test_a_fleet_control_alone_coordinates_robots_without_their_own_rules() -> None:
+    assert set(FLEET_RULES.split()) == {*RULE_NAMES} - {"make_way", "leave", "wait"}
+    led = {"coordination": Coordination.FLEET, "vda5050": FleetLink(url="embedded")}
+    for more, rules in (({}, "all"), (led, FLEET_RULES)):
+        plan = check_plan(UpOptions(world="hall_12", **more))
+        (parameters,) = plan.parameter_file(1, Pose(0.0, 0.0, 0.0)).values()
+        assert parameters["ros__parameters"]["traffic"]["rules"] == rules
+
+
 def test_options_need_each_other() -> None:
+    with pytest.raises(ConfigError, match="add --vda5050"):
+        UpOptions(coordination=Coordination.FLEET)
     with pytest.raises(ConfigError, match="--manufacturer needs --vda5050"):
         fleet_link(None, "me", None, None, None)
     link = FleetLink(url="embedded")

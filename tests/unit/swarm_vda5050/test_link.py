@@ -38,8 +38,13 @@ def wait(is_true: Callable[[], bool]) -> None:
         time.sleep(0.02)
 
 
-@pytest.fixture
-def broker(tmp_path: Path) -> Iterator[Broker]:
+@pytest.fixture(params=["mosquitto", "amqtt"])
+def broker(
+    tmp_path: Path, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Broker]:
+    if request.param == "amqtt":
+        pytest.importorskip("amqtt")
+        monkeypatch.setattr("swarm_vda5050.broker.find_mosquitto", lambda: None)
     started = Broker(free_port(), tmp_path)
     yield started
     started.stop()
@@ -93,7 +98,7 @@ def test_a_link_outlives_its_broker(broker: Broker) -> None:
 
 
 def test_a_second_broker_does_not_get_the_port(broker: Broker, tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="another port"):
+    with pytest.raises(ConfigError, match="cannot use port"):
         Broker(broker.port, tmp_path)
 
 

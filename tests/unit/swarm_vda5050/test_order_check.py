@@ -11,7 +11,7 @@ import pytest
 from swarm_vda5050.faults import OrderFault, OrderRejectedError
 from swarm_vda5050.messages import DriveOrder
 from swarm_vda5050.order_check import DrivingArea, check_order
-from tests.fakes.fleet_orders import MAP, action, along, node, order
+from tests.fakes.fleet_orders import MAP, action, along, node, nurbs, order
 
 Change = Callable[[dict[str, Any]], object]
 
@@ -43,6 +43,10 @@ def test_a_good_order_passes() -> None:
         lambda o: o["edges"][0].update(released=False),
         lambda o: o["nodes"][1].update(nodeId=""),
         lambda o: o["edges"][0].update(maxSpeed=0.0),
+        lambda o: o["edges"][0].update(corridor={"leftWidth": -1.0, "rightWidth": 1.0}),
+        lambda o: o["edges"][0].update(trajectory=nurbs((0.0, 0.0), (1.0, 1.0))),
+        lambda o: o["edges"][0].update(trajectory=nurbs((0.0, 0.0), (2.0, 0.0), degree=2)),
+        lambda o: o["edges"][0].update(trajectory=nurbs((0.0, 0.0), (2.0, 0.0), knots=[0.0, 1.0])),
         lambda o: o["nodes"][1]["nodePosition"].update(x=float("nan")),
         lambda o: o["nodes"][1]["nodePosition"].update(allowedDeviationXY=-1.0),
         lambda o: [n["actions"].append(action("wait", "w", duration=1.0)) for n in o["nodes"]],
@@ -59,8 +63,12 @@ def test_a_broken_structure_is_invalid(change: Change) -> None:
     ("change", "fault"),
     [
         (lambda o: o["nodes"][1].pop("nodePosition"), OrderFault.UNSUPPORTED),
-        (lambda o: o["edges"][0].update(trajectory={"degree": 1}), OrderFault.UNSUPPORTED),
-        (lambda o: o["edges"][0].update(corridor={"leftWidth": 1}), OrderFault.UNSUPPORTED),
+        (
+            lambda o: o["edges"][0].update(
+                corridor={"leftWidth": 1.0, "rightWidth": 1.0, "releaseRequired": True}
+            ),
+            OrderFault.UNSUPPORTED,
+        ),
         (lambda o: o["edges"][0].update(orientation=1.0), OrderFault.UNSUPPORTED),
         (lambda o: o["nodes"][1]["nodePosition"].update(mapId="moon"), OrderFault.UNKNOWN_MAP),
         (lambda o: o["nodes"][1]["nodePosition"].update(x=60.0), OrderFault.NO_ROUTE),

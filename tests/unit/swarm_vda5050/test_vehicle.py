@@ -266,8 +266,9 @@ def test_driving_by_hand_ends_the_order() -> None:
     toy.send(along(0, 1, 1))
     toy.sense(is_by_hand=True)
     assert toy.vehicle.node_states == ()
+    assert toy.faults == ["DRIVING"]
     toy.send(along(0, 1, 1, "B"))
-    assert toy.faults == ["NOT_AVAILABLE"]
+    assert toy.faults == ["NOT_AVAILABLE", "DRIVING"]
     toy.sense()
     toy.send(along(0, 1, 1, "B"))
     assert toy.faults == []

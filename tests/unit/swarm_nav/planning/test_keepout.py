@@ -174,3 +174,20 @@ def test_nobody_makes_way_into_a_zone() -> None:
     out = there.nearest((3.5, 2.0), extra, (x > BOX[2]).astype(np.uint8), 20.0)
     assert out is not None  # a robot that was put there makes way, too
     assert out[-1, 0] > BOX[2]
+
+
+def test_a_mask_that_comes_on_the_way_changes_it() -> None:
+    mask = dataclasses.replace(HALL, cells=zones(BOX).mark(HALL).keepout)
+    one = Squad(HALL, [Pose(1.5, 1.5, 0.0)], config())
+    one.send(0, Pose(6.5, 1.5, 0.0))
+    one.run(20)
+    one.robots[0].on_keepout_mask(mask)
+    for _ in range(800):
+        one.run(1)
+        x, y = one.bodies[0].pose.x, one.bodies[0].pose.y
+        assert not (BOX[0] <= x <= BOX[2] and y <= BOX[3])
+        if one.ended(0):
+            break
+    assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
+    one.robots[0].on_keepout_mask(dataclasses.replace(mask, cells=np.zeros_like(mask.cells)))
+    assert not one.robots[0]._s.terrain.grid.keepout.any()

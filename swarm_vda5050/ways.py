@@ -1,0 +1,101 @@
+"""Where a robot may drive on an edge: along its trajectory, or in its corridor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from swarm_common.model.records import FloatArray
+from swarm_vda5050.messages import Edge, NodePosition, Trajectory
+
+if TYPE_CHECKING:
+    import shapely
+
+SPACING = 0.05  # [m] between the points of a way
+FINE = 50  # samples per control point
+MOST_POINTS = 1000  # control points of a trajectory
+NARROW = 0.3  # [m] of a corridor in which nothing is planned: the robot follows its middle line
+TURNING_ROOM = 0.35  # [m] around a node, besides the body, that belongs to a corridor
+
+
+def problem_of(trajectory: Trajectory) -> str:
+    """Return what is wrong with a trajectory; empty if nothing is."""
+    count, degree, knots = len(trajectory.control_points), trajectory.degree, _knots(trajectory)
+    if not 1 <= degree < count <= MOST_POINTS:
+        return f"degree {degree} and {count} control points, of at most {MOST_POINTS}"
+    if len(knots) != count + degree + 1:
+        return (
+            f"{len(knots)} knots; {count} control points of degree {degree} need"
+            f" {count + degree + 1}"
+        )
+    if (np.diff(knots) < 0.0).any() or not knots[degree] < knots[count]:
+        return "the knots do not ascend"
+    if any(not point.weight > 0.0 for point in trajectory.control_points):
+        return "a weight is not positive"
+    return ""
+
+
+def line_of(edge: Edge, start: NodePosition, end: NodePosition) -> FloatArray:
+    """Return the line (n, 2) [m] of an edge in map: its trajectory, or straight between its nodes.
+
+    The trajectory has to be a valid one.
+    """
+    if edge.trajectory is None:
+        line = np.array([(start.x, start.y), (end.x, end.y)])
+    else:
+        line = _curve(edge.trajectory)
+    steps = np.hypot(*np.diff(line, axis=0).T)
+    at = np.concatenate((np.zeros(1), np.cumsum(steps)))
+    where = np.linspace(0.0, at[-1], max(2, round(at[-1] / SPACING) + 1))
+    return np.column_stack([np.interp(where, at, line[:, axis]) for axis in (0, 1)])
+
+
+def is_followed(edge: Edge) -> bool:
+    """Whether the robot follows the line of an edge, in place of planning its way."""
+    corridor = edge.corridor
+    if corridor is None:
+        return edge.trajectory is not None
+    return corridor.left_width + corridor.right_width < NARROW
+
+
+def corridor_area(edge: Edge, line: FloatArray, radius: float) -> shapely.Geometry:
+    """Return where the body of a robot may be on an edge with a corridor.
+
+    Args:
+        line: (n, 2) [m] in map, of the edge.
+        radius: [m] of the body.
+    """
+    import shapely
+
+    corridor = edge.corridor
+    assert corridor is not None
+    more = 0.0 if corridor.corridor_ref_point == "CONTOUR" else radius
+    middle = shapely.LineString(line)
+    sides = [
+        middle.buffer(sign * (width + more), single_sided=True)
+        for sign, width in ((1, corridor.left_width), (-1, corridor.right_width))
+    ]
+    ends = shapely.points(line[[0, -1]])
+    return shapely.union_all([*sides, *shapely.buffer(ends, radius + TURNING_ROOM)])
+
+
+def _knots(trajectory: Trajectory) -> FloatArray:
+    """Return the knots; those of a polyline if there are none."""
+    count = len(trajectory.control_points)
+    usual: Sequence[float] = (0.0, *np.linspace(0.0, 1.0, max(count, 2)), 1.0)
+    return np.array(trajectory.knot_vector or usual, float)
+
+
+def _curve(trajectory: Trajectory) -> FloatArray:
+    """Return points (n, 2) of a NURBS: a B-spline in homogeneous coordinates."""
+    points = np.array(
+        [(p.x * p.weight, p.y * p.weight, p.weight) for p in trajectory.control_points]
+    )
+    knots, degree, count = _knots(trajectory), trajectory.degree, len(points)
+    at = np.linspace(knots[degree], knots[count], FINE * count)
+    at = np.union1d(at, knots[degree : count + 1])
+    curve = BSpline(knots, points, degree)(at)
+    return np.asarray(curve[:, :2] / curve[:, 2:])

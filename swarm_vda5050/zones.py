@@ -1,0 +1,296 @@
+"""The zone sets of one robot, and its requests to enter zones; of version 3.0."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+
+import numpy as np
+import shapely
+
+from swarm_common.model.grid import KEEPOUT, Grid
+from swarm_common.model.records import FloatArray
+from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
+from swarm_vda5050.messages import (
+    GrantType,
+    Response,
+    Zone,
+    ZoneRequest,
+    ZoneSet,
+    ZoneSetState,
+)
+
+BLOCKED, SPEED_LIMIT, PENALTY, RELEASE = "BLOCKED", "SPEED_LIMIT", "PENALTY", "RELEASE"
+SUPPORTED = (BLOCKED, SPEED_LIMIT, PENALTY, RELEASE)
+LOSS = ("STOP", "CONTINUE")  # what a robot does in a zone whose release is lost
+MOST_SETS, MOST_ZONES = 50, 500
+ASK_AGAIN = 10.0  # [s] after a rejection
+BRAKING_ROOM = 0.5  # [m] before a speed limit at which the robot begins to brake
+
+
+@dataclass(slots=True)
+class _Request:
+    """A request to enter a zone."""
+
+    number: int
+    status: str = "REQUESTED"
+    expiry: datetime | None = None
+
+    @property
+    def is_granted(self) -> bool:
+        return self.status == GrantType.GRANTED
+
+
+@dataclass(slots=True)
+class ZoneKeeper:
+    """What a robot knows of zones.
+
+    Attributes:
+        map_id: Of the only map.
+        radius: [m] of the robot's body.
+        errors: That are active.
+    """
+
+    map_id: str
+    radius: float
+    errors: list[ActiveError] = field(default_factory=list)
+    _sets: dict[str, ZoneSet] = field(default_factory=dict)
+    _enabled: str = ""
+    _areas: dict[str, shapely.Geometry] = field(default_factory=dict)  # of the enabled set
+    _zones: dict[str, Zone] = field(default_factory=dict)
+    _requests: dict[str, _Request] = field(default_factory=dict)  # by zone
+    _rejected: dict[str, datetime] = field(default_factory=dict)  # zones, and when
+    _count: int = 0
+    _is_stopped: bool = False
+
+    def add(self, zone_set: ZoneSet) -> None:
+        """Keep another zone set, not enabled.
+
+        Raises:
+            OrderRejectedError: If it is known already, or makes no sense here.
+        """
+        name = zone_set.zone_set_id
+        if name in self._sets:
+            raise OrderRejectedError(
+                OrderFault.ZONE_SET, f"the zone set '{name:.80}' is known already", zoneSetId=name
+            )
+        if zone_set.map_id != self.map_id:
+            text = f"the map '{zone_set.map_id:.80}' is unknown; this robot has '{self.map_id}'"
+            raise OrderRejectedError(OrderFault.UNKNOWN_MAP, text, zoneSetId=name)
+        ids = {zone.zone_id for zone in zone_set.zones}
+        if len(ids) < len(zone_set.zones) or len(ids) > MOST_ZONES or len(self._sets) >= MOST_SETS:
+            text = f"zoneIds repeat, or there are more than {MOST_ZONES} zones or {MOST_SETS} sets"
+            raise OrderRejectedError(OrderFault.VALIDATION, text, zoneSetId=name)
+        for zone in zone_set.zones:
+            _check(zone, name)
+        self._sets[name] = zone_set
+
+    def enable(self, name: str) -> str:
+        """Use a zone set in place of the one before; return what is wrong, if anything."""
+        if name not in self._sets:
+            return f"there is no zone set '{name:.80}'"
+        self._enabled = name
+        self._requests.clear()
+        self._zones = {zone.zone_id: zone for zone in self._sets[name].zones}
+        self._areas = {key: _polygon(zone) for key, zone in self._zones.items()}
+        return ""
+
+    def delete(self, name: str) -> str:
+        """Forget a zone set that is not enabled; return what is wrong, if anything."""
+        if name == self._enabled or name not in self._sets:
+            return f"the zone set '{name:.80}' is enabled, or there is none"
+        del self._sets[name]
+        return ""
+
+    def respond(self, answers: Sequence[Response]) -> None:
+        """Take what the fleet control answers; of a request that is no more nothing is taken."""
+        by_number = {str(request.number): zone for zone, request in self._requests.items()}
+        for answer in answers:
+            zone = by_number.get(answer.request_id)
+            if zone is None or answer.grant_type is GrantType.QUEUED:
+                continue
+            request = self._requests[zone]
+            request.status, request.expiry = str(answer.grant_type), answer.lease_expiry
+
+    def look(self, way: Sequence[tuple[float, float]], utc: datetime) -> None:
+        """Ask for the zones on the way, and see what became of requests.
+
+        Args:
+            way: (x, y) [m] in map: the robot, and the nodes that it drives to.
+            utc: Time at which leases are compared with their end.
+        """
+        self.errors, self._is_stopped = [], False
+        if not self._zones:
+            return
+        body = shapely.Point(way[0]).buffer(self.radius)
+        line = _line(way).buffer(self.radius)
+        for name, zone in self._zones.items():
+            area = self._areas[name]
+            is_inside = bool(area.intersects(body))
+            if zone.zone_type == BLOCKED and is_inside:
+                self._stop(OrderFault.BLOCKED_ZONE, f"the robot is in the zone '{name:.80}'", name)
+            elif zone.zone_type == RELEASE:
+                self._look_at(name, is_inside, is_inside or bool(area.intersects(line)), utc)
+
+    def _look_at(self, name: str, is_inside: bool, is_needed: bool, utc: datetime) -> None:
+        request = self._requests.get(name)
+        if request is not None and request.is_granted and request.expiry is not None:
+            if utc >= request.expiry:
+                request.status = "EXPIRED"
+        if request is not None and request.status == GrantType.REJECTED:
+            self._rejected[name] = utc
+            del self._requests[name]
+        elif request is not None and request.status in (GrantType.REVOKED, "EXPIRED"):
+            if not is_inside:
+                del self._requests[name]
+            elif self._zones[name].release_loss_behavior == "STOP":
+                text = f"the release of the zone '{name:.80}' is {request.status.lower()}"
+                self._stop(OrderFault.RELEASE_LOST, text, name)
+        elif request is not None and not is_needed:
+            del self._requests[name]
+        last = self._rejected.get(name)
+        may_ask = last is None or (utc - last).total_seconds() > ASK_AGAIN
+        if is_needed and name not in self._requests and may_ask:
+            self._count += 1
+            self._requests[name] = _Request(self._count)
+
+    def _stop(self, fault: OrderFault, text: str, name: str) -> None:
+        self._is_stopped = True
+        references = {"zoneId": name, "zoneSetId": self._enabled}
+        self.errors.append(ActiveError(fault, text, references))
+
+    def reach(self, way: Sequence[tuple[float, float]]) -> int:
+        """Return how many parts of a way may be driven before a zone that is not released.
+
+        Args:
+            way: (x, y) [m] in map: the robot, and the nodes that it drives to.
+        """
+        barred = [self._areas[name] for name in self._barred]
+        if self._is_stopped or not barred:
+            return 0 if self._is_stopped else len(way) - 1
+        area, body = shapely.union_all(barred), shapely.Point(way[0]).buffer(self.radius)
+        if area.intersects(body):
+            return 0
+        for index in range(len(way) - 1):
+            if area.intersects(_line(way[index : index + 2]).buffer(self.radius)):
+                return index
+        return len(way) - 1
+
+    @property
+    def _barred(self) -> list[str]:
+        """Names of the zones that wait for a release."""
+        return [
+            name for name, zone in self._zones.items()
+            if zone.zone_type == RELEASE and not self._may_be_in(name)
+        ]  # fmt: skip
+
+    def _may_be_in(self, name: str) -> bool:
+        request = self._requests.get(name)
+        if request is None:
+            return False
+        is_lost = request.status in (GrantType.REVOKED, "EXPIRED")
+        goes_on = self._zones[name].release_loss_behavior == "CONTINUE"
+        return request.is_granted or (is_lost and goes_on)
+
+    def limit_at(self, x: float, y: float) -> float:
+        """Return the speed limit [m/s] at a place [m] in map; inf without one."""
+        near = shapely.Point(x, y).buffer(self.radius + BRAKING_ROOM)
+        return min(
+            (
+                zone.max_speed or math.inf
+                for name, zone in self._zones.items()
+                if zone.zone_type == SPEED_LIMIT and self._areas[name].intersects(near)
+            ),
+            default=math.inf,
+        )
+
+    @property
+    def costs(self) -> dict[str, int]:
+        """Value in a keepout mask by zone: `KEEPOUT` where the robot must not be, less for more."""
+        values = dict.fromkeys(self._barred, KEEPOUT)
+        for name, zone in self._zones.items():
+            if zone.zone_type == BLOCKED:
+                values[name] = KEEPOUT
+            elif zone.zone_type == PENALTY and zone.penalty_factor:
+                values[name] = math.ceil((KEEPOUT - 1) * zone.penalty_factor)
+        return values
+
+    def mask(self, grid: Grid, corridors: Sequence[shapely.Geometry]) -> Grid:
+        """Return a keepout mask with the cells of a map.
+
+        Args:
+            corridors: Outside of which the robot must not be; none for anywhere.
+        """
+        size = grid.resolution
+        x = grid.origin_x + (np.arange(grid.width) + 0.5) * size
+        y = grid.origin_y + (np.arange(grid.height) + 0.5) * size
+        places = np.meshgrid(x, y)
+        values = np.zeros(grid.cells.shape, np.int8)
+        if corridors:
+            values[~_within(shapely.union_all(corridors), places)] = KEEPOUT
+        for name, cost in self.costs.items():
+            inside = _within(self._areas[name].buffer(0.5 * math.sqrt(2.0) * size), places)
+            values[inside] = np.maximum(values[inside], cost)
+        return Grid(values, size, grid.origin_x, grid.origin_y)
+
+    @property
+    def states(self) -> tuple[ZoneSetState, ...]:
+        """The zone sets, for the fleet control."""
+        return tuple(
+            ZoneSetState(
+                zone_set_id=name,
+                map_id=self.map_id,
+                zone_set_status="ENABLED" if name == self._enabled else "DISABLED",
+            )
+            for name in self._sets
+        )
+
+    @property
+    def requests(self) -> tuple[ZoneRequest, ...]:
+        """The requests, for the fleet control."""
+        return tuple(
+            ZoneRequest(
+                request_id=str(request.number),
+                request_type="ACCESS",
+                zone_id=name,
+                zone_set_id=self._enabled,
+                request_status=request.status,
+            )
+            for name, request in self._requests.items()
+        )
+
+
+def _check(zone: Zone, zone_set: str) -> None:
+    where = {"zoneId": zone.zone_id, "zoneSetId": zone_set}
+    if zone.zone_type not in SUPPORTED:
+        text = f"zones of type {zone.zone_type:.40} are not supported; {', '.join(SUPPORTED)} are"
+        raise OrderRejectedError(OrderFault.UNSUPPORTED, text, **where)
+    if zone.zone_type == RELEASE and zone.release_loss_behavior not in LOSS:
+        text = f"releaseLossBehavior is {zone.release_loss_behavior:.40}; expected {LOSS}"
+        raise OrderRejectedError(OrderFault.UNSUPPORTED, text, **where)
+    numbers = [value for corner in zone.vertices for value in (corner.x, corner.y)]
+    is_shape = len(zone.vertices) >= 3 and all(map(math.isfinite, numbers))
+    if not is_shape or not _polygon(zone).is_valid or _polygon(zone).area == 0.0:
+        raise OrderRejectedError(OrderFault.VALIDATION, "the vertices are no polygon", **where)
+    speed, penalty = zone.max_speed, zone.penalty_factor
+    if zone.zone_type == SPEED_LIMIT and not (speed is not None and 0.0 < speed < math.inf):
+        text = f"maximumSpeed is {speed}; it must be positive"
+        raise OrderRejectedError(OrderFault.VALIDATION, text, **where)
+    if zone.zone_type == PENALTY and not (penalty is not None and 0.0 <= penalty <= 1.0):
+        text = f"penaltyFactor is {penalty}; expected 0 to 1"
+        raise OrderRejectedError(OrderFault.VALIDATION, text, **where)
+
+
+def _polygon(zone: Zone) -> shapely.Polygon:
+    return shapely.Polygon([(corner.x, corner.y) for corner in zone.vertices])
+
+
+def _line(way: Sequence[tuple[float, float]]) -> shapely.Geometry:
+    return shapely.LineString(way) if len(way) > 1 else shapely.Point(way[0])
+
+
+def _within(area: shapely.Geometry, places: Sequence[FloatArray]) -> np.ndarray:
+    shapely.prepare(area)
+    return np.asarray(shapely.contains_xy(area, *places))

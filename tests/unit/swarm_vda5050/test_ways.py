@@ -1,0 +1,76 @@
+"""Trajectories and corridors of edges."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarm_vda5050.messages import Edge, NodePosition
+from swarm_vda5050.ways import corridor_area, is_followed, line_of
+from tests.fakes.fleet_orders import MAP, Toy, edge, node, nurbs, order
+
+START, END = NodePosition(x=1.0, y=0.0, map_id=MAP), NodePosition(x=0.0, y=1.0, map_id=MAP)
+QUARTER = nurbs(
+    (1.0, 0.0), (1.0, 1.0, math.sqrt(0.5)), (0.0, 1.0), degree=2, knots=[0, 0, 0, 1, 1, 1]
+)
+
+
+def read(**more: Any) -> Edge:
+    return msgspec.convert(edge(0) | more, Edge)
+
+
+def test_a_weighted_trajectory_is_an_arc() -> None:
+    line = line_of(read(trajectory=QUARTER), START, END)
+    assert np.hypot(*line.T) == pytest.approx(1.0, abs=1e-3)
+    assert line[0] == pytest.approx((1.0, 0.0))
+    assert line[-1] == pytest.approx((0.0, 1.0))
+    assert np.hypot(*np.diff(line, axis=0).T).max() < 0.06
+
+
+@given(st.lists(st.tuples(st.floats(-9, 9), st.floats(-9, 9)), min_size=2, max_size=6, unique=True))
+def test_a_trajectory_of_degree_1_passes_its_points(points: list[tuple[float, float]]) -> None:
+    line = line_of(read(trajectory=nurbs(*points)), START, END)
+    for point in points:
+        assert np.hypot(*(line - point).T).min() < 0.06
+
+
+def test_a_corridor_has_a_left_and_a_right_side() -> None:
+    way = read(corridor={"leftWidth": 1.0, "rightWidth": 0.2, "corridorRefPoint": "CONTOUR"})
+    area = corridor_area(way, np.array([(0.0, 0.0), (4.0, 0.0)]), 0.1)
+    inside = shapely.contains_xy(area, [2.0, 2.0, 2.0, 2.0], [0.9, 1.1, -0.1, -0.3])
+    assert inside.tolist() == [True, False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("more", "expected"),
+    [
+        ({}, False),
+        ({"trajectory": QUARTER}, True),
+        ({"corridor": {"leftWidth": 0.0, "rightWidth": 0.0}}, True),
+        ({"trajectory": QUARTER, "corridor": {"leftWidth": 1.0, "rightWidth": 1.0}}, False),
+    ],
+)
+def test_only_a_narrow_way_is_followed(more: dict[str, Any], expected: bool) -> None:
+    assert is_followed(read(**more)) is expected
+
+
+def test_a_robot_stops_where_the_kind_of_way_changes() -> None:
+    toy = Toy()
+    content = order([node(number) for number in range(5)])
+    content["edges"][1]["corridor"] = {"leftWidth": 0.5, "rightWidth": 0.5}
+    content["edges"][2]["trajectory"] = nurbs((4.0, 0.0), (5.0, 1.0), (6.0, 0.0))
+    toy.send(content)
+    kinds = []
+    while (leg := toy.vehicle.leg) is not None:
+        path = toy.vehicle.path_of(leg)
+        kinds.append((len(leg.nodes), len(toy.vehicle.corridors_of(leg)), path is not None))
+        toy.step()
+    assert kinds == [(1, 0, False), (1, 1, False), (1, 0, True), (1, 0, False)]
+    assert not toy.vehicle.is_busy
