@@ -11,7 +11,7 @@ import datetime
 import gzip
 import hashlib
 import json
-import math
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,6 +22,8 @@ from rich.console import Console
 
 from benchmarks.scale.plan import GRAPH, HARNESS, plan_jobs
 from benchmarks.scale.sweep import run_jobs
+from swarm_bench.execution.executor import executor, values
+from swarm_bench.execution.task import Executor
 from swarm_bench.halls.halls import hall_runs, run_hall
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
@@ -31,7 +33,6 @@ from swarm_bench.runs.result import RunResult, result_from_json
 from swarm_bench.runs.ros_run import run_on_graph
 from swarm_bench.suite.selection import select
 from swarm_bench.suite.store import key_of, key_of_options
-from swarm_bench.suite.sweep import in_processes
 from swarm_bench.suite.table import run_line
 from swarm_common.files.resources import find_resource
 from swarm_common.model.engines import usual_engine
@@ -149,40 +150,41 @@ PARTS: dict[str, tuple[Callable[[], list[list[RunOptions]]], Callable[[RunOption
 SCALE = "scale"
 
 
-def measure(name: str, jobs: int, console: Console) -> None:
+def measure(name: str, jobs: int, console: Console, cluster: str | None = None) -> None:
     """Run what a part of the page lacks, and add it; a list of runs is kept once it is complete.
 
-    `jobs` processes run at once; runs on the ROS graph use one.
+    `jobs` processes run at once, or a `cluster`; runs on the ROS graph use one process.
     """
     if name == SCALE:
         measure_scale(console)
         return
     make_cells, runner = PARTS[name]
     is_graph = runner is run_on_graph
-    limit = BASELINE_LIMIT if name == "baselines" else math.inf
-    for options in make_cells():
-        kept = read_part(name)
-        known = {key_of(line.result) for line in kept}
-        todo = [item for item in options if key_of_options(item, ros=is_graph) not in known]
-        for result in _limited(todo, 1 if is_graph else jobs, runner, limit):
-            console.print(run_line(result), highlight=False, soft_wrap=True, markup=False)
-            data = {key: value for key, value in result.as_json().items() if key not in UNKEPT}
-            kept.append(Kept(data, RunOrigin.now(inputs_of(options[0]))))
-        if todo:
-            write_part(name, kept)
+    at_once = jobs if name == "baselines" else sys.maxsize
+    with executor(1 if is_graph else jobs, None if is_graph else cluster) as chosen:
+        for options in make_cells():
+            kept = read_part(name)
+            known = {key_of(line.result) for line in kept}
+            todo = [item for item in options if key_of_options(item, ros=is_graph) not in known]
+            for result in _limited(chosen, todo, runner, at_once):
+                console.print(run_line(result), highlight=False, soft_wrap=True, markup=False)
+                data = {key: value for key, value in result.as_json().items() if key not in UNKEPT}
+                kept.append(Kept(data, RunOrigin.now(inputs_of(options[0]))))
+            if todo:
+                write_part(name, kept)
 
 
 def _limited(
-    todo: Sequence[RunOptions], jobs: int, runner: Callable[[RunOptions], RunResult], limit: float
+    chosen: Executor,
+    todo: Sequence[RunOptions],
+    runner: Callable[[RunOptions], RunResult],
+    at_once: int,
 ) -> Iterator[RunResult]:
-    """Yield results; no further seed begins after `limit` [s] of wall time."""
-    if limit == math.inf:
-        yield from in_processes(todo, jobs, runner)
-        return
-    end = time.monotonic() + limit
-    for first in range(0, len(todo), jobs):
+    """Yield results; none of the next `at_once` begins after `BASELINE_LIMIT` of wall time."""
+    end = time.monotonic() + BASELINE_LIMIT
+    for first in range(0, len(todo), at_once):
         if time.monotonic() < end:
-            yield from in_processes(todo[first : first + jobs], jobs, runner)
+            yield from values(chosen, runner, todo[first : first + at_once])
 
 
 def measure_scale(console: Console) -> None:

@@ -17,7 +17,7 @@ from benchmarks.scale.row import GRAPH_COLUMNS, HARNESS_COLUMNS, rows_of
 from swarm_bench.halls.halls import NONE, TROUBLES
 from swarm_bench.runs.document import replace_part, table_line
 from swarm_bench.runs.result import RunResult
-from swarm_bench.suite.command import Jobs, new_console
+from swarm_bench.suite.command import Cluster, Jobs, new_console
 from swarm_bench.suite.summary import Row, summarise
 from swarm_bench.suite.table import contacts_text, number
 from swarm_common.model.errors import UnknownNameError
@@ -272,11 +272,12 @@ def results(
         typer.Option("--measure", help=f"Part to run first: {', '.join((*PARTS, SCALE))}."),
     ] = None,
     jobs: Jobs = 1,
+    cluster: Cluster = None,
 ) -> None:
     """Write docs/results.md and README's table from benchmarks/results; first run what lacks."""
     for name in measured or ():
         if name not in (*PARTS, SCALE):
             raise UnknownNameError("part", name, (*PARTS, SCALE))
-        measure(name, jobs, new_console())
+        measure(name, jobs, new_console(), cluster)
     PAGE.write_text(page(), encoding="utf-8")
     replace_part(ROOT / "README.md", "results", readme_table())

@@ -16,6 +16,7 @@ from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites, area_count
 from swarm_mission.leg import HOME, KINDS, Draw, Leg, Stop
 from swarm_mission.orders import order_file
+from swarm_mission.orders.dispatch import load_dispatcher
 from swarm_mission.orders.order import OrderPlan, check_names
 
 NAMES = (
@@ -63,6 +64,20 @@ class Mission:
         if self.orders is None:
             return self
         return replace(self, orders=self.orders.with_groups(sites.groups))
+
+    def dispatched_by(self, dispatch: str) -> Mission:
+        """Return this mission with orders that somebody else gives to the robots.
+
+        Args:
+            dispatch: As in a mission file.
+
+        Raises:
+            ConfigError: If it has no orders, or there is no such dispatcher.
+        """
+        if self.orders is None:
+            raise ConfigError(f"dispatch is '{dispatch}', but mission {self.name} has no orders")
+        load_dispatcher(dispatch)
+        return replace(self, orders=replace(self.orders, dispatch=dispatch))
 
     @property
     def is_single_goal(self) -> bool:

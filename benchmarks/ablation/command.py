@@ -17,12 +17,12 @@ from benchmarks.ablation.rules import (
     variants,
 )
 from benchmarks.app import benchmarks_app
+from swarm_bench.execution.executor import executor, values
 from swarm_bench.halls.halls import DRAWN, NONE, hall_runs
 from swarm_bench.runs.json_lines import collected, read_json_lines, taken_over
 from swarm_bench.runs.result import RunResult, result_from_json
-from swarm_bench.suite.command import Jobs, JsonLines, new_console
+from swarm_bench.suite.command import Cluster, Jobs, JsonLines, new_console
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes, select
-from swarm_bench.suite.sweep import in_processes
 from swarm_bench.suite.table import run_line
 from swarm_common.model.errors import ConfigError
 
@@ -44,6 +44,7 @@ def ablate(
         str, typer.Option(help="Of the halls: none, dead, radio, people, mixed, or drawn.")
     ] = NONE,
     jobs: Jobs = 1,
+    cluster: Cluster = None,
     json_: JsonLines = None,
 ) -> None:
     """Measure what each liveness rule pays: off, and each number halved and doubled.
@@ -67,14 +68,15 @@ def ablate(
         known = {key_of(*found) for found in results}
         count = sum(job.key in known for job in wanted)
         console.print(taken_over(count, len(wanted), json_), soft_wrap=True, markup=False)
-    while todo := missing(wanted, results):
-        results += collected(
-            in_processes(todo, jobs, run_job),
-            json_,
-            console,
-            lambda found: f"{found[0]}: {run_line(found[1])}",
-            lambda found: {"variant": found[0], **found[1].as_json()},
-        )
+    with executor(jobs, cluster) as computes:
+        while todo := missing(wanted, results):
+            results += collected(
+                values(computes, run_job, todo),
+                json_,
+                console,
+                lambda found: f"{found[0]}: {run_line(found[1])}",
+                lambda found: {"variant": found[0], **found[1].as_json()},
+            )
     names = {variant.name for variant in chosen}
     table = ablation_markdown([item for item in results if item[0] in names | {BASE}])
     console.print(escape(table))

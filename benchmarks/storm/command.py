@@ -11,10 +11,11 @@ from rich.table import Table
 
 from benchmarks.app import benchmarks_app
 from benchmarks.storm.storm import ROWS, StormOptions, StormResult, run_storm
+from swarm_bench.execution.executor import executor, share_of, values
+from swarm_bench.execution.task import Executor
 from swarm_bench.runs.json_lines import collected, read_json_lines, taken_over
-from swarm_bench.suite.command import MISSED, Jobs, new_console
+from swarm_bench.suite.command import MISSED, Cluster, Jobs, Shard, new_console
 from swarm_bench.suite.selection import check_jobs, parse_seeds
-from swarm_bench.suite.sweep import in_processes
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
 KINDS = ("killed", "for_good", "hung", "mute", "deaf")
@@ -31,6 +32,8 @@ def storm(
         str, typer.Option(help=f"{', '.join(ROWS)}, or all: the seeds take them in turn.")
     ] = "all",
     jobs: Jobs = 1,
+    cluster: Cluster = None,
+    shard: Shard = None,
     json_: Annotated[
         Path | None,
         typer.Option("--json", help="File of JSON lines to add to; storms in it are not repeated."),
@@ -49,12 +52,13 @@ def storm(
     check_jobs(jobs, ros=False, method="ours")
     worlds = list(ROWS) if world == "all" else [world]
     options = [StormOptions(worlds[seed % len(worlds)], seed) for seed in chosen]
-    results = _run(options, jobs, json_)
+    with executor(jobs, cluster) as computes:
+        results = _run(share_of(options, shard), computes, json_)
     if not all(result.is_flawless for result in results):
         raise typer.Exit(MISSED)
 
 
-def _run(options: list[StormOptions], jobs: int, file: Path | None) -> list[StormResult]:
+def _run(options: list[StormOptions], chosen: Executor, file: Path | None) -> list[StormResult]:
     console = new_console()
     known: list[StormResult] = []
     if file is not None and file.is_file():
@@ -67,7 +71,7 @@ def _run(options: list[StormOptions], jobs: int, file: Path | None) -> list[Stor
     todo = [item for item in options if (item.world, item.seed) not in done]
     if results:
         console.print(taken_over(len(results), len(options), file), soft_wrap=True, markup=False)
-    new = in_processes(todo, jobs, run_storm)
+    new = values(chosen, run_storm, todo)
     results += collected(new, file, console, storm_line, StormResult.as_json)
     console.print(storm_table(results))
     return results

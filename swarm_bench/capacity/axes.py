@@ -11,12 +11,11 @@ from typing import Any
 
 from swarm_bench.runs.episode import RunOptions, parse_parameters
 from swarm_bench.runs.methods import load_method
-from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_sim.world.world import ENGINES
 
 MOST_VARIANTS = 100
-TEXTS = ("world", "mission", "robot", "actors")  # fields of a scenario that are texts
+TEXTS = ("world", "mission", "robot", "actors", "dispatch")  # fields of a scenario that are texts
 NUMBERS = ("loss", "delay", "noise")
 FLEET = "fleet"  # models joined by +
 OF_CONTROLLER = "controller."  # may stand before its parameters, as in Nav2's files
@@ -36,7 +35,7 @@ def variants(base: RunOptions, axes: Sequence[str]) -> list[SweepVariant]:
     Args:
         base: What all have in common.
         axes: Each NAME=VALUE,VALUE: a field of a scenario (world, mission, robot, fleet, loss,
-            ...), method, engine, or a parameter of the navigators.
+            dispatch, ...), method, engine, or a parameter of the navigators.
 
     Raises:
         ConfigError: If one is malformed, or there are too many combinations.
@@ -90,7 +89,7 @@ def _changed(options: RunOptions, name: str, text: str) -> RunOptions:
         if text not in ("true", "false"):
             raise ConfigError(f"--sweep {name} is '{text}'; expected true or false")
         value = text == "true"
-    elif name not in _scenario_texts():
+    elif name not in TEXTS:
         name = name.removeprefix(OF_CONTROLLER)
         parameters = {**options.parameters, **parse_parameters([f"{name}={text}"], "--sweep")}
         return dataclasses.replace(options, parameters=parameters)
@@ -98,12 +97,6 @@ def _changed(options: RunOptions, name: str, text: str) -> RunOptions:
     if name in ("world", "mission"):
         scenario = dataclasses.replace(scenario, name=name_of(scenario.world, scenario.mission))
     return dataclasses.replace(options, scenario=scenario)
-
-
-def _scenario_texts() -> tuple[str, ...]:
-    """Return the fields of a scenario that are texts; `dispatch` where scenarios have it."""
-    known = {item.name for item in dataclasses.fields(Scenario)}
-    return (*TEXTS, *({"dispatch"} & known))
 
 
 def name_of(world: str, mission: str) -> str:

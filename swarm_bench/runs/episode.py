@@ -123,6 +123,12 @@ def check(options: RunOptions) -> None:
         check_plugins(nav_config(options, spec, number))
 
 
+def dispatch_of(options: RunOptions) -> str:
+    """Return who gives orders to robots; empty without orders."""
+    _, mission, _, _ = _cast(options)
+    return mission.orders.dispatch if mission is not None and mission.orders is not None else ""
+
+
 def build(
     options: RunOptions,
     *,
@@ -351,6 +357,8 @@ def _cast(options: RunOptions) -> tuple[Scene, Mission | None, list[Pose], list[
     mission = None
     if scenario.mission:
         mission = _mission(scenario.mission).with_groups(scene.sites)
+        if scenario.dispatch:
+            mission = mission.dispatched_by(scenario.dispatch)
         where = f"world {scene.name}, for mission {mission.name}"
         mission.check_stations(scene.sites, where, robots=count, highest=count)
     specs = [robot_named(model) for model in scenario.models(options.robots)]

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from swarm_bench.runs.episode import RunOptions, check, robot_models, robot_named
+from swarm_bench.runs.episode import RunOptions, check, dispatch_of, robot_models, robot_named
 from swarm_bench.runs.inputs import Gathered, digest_of, gather
 from swarm_bench.runs.scenario import Scenario
 
@@ -46,8 +46,8 @@ def load_inputs(options: RunOptions) -> None:
 
 
 def plugins_of(options: RunOptions) -> Iterator[str]:
-    """Yield the names module:Class in a run's method, parameters and scenario."""
-    values = [options.method, *options.parameters.values()]
+    """Yield the names module:Class in a run's method, parameters, scenario and mission."""
+    values = [options.method, *options.parameters.values(), dispatch_of(options)]
     values += [
         getattr(options.scenario, field.name) for field in dataclasses.fields(options.scenario)
     ]

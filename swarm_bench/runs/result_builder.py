@@ -158,6 +158,7 @@ def conditions(options: RunOptions) -> dict[str, Any]:
         **({"laps": scenario.laps} if scenario.laps != 1 else {}),
         **({"duration": scenario.duration} if scenario.duration else {}),
         **({"warm_up": scenario.warm_up} if scenario.duration else {}),
+        **({"dispatch": scenario.dispatch} if scenario.dispatch else {}),
         **({"realistic": True} if options.realistic else {}),
         **{
             name if pattern == "/**" else f"{pattern} {name}": value

@@ -12,7 +12,15 @@ from swarm_common.files.yaml_io import check_keys, number, numbers, read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
 
-NAMES = ("description", "world", "mission", "robot", "fleet.*", "actors")  # texts as written
+NAMES = (
+    "description",
+    "world",
+    "mission",
+    "robot",
+    "fleet.*",
+    "actors",
+    "dispatch",
+)  # texts as written
 MOST_ROBOTS = 200
 MOST_SECONDS = 604_800.0  # of a run: a week
 SUITE_SEEDS = 20
@@ -54,6 +62,7 @@ class Scenario:
     # laps are done
     duration: float = 0.0
     warm_up: float = 0.0  # [s] at the beginning of such a run in which nothing is counted
+    dispatch: str = ""  # who gets an order, in place of what the mission says
 
     def __post_init__(self) -> None:
         if not self.robots:
@@ -257,4 +266,5 @@ _READERS: dict[str, Any] = {
     "laps": _integer,
     "duration": number,
     "warm_up": number,
+    "dispatch": _text,
 }

@@ -8,15 +8,15 @@ from typing import Annotated
 
 import typer
 
+from swarm_bench.execution.executor import executor, share_of, values
+from swarm_bench.runs.fingerprint import load_inputs
 from swarm_bench.runs.json_lines import collected, taken_over
 from swarm_bench.study.experiments import load_experiments, runs_of, study_folder
 from swarm_bench.study.lines import StudyLine, read_lines
 from swarm_bench.study.page import markdown, page
 from swarm_bench.study.runner import line_text, run_one
-from swarm_bench.suite.command import Jobs, bench_app, keeping, new_console
-from swarm_bench.suite.progress import bar
+from swarm_bench.suite.command import Cluster, Jobs, Shard, bench_app, new_console
 from swarm_bench.suite.selection import check_jobs
-from swarm_bench.suite.sweep import in_processes
 from swarm_common.model.errors import ConfigError
 
 DIFFERS = 1
@@ -47,6 +47,8 @@ def study(
         typer.Option(help="Runs to add; another call goes on.", show_default="all"),
     ] = None,
     jobs: Jobs = 1,
+    cluster: Cluster = None,
+    shard: Shard = None,
 ) -> None:
     """Compare decentralised with central control; what was run before is not repeated.
 
@@ -64,11 +66,10 @@ def study(
         todo = [run for run in runs if run.key not in known]
         if len(todo) < len(runs):
             console.print(taken_over(len(runs) - len(todo), len(runs), file), markup=False)
-        todo = todo[:most]
-        with bar(console, "runs", len(todo)) as tell:
-            new = in_processes(todo, jobs, run_one)
-            told = _counted(new, lambda done: tell(done, len(todo)))
-            lines += collected(told, file, console, line_text, StudyLine.as_json)
+        with executor(jobs, cluster) as chosen:
+            share = share_of(todo, shard)[:most]
+            new = values(chosen, run_one, share, lambda run: load_inputs(run.options()))
+            lines += collected(new, file, console, line_text, StudyLine.as_json)
     if not lines:
         raise ConfigError(f"{file} has no results; run swarm-bench study first")
     command = "swarm-bench study --quick" if quick else "swarm-bench study"

@@ -7,7 +7,6 @@ import dataclasses
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
 
 from rich.console import Console
 
@@ -25,16 +24,9 @@ from swarm_bench.runs.ros_run import ENGINE as ROS
 from swarm_bench.runs.ros_run import run_on_graph
 from swarm_bench.suite import store
 from swarm_bench.suite.table import failure_line, run_line
-from swarm_common.model.errors import SwarmError
 
-T = TypeVar("T")
-R = TypeVar("R")
 Runner = Callable[[RunOptions], RunResult]
 Outcome = RunResult | FailedRun
-
-
-class RunFailedError(SwarmError):
-    """A run that others depend on has no result."""
 
 
 @dataclass(slots=True)
@@ -138,19 +130,3 @@ class Sweep:
         if name not in self._inputs:
             self._inputs[name] = gathered(options, self.load)
         return self._inputs[name]
-
-
-def in_processes(items: Sequence[T], jobs: int, runner: Callable[[T], R]) -> Iterator[R]:
-    """Yield the result of each run as it comes.
-
-    Raises:
-        RunFailedError: For the first that has none.
-    """
-    executor = LocalExecutor(min(jobs, max(len(items), 1)))
-    try:
-        for done in executor.run(runner, items, None):
-            if done.error:
-                raise RunFailedError(done.error)
-            yield done.value
-    finally:
-        executor.close()

@@ -14,8 +14,10 @@ What a module imports of its folder stands above it:
     client       `RobotCommander`: one robot of a swarm driven from Python
     driver       Takes one robot through its itinerary: goals out, results and status in
     order_channel  The topic `/orders`, which is the radio of orders between processes
+    goal_news    Tells swarm-up, and the state log, what becomes of goals
+    order_party  A process that takes part in orders: its node, its signs of life and its loop
     station      Process of one station with orders, or of a dispatcher
-    order_robots  The robots' side of orders: each robot's courier, over its own client
+    courier      Process of one robot's courier: bids for orders, and sends the robot
     runner       Mission process of `swarm-up`: drives all robots, or only watches
 
 May import swarm_mission and swarm_common.

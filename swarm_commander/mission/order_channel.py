@@ -12,7 +12,7 @@ from std_msgs.msg import String
 
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.records import tick_from_stamp
-from swarm_mission.orders.messages import AnyMessage, Envelope
+from swarm_mission.orders.messages import Announcement, AnyMessage, Envelope
 from swarm_mission.orders.radio import OrderRadio
 
 TOPIC = "/orders"
@@ -37,11 +37,13 @@ class OrderChannel:
     Attributes:
         tick: Now, by `/clock`; 0 before the world runs.
         has_news: Whether time has passed, or something has come, since `receive`.
+        stations: Whose announcements have reached this process, lost by the radio or not.
     """
 
     def __init__(self, node: Node, radio: OrderRadio, rejections: Rejections) -> None:
         self.tick = 0
         self.has_news = False
+        self.stations: set[str] = set()
         self._radio = radio
         self._rejections = rejections
         self._publisher = node.create_publisher(String, TOPIC, QUALITY)
@@ -76,5 +78,7 @@ class OrderChannel:
             self._rejections.reject("orders", TOPIC, f"tick {batch.tick}; it is {self.tick}")
             return
         self.has_news = True
+        said = [each.message for each in batch.envelopes]
+        self.stations |= {m.station for m in said if isinstance(m, Announcement)}
         # here the way takes its time by itself
         self._radio.send(batch.tick - 1, batch.envelopes)

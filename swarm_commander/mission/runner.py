@@ -13,28 +13,25 @@ import signal
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, assert_never
+from typing import Any, assert_never
 
 import rclpy
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
+from swarm_commander.mission.driver import RobotDriver, has_goal
+from swarm_commander.mission.goal_news import GoalNews
 from swarm_commander.mission.state_log import FILE, StateLog
 from swarm_commander.mission.status_check import StatusCheck
 from swarm_common.files.journal import Journal
 from swarm_common.middleware.participants import Hubs, prepare
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.rejections import Rejections
-from swarm_common.model.breaches import MissedGoal
 from swarm_common.model.palette import BUSY_STATES
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_common.process.lifetime import LEASE, SleepWatch
 from swarm_common.process.messages import (
     MISSION,
     Alive,
-    GoalMissed,
-    GoalReached,
-    GoalSent,
     GoalsRestored,
     GoalWithdrawn,
     MeetingPorts,
@@ -53,9 +50,6 @@ from swarm_common.process.pipes import EventWriter, MessageReader, child_options
 from swarm_mission.itinerary import Itinerary, NextGoal, StopOutcome
 from swarm_mission.routes import routes
 from swarm_recording.run_trace import RunTrace
-
-if TYPE_CHECKING:
-    from swarm_commander.mission.order_robots import OrderRobots
 
 BEAT_PERIOD = 2.0  # [s] of wall time between two signs of life
 TURN_PERIOD = 0.25  # [s] of wall time between two looks at everything else
@@ -100,7 +94,7 @@ class Runner:
         self._removed: set[str] = set()  # taken out by the operator: their goals do not count
         self._excused: set[str] = set()  # their host is silent: swarm-up decides about them
         self._fresh: set[str] = set()
-        self._sent: dict[str, int] = {}  # number of the latest goal, by robot
+        self._news = GoalNews(events, self._state_log)
         self._is_started = False
         # Of a mission process that goes on where another one died
         self._resumed_at = round(float(config.get("resumed_at", 0.0)) / CONTROL_PERIOD)
@@ -108,13 +102,6 @@ class Runner:
         self._beat_at = 0.0
         self._heard_at: dict[str, float] = {}
         self._ended_at: dict[str, float] = {}
-        self._orders: OrderRobots | None = None
-        if config.get("orders") is not None:
-            from swarm_commander.mission.order_robots import OrderRobots
-
-            self._orders = OrderRobots(
-                hubs.nodes[0], config, self._drivers, self, events, self._rejections
-            )
         if config["mission"] is not None:
             goals = sum(d.itinerary.total for d in self._drivers.values() if d.itinerary)
             events.write(MissionLoaded(goals))
@@ -124,18 +111,11 @@ class Runner:
         if time.monotonic() - self._beat_at > BEAT_PERIOD:
             self._beat_at = time.monotonic()
             self._events.write(Alive())
-            if self._orders is not None:
-                self._orders.report()
         if not self._is_started:
             self._start_when_ready()
         self._notice_lost()
         self._flush()
         self._rejections.tell(time.monotonic())
-
-    def serve_orders(self) -> None:
-        """Let robots with orders decide, after any news."""
-        if self._orders is not None:
-            self._orders.turn(self._dead | self._silent)
 
     def receive_command(self, command: MissionCommand) -> None:
         """Obey swarm-up.
@@ -173,8 +153,6 @@ class Runner:
         if self._state_log is not None:
             self._state_log.close()
         self._flush()
-        if self._orders is not None:
-            self._orders.report()
         self._rejections.flush()
 
     # What the drivers say
@@ -186,12 +164,7 @@ class Runner:
             driver: Of the robot that it is about.
             order: The goal; a second try of it is not counted again.
         """
-        if order.number > self._sent.get(driver.name, 0):
-            self._sent[driver.name] = order.number
-            self._events.write(GoalSent(driver.name, order.stop.name))
-            if self._state_log is not None:
-                at = sim_seconds(max(order.start_tick, driver.tick))
-                self._state_log.goal(driver.name, order.stop.name, "sent", at)
+        self._news.sent(driver.name, order, driver.tick)
 
     def on_settled(self, driver: RobotDriver, outcome: StopOutcome) -> None:
         """Pass a settled stop on.
@@ -202,15 +175,8 @@ class Runner:
         """
         if driver.name in self._removed:
             self._events.write(GoalWithdrawn(driver.name))
-            return
-        word, name = "reached" if outcome.reached else "failed", outcome.stop.name
-        at, duration = sim_seconds(outcome.tick), round(outcome.duration, 3)
-        if outcome.reached:
-            self._events.write(GoalReached(driver.name, name, at, duration))
         else:
-            self._events.write(GoalMissed(MissedGoal(driver.name, name, at, outcome.reason)))
-        if self._state_log is not None:
-            self._state_log.goal(driver.name, name, word, at, duration)
+            self._news.settled(driver.name, outcome)
 
     def on_over(self, driver: RobotDriver) -> bool:
         """Say so when all are done; keep the last from answering so that time stands still.
@@ -236,8 +202,6 @@ class Runner:
         """
         if self._state_log is not None:
             self._state_log.note(driver.name, status)
-        if self._orders is not None:
-            self._orders.on_status(driver.name, status)
         self._fresh.add(driver.name)
         self._heard_at[driver.name] = time.monotonic()
         if driver.name not in self._excused:
@@ -340,7 +304,7 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
     Raises:
         ConfigError: If a mission or the sites are unusable.
     """
-    if config["mission"] is None or config.get("orders") is not None:
+    if config["mission"] is None or config.get("has_orders"):
         return [None for _ in config["robots"]]
     settled = config.get("settled", {})  # goals, by robot, of a mission process that died
     return [
@@ -376,7 +340,6 @@ def main() -> None:
     with contextlib.suppress(BrokenPipeError):
         while not stopping:
             executor.spin_once(timeout_sec=TURN_PERIOD)
-            runner.serve_orders()
             if slept := watch.slept():  # links that one side has forgotten do not come back
                 sys.stderr.write(f"this process was stopped for {slept:.0f} s: it begins anew\n")
                 sys.stderr.flush()

@@ -1,34 +1,25 @@
 """Process of one station with orders, or of a dispatcher; it knows what it hears on `/orders`.
 
-python -m swarm_commander.mission.station CONFIG.json --event-fd N
+python -m swarm_commander.mission.station CONFIG.json --event-fd N --control-fd M
 """
 
 from __future__ import annotations
 
-import contextlib
-import json
-import os
-import signal
 import time
 from typing import Any
 
 import msgspec
-import rclpy
 
 from swarm_commander.mission.order_channel import OrderChannel
+from swarm_commander.mission.order_party import run_party
 from swarm_common.files.sites_io import load_sites
-from swarm_common.middleware.rclpy_compat import SafeExecutor
-from swarm_common.middleware.rejections import Rejections
-from swarm_common.process.messages import Alive, OrdersReported, StationDone
-from swarm_common.process.pipes import EventWriter, child_options
+from swarm_common.process.messages import MissionCommand, OrdersReported, StationDone
+from swarm_common.process.pipes import EventWriter
 from swarm_mission.mission import load_mission
 from swarm_mission.orders.dispatch import DISPATCHER, DispatcherAgent, load_dispatcher
 from swarm_mission.orders.messages import Announcement, Envelope
-from swarm_mission.orders.radio import OrderRadio
 from swarm_mission.orders.station_agent import StationAgent
 
-TURN_PERIOD = 0.1  # [s] of wall time at most between two turns
-BEAT_PERIOD = 2.0  # [s] of wall time between two signs of life
 HELLO_PERIOD = 0.5  # [s] of wall time between two announcements before the world runs
 
 
@@ -50,7 +41,7 @@ class StationProcess:
         self._name: str = config["station"]
         self._channel = channel
         self._events = events
-        self._beat_at = self._hello_at = 0.0
+        self._hello_at = 0.0
         self._is_done = False
         self._station: StationAgent | None = None
         self._dispatcher: DispatcherAgent | None = None
@@ -64,9 +55,6 @@ class StationProcess:
     def turn(self) -> None:
         """Hear, decide, send and report."""
         now, channel = time.monotonic(), self._channel
-        if now - self._beat_at > BEAT_PERIOD:
-            self._beat_at = now
-            self._events.write(Alive())
         if channel.tick == 0:
             if self._station is not None and now - self._hello_at > HELLO_PERIOD:
                 self._hello_at = now
@@ -80,6 +68,12 @@ class StationProcess:
         if self._station is not None:
             self._report(self._station)
 
+    def beat(self) -> None:
+        """Do nothing: `turn` reports at once."""
+
+    def obey(self, command: MissionCommand) -> None:
+        """Do nothing: a station knows robots by what they say."""
+
     def _report(self, station: StationAgent) -> None:
         if station.events:
             self._events.write(OrdersReported([msgspec.to_builtins(e) for e in station.events]))
@@ -89,31 +83,8 @@ class StationProcess:
             self._events.write(StationDone(self._name))
 
 
-def main() -> None:
-    """Run until SIGTERM."""
-    options = child_options("A station with orders")
-    config = json.loads(options.config.read_text(encoding="utf-8"))
-    events = EventWriter(options.event_fd)
-    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
-    number = config["number"]
-    node = rclpy.create_node(
-        f"station_{number}", enable_rosout=False, start_parameter_services=False
-    )
-    stopping: list[int] = []
-    signal.signal(signal.SIGTERM, lambda signal_number, _: stopping.append(signal_number))
-    executor = SafeExecutor()
-    executor.add_node(node)
-    rejections = Rejections(events, node.get_logger().warning)
-    radio = OrderRadio(config["loss"], config["delay"], config["seed"])
-    process = StationProcess(config, OrderChannel(node, radio, rejections), events)
-    with contextlib.suppress(BrokenPipeError):
-        while not stopping:
-            executor.spin_once(timeout_sec=TURN_PERIOD)
-            process.turn()
-            rejections.tell(time.monotonic())
-        rejections.flush()
-    os._exit(0)  # with all of its entities at once
-
-
 if __name__ == "__main__":
-    main()
+    run_party(
+        "A station with orders", "station",
+        lambda config, node, channel, events, rejections: StationProcess(config, channel, events),
+    )  # fmt: skip

@@ -80,11 +80,13 @@ from swarm_mission.routes import goals
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
 RVIZ, VIEWER, VDA5050 = "rviz", "viewer", "vda5050"
 STATION = "station"  # a process each, and one of a dispatcher
+COURIER = "courier"  # a process for each robot with orders
 MODULES = {
     WORLD: "swarm_sim.ros.node",
     HOST: "swarm_nav.launch.fork_server_main",
     RUNNER: "swarm_commander.mission.runner",
     STATION: "swarm_commander.mission.station",
+    COURIER: "swarm_commander.mission.courier",
     RECORDER: "swarm_recording.recorder",
     RVIZ: "swarm_commander.viewers.window",
     VIEWER: "swarm_view.process",
@@ -94,6 +96,7 @@ MEETING = (
     WORLD,
     RUNNER,
 )  # processes whose ports the navigators of a large swarm are told, see `participants`
+OPERATOR = (RUNNER, STATION, COURIER)  # with swarm-up itself
 STOP_ORDER = (WORLD, RUNNER, RECORDER, HOST)  # the world first, so that no navigator is late for it
 ONLOOKERS = (RECORDER, RVIZ, VIEWER, VDA5050)  # the run goes on without them
 WORLD_SILENCE = 20.0  # [s] of wall time without a word after which the world hangs,
@@ -130,6 +133,7 @@ class LocalRun(ProcessRun):
         self._plan = plan
         self._awaits_activity = plan.options.autostart
         self._runner: dict[str, Any] = {}  # what the mission process is started with
+        self._couriers: dict[str, dict[str, Any]] = {}  # likewise those of robots with orders
         self._has_hinted = False
         self._is_released = False  # whether the fork server was told to start the navigators
         self._has_ticked = False
@@ -171,9 +175,11 @@ class LocalRun(ProcessRun):
         homes = [Pose(*pose) for pose in poses]
         trace = {"trace_dir": str(self._folder.trace)}
         drawn = self._folder.trace / MAP_FILE
-        self._runner = self._plan.runner_config(homes, self._plan.map or drawn) | trace
+        self._runner = self._plan.runner_config(homes) | trace
         for config in self._plan.station_configs():
             self._start(f"{STATION}_{config['number']}", config)
+        for config in self._plan.courier_configs(homes, self._plan.map or drawn):
+            self._couriers[f"{COURIER}_{config['number']}"] = config | trace
         self._prepare_navigators(homes)
         if self._plan.options.record:
             self._start(RECORDER, recorder_config(self._plan, self._folder.recording))
@@ -187,6 +193,8 @@ class LocalRun(ProcessRun):
         if not self._unmet:
             self._release_navigators()
         self._start(RUNNER, self._runner)
+        for name, config in self._couriers.items():
+            self._start(name, config)
 
     def _prepare_navigators(self, homes: Sequence[Pose]) -> None:
         """Write their parameters and what the fork server is to read."""
@@ -232,6 +240,9 @@ class LocalRun(ProcessRun):
         super()._tell(name, command)
         if name == RUNNER:
             super()._tell(VDA5050, command)
+            for courier, config in self._couriers.items():
+                if getattr(command, "robot", "") in config["robots"]:
+                    super()._tell(courier, command)
 
     # What they say
 
@@ -454,7 +465,8 @@ class LocalRun(ProcessRun):
         super()._on_exit(exit_)
 
     def _revives(self, exit_: Exit) -> bool:
-        if exit_.name not in (HOST, RUNNER) or self._refusal is not None:
+        known = (HOST, RUNNER, *self._couriers)
+        if exit_.name not in known or self._refusal is not None:
             return False
         pause = self._restarts.on_death(exit_.name, time.monotonic())
         if pause is None:
@@ -479,10 +491,23 @@ class LocalRun(ProcessRun):
             self._start(HOST, {}, "--wait")
         elif name == RUNNER:
             self._revive_mission()
+        elif name in self._couriers:
+            self._revive_courier(name)
+
+    def _revive_courier(self, name: str) -> None:
+        """Restart a courier: the stations take back the orders that its robots held."""
+        config = self._couriers[name]
+        for robot in config["robots"]:
+            self.statistics.robots[robot].drop_goal()
+        self._start(name, config)
+        for robot in self._navigators.down | self._navigators.given_up:
+            if robot in config["robots"]:
+                self._tell(name, RobotSilent(robot))
 
     def _revive_mission(self) -> None:
         """Restart the mission process: it continues with the goals that are not settled."""
-        self.statistics.on_mission_restart()
+        if not self._couriers:  # which go on
+            self.statistics.on_mission_restart()
         robots = self.statistics.robots.items()
         settled = {name: robot.reached + robot.failed for name, robot in robots}
         now = {"settled": settled, "resumed_at": self.statistics.sim_time}
@@ -591,8 +616,9 @@ class LocalRun(ProcessRun):
     def _measure(self) -> None:
         self.usage.sample("world", process_tree(self._supervisor.pid(WORLD)))
         self.usage.sample("navigators", process_tree(self._supervisor.pid(HOST)))
-        own = [psutil.Process(), *process_tree(self._supervisor.pid(RUNNER))]
-        self.usage.sample("operator", own)
+        names = [name for name in self._children if name.split("_")[0] in OPERATOR]
+        own = [one for name in names for one in process_tree(self._supervisor.pid(name))]
+        self.usage.sample("operator", [psutil.Process(), *own])
         for name in (RECORDER, VIEWER, VDA5050):
             if name in self._children:
                 self.usage.sample(name, process_tree(self._supervisor.pid(name)))

@@ -16,16 +16,18 @@ class Journal:
     ends the journal, not the run.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, *, is_shared: bool = False) -> None:
         """Begin an empty file.
 
         Args:
-            path: An old file is overwritten.
+            path: An old file is overwritten, unless others write to it.
+            is_shared: Whether they do.
 
         Raises:
             OSError: If it cannot be written.
         """
-        flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC
+        flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
+        flags |= 0 if is_shared else os.O_TRUNC
         self._descriptor: int | None = os.open(path, flags, 0o644)
 
     def write(self, **values: Any) -> None:

@@ -278,8 +278,9 @@ class OrdersReported(EventBase, frozen=True, tag="orders"):
 
 
 class FloorReported(EventBase, frozen=True, tag="floor"):
-    """How floor and robots' time are used so far, see `swarm_mission.orders.floor_use`."""
+    """How a courier's robots use floor and time so far, see `swarm_mission.orders.floor_use`."""
 
+    courier: int  # number of its process
     figures: dict[str, Any]
 
 

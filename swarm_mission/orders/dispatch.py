@@ -6,13 +6,13 @@ grant their orders as ever, so that whatever a dispatcher says, nothing is grant
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
 
 from swarm_common.model.errors import ConfigError
+from swarm_common.process.plugins import load_plugin
 from swarm_mission.orders.messages import (
     Announcement,
     AnyMessage,
@@ -94,10 +94,9 @@ class Central:
         return [chosen[pair] for row, at in pairs if (pair := (int(row), int(at))) in chosen]
 
 
-DISPATCHERS: dict[str, Callable[[], Dispatcher]] = {
-    "fifo": Fifo,
-    "nearest": Nearest,
-    "central": Central,
+DISPATCHERS = {
+    CLAIM: "",  # none
+    **{name: f"{__name__}:{name.title()}" for name in ("fifo", "nearest", "central")},
 }
 
 
@@ -109,15 +108,11 @@ def load_dispatcher(name: str) -> Dispatcher | None:
     """
     if name == CLAIM:
         return None
-    if name in DISPATCHERS:
-        return DISPATCHERS[name]()
-    module, _, attribute = name.partition(":")
+    make = load_plugin("dispatchers", name, DISPATCHERS, "dispatch")
     try:
-        made: Dispatcher = getattr(importlib.import_module(module), attribute)()
-    except (ImportError, AttributeError, TypeError, ValueError) as error:
-        raise ConfigError(
-            f"dispatch is '{name}': {error}; expected MODULE:CLASS that Python can import"
-        ) from error
+        made: Dispatcher = make()
+    except Exception as error:  # whatever a class of the user's does
+        raise ConfigError(f"dispatch is '{name}', which cannot be made: {error}") from error
     if not hasattr(made, "assign"):
         raise ConfigError(f"dispatch is '{name}', which has no method 'assign'")
     return made

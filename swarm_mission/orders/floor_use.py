@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -97,3 +98,18 @@ class FloorUse:
                 ],
             },
         }
+
+
+def joined(figures: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the figures of all robots from those of shares of them, as of `FloorUse.as_json`."""
+    robots: dict[str, Any] = {}
+    cells: dict[tuple[float, float], dict[str, float]] = {}
+    for each in figures:
+        robots |= each["robots"]
+        for cell in each["floor"]["cells"]:
+            place = cell["x"], cell["y"]
+            before = cells.get(place, {"flow": 0.0, "density": 0.0})
+            sums = {name: round(value + cell[name], 4) for name, value in before.items()}
+            cells[place] = {"x": place[0], "y": place[1], **sums}
+    floor = {"cell": CELL, "cells": [cells[place] for place in sorted(cells)]}
+    return {"robots": dict(sorted(robots.items())), "floor": floor}

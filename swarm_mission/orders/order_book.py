@@ -92,6 +92,7 @@ class OrderRecord:
             "lead_time": _between(self.created, done),
             "lateness": _between(self.due, done),
             "taken_back": self.taken_back,
+            "receipts": self.receipts,
         }
 
 

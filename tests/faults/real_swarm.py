@@ -21,6 +21,7 @@ UP = "from swarm_commander.cli.main import swarm_up; swarm_up()"
 MODULES = {
     "world": "swarm_sim.ros.node",
     "mission": "swarm_commander.mission.runner",
+    "courier": "swarm_commander.mission.courier",
     "fork_server": "swarm_nav.launch.fork_server_main",
     "recorder": "swarm_recording.recorder",
     "viewer": "swarm_view.process",
@@ -55,7 +56,7 @@ class RealSwarm:
     # Processes
 
     def pid_of(self, component: str) -> int | None:
-        """Return the process id of world, mission, fork_server, recorder, viewer or swarm-up."""
+        """Return the process id of swarm-up or of the first process with a name of `MODULES`."""
         if component == "swarm-up":
             return self.popen.pid
         for child in _children(self.popen.pid):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -45,6 +45,7 @@ WORLD_FILE = "world.sdf"
 SITES_FILE = "sites.yaml"
 # Of robots that neither make way nor wait for a turn: all but make_way, leave and wait.
 FLEET_RULES = "keep_apart stop_before_obstacle plan_anew behave arrive drive check_progress"
+COURIERS = 30  # processes at most; then several robots share one, as DDS has few ids
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,55 +255,58 @@ class RunPlan:
         is_off = self.overrides.world.values.get("with_lidar") is False
         return {"with_lidar": False, "costmap.scan_timeout": 0.0} if is_off else {}
 
-    @property
-    def _orders_file(self) -> str:
-        return self.copy_of(self.options.mission or "")
-
-    def _radio(self) -> dict[str, float]:
-        values = default_world_parameters() | dict(self.overrides.world.values)
-        return {name: float(values[f"radio.{name}"]) for name in ("loss", "delay")}
-
     def station_configs(self) -> list[dict[str, Any]]:
         """Return the configurations of the stations' processes, and of a dispatcher's."""
         if self.mission is None or (orders := self.mission.orders) is None:
             return []
         parties = [*orders.stations, *([] if orders.dispatch == CLAIM else [DISPATCHER])]
         return [
-            {
-                "station": name,
-                "number": number,
-                "mission": self._orders_file,
-                "sites": self.sites_file,
-                "seed": self.options.seed,
-                **self._radio(),
-            }
+            {"station": name, "number": number, **self._orders_config()}
             for number, name in enumerate(parties, 1)
         ]
 
-    def _orders_config(self, map_file: Path) -> dict[str, Any]:
-        """Return what the mission process needs for orders; nothing without any."""
-        if self.mission is None or self.mission.orders is None:
-            return {}
-        specs = {
-            name: member.spec
-            for name, member in zip(self.options.robot_names, self.fleet.members, strict=True)
-        }
+    def _orders_config(self) -> dict[str, Any]:
+        """Return what all processes that take part in orders need."""
+        values = default_world_parameters() | dict(self.overrides.world.values)
         return {
-            "mission_file": self._orders_file,
-            "orders": {
-                "map": str(map_file),
-                "radius": min(spec.inscribed_radius for spec in specs.values()),
-                "speeds": {name: spec.max_vel_x for name, spec in specs.items()},
-                **self._radio(),
-            },
+            "mission": self.copy_of(self.options.mission or ""),
+            "sites": self.sites_file,
+            "seed": self.options.seed,
+            **{name: float(values[f"radio.{name}"]) for name in ("loss", "delay")},
         }
 
-    def runner_config(self, homes_map: list[Pose], map_file: Path = Path()) -> dict[str, Any]:
-        """Return the configuration of the mission process.
+    def courier_configs(self, homes_map: Sequence[Pose], map_file: Path) -> list[dict[str, Any]]:
+        """Return the configurations of the robots' couriers: a process each, up to `COURIERS`.
 
         Args:
             homes_map: Where each robot starts, broken ones included.
             map_file: That the navigators use; ways to stations are measured on it.
+        """
+        if self.mission is None or self.mission.orders is None:
+            return []
+        members, names = self.fleet.members, self.options.robot_names
+        robots = {
+            name: {"home": _triple(home), "speed": member.spec.max_vel_x}
+            for name, home, member in zip(names, homes_map, members, strict=True)
+            if name in self.alive
+        }
+        common = {
+            "map": str(map_file),
+            "radius": min(member.spec.inscribed_radius for member in members),
+            **self._orders_config(),
+        }
+        size = max(self.options.pack, -(-len(robots) // COURIERS))
+        shares = [list(robots)[first : first + size] for first in range(0, len(robots), size)]
+        return [
+            {"number": number, "robots": {name: robots[name] for name in share}, **common}
+            for number, share in enumerate(shares, 1)
+        ]
+
+    def runner_config(self, homes_map: list[Pose]) -> dict[str, Any]:
+        """Return the configuration of the mission process.
+
+        Args:
+            homes_map: Where each robot starts, broken ones included.
 
         Returns:
             As `mission.runner` reads it.
@@ -329,7 +333,7 @@ class RunPlan:
             "laps": options.laps,
             "goals_per_robot": options.goals_per_robot,
             "stand_still_at_end": options.until_done,
-            **self._orders_config(map_file),
+            "has_orders": self.mission is not None and self.mission.orders is not None,
         }
 
     def vda5050_config(self, map_file: Path) -> dict[str, Any]:

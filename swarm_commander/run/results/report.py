@@ -15,6 +15,7 @@ from swarm_commander.run.results.run_statistics import COUNTS, RunStatistics
 from swarm_common.files.whole_file import write_whole
 from swarm_common.model.breaches import Collision, breaches_json
 from swarm_mission.fairness import fairness
+from swarm_mission.orders.floor_use import joined
 
 SCHEMA = 1
 OK, MISSED, BAD_INPUT, COMPONENT_FAILED = range(4)  # exit codes
@@ -125,7 +126,8 @@ def _orders(statistics: RunStatistics, sim_time: float) -> dict[str, Any]:
     """Return what became of the orders; nothing for a mission without any."""
     if statistics.orders is None:
         return {}
-    return {"orders": {**statistics.orders.as_json(sim_time), **statistics.floor}}
+    figures = statistics.orders.as_json(sim_time)
+    return {"orders": {**figures, **joined(statistics.floors.values())}}
 
 
 def _conditions(statistics: RunStatistics) -> dict[str, Any] | None:

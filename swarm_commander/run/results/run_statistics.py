@@ -218,7 +218,7 @@ class RunStatistics:
         conditions: What the map has room for, as the navigators say.
         unseen: Whose LiDAR sees too little of broken robots, as the world says.
         orders: What became of the mission's orders; None if it has none.
-        floor: How floor and robots' time are used.
+        floors: How floor and robots' time are used, by number of the courier.
         stations_left: Stations whose orders are not all done.
     """
 
@@ -240,7 +240,7 @@ class RunStatistics:
     conditions: ConditionsChecked | None = None
     unseen: list[str] = field(default_factory=list)
     orders: OrderBook | None = None
-    floor: dict[str, Any] = field(default_factory=dict)
+    floors: dict[int, dict[str, Any]] = field(default_factory=dict)
     stations_left: set[str] = field(default_factory=set)
 
     @classmethod
@@ -313,8 +313,8 @@ class RunStatistics:
             case OrdersReported(events=events):
                 if self.orders is not None:
                     self.orders.apply_all(msgspec.convert(events, list[OrderEvent]))
-            case FloorReported(figures=figures):
-                self.floor = figures
+            case FloorReported(courier=courier, figures=figures):
+                self.floors[courier] = figures
             case StationDone(station=station):
                 self.stations_left.discard(station)
                 self.is_done = not self.stations_left

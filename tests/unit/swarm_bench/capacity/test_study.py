@@ -15,9 +15,10 @@ from swarm_bench.capacity.command import parse_precision, parse_time
 from swarm_bench.capacity.study import Study
 from swarm_bench.cli import _load
 from swarm_bench.execution.processes import LocalExecutor
-from swarm_bench.runs.episode import RunOptions
+from swarm_bench.runs.episode import RunOptions, check
 from swarm_bench.runs.scenario import Scenario
 from swarm_bench.suite.sweep import Sweep
+from swarm_common.model.errors import ConfigError
 from tests.unit.swarm_bench.capacity.test_statistics import run_of
 
 SCENARIO = Scenario(name="own", duration=3610.0, warm_up=10.0)
@@ -66,6 +67,9 @@ def test_axes_multiply() -> None:
     (mixed,) = variants(base, ["fleet=turtlebot3_burger+turtlebot3_waffle", "mission=roam"])
     assert mixed.base.scenario.fleet == ("turtlebot3_burger", "turtlebot3_waffle")
     assert mixed.base.scenario.name == "slim_blockage, roam"
+    (central,) = variants(base, ["dispatch=central"])
+    with pytest.raises(ConfigError, match="dispatch is 'central', but mission loading_route has"):
+        check(central.base)
 
 
 def test_precision_and_budget() -> None:

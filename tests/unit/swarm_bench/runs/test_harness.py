@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from swarm_bench.execution.executor import executor, values
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness, InjectedFaults, run
 from swarm_bench.runs.methods import Driver
 from swarm_bench.runs.result import RunResult, result_from_json
 from swarm_bench.runs.scenario import load_scenario
-from swarm_bench.suite.sweep import in_processes
 from swarm_bench.suite.table import run_line
 from swarm_common.model.records import Pose
 from swarm_nav.core.goals import Output
@@ -102,9 +102,12 @@ def test_only_sensors_that_err_give_a_pose_error(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_processes_give_what_one_process_gives(tmp_path: Path) -> None:
     runs = [options(tmp_path, seed) for seed in (0, 1)]
-    alone = {result.seed: without_times(result) for result in in_processes(runs, 1, run)}
-    spread = {result.seed: without_times(result) for result in in_processes(runs, 2, run)}
-    assert alone == spread
+    by_jobs = []
+    for jobs in (1, 2):
+        with executor(jobs) as chosen:
+            found = values(chosen, run, runs)
+            by_jobs.append({result.seed: without_times(result) for result in found})
+    assert by_jobs[0] == by_jobs[1]
 
 
 def test_losses_change_the_run(tmp_path: Path) -> None:

@@ -4,13 +4,14 @@ import numba
 import pytest
 
 from swarm_bench.execution import task
-from swarm_bench.suite import sweep
+from swarm_bench.execution.executor import RunFailedError, executor, values
 
 
 def test_a_first_compilation_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
     task._say_compiling.cache_clear()
     kernels = [numba.njit(lambda x: x + 1), numba.njit(lambda x: x + 2)]
-    assert list(sweep.in_processes([0, 1], 1, lambda item: kernels[item](item))) == [1, 3]
+    with executor() as here:
+        assert list(values(here, lambda item: kernels[item](item), [0, 1])) == [1, 3]
     said = capsys.readouterr()
     assert said.err == "compiling kernels, once: a minute or two\n"
     assert said.out == ""
@@ -20,5 +21,15 @@ def test_compiled_kernels_are_not_mentioned(capsys: pytest.CaptureFixture[str]) 
     task._say_compiling.cache_clear()
     kernel = numba.njit(lambda x: x + 1)
     kernel(0)
-    assert list(sweep.in_processes([0, 1], 1, kernel)) == [1, 2]
+    with executor() as here:
+        assert list(values(here, kernel, [0, 1])) == [1, 2]
     assert capsys.readouterr().err == ""
+
+
+def test_a_run_that_fails_stops_no_other() -> None:
+    found: list[int] = []
+    with executor() as here:
+        ended = values(here, lambda item: 6 // item, [3, 0, 2])
+        with pytest.raises(RunFailedError, match="1 of 3 runs failed; the first: ZeroDivision"):
+            found.extend(ended)
+    assert found == [2, 3]
