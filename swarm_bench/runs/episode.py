@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from swarm_bench.runs.centre import Centre, delay_ticks
 from swarm_bench.runs.inputs import read_once
 from swarm_bench.runs.methods import Driver, load_method, load_team
 from swarm_bench.runs.orders import BenchOrders, demand_remarks, make_orders, measure_ways
 from swarm_bench.runs.scenario import Scenario
+from swarm_central.link import Centre, delay_ticks
 from swarm_commander.run.input.params import Overrides, load_overrides
 from swarm_commander.run.input.world_params import WorldParams
 from swarm_common.files.map_io import load_map, map_of_world
@@ -277,7 +277,8 @@ def make_centre(
         return None
     team = factory(nav_config(options, specs[0]), specs, grid, sites, options.central)
     scenario = options.scenario
-    return Centre(team, scenario.loss, delay_ticks(scenario.delay), seed=options.seed)
+    delay = delay_ticks(scenario.delay)
+    return Centre(team, len(specs), scenario.loss, delay, seed=options.seed)
 
 
 def room_for(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import BeaconArray, Reception
+from swarm_common.model.central import DECENTRAL, RobotReport, TeamOrder
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.robot_names import RobotNames
@@ -27,6 +28,7 @@ from swarm_nav.behaviour.charging import ChargingTrip
 from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
+from swarm_nav.behaviour.obey import Obey
 from swarm_nav.behaviour.plugin_priority import PluginPriority
 from swarm_nav.behaviour.rules import Parts, rules_of
 from swarm_nav.behaviour.state_machine import StateMachine
@@ -42,6 +44,7 @@ from swarm_nav.planning.plugin_planner import planner_maker
 from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, narrow_region
+from swarm_nav.traffic.held_space_rules import KeepApart, StopBeforeObstacle
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
@@ -51,6 +54,8 @@ from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.speed_limits import SpeedLimits
 from swarm_nav.traffic.speed_near_people import limited, people_near
 from swarm_nav.traffic.stop_filter import admitted
+
+SAFETY_RULES = (KeepApart, StopBeforeObstacle)  # above what a centre wants
 
 
 class Navigator:
@@ -123,6 +128,12 @@ class Navigator:
             Departure(self._gate, self._lease), self._lease, self._gate, self._holding, arbiter,
         )  # fmt: skip
         self._rules = rules_of(self._parts, spec, self._receive_fault)
+        self._obey: Obey | None = None
+        if config.traffic.coordination != DECENTRAL:
+            self._obey = Obey(self._parts)
+            safety = [rule for rule in self._rules if isinstance(rule, SAFETY_RULES)]
+            own = [rule for rule in self._rules if rule not in safety]
+            self._rules = [*safety, self._obey, *own]
         self._senses = Senses(s)
         self._deciders = Deciders(
             self._state_machine, self._right, self._lease, self._gate, self._holding, self._senses,
@@ -332,6 +343,15 @@ class Navigator:
             goal: With the tick from which it counts.
         """
         self._goal_manager.set_goal(goal)
+
+    def take_order(self, order: TeamOrder) -> None:
+        """Take an order of the centre; without `traffic.coordination` it does not count."""
+        if self._obey is not None:
+            self._obey.command.take(order, self._s.tick)
+
+    def report(self) -> RobotReport | None:
+        """Return what the centre is to know after a tick; None where each robot decides alone."""
+        return None if self._obey is None else self._obey.report(self._s)
 
     def cancel_goal(self) -> None:
         """End the current goal, if any."""
