@@ -89,6 +89,7 @@ class GraphBackend:
         run_dir: Path | None,
         viewer: bool,
         external: tuple[str, ...],
+        coordination: str,
     ) -> None:
         """Start it, and wait until every robot takes goals; the world stands at tick 0.
 
@@ -124,6 +125,7 @@ class GraphBackend:
                 port=port,
                 paused=True,
                 external=external,
+                coordination=coordination,
                 page=False,
             )
             plan = check_plan(options)

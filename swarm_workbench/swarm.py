@@ -15,6 +15,7 @@ from rich.progress import Progress
 
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.scenario import Scenario
+from swarm_common.model.central import COORDINATIONS, DECENTRAL
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_common.robots.fleet import load_fleet
@@ -55,6 +56,7 @@ class Swarm:
         run_dir: str | Path | None = None,
         viewer: bool = False,
         external: Sequence[str] = (),
+        coordination: str = DECENTRAL,
     ) -> None:
         """Describe a swarm; `start` or the `with` block starts it.
 
@@ -73,6 +75,7 @@ class Swarm:
             run_dir: Folder of the run; None for a new one in runs/. Not on the bench.
             viewer: Whether `show` is going to be used. Not on the bench.
             external: Names of robots that an `ExternalRobot` each drives. Not on the bench.
+            coordination: Who decides: decentral, central or central-with-fallback.
 
         Raises:
             SwarmError: If options exclude each other.
@@ -86,13 +89,17 @@ class Swarm:
                 f"brain '{brain}' runs on the bench: add bench=True; a node of your own is driven"
                 " with ExternalRobot"
             )
+        if coordination not in COORDINATIONS:
+            raise UnknownNameError("coordination", coordination, COORDINATIONS)
+        if coordination != DECENTRAL and brain != "ours":
+            raise ConfigError(f"a centre leads our own navigators, not brain '{brain}'")
         if drive is not None and drive not in DRIVES:
             raise UnknownNameError("drive", drive, DRIVES)
         self._world = str(world.file) if isinstance(world, World) else str(world)
         self._count, self._robot, self._fleet, self._mission = robots, robot, fleet, mission
         self._seed, self._brain, self._drive, self._speed = seed, brain, drive, speed
         self._realistic, self._parameters = realistic, dict(parameters or {})
-        self._external = tuple(external)
+        self._external, self._coordination = tuple(external), coordination
         self._run_dir, self._has_viewer, self._is_bench = run_dir, viewer, bench
         self._backend: Backend | None = None
         self._places: Places | None = None
@@ -154,13 +161,16 @@ class Swarm:
             with_lidar=True,
             noise=0.0,
         )
+        led = {"traffic.coordination": self._coordination}
+        if is_decentral := self._coordination == DECENTRAL:
+            led = {}
         options = RunOptions(
             scenario=scenario,
             robots=count,
             seed=self._seed,
-            method=self._brain,
+            method=self._brain if is_decentral else "central-reservation",
             engine=DRIVES[self._drive or "planar"],
-            parameters=self._parameters,
+            parameters=self._parameters | led,
             realistic=self._realistic,
         )
         return BenchBackend(options)
@@ -182,6 +192,7 @@ class Swarm:
             run_dir=Path(self._run_dir) if self._run_dir is not None else None,
             viewer=self._has_viewer,
             external=self._external,
+            coordination=self._coordination,
         )
 
     # Robots

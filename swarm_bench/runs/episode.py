@@ -20,6 +20,7 @@ from swarm_commander.run.input.params import Overrides, load_overrides
 from swarm_commander.run.input.world_params import WorldParams
 from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.files.params_io import REALISTIC, default_parameters
+from swarm_common.model.central import DECENTRAL
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
@@ -272,10 +273,12 @@ def make_centre(
         specs: Models of the robots.
         grid: The map.
     """
-    factory = load_team(options.method)
+    factory, config = load_team(options.method), nav_config(options, specs[0])
     if factory is None:
+        if config.traffic.coordination != DECENTRAL:
+            raise ConfigError("traffic.coordination needs --method central-reservation")
         return None
-    team = factory(nav_config(options, specs[0]), specs, grid, sites, options.central)
+    team = factory(config, specs, grid, sites, options.central)
     scenario = options.scenario
     delay = delay_ticks(scenario.delay)
     return Centre(team, len(specs), scenario.loss, delay, seed=options.seed)

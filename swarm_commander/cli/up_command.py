@@ -30,6 +30,7 @@ from swarm_commander.run.input.options import (
 from swarm_commander.viewers.rviz import windows
 from swarm_common.middleware.addresses import check_address, check_port, own_address
 from swarm_common.middleware.secret import given_secret
+from swarm_common.model.central import DECENTRAL
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.process.browser import has_display
@@ -166,6 +167,14 @@ class UpArguments:
     free_run: Annotated[
         bool, _simulation("--free-run", help="No lockstep; runs no longer repeat.")
     ] = False
+    coordination: Annotated[
+        str,
+        _simulation(
+            help="Who decides: decentral, each robot; central, one process for all;"
+            " central-with-fallback, each robot while that is silent.",
+            metavar="NAME",
+        ),
+    ] = DECENTRAL
     pack: Annotated[int, _simulation(help="Navigators per process.")] = 1
     until_done: Annotated[bool, _mission("--until-done", help="Stop when the mission is done.")] = (
         False

@@ -31,6 +31,7 @@ from swarm_commander.viewers.rviz import (
 )
 from swarm_common.files.map_io import MAP_FILE
 from swarm_common.middleware import ros_env
+from swarm_common.model.central import DECENTRAL
 from swarm_common.model.records import Pose
 from swarm_common.process.browser import open_page
 from swarm_common.process.messages import (
@@ -79,12 +80,14 @@ from swarm_mission.routes import goals
 
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
 RVIZ, VIEWER, VDA5050 = "rviz", "viewer", "vda5050"
+CENTRAL = "central"  # decides for all robots, where it does
 STATION = "station"  # a process each, and one of a dispatcher
 MODULES = {
     WORLD: "swarm_sim.ros.node",
     HOST: "swarm_nav.launch.fork_server_main",
     RUNNER: "swarm_commander.mission.runner",
     STATION: "swarm_commander.mission.station",
+    CENTRAL: "swarm_central.process",
     RECORDER: "swarm_recording.recorder",
     RVIZ: "swarm_commander.viewers.window",
     VIEWER: "swarm_view.process",
@@ -95,11 +98,12 @@ MEETING = (
     RUNNER,
 )  # processes whose ports the navigators of a large swarm are told, see `participants`
 STOP_ORDER = (WORLD, RUNNER, RECORDER, HOST)  # the world first, so that no navigator is late for it
-ONLOOKERS = (RECORDER, RVIZ, VIEWER, VDA5050)  # the run goes on without them
+# The run goes on without them; without a centre robots stand, or decide alone.
+ONLOOKERS = (RECORDER, RVIZ, VIEWER, VDA5050, CENTRAL)
 WORLD_SILENCE = 20.0  # [s] of wall time without a word after which the world hangs,
 WORLD_START_SILENCE = 60.0  # [s] before its first step, when it may have to compile
 SUSPICION = 60.0  # [s] of wall time for robots to be heard again that were late with most others
-RUNNER_SILENCE = 30.0  # [s] the same of the mission process, which speaks every 2 s
+RUNNER_SILENCE = 30.0  # [s] the same of mission process and centre, which speak every 2 s
 START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
 SLOW_START = 60.0  # [s] after which to say what may keep all of them from being heard
 MISSION_LIMIT = 60.0  # [s] from then to the mission's first goal,
@@ -175,6 +179,9 @@ class LocalRun(ProcessRun):
         for config in self._plan.station_configs():
             self._start(f"{STATION}_{config['number']}", config)
         self._prepare_navigators(homes)
+        if self._plan.options.coordination != DECENTRAL:
+            params = self._folder.params / f"{self._plan.alive[0]}.yaml"
+            self._start(CENTRAL, self._plan.central_config(self._plan.map or drawn, params))
         if self._plan.options.record:
             self._start(RECORDER, recorder_config(self._plan, self._folder.recording))
         self._open_windows()
@@ -232,6 +239,7 @@ class LocalRun(ProcessRun):
         super()._tell(name, command)
         if name == RUNNER:
             super()._tell(VDA5050, command)
+            super()._tell(CENTRAL, command)
 
     # What they say
 
@@ -454,7 +462,7 @@ class LocalRun(ProcessRun):
         super()._on_exit(exit_)
 
     def _revives(self, exit_: Exit) -> bool:
-        if exit_.name not in (HOST, RUNNER) or self._refusal is not None:
+        if exit_.name not in (HOST, RUNNER, CENTRAL) or self._refusal is not None:
             return False
         pause = self._restarts.on_death(exit_.name, time.monotonic())
         if pause is None:
@@ -479,6 +487,10 @@ class LocalRun(ProcessRun):
             self._start(HOST, {}, "--wait")
         elif name == RUNNER:
             self._revive_mission()
+        elif name == CENTRAL:
+            params = self._folder.params / f"{self._plan.alive[0]}.yaml"
+            kept = self._folder.trace / MAP_FILE
+            self._start(CENTRAL, self._plan.central_config(kept, params))
 
     def _revive_mission(self) -> None:
         """Restart the mission process: it continues with the goals that are not settled."""
@@ -568,10 +580,11 @@ class LocalRun(ProcessRun):
             self._supervisor.kill_one(WORLD)
 
     def _check_runner(self) -> None:
-        if not self._is_stopping and self._heartbeats.silence(RUNNER) > RUNNER_SILENCE:
-            self._heartbeats.forget(RUNNER)
-            self._record_incident(f"the {RUNNER} process hangs and is killed")
-            self._supervisor.kill_one(RUNNER)
+        for name in (RUNNER, CENTRAL):
+            if not self._is_stopping and self._heartbeats.silence(name) > RUNNER_SILENCE:
+                self._heartbeats.forget(name)
+                self._record_incident(f"the {name} process hangs and is killed")
+                self._supervisor.kill_one(name)
 
     def _check_mission(self) -> None:
         if self._plan.mission is None or self.active_after_wall is None or self._is_stopping:
@@ -593,7 +606,7 @@ class LocalRun(ProcessRun):
         self.usage.sample("navigators", process_tree(self._supervisor.pid(HOST)))
         own = [psutil.Process(), *process_tree(self._supervisor.pid(RUNNER))]
         self.usage.sample("operator", own)
-        for name in (RECORDER, VIEWER, VDA5050):
+        for name in (RECORDER, VIEWER, VDA5050, CENTRAL):
             if name in self._children:
                 self.usage.sample(name, process_tree(self._supervisor.pid(name)))
 

@@ -14,6 +14,7 @@ from swarm_common.middleware.ros_env import (
     TERMINALS,
     participants_of,
 )
+from swarm_common.model.central import COORDINATIONS, DECENTRAL
 from swarm_common.model.engines import check_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.robot_names import RobotNames
@@ -51,6 +52,7 @@ class UpOptions:
     speed: float | None = None  # times real time; None for as fast as possible
     paused: bool = False  # whether time passes by steps only; from programs
     free_run: bool = False
+    coordination: str = DECENTRAL  # one of COORDINATIONS
     pack: int = 1
     until_done: bool = False
     duration: float | None = None  # [s] of simulated time
@@ -83,6 +85,10 @@ class UpOptions:
         self._check_processes()
         if self.drive is not None and self.drive not in DRIVES:
             raise UnknownNameError("drive", self.drive, list(DRIVES))
+        if self.coordination not in COORDINATIONS:
+            raise UnknownNameError("--coordination", self.coordination, COORDINATIONS)
+        if self.bind and self.coordination != DECENTRAL:
+            raise ConfigError("--coordination is for robots of one host: leave out --role")
         check_engine(DRIVES.get(self.drive or ""), f"--drive {self.drive}")
         _at_least(1, "--laps", self.laps)
         _at_least(0, "--seed", self.seed)

@@ -107,6 +107,7 @@ def compose_report(
         "trajectory_sha256": verdict.get("trajectory_sha256"),
         **({"zones": verdict["zones"]} if verdict.get("zones") else {}),
         **_orders(statistics, sim_time),
+        **_centre(statistics, usage, seconds),
         "breaches": breaches_json(
             _collisions(statistics, verdict), statistics.misses, statistics.unfinished
         ),
@@ -126,6 +127,15 @@ def _orders(statistics: RunStatistics, sim_time: float) -> dict[str, Any]:
     if statistics.orders is None:
         return {}
     return {"orders": {**statistics.orders.as_json(sim_time), **statistics.floor}}
+
+
+def _centre(statistics: RunStatistics, usage: UsageMeter, seconds: float) -> dict[str, Any]:
+    """Return what the centre has cost, its whole process included; nothing without one."""
+    if not statistics.centre:
+        return {}
+    cpu = rounded(1000.0 * usage.cpu("central") / seconds) if seconds else None
+    figures = {name: rounded(value) for name, value in statistics.centre.items()}
+    return {"centre": {**figures, "process_cpu_ms_per_robot_second": cpu}}
 
 
 def _conditions(statistics: RunStatistics) -> dict[str, Any] | None:
