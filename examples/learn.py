@@ -1,4 +1,4 @@
-"""Learns to drive by the cross-entropy method; the policy then drives at a door: learn.py [ROUNDS]."""
+"""Learns to drive by the cross-entropy method; then the policy drives at a door: learn.py [N]."""
 
 import multiprocessing
 import sys

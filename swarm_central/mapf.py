@@ -83,6 +83,7 @@ class MapfCentre:
         )  # fmt: skip
         self._speed = slowest.max_vel_x
         self._tick = 0
+        self._began = -1  # tick
         self._robots: dict[int, RobotProgress] = {}
         self._first: dict[int, RobotReport] = {}
         self._count = len(specs)
@@ -114,8 +115,10 @@ class MapfCentre:
                 self._first[report.robot_id] = report
             elif known.take(report):
                 self._is_stale = True
+        self._began = tick if self._began < 0 else self._began
         if self._first and (
-            len(self._first) + len(self._robots) == self._count or tick > self.config.patience
+            len(self._first) + len(self._robots) == self._count
+            or tick - self._began > self.config.patience
         ):
             self._admit()
 
@@ -123,7 +126,7 @@ class MapfCentre:
         """Return the orders to send now."""
         if not self._robots:
             return ()
-        self._close_silent(list(self._robots.values()))
+        self._close(list(self._robots.values()))
         if self._needs_plan():
             self._plan()
         self._grant()
@@ -169,7 +172,11 @@ class MapfCentre:
             self._robots[report.robot_id] = robot
         self._first.clear()
         self._robots = dict(sorted(self._robots.items()))
-        self._graph, self._planned = None, NEVER  # its robots had other indices
+        self._forget_plan()
+
+    def _forget_plan(self) -> None:
+        """Plan anew: the robots have other indices."""
+        self._graph, self._planned = None, NEVER
 
     def _point(self, vertex: int) -> Point:
         x, y = self.roadmap.points[vertex].tolist()
@@ -320,15 +327,19 @@ class MapfCentre:
     def _is_silent(self, robot: RobotProgress) -> bool:
         return self._tick - robot.report.tick > self.config.patience
 
-    def _close_silent(self, robots: Sequence[RobotProgress]) -> None:
-        """Close the vertices near robots that are not heard."""
-        closed = np.zeros_like(self._closed)
-        for robot in robots:
+    def _obstacles(self) -> Iterator[Point]:
+        """Yield where robots are, or may be, that do not take orders: they are not heard."""
+        for robot in self._robots.values():
             if self._is_silent(robot):
                 for line in robot.held():
-                    for end in line:
-                        gaps = np.hypot(*(self.roadmap.points - np.array(end)).T)
-                        closed |= gaps < 2 * self._radii.max()
+                    yield from line
+
+    def _close(self, robots: Sequence[RobotProgress]) -> None:
+        """Close the vertices near obstacles."""
+        closed = np.zeros_like(self._closed)
+        for place in self._obstacles():
+            gaps = np.hypot(*(self.roadmap.points - np.array(place)).T)
+            closed |= gaps < 2 * self._radii.max()
         if (closed != self._closed).any():
             self._closed, self._is_stale = closed, True
             self._forget_fields()

@@ -44,7 +44,7 @@ class RobotProgress:
         self.queue: list[Point] = []
         self.is_beside = False
         self.since = report.tick
-        self._number = 0
+        self._number = report.heard
 
     def take(self, report: RobotReport) -> bool:
         """Take a report if it is newer; return whether the goal has changed."""

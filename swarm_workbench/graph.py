@@ -44,6 +44,7 @@ from swarm_commander.run.input.options import (
 from swarm_commander.run.input.plan import check_plan
 from swarm_common.files.map_io import MAP_FILE, load_map
 from swarm_common.model.breaches import Collision
+from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError, SwarmEndedError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan
 from swarm_common.process import start
@@ -92,6 +93,7 @@ class GraphBackend:
         run_dir: Path | None,
         viewer: bool,
         external: tuple[str, ...],
+        coordination: Coordination,
     ) -> None:
         """Start it, and wait until every robot takes goals; the world stands at tick 0.
 
@@ -127,6 +129,7 @@ class GraphBackend:
                 port=port,
                 paused=True,
                 external=external,
+                coordination=coordination,
                 page=False,
             )
             plan = check_plan(options)

@@ -17,6 +17,7 @@ from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.breaches import Collision
+from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_common.robots.fleet import load_fleet
@@ -31,6 +32,7 @@ from swarm_workbench.trajectories import Trajectories
 from swarm_workbench.world import World
 
 CHUNK = 5  # ticks that pass at a time while somebody waits for a goal
+COORDINATIONS = [name.value for name in Coordination if name is not Coordination.FLEET]
 DRIVES = {"wheels": "bullet", "planar": "planar"}
 
 
@@ -58,6 +60,7 @@ class Swarm:
         run_dir: str | Path | None = None,
         viewer: bool = False,
         external: Sequence[str] = (),
+        coordination: str = Coordination.DECENTRAL.value,
     ) -> None:
         """Describe a swarm; `start` or the `with` block starts it.
 
@@ -77,6 +80,7 @@ class Swarm:
             run_dir: Folder of the run; None for a new one in runs/. Not on the bench.
             viewer: Whether `show` is going to be used. Not on the bench.
             external: Names of robots that an `ExternalRobot` each drives. Not on the bench.
+            coordination: Who decides: decentral, central or central-with-fallback.
 
         Raises:
             SwarmError: If options exclude each other.
@@ -87,6 +91,10 @@ class Swarm:
             )
         if not bench and brain in METHODS and brain != "ours":
             raise ConfigError(f"brain '{brain}' runs on the bench only: add bench=True")
+        if coordination not in COORDINATIONS:
+            raise UnknownNameError("coordination", coordination, COORDINATIONS)
+        if coordination != Coordination.DECENTRAL and brain != "ours":
+            raise ConfigError(f"a centre leads our own navigators, not brain '{brain}'")
         if drive is not None and drive not in DRIVES:
             raise UnknownNameError("drive", drive, DRIVES)
         self._world = str(world.file) if isinstance(world, World) else str(world)
@@ -95,7 +103,7 @@ class Swarm:
         self._realistic, self._parameters = realistic, dict(parameters or {})
         if not bench and brain not in METHODS:
             self._parameters["brain.plugin"] = brain
-        self._external = tuple(external)
+        self._external, self._coordination = tuple(external), coordination
         self._run_dir, self._has_viewer, self._is_bench = run_dir, viewer, bench
         self._backend: Backend | None = None
         self._places: Places | None = None
@@ -161,13 +169,16 @@ class Swarm:
             with_lidar=True,
             noise=0.0,
         )
+        led = {"traffic.coordination": self._coordination}
+        if is_decentral := self._coordination == Coordination.DECENTRAL:
+            led = {}
         options = RunOptions(
             scenario=scenario,
             robots=count,
             seed=self._seed,
-            method=self._brain,
+            method=self._brain if is_decentral else "central-reservation",
             engine=DRIVES[self._drive or "planar"],
-            parameters=self._parameters,
+            parameters=self._parameters | led,
             realistic=self._realistic,
         )
         return BenchBackend(options)
@@ -189,6 +200,7 @@ class Swarm:
             run_dir=Path(self._run_dir) if self._run_dir is not None else None,
             viewer=self._has_viewer,
             external=self._external,
+            coordination=Coordination(self._coordination),
         )
 
     # Robots

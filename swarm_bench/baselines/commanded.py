@@ -32,7 +32,7 @@ class CommandedDriver(Baseline):
     def begin(self, target: Pose) -> None:
         """Nothing to do: the centre plans."""
 
-    def take(self, order: TeamOrder) -> None:
+    def take_order(self, order: TeamOrder) -> None:
         """Take an order, unless a newer one came first."""
         if order.number <= self._heard:
             return

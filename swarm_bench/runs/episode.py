@@ -11,15 +11,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from swarm_bench.runs.centre import Centre, delay_ticks
 from swarm_bench.runs.inputs import read_once
 from swarm_bench.runs.methods import Driver, load_method, load_team
 from swarm_bench.runs.orders import BenchOrders, demand_remarks, make_orders, measure_ways
 from swarm_bench.runs.scenario import Scenario
+from swarm_central.link import Centre, delay_ticks
 from swarm_commander.run.input.params import Overrides, load_overrides
 from swarm_commander.run.input.world_params import WorldParams
 from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.files.params_io import REALISTIC, default_parameters
+from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
@@ -278,12 +279,15 @@ def make_centre(
         specs: Models of the robots.
         grid: The map.
     """
-    factory = load_team(options.method)
+    factory, config = load_team(options.method), nav_config(options, specs[0])
     if factory is None:
+        if config.traffic.coordination != Coordination.DECENTRAL:
+            raise ConfigError("traffic.coordination needs --method central-reservation")
         return None
-    team = factory(nav_config(options, specs[0]), specs, grid, sites, options.central)
+    team = factory(config, specs, grid, sites, options.central)
     scenario = options.scenario
-    return Centre(team, scenario.loss, delay_ticks(scenario.delay), seed=options.seed)
+    delay = delay_ticks(scenario.delay)
+    return Centre(team, len(specs), scenario.loss, delay, seed=options.seed)
 
 
 def room_for(

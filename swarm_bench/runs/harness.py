@@ -16,7 +16,7 @@ from typing import cast
 
 import numpy as np
 
-from swarm_bench.runs.centre import Commanded
+from swarm_bench.runs.centre import Commanded, exchange
 from swarm_bench.runs.episode import Episode, RunOptions, build
 from swarm_bench.runs.ground_truth import GroundTruthWatch
 from swarm_bench.runs.invariant import Invariant
@@ -156,9 +156,8 @@ class Harness:
         if self.stage.orders is not None:
             self._follow_orders(self.stage.orders, tick)
         if self.stage.centre is not None:
-            self.stage.centre.exchange(
-                tick, cast(Sequence[Commanded], self.stage.drivers), self._dead
-            )
+            drivers = cast(Sequence[Commanded], self.stage.drivers)
+            exchange(self.stage.centre, tick, drivers, self._dead)
         if tick % WAITS_EVERY == 0:
             self._record_waits(tick)
             self.truth.look(tick, world.poses)

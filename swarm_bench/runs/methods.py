@@ -11,6 +11,7 @@ from typing import Any, Protocol, runtime_checkable
 from swarm_bench.runs.inputs import plugin_module
 from swarm_central.team import TeamFactory
 from swarm_common.model.battery import BatteryReading
+from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import UnknownNameError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
@@ -64,8 +65,12 @@ METHODS = {
     "dwa": "swarm_bench.baselines.dwa:DwaDriver",
     "orca": "swarm_bench.baselines.orca:OrcaDriver",
     "central-mapf": "swarm_bench.baselines.commanded:CommandedDriver",
+    "central-reservation": "swarm_bench.runs.methods:make_led",
 }
-TEAMS = {"central-mapf": "swarm_central.mapf:MapfCentre"}  # the centre of methods that have one
+TEAMS = {  # the centre of methods that have one
+    "central-mapf": "swarm_central.mapf:MapfCentre",
+    "central-reservation": "swarm_central.reservation:ReservationCentre",
+}
 
 
 def load_method(name: str) -> Method:
@@ -94,6 +99,14 @@ def load_method(name: str) -> Method:
 
 def _make_own(brain: BrainConfig, config: NavConfig, *rest: Any) -> Driver:
     return make_brain(dataclasses.replace(config, brain=brain), *rest)
+
+
+def make_led(config: NavConfig, *rest: Any) -> Driver:
+    """Return our navigator under a centre, with fallback where the parameters say so."""
+    traffic = config.traffic
+    if traffic.coordination == Coordination.DECENTRAL:
+        traffic = dataclasses.replace(traffic, coordination=Coordination.CENTRAL)
+    return make_brain(dataclasses.replace(config, traffic=traffic), *rest)
 
 
 def load_team(name: str) -> TeamFactory | None:

@@ -15,7 +15,7 @@ from swarm_bench.study.experiments import load_experiments, runs_of, study_folde
 from swarm_bench.study.lines import StudyLine, read_lines
 from swarm_bench.study.page import markdown, page
 from swarm_bench.study.runner import line_text, run_one
-from swarm_bench.suite.command import Cluster, Jobs, Shard, bench_app, new_console
+from swarm_bench.suite.command import Cluster, Jobs, Shard, bench_app, keeping, new_console
 from swarm_bench.suite.selection import check_jobs
 from swarm_common.model.errors import ConfigError
 

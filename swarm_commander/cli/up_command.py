@@ -167,6 +167,13 @@ class UpArguments:
     free_run: Annotated[
         bool, _simulation("--free-run", help="No lockstep; runs no longer repeat.")
     ] = False
+    coordination: Annotated[
+        Coordination,
+        _simulation(
+            help="Who decides: decentral, each robot; central, one process for all;"
+            " central-with-fallback, each robot while that is silent; fleet, a fleet control alone."
+        ),
+    ] = Coordination.DECENTRAL
     pack: Annotated[int, _simulation(help="Navigators per process.")] = 1
     until_done: Annotated[bool, _mission("--until-done", help="Stop when the mission is done.")] = (
         False
@@ -255,10 +262,6 @@ class UpArguments:
     vda5050_ca: Annotated[
         Path | None, _vda5050(help="Certificates to trust with mqtts.  [default: the system's]")
     ] = None
-    coordination: Annotated[
-        Coordination,
-        _swarm(help="Who decides on the traffic: the robots, or a fleet control alone."),
-    ] = Coordination.DECENTRAL
 
     def options(self) -> UpOptions:
         """Return what they ask for on this host, checked."""

@@ -79,6 +79,7 @@ from swarm_mission.routes import goals
 
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
 RVIZ, VIEWER, VDA5050 = "rviz", "viewer", "vda5050"
+CENTRAL = "central"  # decides for all robots, where it does
 STATION = "station"  # a process each, and one of a dispatcher
 COURIER = "courier"  # a process for each robot with orders
 MODULES = {
@@ -87,6 +88,7 @@ MODULES = {
     RUNNER: "swarm_commander.mission.runner",
     STATION: "swarm_commander.mission.station",
     COURIER: "swarm_commander.mission.courier",
+    CENTRAL: "swarm_central.process",
     RECORDER: "swarm_recording.recorder",
     RVIZ: "swarm_commander.viewers.window",
     VIEWER: "swarm_view.process",
@@ -98,11 +100,12 @@ MEETING = (
 )  # processes whose ports the navigators of a large swarm are told, see `participants`
 OPERATOR = (RUNNER, STATION, COURIER)  # with swarm-up itself
 STOP_ORDER = (WORLD, RUNNER, RECORDER, HOST)  # the world first, so that no navigator is late for it
-ONLOOKERS = (RECORDER, RVIZ, VIEWER, VDA5050)  # the run goes on without them
+# The run goes on without them; without a centre robots stand, or decide alone.
+ONLOOKERS = (RECORDER, RVIZ, VIEWER, VDA5050, CENTRAL)
 WORLD_SILENCE = 20.0  # [s] of wall time without a word after which the world hangs,
 WORLD_START_SILENCE = 60.0  # [s] before its first step, when it may have to compile
 SUSPICION = 60.0  # [s] of wall time for robots to be heard again that were late with most others
-RUNNER_SILENCE = 30.0  # [s] the same of the mission process, which speaks every 2 s
+RUNNER_SILENCE = 30.0  # [s] the same of mission process and centre, which speak every 2 s
 START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
 SLOW_START = 60.0  # [s] after which to say what may keep all of them from being heard
 MISSION_LIMIT = 60.0  # [s] from then to the mission's first goal,
@@ -181,6 +184,9 @@ class LocalRun(ProcessRun):
         for config in self._plan.courier_configs(homes, self._plan.map or drawn):
             self._couriers[f"{COURIER}_{config['number']}"] = config | trace
         self._prepare_navigators(homes)
+        if self._plan.options.coordination.has_centre:
+            params = self._folder.params / f"{self._plan.alive[0]}.yaml"
+            self._start(CENTRAL, self._plan.central_config(self._plan.map or drawn, params))
         if self._plan.options.record:
             self._start(RECORDER, recorder_config(self._plan, self._folder.recording))
         self._open_windows()
@@ -243,6 +249,7 @@ class LocalRun(ProcessRun):
             for courier, config in self._couriers.items():
                 if getattr(command, "robot", "") in config["robots"]:
                     super()._tell(courier, command)
+            super()._tell(CENTRAL, command)
 
     # What they say
 
@@ -465,7 +472,7 @@ class LocalRun(ProcessRun):
         super()._on_exit(exit_)
 
     def _revives(self, exit_: Exit) -> bool:
-        known = (HOST, RUNNER, *self._couriers)
+        known = (HOST, RUNNER, CENTRAL, *self._couriers)
         if exit_.name not in known or self._refusal is not None:
             return False
         pause = self._restarts.on_death(exit_.name, time.monotonic())
@@ -491,6 +498,10 @@ class LocalRun(ProcessRun):
             self._start(HOST, {}, "--wait")
         elif name == RUNNER:
             self._revive_mission()
+        elif name == CENTRAL:
+            params = self._folder.params / f"{self._plan.alive[0]}.yaml"
+            kept = self._folder.trace / MAP_FILE
+            self._start(CENTRAL, self._plan.central_config(kept, params))
         elif name in self._couriers:
             self._revive_courier(name)
 
@@ -593,10 +604,11 @@ class LocalRun(ProcessRun):
             self._supervisor.kill_one(WORLD)
 
     def _check_runner(self) -> None:
-        if not self._is_stopping and self._heartbeats.silence(RUNNER) > RUNNER_SILENCE:
-            self._heartbeats.forget(RUNNER)
-            self._record_incident(f"the {RUNNER} process hangs and is killed")
-            self._supervisor.kill_one(RUNNER)
+        for name in (RUNNER, CENTRAL):
+            if not self._is_stopping and self._heartbeats.silence(name) > RUNNER_SILENCE:
+                self._heartbeats.forget(name)
+                self._record_incident(f"the {name} process hangs and is killed")
+                self._supervisor.kill_one(name)
 
     def _check_mission(self) -> None:
         if self._plan.mission is None or self.active_after_wall is None or self._is_stopping:
@@ -619,7 +631,7 @@ class LocalRun(ProcessRun):
         names = [name for name in self._children if name.split("_")[0] in OPERATOR]
         own = [one for name in names for one in process_tree(self._supervisor.pid(name))]
         self.usage.sample("operator", [psutil.Process(), *own])
-        for name in (RECORDER, VIEWER, VDA5050):
+        for name in (RECORDER, VIEWER, VDA5050, CENTRAL):
             if name in self._children:
                 self.usage.sample(name, process_tree(self._supervisor.pid(name)))
 

@@ -31,6 +31,7 @@ from swarm_common.process import start
 from swarm_common.process.lifetime import BEGINS_ANEW
 from swarm_common.process.messages import (
     Alive,
+    CentreReported,
     CommandBase,
     Compiling,
     ConditionsChecked,
@@ -284,7 +285,7 @@ class ProcessRun:
                 self._refuse(message)
             case WorldProgress():
                 self._on_progress(event)
-            case Ready() | Alive() | RecordingBegun():
+            case Ready() | Alive() | RecordingBegun() | CentreReported():
                 pass
             case _:
                 assert_never(event)

@@ -205,6 +205,12 @@ class Alive(EventBase, frozen=True, tag="alive"):
     """A sign of life of a process that has nothing else to report."""
 
 
+class CentreReported(EventBase, frozen=True, tag="centre"):
+    """What the centre has cost since it started."""
+
+    figures: dict[str, float]
+
+
 class MissionLoaded(EventBase, frozen=True, tag="mission"):
     """The mission has this many goals in all."""
 
@@ -454,6 +460,7 @@ ProcessEvent = (
     | VerdictReached
     | WorldProgress
     | RecordingBegun
+    | CentreReported
 )
 WorldEvent = (
     WorldBuilt | MeetingPorts | RobotSpawned | RobotRemoved | RobotLate | CollisionBegan | TimeOver

@@ -21,6 +21,8 @@ from swarm_common.model.beacon import (
     Reception,
     reception_of,
 )
+from swarm_common.model.coordination import Coordination
+from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import OCCUPIED, UNKNOWN, Grid
 from swarm_common.model.records import (
     FloatArray,
@@ -83,6 +85,11 @@ def make_brain(
     """
     place = grid, sites, robot_id, initial_pose_map
     if BRAIN.is_own(config.brain.plugin):
+        if config.traffic.coordination != Coordination.DECENTRAL:
+            raise ConfigError(
+                f"traffic.coordination is {config.traffic.coordination}: a centre leads built-in"
+                f" navigators, not brain.plugin {config.brain.plugin}"
+            )
         return BrainAdapter(config, spec, *place)
     return Navigator(config, spec, *place, names)
 

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import BeaconArray, Reception
+from swarm_common.model.central import RobotReport, TeamOrder
+from swarm_common.model.coordination import Coordination
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.robot_names import RobotNames
@@ -23,6 +25,7 @@ from swarm_nav.behaviour.charging import ChargingTrip
 from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
+from swarm_nav.behaviour.obey import Obey
 from swarm_nav.behaviour.parts import Parts
 from swarm_nav.behaviour.plugin_priority import PluginPriority
 from swarm_nav.behaviour.rules import rules_of
@@ -39,6 +42,7 @@ from swarm_nav.planning.plugin_planner import planner_maker
 from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, narrow_region
+from swarm_nav.traffic.held_space_rules import KeepApart, StopBeforeObstacle
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
@@ -48,6 +52,8 @@ from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.speed_limits import SpeedLimits
 from swarm_nav.traffic.speed_near_people import limited, people_near
 from swarm_nav.traffic.stop_filter import admitted
+
+SAFETY_RULES = (KeepApart, StopBeforeObstacle)  # above what a centre wants
 
 
 class Navigator:
@@ -117,6 +123,12 @@ class Navigator:
             lease, self._gate, holding, self._senses, arbiter,
         )  # fmt: skip
         self._rules = rules_of(self._parts, spec, self._receive_fault)
+        self._obey: Obey | None = None
+        if config.traffic.coordination != Coordination.DECENTRAL:
+            self._obey = Obey(self._parts)
+            safety = [rule for rule in self._rules if isinstance(rule, SAFETY_RULES)]
+            own = [rule for rule in self._rules if rule not in safety]
+            self._rules = [*safety, self._obey, *own]
         self._speed_limits = SpeedLimits(sites.zones)
 
     def _narrow_region(self) -> NDArray[np.int16] | None:
@@ -340,6 +352,15 @@ class Navigator:
             goal: With the tick from which it counts.
         """
         self._goal_manager.set_goal(goal)
+
+    def take_order(self, order: TeamOrder) -> None:
+        """Take an order of the centre; without `traffic.coordination` it does not count."""
+        if self._obey is not None:
+            self._obey.command.take(order, self._s.tick)
+
+    def report(self) -> RobotReport | None:
+        """Return what the centre is to know after a tick; None where each robot decides alone."""
+        return None if self._obey is None else self._obey.report(self._s)
 
     def cancel_goal(self) -> None:
         """End the current goal, if any."""

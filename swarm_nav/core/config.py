@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_nav.core import limits
 from swarm_nav.core.checks import at_most as _at_most
@@ -149,7 +150,7 @@ PROTOCOL_PARAMETERS = ("traffic.confirmations", "traffic.wanted_length", "traffi
 FIXED_PARAMETERS = (
     *PROTOCOL_PARAMETERS, "localisation.type", "localisation.random_seed",
     "controller.plugin", "planner.plugin", "localiser.plugin", "traffic.priority_plugin",
-    "traffic.rules", "brain.plugin",
+    "traffic.rules", "traffic.coordination", "brain.plugin",
 )  # fmt: skip
 
 
@@ -173,8 +174,14 @@ class TrafficConfig:
     patience: float = 600.0  # [s] without any progress before a goal is given up
     rules: str = "all"  # asked in this order: names, or module:Class; all: every built-in one
     priority_plugin: str = "oldest_goal"  # ranks robots: oldest_goal or module:Class
+    coordination: str = "decentral"  # who decides: decentral, central or central-with-fallback
+    centre_silence: float = 2.0  # [s] without a centre before a robot falls back on its own rules
 
     def __post_init__(self) -> None:
+        known = [name.value for name in Coordination if name is not Coordination.FLEET]
+        if self.coordination not in known:
+            raise UnknownNameError("traffic.coordination", self.coordination, known)
+        _positive("traffic.", self, "centre_silence")
         _positive("traffic.", self, "safety_margin", "held_length", "wanted_length", "radio_range")
         _positive("traffic.", self, "retry_time", "wait_time", "stuck_time", "patience")
         if not 0.1 <= self.held_length <= 0.8:

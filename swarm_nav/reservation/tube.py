@@ -108,12 +108,28 @@ class Tube:
         self._arrival = self._direction()
         kept = self.points[self.near : self.stop + 1]
         rest = path_kernels.thinned(np.ascontiguousarray(path), ARRIVED)[1:]
-        self.points = np.ascontiguousarray(np.vstack((kept, rest)))
         self.stop -= self.near
         self.near = 0
+        self._follow(kept, rest)
+        self.forget_requests()
+
+    def lengthen(self, path: FloatArray) -> None:
+        """Let the path go on from its end; what was requested stays requested.
+
+        Args:
+            path: (n, 2) [m] in map; it starts at the end.
+        """
+        first = max(0, self.near - 1)  # the point before tells where the robot comes from
+        self.near -= first
+        self.stop -= first
+        self._log[:, 1] -= first
+        rest = path_kernels.thinned(np.ascontiguousarray(path), ARRIVED)[1:]
+        self._follow(self.points[first:], rest)
+
+    def _follow(self, kept: FloatArray, rest: FloatArray) -> None:
+        self.points = np.ascontiguousarray(np.vstack((kept, rest)))
         find = path_kernels.corners if self.slots is None else self.slots.corners
         self.corners = find(self.points, self.corner_angle).tolist()
-        self.forget_requests()
 
     @staticmethod
     def end_of(path: FloatArray) -> tuple[float, float]:

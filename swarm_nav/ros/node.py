@@ -19,16 +19,19 @@ from swarm_common.middleware import battery_state, cdr, joined, ros_io
 from swarm_common.middleware.radio_check import read_neighbors
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
+from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import MapError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_common.process.pipes import EventWriter
 from swarm_nav.behaviour.brain_adapter import RobotBrain, make_brain
+from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import GoalEnded, Output
 from swarm_nav.core.lifecycle import Lifecycle
 from swarm_nav.ros.answer import Answers
 from swarm_nav.ros.bare_node import TickClock, create_node
+from swarm_nav.ros.centre_link import CentreLink
 from swarm_nav.ros.inputs import TickInput, TickInputs
 from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.goals import speed_limit_in
@@ -78,6 +81,7 @@ class NavigatorNode:
         self._config: NavConfig = settings.config
         self._on_active: Callable[[], None] | None = on_active
         self._brain: RobotBrain | None = None
+        self._centre: CentreLink | None = None
         self.lifecycle = Lifecycle()
         self.tick = 0
         scan_rate = settings.spec.lidar.rate if settings.fixed["with_lidar"] else 0.0
@@ -143,6 +147,9 @@ class NavigatorNode:
             self.node, self.lifecycle, self.change_lifecycle, self._on_demand
         )
         self._subscribe()
+        is_led = self._config.traffic.coordination != Coordination.DECENTRAL
+        if is_led and isinstance(brain, Navigator):
+            self._centre = CentreLink(self.node, brain, settings.robot_id, self.rejections)
         if not settings.fixed["autostart"]:
             brain.deactivate()
         else:
@@ -273,7 +280,11 @@ class NavigatorNode:
         if observed.battery is not None:
             brain.on_battery(observed.battery)
         brain.on_neighbors(observed.neighbors)
+        if self._centre is not None:
+            self._centre.receive()
         output = brain.tick(tick)
+        if self._centre is not None:
+            self._centre.send()
         ended = [event for event in output.events if isinstance(event, GoalEnded)]
         has_goal = brain.goal_id is not None
         self._answers.is_to_our_world = self._topics["neighbors"].has_rightful_owner

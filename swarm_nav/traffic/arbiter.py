@@ -18,6 +18,7 @@ from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
 
 WHY = {tube_kernels.ROBOT: "is in the way", tube_kernels.RIGHT_OF_WAY: "has the right of way"}
+NEVER = 1 << 30  # ticks
 COMES = "comes through a single lane"
 
 GO_ON = Proposal()
@@ -99,6 +100,8 @@ class Arbiter:
             tube.shrink_to_place(s.pose)
         if proposal.path is not None and len(proposal.path) >= 2:
             tube.adopt(proposal.path)
+        if proposal.more is not None:
+            tube.lengthen(proposal.more)
         if proposal.is_reverse is not None:
             tube.is_reverse = proposal.is_reverse
 
@@ -145,7 +148,8 @@ class Arbiter:
             s.blocked_by = 0
             s.has_grown = False
             return
-        last, ahead = self._single_lanes.barrier(s, span[1])
+        # A centre that gives the way has settled who goes first.
+        last, ahead = (span[1], -1) if s.is_led else self._single_lanes.barrier(s, span[1])
         if last <= span[0]:
             s.has_grown = False
             self._record_block(tube_kernels.RIGHT_OF_WAY, ahead)
@@ -158,7 +162,11 @@ class Arbiter:
             (s.radius, s.priority, s.robot_id, s.yields_for),
             *tube.published_held,
             tube.requests,
-            (traffic.push_ticks, traffic.yield_slack, s.neighbors.hearing_reach),
+            (
+                NEVER if s.is_led else traffic.push_ticks,
+                traffic.yield_slack,
+                s.neighbors.hearing_reach,
+            ),
             (s.obstacle_points(), clearance),
             s.neighbors.claims(),
         )

@@ -74,6 +74,7 @@ class RobotState:
     # map and safety radius that tell where two robots pass each other, by `record_bodies`
     passing: tuple[Terrain, float]
     make_planner: PlannerMaker = Planner  # of a terrain, by the parameters
+    is_led: bool = False  # whether a centre decides for it now, by the rule that obeys it
     is_corrected: bool = False  # whether the pose is corrected while it drives
     oblong: Oblong | None = None  # outline of a long robot, which plans with it; None for others
     stations: tuple[tuple[float, float], ...] = ()  # (x, y) in map that many robots go to

@@ -85,6 +85,8 @@ class UpOptions:
         self._check_processes()
         if self.drive is not None and self.drive not in DRIVES:
             raise UnknownNameError("drive", self.drive, list(DRIVES))
+        if self.bind and self.coordination.has_centre:
+            raise ConfigError("--coordination is for robots of one host: leave out --role")
         check_engine(DRIVES.get(self.drive or ""), f"--drive {self.drive}")
         _at_least(1, "--laps", self.laps)
         _at_least(0, "--seed", self.seed)

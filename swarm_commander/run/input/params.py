@@ -13,12 +13,13 @@ import yaml
 
 from swarm_commander.run.input.flat import nest, typed
 from swarm_commander.run.input.world_params import WORLD_NODES, WorldParams, parse_world
-from swarm_common.files.params_io import SECTION, Flat, is_for, read_parameter_file
+from swarm_common.files.params_io import SECTION, Flat, flatten, is_for, read_parameter_file
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.robots.params import robot_parameters
 
 NODE = "navigator"
+CENTRAL = "central"  # how a section names the centre
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +53,7 @@ class Overrides:
 
     Attributes:
         world: Its section about the world.
+        central: Its section about a centre, which the centre itself checks.
         sections: Parameters by dotted name, per pattern of node names, in the order of the file.
         source: The file and what it sets, for messages.
     """
@@ -61,6 +63,7 @@ class Overrides:
         sections: Mapping[str, Mapping[str, Any]],
         world: WorldParams | None = None,
         path: Path = Path(),
+        central: Mapping[str, Any] | None = None,
     ) -> None:
         """Keep the sections of a file that has been checked.
 
@@ -68,8 +71,10 @@ class Overrides:
             sections: Parameters by dotted name, per pattern of node names, in the order of the
                 file.
             world: None for the defaults.
+            central: Parameters of a centre by name, unchecked.
         """
         self.world = world or WorldParams()
+        self.central = dict(central or {})
         self.sections = dict(sections)
         names = {pattern: tuple(values) for pattern, values in sections.items()}
         self.source = ParameterSource(str(path), names)
@@ -95,6 +100,7 @@ def load_overrides(path: Path, robots: list[str], known: Mapping[str, Any]) -> O
     """
     sections: dict[str, Flat] = {}
     world: WorldParams | None = None
+    central: Flat = {}
     for pattern, values in read_parameter_file(path).items():
         where = f"{path}: {pattern}"
         if pattern.strip("/") in WORLD_NODES:
@@ -102,13 +108,16 @@ def load_overrides(path: Path, robots: list[str], known: Mapping[str, Any]) -> O
                 raise ConfigError(f"{where}: the parameters of the world are given twice")
             world = parse_world(values, robots, where)
             continue
+        if pattern.strip("/") == CENTRAL:
+            central |= flatten(values, where)
+            continue
         if not any(is_for(pattern, f"/{robot}/{NODE}") for robot in robots):
-            names = ["/world", "/**", *(f"/{robot}/{NODE}" for robot in robots)]
+            names = ["/world", f"/{CENTRAL}", "/**", *(f"/{robot}/{NODE}" for robot in robots)]
             raise UnknownNameError("node", pattern, names, str(path))
         sections[pattern] = {
             name: typed(name, value, known, where) for name, value in values.items()
         }
-    return Overrides(sections, world, path)
+    return Overrides(sections, world, path, central)
 
 
 def robot_parameter_file(

@@ -238,6 +238,7 @@ class RunPlan:
             **self.defaults,
             **(REALISTIC if self.options.realistic else {}),
             **self._without_lidar(),
+            **(self._coordination() if self.options.coordination.has_centre else {}),
             **member.limits_in_force,
             **self._rules(),
             **self.overrides.for_robot(name),
@@ -254,6 +255,39 @@ class RunPlan:
         """Return the parameters that navigators need in a world without LiDARs."""
         is_off = self.overrides.world.values.get("with_lidar") is False
         return {"with_lidar": False, "costmap.scan_timeout": 0.0} if is_off else {}
+
+    def _coordination(self) -> dict[str, Any]:
+        return {"traffic.coordination": self.options.coordination.value}
+
+    def central_config(self, map_file: Path, params: Path) -> dict[str, Any]:
+        """Return the configuration of the centre.
+
+        Args:
+            map_file: Of the map that the robots have.
+            params: Parameter file of the first robot that has a navigator.
+
+        Returns:
+            As `swarm_central.process` reads it.
+        """
+        numbers = {name: number for number, name in enumerate(self.options.robot_names, 1)}
+        return {
+            "name": self.alive[0],
+            "params": str(params),
+            "map": str(map_file),
+            "robots": {name: numbers[name] for name in self.alive},
+            "models": [member.model for member in self.fleet.members],
+            "central": dict(self.overrides.central),
+            "radio": self._radio(),
+            "seed": self.options.seed,
+        }
+
+    @property
+    def _orders_file(self) -> str:
+        return self.copy_of(self.options.mission or "")
+
+    def _radio(self) -> dict[str, float]:
+        values = default_world_parameters() | dict(self.overrides.world.values)
+        return {name: float(values[f"radio.{name}"]) for name in ("loss", "delay")}
 
     def station_configs(self) -> list[dict[str, Any]]:
         """Return the configurations of the stations' processes, and of a dispatcher's."""
@@ -404,6 +438,13 @@ def check_plan(options: UpOptions) -> RunPlan:
         if both := set(options.driven_by_users) & overrides.world.broken_map.keys():
             names = ", ".join(sorted(both))
             raise ConfigError(f"{options.params}: {names} is broken and external; choose one")
+    if overrides.central and not options.coordination.has_centre:
+        raise ConfigError(f"{options.params}: /central needs --coordination central")
+    for pattern, values in overrides.sections.items():
+        if "traffic.coordination" in values:
+            raise ConfigError(
+                f"{options.params}: {pattern}: traffic.coordination is that of --coordination"
+            )
     mission = load_mission(options.mission).with_groups(sites) if options.mission else None
     # the number of the last robot of each mission; None is the one of all others
     stations: set[str] = set()

@@ -108,6 +108,7 @@ def compose_report(
         "trajectory_sha256": verdict.get("trajectory_sha256"),
         **({"zones": verdict["zones"]} if verdict.get("zones") else {}),
         **_orders(statistics, sim_time),
+        **_centre(statistics, usage, seconds),
         "breaches": breaches_json(
             _collisions(statistics, verdict), statistics.misses, statistics.unfinished
         ),
@@ -128,6 +129,15 @@ def _orders(statistics: RunStatistics, sim_time: float) -> dict[str, Any]:
         return {}
     figures = statistics.orders.as_json(sim_time)
     return {"orders": {**figures, **joined(statistics.floors.values())}}
+
+
+def _centre(statistics: RunStatistics, usage: UsageMeter, seconds: float) -> dict[str, Any]:
+    """Return what the centre has cost, its whole process included; nothing without one."""
+    if not statistics.centre:
+        return {}
+    cpu = rounded(1000.0 * usage.cpu("central") / seconds) if seconds else None
+    figures = {name: rounded(value) for name, value in statistics.centre.items()}
+    return {"centre": {**figures, "process_cpu_ms_per_robot_second": cpu}}
 
 
 def _conditions(statistics: RunStatistics) -> dict[str, Any] | None:

@@ -13,6 +13,7 @@ import msgspec
 from swarm_common.model.breaches import MISSED, Collision, MissedGoal, UnfinishedGoal
 from swarm_common.model.run_words import waits_for
 from swarm_common.process.messages import (
+    CentreReported,
     ClientEvent,
     CollisionBegan,
     ConditionsChecked,
@@ -220,6 +221,7 @@ class RunStatistics:
         orders: What became of the mission's orders; None if it has none.
         floors: How floor and robots' time are used, by number of the courier.
         stations_left: Stations whose orders are not all done.
+        centre: What the centre has cost since it was started last; empty without one.
     """
 
     robots: dict[str, RobotStatistics]
@@ -242,6 +244,7 @@ class RunStatistics:
     orders: OrderBook | None = None
     floors: dict[int, dict[str, Any]] = field(default_factory=dict)
     stations_left: set[str] = field(default_factory=set)
+    centre: dict[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, names: Iterable[str], has_mission: bool) -> RunStatistics:
@@ -315,6 +318,8 @@ class RunStatistics:
                     self.orders.apply_all(msgspec.convert(events, list[OrderEvent]))
             case FloorReported(courier=courier, figures=figures):
                 self.floors[courier] = figures
+            case CentreReported(figures=figures):
+                self.centre = figures
             case StationDone(station=station):
                 self.stations_left.discard(station)
                 self.is_done = not self.stations_left

@@ -1,0 +1,153 @@
+"""The node /central: `python -m swarm_central.process CONFIG.json`; started by swarm-up."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import time
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import rclpy
+from rclpy.publisher import Publisher
+from rclpy.signals import SignalHandlerOptions
+
+from swarm_central.config import central_from_texts
+from swarm_central.link import Centre, delay_ticks
+from swarm_central.reservation import MOST_COMMANDS, ReservationCentre
+from swarm_central.team import RobotReport
+from swarm_common.files.map_io import load_map
+from swarm_common.middleware import central_io, ros_env, ros_io
+from swarm_common.middleware.rclpy_compat import SafeExecutor
+from swarm_common.middleware.rejections import Rejections
+from swarm_common.model.central import unpack_report
+from swarm_common.model.errors import SwarmError
+from swarm_common.process.messages import MISSION, CentreReported, Ready, Refused, RobotGone
+from swarm_common.process.pipes import EventWriter, MessageReader, child_options
+from swarm_common.robots.loading import load_robot
+from swarm_nav.ros.settings import read_node_settings
+
+TURN_PERIOD = 0.05  # [s] of wall time between two looks at the pipe
+FIGURES_PERIOD = 2.0  # [s] of wall time
+
+
+class CentralNode:
+    """Takes the robots' reports, lets the team decide once they are all there, sends its orders."""
+
+    def __init__(self, config: Mapping[str, Any], events: EventWriter) -> None:
+        """Attach to the robots.
+
+        Args:
+            config: As `RunPlan.central_config` returns it.
+        """
+        self._events = events
+        self._numbers: dict[str, int] = config["robots"]
+        self.executor = SafeExecutor()
+        self._node = rclpy.create_node(
+            central_io.CENTRE[1:], enable_rosout=False, start_parameter_services=False
+        )
+        self._rejections = Rejections(events, self._node.get_logger().warning)
+        self._team = _team(config)
+        radio = config["radio"]
+        delay = delay_ticks(radio["delay"])
+        self._centre = Centre(
+            self._team, len(config["models"]), radio["loss"], delay, seed=config["seed"],
+            transport=0,
+        )  # fmt: skip
+        self._tick = -1
+        self._reports: list[RobotReport] = []  # of the present tick
+        self._usual = 0  # reports of a tick
+        self._orders: dict[int, Publisher] = {}
+        for name, number in self._numbers.items():
+            self._orders[number] = self._node.create_publisher(
+                central_io.KIND, f"/{name}/{central_io.ORDERS}", ros_io.RELIABLE
+            )
+            self._node.create_subscription(
+                central_io.KIND, f"/{name}/{central_io.REPORT}", partial(self._receive, number),
+                ros_io.TICK_INPUT, raw=True,
+            )  # fmt: skip
+        self.executor.add_node(self._node)
+
+    def _receive(self, number: int, data: bytes) -> None:
+        try:
+            report = unpack_report(central_io.unwrapped(data))
+            if report.robot_id != number:
+                raise ValueError(f"a report of robot {report.robot_id} on the topic of {number}")
+        except ValueError as error:
+            self._rejections.reject(central_io.REPORT, f"robot {number}", error)
+            return
+        if report.tick > self._tick:
+            self._usual = len(self._reports)
+            self._decide()
+            self._tick = report.tick
+        self._reports.append(report)
+        if len(self._reports) == self._usual:
+            self._decide()
+
+    def _decide(self) -> None:
+        """Decide on what has been heard of the present tick; what comes later waits."""
+        if not self._reports:
+            return
+        reports, self._reports = self._reports, []
+        for order in self._centre.step(self._tick, reports):
+            self._orders[order.robot_id].publish(central_io.wrapped(order.packed()))
+
+    def forget(self, name: str) -> None:
+        """Take a robot for gone."""
+        if name in self._numbers:
+            self._team.forget(self._numbers[name])
+
+    def tell(self) -> None:
+        """Report what the centre has cost, which is a sign of life, too."""
+        self._events.write(CentreReported(self._centre.as_json(len(self._numbers))))
+        self._rejections.tell(time.monotonic())
+
+
+def _team(config: Mapping[str, Any]) -> ReservationCentre:
+    settings = read_node_settings(config["name"], config["params"])
+    sites = settings.sites
+    grid = sites.zones.mark(load_map(config["map"]).upright().refined())
+    central = central_from_texts({name: str(value) for name, value in config["central"].items()})
+    given = {name: getattr(central, name) for name in config["central"]}
+    specs = [load_robot(model) for model in config["models"]]
+    first = 1 + int(time.time()) % (MOST_COMMANDS - 1)
+    return ReservationCentre(settings.config, specs, grid, sites, given, first_command=first)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run until SIGTERM; returns the exit code."""
+    options = child_options("Centre of a swarm", arguments)
+    events = EventWriter(options.event_fd)
+    config = json.loads(options.config.read_text(encoding="utf-8"))
+    commands = MessageReader(options.control_fd, MISSION)
+    stopping: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
+    try:
+        ros_env.set_defaults()
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        node = CentralNode(config, events)
+    except SwarmError as error:
+        events.write(Refused(str(error)))
+        sys.stderr.write(f"{error}\n")
+        return 2
+    events.write(Ready())
+    due = 0.0
+    while not stopping:
+        node.executor.spin_once(timeout_sec=TURN_PERIOD)
+        for command in commands.read():
+            if isinstance(command, RobotGone):
+                node.forget(command.robot)
+        if time.monotonic() >= due:
+            due = time.monotonic() + FIGURES_PERIOD
+            node.tell()
+    node.tell()
+    return 0
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stdout.flush()
+    os._exit(code)  # the interpreter's own end would wait for threads of DDS

@@ -1,0 +1,103 @@
+"""What robots and a centre that decides for them tell each other."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+from swarm_common.model.records import Pose
+
+REPORT = struct.Struct("<HIfffIIIffB")  # in the order of the fields of `RobotReport`
+ORDER = struct.Struct("<HIIB")  # robot, number, first, number of points
+POINT = struct.Struct("<ff")
+SERIAL_BITS = 20  # of an order's number; those above count the commands that a robot came under
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotReport:
+    """A robot's message to the centre, once per tick."""
+
+    robot_id: int
+    tick: int  # of the pose
+    pose_map: Pose
+    passed: int  # number of points of its orders that the robot has left behind
+    heard: int  # number of the newest order that arrived; 0 before the first
+    goal_id: int  # of the current goal; 0 without one
+    goal_map: tuple[float, float]  # [m]; NaN without a goal
+    has_arrived: bool  # whether the robot turns or is served at its goal
+
+    @property
+    def size(self) -> int:
+        """Bytes on the air."""
+        return REPORT.size
+
+    def packed(self) -> bytes:
+        """Return the message."""
+        pose = self.pose_map
+        return REPORT.pack(
+            self.robot_id, self.tick, pose.x, pose.y, pose.yaw, self.passed, self.heard,
+            self.goal_id, *self.goal_map, self.has_arrived,
+        )  # fmt: skip
+
+
+def unpack_report(data: bytes) -> RobotReport:
+    """Return the report in a message.
+
+    Raises:
+        ValueError: If it has another size.
+    """
+    if len(data) != REPORT.size:
+        raise ValueError(f"a report of {len(data)} bytes; expected {REPORT.size}")
+    robot_id, tick, x, y, yaw, passed, heard, goal_id, *goal, arrived = REPORT.unpack(data)
+    return RobotReport(
+        robot_id=robot_id,
+        tick=tick,
+        pose_map=Pose(x, y, yaw),
+        passed=passed,
+        heard=heard,
+        goal_id=goal_id,
+        goal_map=(goal[0], goal[1]),
+        has_arrived=bool(arrived),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TeamOrder:
+    """The centre's message to a robot: drive along straight lines, and stop at the last point.
+
+    An order never takes back space that an older one gave, so a lost one costs time only. One
+    without points says that the centre is there.
+    """
+
+    robot_id: int
+    number: int  # grows with each change
+    first: int  # index of the first point among all points that the robot has been given
+    points_map: tuple[tuple[float, float], ...]  # [m]
+
+    @property
+    def size(self) -> int:
+        """Bytes on the air."""
+        return ORDER.size + len(self.points_map) * POINT.size
+
+    def packed(self) -> bytes:
+        """Return the message."""
+        points = b"".join(POINT.pack(*point) for point in self.points_map)
+        return ORDER.pack(self.robot_id, self.number, self.first, len(self.points_map)) + points
+
+
+def unpack_order(data: bytes) -> TeamOrder:
+    """Return the order in a message.
+
+    Raises:
+        ValueError: If its size is none of an order.
+    """
+    head, body = data[: ORDER.size], data[ORDER.size :]
+    if len(head) < ORDER.size or len(body) != head[-1] * POINT.size:
+        raise ValueError(f"{len(data)} bytes are no order")
+    robot_id, number, first, _ = ORDER.unpack(head)
+    return TeamOrder(
+        robot_id=robot_id,
+        number=number,
+        first=first,
+        points_map=tuple(POINT.iter_unpack(body)),
+    )

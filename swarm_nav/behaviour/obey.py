@@ -1,0 +1,123 @@
+"""The rule of a robot for which a centre decides: drive the way that it gives, stop at its end."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from swarm_common.model.central import RobotReport
+from swarm_common.model.coordination import Coordination
+from swarm_common.model.records import FloatArray
+from swarm_nav.behaviour.goal_progress import GoalProgress
+from swarm_nav.behaviour.parts import Parts
+from swarm_nav.behaviour.rules import Arrive
+from swarm_nav.core.goals import ErrorCode
+from swarm_nav.core.states import Event, State
+from swarm_nav.interfaces import Proposal
+from swarm_nav.planning.planner import SPACING
+from swarm_nav.traffic.arbiter import GO_ON, STAND, planned
+from swarm_nav.traffic.command import Command, Point
+from swarm_nav.traffic.robot_state import RobotState
+
+UNNAMED = 0xFFFFFFFF  # goal that has no id of its own: a charging station
+SAME = 1e-9  # [m]
+
+
+class Obey:
+    """Stands above the robot's own rules as long as the centre's word counts.
+
+    What the robot holds, and how it takes more, stays as it is: so does the proof of safety.
+    """
+
+    def __init__(self, parts: Parts) -> None:
+        traffic = parts.robot.config.traffic
+        is_alone = traffic.coordination == Coordination.CENTRAL
+        silence = None if is_alone else parts.robot.ticks(traffic.centre_silence)
+        self.command = Command(silence)
+        self._p = parts
+        self._arrive = Arrive(parts)
+        self._placed: tuple[int, Point] = 0, (math.nan, math.nan)  # end of the path, and its index
+
+    def propose(self, robot: RobotState) -> Proposal | None:
+        """Return what the centre wants; None where the robot's own rules decide."""
+        command, manager = self.command, self._p.goal_manager
+        is_busy = self._p.state_machine.state is State.BEHAVING
+        was_led, robot.is_led = robot.is_led, command.counts(robot.tick) and not is_busy
+        if not robot.is_led:
+            if was_led:
+                manager.replan()
+            return None
+        self._leave_own_rules(robot)
+        if not command.is_joined:
+            if robot.is_standing:
+                command.join()
+            return Proposal(keep_ahead=robot.brake_points, drops_path=True, stands=True)
+        if manager.is_pausing:
+            return STAND
+        if manager.task is not None:
+            self._check_patience(robot, manager.task)
+        return self._arrive.propose(robot) or self._drive(robot)
+
+    def report(self, robot: RobotState) -> RobotReport:
+        """Return what the centre is to know."""
+        manager = self._p.goal_manager
+        task, command = manager.task, self.command
+        is_busy = manager.is_pausing or self._p.state_machine.state is State.BEHAVING
+        return RobotReport(
+            robot_id=robot.robot_id,
+            tick=robot.tick,
+            pose_map=robot.pose,
+            passed=command.passed,
+            heard=command.heard,
+            goal_id=0 if task is None else task.goal.goal_id or UNNAMED,
+            goal_map=(math.nan, math.nan) if task is None else task.place,
+            has_arrived=is_busy or (task is not None and task.has_arrived),
+        )
+
+    def _leave_own_rules(self, robot: RobotState) -> None:
+        """Give up waiting, making way and recovering."""
+        p = self._p
+        p.right.stay(robot)
+        p.departure.propose(robot, False)
+        p.goal_manager.resume()
+        if p.state_machine.state is State.HOLDING:
+            p.state_machine.switch(Event.STATION_GRANTED)
+        elif p.state_machine.state is State.RECOVERING:
+            p.goal_manager.drop_recovery()
+            p.state_machine.switch(Event.RECOVERED)
+
+    def _check_patience(self, robot: RobotState, task: GoalProgress) -> None:
+        """Give a target up to which the centre finds no way."""
+        task.record_progress(robot, True)
+        patience = robot.config.traffic.patience
+        if robot.tick - task.moved_tick > robot.ticks(patience):
+            message = f"the centre gave no way for {patience:.0f} s"
+            self._p.goal_manager.fail_target(task, ErrorCode.FAILED_TO_MAKE_PROGRESS, message)
+
+    def _drive(self, robot: RobotState) -> Proposal:
+        """Let the path go on as far as the centre lets it; begin it anew where it was given up."""
+        command, tube = self.command, robot.tube
+        command.advance(robot.pose)
+        if command.last == 0:
+            return STAND
+        index, (x, y) = self._placed
+        end = tube.points[-1]
+        if index >= command.passed and math.hypot(end[0] - x, end[1] - y) < SAME:
+            way = command.ahead(index)
+            self._placed = command.last, way[-1]
+            is_more = math.dist(way[-1], (x, y)) > SAME
+            return Proposal(more=_points_on([(x, y), *way])) if is_more else GO_ON
+        way = command.ahead(command.passed)
+        self._placed = command.last, way[-1]
+        return planned(robot, lambda start: _points_on([start, *way])) or GO_ON
+
+
+def _points_on(corners: list[Point]) -> FloatArray:
+    """Return points (n, 2) [m] on straight lines, as far apart as those of plans."""
+    pieces = [np.array(corners[:1])]
+    for start, end in itertools.pairwise(corners):
+        count = max(1, round(math.dist(start, end) / SPACING))
+        pieces.append(np.linspace(start, end, count + 1)[1:])
+    return np.vstack(pieces)
