@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import re
 import shlex
 import sys
 from functools import partial
@@ -37,14 +36,13 @@ from swarm_bench.suite.command import (
     world_as,
 )
 from swarm_bench.suite.progress import bar
-from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes
+from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes, parse_time
 from swarm_bench.suite.sweep import Sweep
 from swarm_common.model.errors import ConfigError
 
 precise = partial(typer.Option, rich_help_panel="How precise")
 
 PRECISION = 0.03  # where only a budget is given
-UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 EXAMPLES = """Examples:
 
 swarm-bench sweep --robots 4..24:4 --jobs 2 --output sweep.html
@@ -172,24 +170,6 @@ def parse_precision(text: str | None) -> float | None:
         value = math.nan
     if not 0.0 < value < 1.0:
         raise ConfigError(f"--precision is '{text}'; expected a share like 3%")
-    return value
-
-
-def parse_time(text: str | None) -> float | None:
-    """Return the seconds in a text like 90s, 30min or 2h.
-
-    Raises:
-        ConfigError: If it is none.
-    """
-    if text is None:
-        return None
-    found = re.fullmatch(r"([0-9.]+) ?(s|min|h)", text)
-    try:
-        value = float(found[1]) * UNITS[found[2]] if found else 0.0
-    except ValueError:
-        value = 0.0
-    if value <= 0.0:
-        raise ConfigError(f"--budget is '{text}'; expected a time like 90s, 30min or 2h")
     return value
 
 

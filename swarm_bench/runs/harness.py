@@ -26,7 +26,13 @@ from swarm_bench.runs.pose_error import PoseErrors
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.result_builder import compose_result
 from swarm_common.middleware.cdr import yaw_of
-from swarm_common.model.beacon import BEACON_DTYPE, BeaconArray, empty_beacons
+from swarm_common.model.beacon import (
+    BEACON_DTYPE,
+    BeaconArray,
+    Reception,
+    empty_beacons,
+    word_of,
+)
 from swarm_common.model.breaches import Collision
 from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, Twist
 from swarm_common.model.run_words import waits_for
@@ -38,6 +44,8 @@ from swarm_sim.world.world import Observation, World
 
 WAITS_EVERY = 10  # ticks between two checks of which robot waits for which
 TIMED_EVERY = 17  # ticks between two in which each brain decides at once, and is timed
+ID = word_of("id")
+Span = tuple[int, int]  # first tick, and the first one after the last
 Watcher = Callable[[World, Sequence[Driver], Sequence[Output | None]], None]
 
 
@@ -49,6 +57,14 @@ class InjectedFaults:
     dead: Mapping[int, int] = field(default_factory=dict)
     mute: Collection[int] = ()  # robots whose beacons nobody gets
     deaf: Collection[int] = ()  # robots that get no batch of neighbours
+    off_duty: Mapping[int, Span] = field(default_factory=dict)  # when a robot takes no new order
+    # when robots with odd and with even indices do not hear each other, and a centre hears and
+    # reaches only those with even ones
+    split: Span | None = None
+
+    def splits(self, tick: int) -> bool:
+        """Return whether the radio is split at a tick."""
+        return self.split is not None and self.split[0] <= tick < self.split[1]
 
 
 class Harness:
@@ -157,7 +173,8 @@ class Harness:
             self._follow_orders(self.stage.orders, tick)
         if self.stage.centre is not None:
             drivers = cast(Sequence[Commanded], self.stage.drivers)
-            exchange(self.stage.centre, tick, drivers, self._dead)
+            far = range(1, len(self._sent), 2) if self._faults.splits(tick) else ()
+            exchange(self.stage.centre, tick, drivers, self._dead.union(far))
         if tick % WAITS_EVERY == 0:
             self._record_waits(tick)
             self.truth.look(tick, world.poses)
@@ -227,7 +244,11 @@ class Harness:
         if seen.battery is not None:
             driver.on_battery(seen.battery)
         if index not in self._faults.deaf:
-            driver.on_reception(seen.reception)
+            driver.on_reception(
+                of_own_part(seen.reception, index)
+                if self._faults.splits(seen.odom.tick)
+                else seen.reception
+            )
 
     def _note(self, tick: int) -> None:
         """Keep the beacons of a tick and look at the invariant."""
@@ -259,7 +280,12 @@ class Harness:
         names = self.stage.world.names
         dead = {names[index] for index in self._dead}
         orders.watch(tick, names, self.stage.world.poses, dead)
-        for name, goal in orders.step(tick, dead).items():
+        resting = [
+            names[index]
+            for index, (first, end) in self._faults.off_duty.items()
+            if first <= tick < end
+        ]
+        for name, goal in orders.step(tick, dead, resting).items():
             self._send(names.index(name), goal)
         if not orders.run.has_open:
             self._last_success = tick
@@ -296,6 +322,12 @@ def run(options: RunOptions) -> RunResult:
         SwarmError: If a file or a value is unusable.
     """
     return Harness(options).run()
+
+
+def of_own_part(reception: Reception, index: int) -> Reception:
+    """Return what a robot hears where the radio is split by odd and even indices."""
+    ids = reception.words[reception.rows, ID].astype(int)
+    return Reception(reception.words, reception.rows[(ids - 1) % 2 == index % 2])
 
 
 def as_received(odom: Odometry) -> Odometry:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Collection, Mapping, Sequence
 
 from swarm_bench.runs.methods import Driver
@@ -115,11 +116,20 @@ class BenchOrders:
         self._robots = robots
         self._senses = senses
 
-    def step(self, tick: int, dead: Collection[str]) -> dict[str, NextGoal]:
-        """Let stations and robots decide; return new goals by name of the robot."""
+    def step(
+        self, tick: int, dead: Collection[str], off_duty: Collection[str] = ()
+    ) -> dict[str, NextGoal]:
+        """Let stations and robots decide; return new goals by name of the robot.
+
+        Args:
+            off_duty: Robots that finish what they have, and take nothing more.
+        """
         for robot in self._robots:
             robot.forget()
-        return self.run.step(tick, self._senses, dead)
+        resting = {
+            name: dataclasses.replace(self._senses[name], is_on_duty=False) for name in off_duty
+        }
+        return self.run.step(tick, {**self._senses, **resting}, dead)
 
     def watch(
         self, tick: int, names: Sequence[str], poses: FloatArray, dead: Collection[str]

@@ -2,24 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+import contextlib
+import math
+import statistics
+import time
+from collections.abc import Generator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
-from swarm_bench.execution.executor import executor, share_of, values
-from swarm_bench.runs.fingerprint import load_inputs
+from swarm_bench.execution.executor import executor, share_of
+from swarm_bench.runs.fingerprint import gathered, load_inputs
+from swarm_bench.runs.inputs import packed
 from swarm_bench.runs.json_lines import collected, taken_over
-from swarm_bench.study.experiments import load_experiments, runs_of, study_folder
-from swarm_bench.study.lines import StudyLine, read_lines
+from swarm_bench.study.experiments import (
+    Experiment,
+    StudyRun,
+    load_experiments,
+    runs_of,
+    study_folder,
+)
+from swarm_bench.study.lines import StudyLine, pack, read_lines
 from swarm_bench.study.page import markdown, page
 from swarm_bench.study.runner import line_text, run_one
-from swarm_bench.suite.command import Cluster, Jobs, Shard, bench_app, keeping, new_console
-from swarm_bench.suite.selection import check_jobs
+from swarm_bench.study.tuning import (
+    choose,
+    load_chosen,
+    load_tuning,
+    tuning_runs,
+    write_chosen,
+)
+from swarm_bench.suite.command import Cluster, Jobs, Shard, bench_app, new_console
+from swarm_bench.suite.selection import check_jobs, parse_time
 from swarm_common.model.errors import ConfigError
 
-DIFFERS = 1
+DIFFERS = FAILED = 1
+CORES = 2  # of the machine that estimates are for
+Rates = Mapping[tuple[str, bool], float]
+TUNING = "tuning"  # name of the edition of tuning's lines
 EXAMPLES = """Example:
 
 swarm-bench study --quick --output study.md
@@ -29,8 +51,14 @@ swarm-bench study --quick --output study.md
 @bench_app.command(epilog=EXAMPLES)
 def study(
     quick: Annotated[bool, typer.Option("--quick", help="The short edition: 2 seeds.")] = False,
+    tune: Annotated[
+        bool, typer.Option("--tune", help="Choose the methods' parameters, on seeds from 100 on.")
+    ] = False,
     check: Annotated[
         bool, typer.Option("--check", help="Run nothing; compare the documents with the lines.")
+    ] = False,
+    estimate: Annotated[
+        bool, typer.Option("--estimate", help="Run nothing; print how long the editions take.")
     ] = False,
     experiments: Annotated[
         Path | None,
@@ -46,60 +74,156 @@ def study(
         int | None,
         typer.Option(help="Runs to add; another call goes on.", show_default="all"),
     ] = None,
+    budget: Annotated[
+        str | None,
+        typer.Option(help="Time to end in, like 60min: the runs that tell most come first."),
+    ] = None,
     jobs: Jobs = 1,
     cluster: Cluster = None,
     shard: Shard = None,
 ) -> None:
     """Compare decentralised with central control; what was run before is not repeated.
 
-    Exit code: 0 written, or as written; 1 with --check, if a document differs; 2 bad input.
+    With --shard only lines are written; a call without it, where all shards' files lie in the
+    folder, writes the documents.
+
+    Exit code: 0 written, or as written; 1 if a run failed or, with --check, a document differs;
+    2 bad input.
     """
-    check_jobs(jobs, ros=False, method="ours")
-    found = load_experiments(experiments or study_folder())
-    file = folder / ("quick.jsonl" if quick else "full.jsonl")
-    lines = list(read_lines(file)) if file.is_file() else []
-    console = new_console()
-    if not check:
-        folder.mkdir(parents=True, exist_ok=True)
-        known = {line.key for line in lines}
-        runs = list(runs_of(found, quick=quick))
-        todo = [run for run in runs if run.key not in known]
-        if len(todo) < len(runs):
-            console.print(taken_over(len(runs) - len(todo), len(runs), file), markup=False)
-        with executor(jobs, cluster) as chosen:
-            share = share_of(todo, shard)[:most]
-            new = values(chosen, run_one, share, lambda run: load_inputs(run.options()))
-            lines += collected(new, file, console, line_text, StudyLine.as_json)
-    if not lines:
-        raise ConfigError(f"{file} has no results; run swarm-bench study first")
-    command = "swarm-bench study --quick" if quick else "swarm-bench study"
-    texts = {
-        output: markdown(found, lines, quick=quick, command=command),
-        folder / "study.html": page(found, lines),
-    }
-    if check:
-        _compare(texts)
+    check_jobs(jobs, ros=False, method="ours", cluster=cluster)
+    limit = parse_time(budget)
+    place = experiments or study_folder()
+    found, settings = load_experiments(place), load_chosen(place)
+    edition = TUNING if tune else "quick" if quick else "full"
+    lines = read_lines(folder, edition)
+    rates = rates_of(found, lines)
+    if estimate:
+        _print_estimates(found, tuning_runs(load_tuning(place)), rates)
         return
+    console, errors = new_console(), list[str]()
+    if not check:
+        runs = (
+            tuning_runs(load_tuning(place))
+            if tune
+            else runs_of(found, quick=quick, settings=settings)
+        )
+        mine, known = share_of(runs, shard), {line.key for line in lines}
+        todo = [run for run in mine if run.key not in known]
+        if len(todo) < len(mine):
+            console.print(taken_over(len(mine) - len(todo), len(mine), folder), markup=False)
+        todo = fitting(todo, rates, math.inf if limit is None else limit * jobs)[:most]
+        told = f"{len(todo)} runs to do: about {_time(todo, rates, jobs)} with --jobs {jobs}"
+        console.print(told, markup=False)
+        share = f".{shard.replace('/', '-')}" if shard else ""
+        file = folder / f"{edition}{share}.jsonl"
+        folder.mkdir(parents=True, exist_ok=True)
+        with contextlib.closing(_computed(todo, jobs, cluster, limit, errors, console)) as new:
+            lines += collected(new, file, console, line_text, StudyLine.as_json)
+        if shard:
+            raise typer.Exit(FAILED if errors else 0)
+        if lines:
+            pack(folder, edition, lines)
+    if not lines:
+        raise ConfigError(f"{folder} has no results; run swarm-bench study first")
+    if tune:
+        chosen = choose(load_tuning(place), lines)
+        console.print(f"wrote {write_chosen(place, chosen)}", markup=False)
+    else:
+        command = "swarm-bench study --quick" if quick else "swarm-bench study"
+        texts = {
+            output: markdown(found, lines, quick=quick, command=command, settings=settings),
+            folder / "study.html": page(found, lines, quick=quick, settings=settings),
+        }
+        _put(texts, check=check)
+    if errors:
+        raise typer.Exit(FAILED)
+
+
+def _computed(
+    runs: Sequence[StudyRun],
+    jobs: int,
+    cluster: str | None,
+    limit: float | None,
+    errors: list[str],
+    console: Console,
+) -> Generator[StudyLine, None, None]:
+    """Yield the result of each run as it comes, until the time [s] is up; failed ones are told."""
+    started = time.monotonic()
+    items = [(run, run.options()) for run in runs]
+    inputs = None
+    if cluster is not None and items:
+        inputs = packed(gathered(options, load_inputs)[1] for _, options in items)
+    with executor(jobs, cluster) as chosen:
+        with contextlib.closing(chosen.run(run_one, items, inputs)) as ended:
+            for done in ended:
+                if done.error:
+                    errors.append(done.error)
+                    experiment, cell, method, seed, _ = runs[done.index].key
+                    told = f"{experiment}: {cell}, {method}, seed {seed}: failed: {done.error}"
+                    console.print(told, soft_wrap=True, markup=False)
+                else:
+                    yield done.value
+                if limit is not None and time.monotonic() - started >= limit:
+                    return
+
+
+def rates_of(experiments: Mapping[str, Experiment], lines: Sequence[StudyLine]) -> Rates:
+    """Return the measured CPU [ms] of a robot-second by method and LiDARs."""
+    lidar = {
+        (name, cell.name): cell.lidar
+        for name, experiment in experiments.items()
+        for cell in experiment.cells
+    }
+    found: dict[tuple[str, bool], list[float]] = {}
+    for line in lines:
+        key = line.method, lidar.get((line.experiment, line.cell), False)
+        found.setdefault(key, []).append(line.cpu_ms_per_robot_second)
+    return {key: statistics.median(values) for key, values in found.items()}
+
+
+def fitting(runs: Sequence[StudyRun], rates: Rates, seconds: float) -> list[StudyRun]:
+    """Return the first runs that fit into a time.
+
+    Args:
+        seconds: Of CPU.
+    """
+    chosen: list[StudyRun] = []
+    for run in runs:
+        seconds -= run.cost(rates)
+        if chosen and seconds < 0.0:
+            break
+        chosen.append(run)
+    return chosen
+
+
+def _print_estimates(
+    experiments: Mapping[str, Experiment],
+    tuning: Sequence[StudyRun],
+    rates: Rates,
+) -> None:
+    editions = {
+        "full": runs_of(experiments, quick=False),
+        "--quick": runs_of(experiments, quick=True),
+        "--tune": tuning,
+    }
+    for title, runs in editions.items():
+        typer.echo(f"{title}: {len(runs)} runs, {_time(runs, rates, CORES)} on {CORES} cores")
+
+
+def _time(runs: Sequence[StudyRun], rates: Rates, processes: int) -> str:
+    """Return how long runs take, in words."""
+    minutes = sum(run.cost(rates) for run in runs) / processes / 60.0
+    return f"{minutes / 60.0:.1f} h" if minutes >= 100.0 else f"{minutes:.0f} min"
+
+
+def _put(texts: Mapping[Path, str], *, check: bool) -> None:
+    """Write files, or exit with `DIFFERS` if one is not what the lines say."""
     for path, text in texts.items():
-        _write(path, text)
-
-
-def _counted(lines: Iterable[StudyLine], tell: Callable[[int], None]) -> Iterator[StudyLine]:
-    for done, line in enumerate(lines, 1):
-        tell(done)
-        yield line
-
-
-def _compare(texts: dict[Path, str]) -> None:
-    """Exit with `DIFFERS` if a file is not what the lines say."""
-    for path, text in texts.items():
-        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+        if not check:
+            try:
+                path.write_text(text, encoding="utf-8")
+            except OSError as cause:
+                raise ConfigError(f"cannot write {path}: {cause}") from cause
+        elif not path.is_file() or path.read_text(encoding="utf-8") != text:
             typer.echo(f"{path} differs from the lines; write it with swarm-bench study", err=True)
             raise typer.Exit(DIFFERS)
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as cause:
-        raise ConfigError(f"cannot write {path}: {cause}") from cause

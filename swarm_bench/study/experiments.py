@@ -4,56 +4,135 @@ from __future__ import annotations
 
 import dataclasses
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
 from swarm_bench.runs.episode import RunOptions
-from swarm_bench.runs.harness import InjectedFaults
+from swarm_bench.runs.harness import InjectedFaults, Span
 from swarm_bench.runs.methods import METHODS
-from swarm_bench.runs.scenario import load_scenario
+from swarm_bench.runs.scenario import Scenario, load_scenario
 from swarm_common.files.resources import share_directory
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD
 
 QUICK_SEEDS = 2
+# Methods that cells may name before they exist; their runs are left out, and the page says so.
+COMING = ("central-reservation", "central-with-fallback")
+ENDLESS = 10**9  # tick
+# CPU [ms] of a robot-second by method, before anything was measured; LiDARs double it.
+USUAL_COST = {"central-mapf": 0.8, "orca": 1.6, "dwa": 2.2}
+OTHER_COST = 1.2
+LIDAR_FACTOR = 2.0
+SHARE_OF_LIMIT = 0.35  # of the time limit that a run with an end usually takes
+Settings = tuple[tuple[str, Any], ...]  # name and value, by name
 
 
 class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """One condition under which all methods are run with the same seeds."""
 
-    scenario: str
+    scenario: str  # name, also of a file in the folder `scenarios` beside the experiments
     robots: int
-    seconds: float  # of simulated time, after which a run is stopped
+    seconds: float = 3600.0  # of simulated time, after which a run with an end is stopped
     seeds: int = 20
     methods: list[str] | None = None  # None for those of the experiment
     loss: float = 0.0  # share of the messages
     delay: float = 0.0  # [s]
+    lidar: bool = False
+    mission: str = ""  # in place of the scenario's; also of a file in the folder `missions`
+    fleet: list[str] = []  # models in turn
+    actors: str = ""  # file beside the world's, with people who walk about
+    at: float = 20.0  # [s] when what follows begins
+    until: float | None = None  # [s] when it ends; None: it does not
     dead: float = 0.0  # share of the robots that die
-    dead_at: float = 20.0  # [s]
-    outage: list[float] | None = None  # [s] from and to, in which the centre is dead
+    outage: bool = False  # whether the centre does nothing
+    split: bool = False  # whether half of the robots hear neither the other half nor the centre
+    joins: float = 0.0  # share of the robots that take no order before
+    leaves: float = 0.0  # share of the robots that take no further order
+    blocked: list[float] = []  # x, y, width and depth [m] of a box in the way
+    label: str = ""  # what the rest does not tell
     quick: bool = False  # whether the short edition has it
 
     @property
     def name(self) -> str:
         """What tells it apart within an experiment."""
-        parts = [f"{self.scenario} {self.robots}"]
+        span = f"{self.until - self.at:g} s" if self.until is not None else "for ever"
+        parts = [f"{Path(self.scenario).stem} {self.robots}"]
+        parts += ["LiDAR"] if self.lidar else []
         parts += [f"loss {self.loss:g}"] if self.loss else []
         parts += [f"delay {self.delay:g} s"] if self.delay else []
         parts += [f"{self.dead:.0%} dead"] if self.dead else []
-        parts += [f"outage {self.outage[1] - self.outage[0]:g} s"] if self.outage else []
+        parts += [f"outage {span}"] if self.outage else []
+        parts += [f"split {span}"] if self.split else []
+        parts += [f"{self.joins:.0%} added"] if self.joins else []
+        parts += [f"{self.leaves:.0%} removed"] if self.leaves else []
+        parts += ["blocked aisle"] if self.blocked else []
+        parts += ["people"] if self.actors else []
+        parts += ["mixed fleet"] if self.fleet else []
+        parts += [self.label] if self.label else []
         return ", ".join(parts)
+
+    @property
+    def twin(self) -> str:
+        """Name of the same cell without what disturbs it."""
+        plain = Cell(scenario=self.scenario, robots=self.robots, lidar=self.lidar)
+        return plain.name
+
+    def stage(self) -> Scenario:
+        """Return the scenario.
+
+        Raises:
+            ConfigError: If there is none, or it does not go with this cell.
+        """
+        base = load_scenario(self.scenario)
+        return dataclasses.replace(
+            base,
+            mission=_beside(Path(self.scenario).parent.parent, "missions", self.mission)
+            if self.mission
+            else _beside(Path(self.scenario).parent.parent, "missions", base.mission),
+            loss=self.loss,
+            delay=self.delay,
+            with_lidar=self.lidar or base.with_lidar,
+            fleet=tuple(self.fleet) or base.fleet,
+            actors=self.actors or base.actors,
+            time_limit={self.robots: self.seconds},
+        )
+
+    def span(self) -> Span:
+        """Return the ticks of the disturbance."""
+        end = ENDLESS if self.until is None else round(self.until / CONTROL_PERIOD)
+        return round(self.at / CONTROL_PERIOD), end
+
+    def check(self) -> None:
+        """Check what types do not.
+
+        Raises:
+            ConfigError: For the first thing that is wrong.
+        """
+        shares = (self.dead, self.loss, self.joins, self.leaves)
+        if not all(0.0 <= share < 1.0 for share in shares) or self.seeds < 1:
+            raise ConfigError(f"{self.name}: shares are 0 to less than 1, seeds 1 or more")
+        if self.until is not None and self.until <= self.at:
+            raise ConfigError(f"{self.name}: until is {self.until:g}; expected more than at")
+        if self.blocked and (len(self.blocked) != 4 or not self.lidar):
+            raise ConfigError(f"{self.name}: blocked is [x, y, width, depth], and needs lidar")
+        self.stage()
 
 
 class Experiment(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A question, what was expected before the first run, and the cells that answer it."""
 
     question: str
-    hypothesis: str
+    expected: list[str]
     methods: list[str]
     cells: list[Cell]
+
+    def methods_of(self, cell: Cell) -> list[str]:
+        """Return the methods of a cell, those that are still to come included."""
+        return cell.methods or self.methods
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -64,36 +143,62 @@ class StudyRun:
     cell: Cell
     method: str
     seed: int
+    settings: Settings = ()  # of the method, beside its defaults
 
     @property
-    def key(self) -> tuple[str, str, str, int]:
+    def key(self) -> tuple[str, str, str, int, str]:
         """What tells it apart."""
-        return self.experiment, self.cell.name, self.method, self.seed
+        text = settings_text(self.settings)
+        return self.experiment, self.cell.name, self.method, self.seed, text
 
     def options(self) -> RunOptions:
-        """Return the bench's options; faults are not among them."""
-        cell = self.cell
-        scenario = dataclasses.replace(
-            load_scenario(cell.scenario),
-            loss=cell.loss,
-            delay=cell.delay,
-            time_limit={cell.robots: cell.seconds},
+        """Return the bench's options; faults and constants of baselines are not among them."""
+        plain = {name: value for name, value in self.settings if not is_constant(name)}
+        central = {n.partition(".")[2]: v for n, v in plain.items() if n.startswith("central.")}
+        return RunOptions(
+            scenario=self.cell.stage(),
+            robots=self.cell.robots,
+            seed=self.seed,
+            method=self.method,
+            parameters={n: v for n, v in plain.items() if not n.startswith("central.")},
+            central=central,
         )
-        return RunOptions(scenario=scenario, robots=cell.robots, seed=self.seed, method=self.method)
 
     def faults(self) -> InjectedFaults:
-        """Return which robots die; they are the same for all methods."""
-        count = round(self.cell.dead * self.cell.robots)
-        chosen = random.Random(f"study/{self.seed}").sample(range(self.cell.robots), count)
-        tick = round(self.cell.dead_at / CONTROL_PERIOD)
-        return InjectedFaults(dead=dict.fromkeys(chosen, tick))
+        """Return what is wrong with which robots; it is the same for all methods."""
+        cell, (first, end) = self.cell, self.cell.span()
+        order = random.Random(f"study/{self.seed}").sample(range(cell.robots), cell.robots)
+        dead = order[: round(cell.dead * cell.robots)]
+        off_duty = {
+            **dict.fromkeys(order[: round(cell.joins * cell.robots)], (0, first)),
+            **dict.fromkeys(order[: round(cell.leaves * cell.robots)], (first, end)),
+        }
+        return InjectedFaults(
+            dead=dict.fromkeys(dead, first),
+            off_duty=off_duty,
+            split=(first, end) if cell.split else None,
+        )
 
-    def outage(self) -> tuple[int, int] | None:
-        """Return the first and last tick without a centre."""
-        if self.cell.outage is None:
-            return None
-        first, last = (round(time / CONTROL_PERIOD) for time in self.cell.outage)
-        return first, last - 1
+    def cost(self, rates: Mapping[tuple[str, bool], float] | None = None) -> float:
+        """Return the CPU [s] that the run will take.
+
+        Args:
+            rates: Measured CPU [ms] of a robot-second by method and LiDARs.
+        """
+        cell, duration = self.cell, load_scenario(self.cell.scenario).duration
+        rate = USUAL_COST.get(self.method, OTHER_COST) * (LIDAR_FACTOR if cell.lidar else 1.0)
+        rate = (rates or {}).get((self.method, cell.lidar), rate)
+        return 1e-3 * rate * cell.robots * (duration or SHARE_OF_LIMIT * cell.seconds)
+
+
+def is_constant(name: str) -> bool:
+    """Return whether a setting is a constant of a baseline's module, like orca.HORIZON."""
+    return name.rpartition(".")[2].isupper()
+
+
+def settings_text(settings: Settings) -> str:
+    """Return settings in one line."""
+    return ", ".join(f"{name}={value}" for name, value in settings)
 
 
 def study_folder() -> Path:
@@ -105,7 +210,7 @@ def load_experiments(folder: Path) -> dict[str, Experiment]:
     """Return the experiments of a folder by name.
 
     Args:
-        folder: With one YAML file per experiment.
+        folder: With one YAML file per experiment, and folders `scenarios` and `missions`.
 
     Raises:
         ConfigError: If there are none, or something in them is wrong.
@@ -119,36 +224,68 @@ def load_experiments(folder: Path) -> dict[str, Experiment]:
 def _load(path: Path) -> Experiment:
     try:
         experiment = msgspec.convert(read_yaml(path), Experiment)
+        cells = [located(cell, path.parent) for cell in experiment.cells]
+        for cell in cells:
+            cell.check()
     except msgspec.ValidationError as cause:
         raise ConfigError(f"{path}: {cause}") from None
-    for cell in experiment.cells:
-        load_scenario(cell.scenario)
-        for method in cell.methods or experiment.methods:
-            if method not in METHODS:
+    except ConfigError as cause:
+        text = str(cause)
+        raise ConfigError(text if str(path) in text else f"{path}: {text}") from None
+    for cell in cells:
+        for method in experiment.methods_of(cell):
+            if method not in METHODS and method not in COMING:
                 raise UnknownNameError(f"{path}: method", method, METHODS)
-        if not 0.0 <= cell.dead < 1.0 or not 0.0 <= cell.loss < 1.0 or cell.seeds < 1:
-            raise ConfigError(f"{path}: {cell.name}: shares are 0 to less than 1, seeds 1 or more")
-        if cell.outage is not None and (len(cell.outage) != 2 or cell.outage[0] >= cell.outage[1]):
-            raise ConfigError(f"{path}: {cell.name}: outage is {cell.outage}; expected [from, to]")
-    names = [cell.name for cell in experiment.cells]
-    if len(set(names)) < len(names):
+    if len({cell.name for cell in cells}) < len(cells):
         raise ConfigError(f"{path}: two cells are the same")
-    return experiment
+    return msgspec.structs.replace(experiment, cells=cells)
 
 
-def runs_of(experiments: dict[str, Experiment], *, quick: bool) -> Iterator[StudyRun]:
-    """Yield all runs, seed by seed, so that a stopped study has something of every cell.
+def located(cell: Cell, folder: Path) -> Cell:
+    """Return a cell with the path of its scenario, where that lies beside the experiments."""
+    return msgspec.structs.replace(cell, scenario=_beside(folder, "scenarios", cell.scenario))
+
+
+def _beside(folder: Path, kind: str, name: str) -> str:
+    path = folder / kind / f"{name}.yaml"
+    return str(path) if path.is_file() else name
+
+
+def runs_of(
+    experiments: Mapping[str, Experiment],
+    *,
+    quick: bool,
+    settings: Mapping[str, Settings] | None = None,
+) -> list[StudyRun]:
+    """Return all runs in an order in which a study that is stopped tells most.
+
+    All methods of a cell and seed follow each other. The n-th seed of a cell waits in proportion to
+    its cost and the square of n: what it adds to the knowledge of a mean falls like that.
 
     Args:
         quick: Whether it is the short edition.
+        settings: By method.
     """
-    cells = [
-        (name, cell, cell.methods or experiment.methods)
-        for name, experiment in experiments.items()
-        for cell in experiment.cells
-        if cell.quick or not quick
-    ]
-    for seed in range(max(cell.seeds for _, cell, _ in cells)):
-        for name, cell, methods in cells:
-            if seed < (min(cell.seeds, QUICK_SEEDS) if quick else cell.seeds):
-                yield from (StudyRun(name, cell, method, seed) for method in methods)
+    groups = []
+    for name, experiment in experiments.items():
+        for cell in experiment.cells:
+            methods = [m for m in experiment.methods_of(cell) if m in METHODS]
+            count = (min(cell.seeds, QUICK_SEEDS) if cell.quick else 0) if quick else cell.seeds
+            for seed in range(count):
+                runs = [
+                    StudyRun(name, cell, method, seed, (settings or {}).get(method, ()))
+                    for method in methods
+                ]
+                groups.append((sum(run.cost() for run in runs) * (seed + 1) ** 2, runs))
+    return [run for _, runs in sorted(groups, key=lambda group: group[0]) for run in runs]
+
+
+def waiting_methods(experiments: Mapping[str, Experiment]) -> Iterator[str]:
+    """Yield the methods that cells name and that do not exist yet."""
+    for method in COMING:
+        if method not in METHODS and any(
+            method in experiment.methods_of(cell)
+            for experiment in experiments.values()
+            for cell in experiment.cells
+        ):
+            yield method

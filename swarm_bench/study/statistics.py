@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,11 @@ from scipy import stats
 from swarm_common.model.records import FloatArray
 
 RESAMPLES = 4000
+DRAWS = 1000  # likewise, of sizes and levels
 CONFIDENCE = 0.95
+TAILS = (2.5, 97.5)  # [%]
+RISE = 0.02  # of throughput that counts as more
+LEAST_SUCCESS = 0.9  # share of the runs of a size that does not fail
 
 
 class Interval(NamedTuple):
@@ -128,3 +132,118 @@ def kaplan_meier(times: Sequence[float], has_ended: Sequence[bool]) -> SurvivalC
     data = stats.CensoredData.right_censored(times, ~np.asarray(has_ended, np.bool_))
     found = stats.ecdf(data).sf
     return SurvivalCurve(np.asarray(found.quantiles), np.asarray(found.probabilities))
+
+
+def critical_size(
+    gains: Mapping[int, Mapping[int, float]], successes: Mapping[int, Mapping[int, bool]]
+) -> Interval:
+    """Return the size from which more robots bring no more, with its interval.
+
+    That is the smallest size that no larger one exceeds by `RISE`, or a smaller one, the last
+    before fewer than `LEAST_SUCCESS` of the runs succeed; 0 if there is none. The interval comes
+    from resampled seeds.
+
+    Args:
+        gains: Throughput by size and seed.
+        successes: Likewise, whether a run succeeded.
+    """
+    sizes = sorted(gains)
+    random = np.random.default_rng(0)
+    values = {size: np.array(list(gains[size].values())) for size in sizes}
+    passed = {size: np.array(list(successes[size].values()), np.float64) for size in sizes}
+
+    def found(draw: bool) -> float:
+        means, shares = {}, {}
+        for size in sizes:
+            count = len(values[size])
+            chosen = random.integers(0, count, count) if draw else np.arange(count)
+            means[size] = float(values[size][chosen].mean())
+            shares[size] = float(passed[size][chosen].mean())
+        highest = max(means.values())
+        enough = next(size for size in sizes if means[size] * (1.0 + RISE) >= highest)
+        failing = [size for size in sizes if shares[size] < LEAST_SUCCESS]
+        safe = [size for size in sizes if not failing or size < failing[0]]
+        return float(min(enough, max(safe, default=0)))
+
+    low, high = np.percentile([found(True) for _ in range(DRAWS)], TAILS, method="nearest")
+    return Interval(found(False), float(low), float(high))
+
+
+def change_of_sides(differences: Mapping[float, Sequence[float]]) -> Interval | None:
+    """Return the level from which on the side stays ahead that is ahead at the last one.
+
+    Args:
+        differences: Of paired runs, by level; positive where the first side is ahead.
+
+    Returns:
+        The level with its interval from resampled pairs; None if one side is ahead at all levels.
+    """
+    levels = sorted(differences)
+    random = np.random.default_rng(0)
+
+    def found(draw: bool) -> float:
+        signs = []
+        for level in levels:
+            values = np.asarray(differences[level])
+            chosen = random.integers(0, len(values), len(values)) if draw else slice(None)
+            signs.append(values[chosen].mean() > 0.0)
+        same = len(levels)
+        while same and signs[same - 1] == signs[-1]:
+            same -= 1
+        return levels[same]
+
+    if len(levels) < 2 or (estimate := found(False)) == levels[0]:
+        return None
+    low, high = np.percentile([found(True) for _ in range(DRAWS)], TAILS, method="nearest")
+    return Interval(estimate, float(low), float(high))
+
+
+def profile(ratios: Sequence[float], factors: Sequence[float]) -> list[float]:
+    """Return a performance profile (Dolan and Moré 2002).
+
+    Args:
+        ratios: Cost of each instance by that of the best method; inf for one that failed.
+
+    Returns:
+        The share of the instances within each factor.
+    """
+    return [float(np.mean(np.asarray(ratios) <= factor + 1e-9)) for factor in factors]
+
+
+class Dip(NamedTuple):
+    """How far a run falls behind its undisturbed twin."""
+
+    depth: float  # share of the twin's throughput that its worst minute lacks, 0 to 1
+    behind: float  # orders by which it has more open at worst
+    area: float  # [order minutes] of these
+    recovery: float  # [s] until at most one order more is open; to the end if that never is
+    has_recovered: bool
+
+
+def dip_of(
+    disturbed: tuple[Sequence[int], Sequence[int]],
+    twin: tuple[Sequence[int], Sequence[int]],
+    first: int,
+    step: float,
+) -> Dip:
+    """Compare a run with its twin of the same seed.
+
+    Args:
+        disturbed: Orders that came and that were done in each step.
+        twin: Likewise.
+        first: Step of the disturbance.
+        step: [s] that a step lasts.
+    """
+    length = min(len(disturbed[1]), len(twin[1]))
+    (came, done), (came_twin, done_twin) = (
+        (np.asarray(run[0][:length]), np.asarray(run[1][:length])) for run in (disturbed, twin)
+    )
+    excess = np.maximum(np.cumsum(came - done) - np.cumsum(came_twin - done_twin), 0)[first:]
+    width = min(round(60.0 / step), length - first)
+    rates = np.convolve(done[first:], np.ones(width), "valid")
+    usual = float(done_twin[first:].mean()) * width
+    depth = max(0.0, 1.0 - float(rates.min()) / usual) if usual else 0.0
+    late = np.flatnonzero(excess > 1)
+    last = int(late[-1]) + 1 if len(late) else 0
+    area = float(excess.sum()) * step / 60.0
+    return Dip(depth, float(excess.max()), area, last * step, last < len(excess))

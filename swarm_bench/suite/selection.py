@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_sim.world.world import ENGINES
 
 MOST_SEEDS = 100_000
+UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}  # [s]
 MOST_JOBS = 256
 SUITE = "suite"  # as many seeds as each scenario says
 ALL = "all"  # scenarios
@@ -79,6 +81,24 @@ def parse_sizes(text: str | None) -> list[int]:
             raise ConfigError(f"--robots has the range '{part}'; expected FIRST..LAST:STEP")
         sizes += [size for size in range(low, high + 1, by) if size not in sizes]
     return sizes
+
+
+def parse_time(text: str | None) -> float | None:
+    """Return the seconds in a text like 90s, 30min or 2h.
+
+    Raises:
+        ConfigError: If it is none.
+    """
+    if text is None:
+        return None
+    found = re.fullmatch(r"([0-9.]+) ?(s|min|h)", text)
+    try:
+        value = float(found[1]) * UNITS[found[2]] if found else 0.0
+    except ValueError:
+        value = 0.0
+    if value <= 0.0:
+        raise ConfigError(f"--budget is '{text}'; expected a time like 90s, 30min or 2h")
+    return value
 
 
 def select(

@@ -46,11 +46,12 @@ class BidSenses:
     way_to: Callable[[str], float]  # [m] to a station by name; inf if there is no way
     speed: float  # [m/s] at most
     charge: Callable[[], float] = lambda: math.nan  # by capacity; NaN without a battery
+    is_on_duty: bool = True  # whether the robot takes further orders
 
     @property
     def is_fit(self) -> bool:
-        """Whether the battery allows for another order."""
-        return not self.charge() < LEAST_BATTERY
+        """Whether duty and battery allow for another order."""
+        return self.is_on_duty and not self.charge() < LEAST_BATTERY
 
     def cost(self, station: str, held: int) -> float:
         """Return what an order at a station costs [m] with so many orders held already."""

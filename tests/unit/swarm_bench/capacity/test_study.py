@@ -11,12 +11,13 @@ import pytest
 from rich.console import Console
 
 from swarm_bench.capacity.axes import SweepVariant, variants
-from swarm_bench.capacity.command import parse_precision, parse_time
+from swarm_bench.capacity.command import parse_precision
 from swarm_bench.capacity.study import Study
 from swarm_bench.cli import _load
 from swarm_bench.execution.processes import LocalExecutor
 from swarm_bench.runs.episode import RunOptions, check
 from swarm_bench.runs.scenario import Scenario
+from swarm_bench.suite.selection import parse_time
 from swarm_bench.suite.sweep import Sweep
 from swarm_common.model.errors import ConfigError
 from tests.unit.swarm_bench.capacity.test_statistics import run_of

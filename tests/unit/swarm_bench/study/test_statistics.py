@@ -75,3 +75,33 @@ def test_paired_difference_of_darwins_plants():
 
 def test_equal_methods_do_not_differ():
     assert statistics.paired([1.0, 2.0], [1.0, 2.0]).p == 1.0
+
+
+def test_critical_size_is_where_throughput_stays_or_runs_fail():
+    gains = {
+        10: {0: 100, 1: 101}, 20: {0: 180, 1: 181}, 35: {0: 181, 1: 182}, 50: {0: 170, 1: 171}
+    }  # fmt: skip
+    fine = {size: {0: True, 1: True} for size in gains}
+    assert statistics.critical_size(gains, fine) == (20, 20, 20)
+    assert statistics.critical_size(gains, fine | {20: {0: True, 1: False}}).estimate == 10
+    assert statistics.critical_size(gains, fine | {10: {0: False, 1: False}}).estimate == 0
+
+
+def test_sides_change_once_or_not_at_all():
+    rising = {10: [-5.0, -4.0, -6.0], 20: [-1.0, 2.5, -1.0], 35: [4.0, 5.0, 6.0]}
+    found = statistics.change_of_sides(rising)
+    assert found is not None
+    assert found == (20, 20, 35)
+    assert statistics.change_of_sides({10: [1.0], 20: [2.0]}) is None
+    assert statistics.change_of_sides({}) is None
+
+
+def test_performance_profile():
+    assert statistics.profile([1.0, 1.2, math.inf, 3.0], (1.0, 1.25, 5.0)) == [0.25, 0.5, 0.75]
+
+
+def test_a_run_that_never_catches_up_has_not_recovered():
+    usual = ([1] * 10, [1] * 10)
+    found = statistics.dip_of(([1] * 10, [1] * 5 + [0] * 5), usual, 5, 60.0)
+    assert found == (1.0, 5.0, 15.0, 300.0, False)
+    assert statistics.dip_of(usual, usual, 5, 60.0) == (0.0, 0.0, 0.0, 0.0, True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import shutil
 from pathlib import Path
 
 import msgspec
@@ -10,18 +11,36 @@ import pytest
 from typer.testing import CliRunner
 
 import swarm_bench.study.command
+from swarm_bench.baselines import orca
+from swarm_bench.runs import harness
 from swarm_bench.runs.json_lines import append_json_line, open_to_append
-from swarm_bench.study import tables
-from swarm_bench.study.experiments import load_experiments, runs_of, study_folder
-from swarm_bench.study.lines import StudyLine, read_lines
-from swarm_bench.study.page import markdown
+from swarm_bench.study import runner, tables
+from swarm_bench.study.experiments import (
+    Cell,
+    StudyRun,
+    load_experiments,
+    located,
+    runs_of,
+    settings_text,
+    study_folder,
+)
+from swarm_bench.study.lines import StudyLine, pack, read_lines
+from swarm_bench.study.page import markdown, page
 from swarm_bench.study.runner import run_one
+from swarm_bench.study.tuning import (
+    candidates,
+    choose,
+    load_chosen,
+    load_tuning,
+    tuning_runs,
+    write_chosen,
+)
 from swarm_bench.suite.command import bench_app
 from swarm_common.model.errors import ConfigError, SwarmError
 
 EXPERIMENT = """
 question: Which is faster?
-hypothesis: The centre.
+expected: [The centre.]
 methods: [ours, central-mapf]
 cells:
   - {scenario: doorway, robots: 4, seconds: 300, seeds: 2, quick: true}
@@ -54,13 +73,14 @@ def write(path: Path, lines: list[StudyLine]) -> None:
 
 def test_a_run_that_did_not_end_stays_in() -> None:
     lines = [line("ours", 0, 100.0), line("ours", 1, None), line("ours", 2, None)]
-    assert tables.medians(tables.groups(lines))[1] == ["doorway 4", "never (1/3)"]
+    assert tables.results(tables.groups(lines))[1] == ["doorway 4", "never (1/3)"]
 
 
 def test_differences_are_paired_by_seed() -> None:
     lines = [line("ours", s, 100.0 + 50 * s) for s in (0, 1, 2)]
     lines += [line("central-mapf", s, 90.0 + 50 * s) for s in (2, 0)]
-    assert tables.differences(tables.groups(lines))[1][2:4] == ["2", "-10 [-10, -10]"]
+    found = tables.differences(tables.groups(lines))[1]
+    assert found[2:4] == ["2", "+7 [+7, +7]"]  # 10 s of 100 and 200 s
 
 
 def test_zero_contacts_have_a_bound() -> None:
@@ -71,7 +91,7 @@ def test_zero_contacts_have_a_bound() -> None:
 
 def test_what_comes_with_the_project_can_be_read() -> None:
     experiments = load_experiments(study_folder())
-    assert {"scalability", "fault_tolerance"} <= set(experiments)
+    assert set(experiments) == {"scalability", "adaptability", "fault_tolerance", "makespan"}
     runs = list(runs_of(experiments, quick=False))
     assert len({run.key for run in runs}) == len(runs)
 
@@ -89,7 +109,9 @@ def test_dead_robots_are_the_same_for_all_methods(folder: Path) -> None:
         ("robots: 4", "robots: four", "Expected `int`"),
         ("quick: true", "speed: 3", "unknown field `speed`"),
         ("ours", "our", "unknown"),
-        ("seeds: 2", "seeds: 2, outage: [30, 20]", "expected [from, to]"),
+        ("seeds: 2", "seeds: 2, outage: true, until: 3", "expected more than at"),
+        ("seeds: 2", "seeds: 2, blocked: [0, 0, 1, 1]", "needs lidar"),
+        ("doorway", "door", "unknown"),
     ],
 )
 def test_what_is_wrong_in_an_experiment_is_said(
@@ -106,11 +128,11 @@ def test_an_empty_folder_is_refused(tmp_path: Path) -> None:
         load_experiments(tmp_path)
 
 
-def test_cells_without_a_run_are_named(folder: Path) -> None:
-    text = markdown(
-        load_experiments(folder), [line("ours", 0, 9.0)], quick=True, command="swarm-bench study"
-    )
-    assert "Not run: 3 of 4 runs; no run at all of doorway 4 (central-mapf)." in text
+def test_runs_that_are_missing_are_counted_and_named(folder: Path) -> None:
+    experiments, lines = load_experiments(folder), [line("ours", 0, 9.0)]
+    text = markdown(experiments, lines, quick=True, command="swarm-bench study")
+    assert "Not run: 3 of 4 runs, and nothing of 1 cells" in text
+    assert "speed, doorway 4, central-mapf" in page(experiments, lines, quick=True)
 
 
 def test_what_was_run_is_not_repeated_and_check_finds_a_changed_document(
@@ -118,8 +140,11 @@ def test_what_was_run_is_not_repeated_and_check_finds_a_changed_document(
 ) -> None:
     ran = []
 
-    def instead(run):
+    def instead(item):
+        run, _ = item
         ran.append(run.key)
+        if run.seed and run.method == "ours":
+            raise ConfigError("no room")
         return line(run.method, run.seed, 100.0)
 
     monkeypatch.setattr(swarm_bench.study.command, "run_one", instead)
@@ -128,21 +153,199 @@ def test_what_was_run_is_not_repeated_and_check_finds_a_changed_document(
     common = ["study", "--experiments", str(folder), "--folder", str(folder / "study"),
               "-o", str(document)]  # fmt: skip
     assert CliRunner().invoke(bench_app, [*common, "--check"]).exit_code == 1
-    assert CliRunner().invoke(bench_app, [*common, "--most", "2"]).exit_code == 0
-    assert len(ran) == 2
-    assert len(read_lines(folder / "study/full.jsonl")) == 3
+    assert CliRunner().invoke(bench_app, [*common, "--budget", "0.2s"]).exit_code == 0
+    assert len(ran) == 1  # what fits; the rest another time
+    names = {path.name for path in (folder / "study").iterdir()}
+    assert names == {"full.jsonl.gz", "study.html"}
+    outcome = CliRunner().invoke(bench_app, common)
+    assert outcome.exit_code == 1
+    assert "ours, seed 1: failed: no room" in outcome.output
+    assert len(ran) == 3
+    assert len(read_lines(folder / "study", "full")) == 3
     assert CliRunner().invoke(bench_app, [*common, "--check"]).exit_code == 0
     document.write_text("better figures")
     assert CliRunner().invoke(bench_app, [*common, "--check"]).exit_code == 1
 
 
+def test_shards_share_the_runs_and_a_last_call_joins_them(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        swarm_bench.study.command, "run_one", lambda item: line(item[0].method, item[0].seed, 9.0)
+    )
+    common = ["study", "--experiments", str(folder), "--folder", str(folder / "study"),
+              "-o", str(folder / "study.md")]  # fmt: skip
+    for shard in ("1/2", "2/2"):
+        assert CliRunner().invoke(bench_app, [*common, "--shard", shard]).exit_code == 0
+    assert not (folder / "study.md").exists()
+    outcome = CliRunner().invoke(bench_app, common)
+    assert "4 of 4 runs are in" in outcome.output
+    assert (folder / "study/full.jsonl.gz").is_file()
+    assert not list((folder / "study").glob("*.jsonl"))
+
+
+def test_compressed_lines_do_not_depend_on_the_order_of_runs(tmp_path: Path) -> None:
+    lines = [line("ours", seed, 9.0, done=[0, 1], created=[1, 0]) for seed in (0, 1)]
+    pack(tmp_path, "full", lines)
+    first = (tmp_path / "full.jsonl.gz").read_bytes()
+    assert read_lines(tmp_path, "full") == lines
+    pack(tmp_path, "full", lines[::-1])
+    assert (tmp_path / "full.jsonl.gz").read_bytes() == first
+    (tmp_path / "full.jsonl.gz").write_bytes(first[:-20])
+    with pytest.raises(ConfigError, match="has no results"):
+        read_lines(tmp_path, "full")
+
+
+def test_pairs_come_together_and_cheap_cells_more_often(folder: Path) -> None:
+    more = "  - {scenario: crossing, robots: 24, seconds: 3000, seeds: 2}\n"
+    (folder / "speed.yaml").write_text(EXPERIMENT + more, encoding="utf-8")
+    runs = runs_of(load_experiments(folder), quick=False)
+    assert [(run.cell.robots, run.seed) for run in runs[::2]] == [(4, 0), (4, 1), (24, 0), (24, 1)]
+    assert all(a.key[3] == b.key[3] for a, b in zip(runs[::2], runs[1::2], strict=True))
+
+
+def test_a_method_that_is_still_to_come_is_left_out_by_name(folder: Path) -> None:
+    text = EXPERIMENT.replace("central-mapf]", "central-mapf, central-with-fallback]")
+    (folder / "speed.yaml").write_text(text, encoding="utf-8")
+    experiments = load_experiments(folder)
+    assert {run.method for run in runs_of(experiments, quick=False)} == {"ours", "central-mapf"}
+    shown = markdown(experiments, [line("ours", 0, 9.0)], quick=False, command="")
+    assert "no such method yet: central-with-fallback." in shown
+
+
 def test_a_run_is_no_faster_than_its_bound(folder: Path) -> None:
-    run = next(runs_of(load_experiments(folder), quick=True))
+    run = next(run for run in runs_of(load_experiments(folder), quick=True) if run.seed == 0)
     run = dataclasses.replace(run, method="central-mapf")
-    found = run_one(run)
+    found = run_one((run, run.options()))
     assert found.makespan is not None
     assert found.bound is not None
     assert 20.0 < found.bound < found.makespan
+
+
+STREAM = """
+world: crossing
+mission: stream
+duration: 90
+warm_up: 10
+"""
+ORDERS = """
+spawn: all_rooms
+orders:
+  - {from: [east, north], to: [west, south], rate: 900}
+"""
+
+
+@pytest.fixture
+def stream(folder: Path) -> Path:
+    for name, text in (("scenarios", STREAM), ("missions", ORDERS)):
+        (folder / name).mkdir()
+        (folder / name / "stream.yaml").write_text(text, encoding="utf-8")
+    return folder
+
+
+def cell(folder: Path, **changes: object) -> Cell:
+    return located(Cell(scenario="stream", robots=4, **changes), folder)  # type: ignore[arg-type]
+
+
+def test_orders_without_end_are_counted_and_robots_may_join(stream: Path) -> None:
+    found = {}
+    for name, changes in (("all", {}), ("half", {"joins": 0.5, "at": 80.0})):
+        run = StudyRun("x", cell(stream, **changes), "ours", 100)
+        found[name] = run_one((run, run.options()))
+    usual = found["all"]
+    assert usual.per_hour
+    assert usual.done
+    assert usual.created
+    assert sum(usual.created) >= sum(usual.done) > 0
+    assert usual.created == found["half"].created
+    assert found["half"].goals_reached < usual.goals_reached
+    assert usual.is_success
+
+
+def test_a_box_blocks_the_way_for_a_time(stream: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+    looked = harness.Harness.advance
+
+    def advance(self):
+        seen.append(len(self.stage.world.loose))
+        return looked(self)
+
+    monkeypatch.setattr(harness.Harness, "advance", advance)
+    blocked = {"blocked": [0.0, -4.0, 0.4, 0.4], "at": 2.0, "until": 4.0, "lidar": True}
+    short = STREAM.replace("90", "6").replace("10", "1")
+    (stream / "scenarios/stream.yaml").write_text(short, encoding="utf-8")
+    run = StudyRun("x", cell(stream, **blocked), "ours", 100)
+    run_one((run, run.options()))
+    assert seen[19:42] == [0] + [1] * 20 + [0] * 2
+
+
+def test_constants_of_a_baseline_count_for_one_run_only(stream: Path) -> None:
+    seen = []
+
+    def build(options, **_):
+        seen.append(orca.HORIZON)
+        raise ConfigError("enough")
+
+    run = StudyRun("x", cell(stream), "orca", 100, (("orca.HORIZON", 9.0),))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runner, "build", build)
+        with pytest.raises(ConfigError, match="enough"):
+            run_one((run, run.options()))
+    assert seen == [9.0]
+    assert orca.HORIZON == 3.0
+
+
+def test_the_best_of_equally_many_tries_is_chosen(tmp_path: Path) -> None:
+    shutil.copytree(study_folder(), tmp_path / "study")
+    tuning = load_tuning(tmp_path / "study")
+    assert {len(candidates(tuning, method)) for method in tuning.methods} == {tuning.tries}
+    lines = [
+        line(
+            run.method, run.seed, None, cell=run.cell.name, settings=settings_text(run.settings),
+            per_hour=100.0 + 50.0 * (run.settings == candidates(tuning, "orca")[2]),
+            robot_robot=int(run.settings == candidates(tuning, "dwa")[1]),
+        )
+        for run in tuning_runs(tuning)
+    ]  # fmt: skip
+    chosen = choose(tuning, lines)
+    assert chosen["orca"] == candidates(tuning, "orca")[2]
+    assert chosen["dwa"] == ()
+    write_chosen(tmp_path / "study", chosen)
+    assert load_chosen(tmp_path / "study") == chosen
+    assert "orca" not in choose(tuning, [each for each in lines if each.seed != 104])
+
+
+def test_study_seeds_are_not_tuned_on(tmp_path: Path) -> None:
+    shutil.copytree(study_folder(), tmp_path / "study")
+    path = tmp_path / "study/tuning/methods.yaml"
+    path.write_text(path.read_text().replace("[100,", "[7,"))
+    with pytest.raises(ConfigError, match="seeds from 100 on"):
+        load_tuning(tmp_path / "study")
+
+
+def test_sides_are_named_level_by_level(stream: Path) -> None:
+    cells = [cell(stream), cell(stream, loss=0.2), cell(stream, loss=0.5)]
+    lines = [
+        line(method, seed, None, cell=each.name, per_hour=100.0 + seed + gain, batches=[1])
+        for each, better in zip(cells, (-20.0, 0.0, 30.0), strict=True)
+        for seed in range(8)
+        for method, gain in (("ours", 0.0), ("central-mapf", better + 0.1 * (seed % 2 - 0.5)))
+    ]
+    found = tables.sides(cells, tables.groups(lines))
+    assert found[1:] == [
+        ["stream", "loss", "central-mapf", "0.5", "0", "the centre from 0.5 [0.2, 0.5]"]
+    ]
+
+
+def test_a_dip_is_measured_against_the_twin(stream: Path) -> None:
+    cells = [cell(stream), cell(stream, leaves=0.5, at=20.0)]
+    done = {cells[0].name: [1] * 12, cells[1].name: [1, 1, 0, 0, 0, 1, 2, 2, 2, 1, 1, 1]}
+    lines = [
+        line("ours", 0, None, cell=each.name, per_hour=9.0, created=[1] * 12, done=done[each.name])
+        for each in cells
+    ]
+    found = tables.dips(cells, tables.groups(lines))
+    assert found[1] == ["50% removed", "ours", "1", "17%", "3.0", "2", "50 s", "0"]
 
 
 def test_the_documents_of_this_repository_are_what_its_lines_say() -> None:

@@ -1,0 +1,144 @@
+"""Equal effort of tuning: each method gets the same number of tries, on seeds of its own."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import yaml
+
+from swarm_bench.runs.methods import METHODS
+from swarm_bench.study.experiments import COMING, Cell, Settings, StudyRun, located, settings_text
+from swarm_bench.study.lines import StudyLine
+from swarm_common.files.yaml_io import read_yaml
+from swarm_common.model.errors import ConfigError, UnknownNameError
+
+FOLDER, CHOICES, CHOSEN = "tuning", "methods.yaml", "chosen.yaml"
+FIRST_SEED = 100  # smaller ones are the study's
+
+
+class Tuning(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What is tried."""
+
+    tries: int  # of each method, its defaults included
+    seeds: list[int]
+    cells: list[Cell]
+    methods: dict[str, dict[str, list[Any]]]  # values by parameter, or constant of a baseline
+
+
+def load_tuning(folder: Path) -> Tuning:
+    """Return what is tried.
+
+    Args:
+        folder: Of the experiments.
+
+    Raises:
+        ConfigError: If it is missing, or something in it is wrong.
+    """
+    path = folder / FOLDER / CHOICES
+    try:
+        found = msgspec.convert(read_yaml(path), Tuning)
+    except msgspec.ValidationError as cause:
+        raise ConfigError(f"{path}: {cause}") from None
+    for method in found.methods:
+        if method not in METHODS and method not in COMING:
+            raise UnknownNameError(f"{path}: method", method, METHODS)
+    if found.tries < 1 or min(found.seeds, default=0) < FIRST_SEED:
+        raise ConfigError(f"{path}: expected 1 try or more, and seeds from {FIRST_SEED} on")
+    cells = [located(cell, folder) for cell in found.cells]
+    for cell in cells:
+        cell.check()
+    return msgspec.structs.replace(found, cells=cells)
+
+
+def candidates(tuning: Tuning, method: str) -> list[Settings]:
+    """Return what is tried of a method: its defaults first, then draws without repetition."""
+    values = tuning.methods[method]
+    draw = random.Random(f"tuning/{method}")
+    found: dict[Settings, None] = {(): None}
+    for _ in range(100 * tuning.tries):
+        if len(found) == tuning.tries:
+            break
+        found[tuple((name, draw.choice(values[name])) for name in sorted(values))] = None
+    return list(found)
+
+
+def tuning_runs(tuning: Tuning) -> list[StudyRun]:
+    """Return all runs, seed by seed."""
+    return [
+        StudyRun(FOLDER, cell, method, seed, settings)
+        for seed in tuning.seeds
+        for cell in tuning.cells
+        for method in tuning.methods
+        if method in METHODS
+        for settings in candidates(tuning, method)
+    ]
+
+
+def choose(tuning: Tuning, lines: Sequence[StudyLine]) -> dict[str, Settings]:
+    """Return the settings with the most throughput for each method that all runs are known of.
+
+    Each cell counts the same. Settings with more contacts than the defaults are not chosen.
+    """
+    chosen = {}
+    for method in tuning.methods:
+        scores = {}
+        tried = candidates(tuning, method)
+        usual = _by_cell(lines, method, ())
+        for settings in tried:
+            found = _by_cell(lines, method, settings)
+            wanted = len(tuning.cells) * len(tuning.seeds)
+            if sum(len(members) for members in found.values()) < wanted:
+                break
+            scores[settings] = (
+                max(0, _contacts(found) - _contacts(usual)),
+                -sum(_mean(found[cell]) / max(_mean(usual[cell]), 1e-9) for cell in usual),
+            )
+        if len(scores) == len(tried):
+            chosen[method] = min(scores, key=lambda settings: scores[settings])
+    return chosen
+
+
+def _by_cell(
+    lines: Sequence[StudyLine], method: str, settings: Settings
+) -> dict[str, list[StudyLine]]:
+    found: dict[str, list[StudyLine]] = {}
+    for line in lines:
+        if line.method == method and line.settings == settings_text(settings):
+            found.setdefault(line.cell, []).append(line)
+    return found
+
+
+def _contacts(found: Mapping[str, Sequence[StudyLine]]) -> int:
+    return sum(line.contacts for members in found.values() for line in members)
+
+
+def _mean(lines: Sequence[StudyLine]) -> float:
+    return sum(line.gain for line in lines) / len(lines)
+
+
+def load_chosen(folder: Path) -> dict[str, Settings]:
+    """Return the settings that were chosen by method; none if nothing was tuned."""
+    path = folder / FOLDER / CHOSEN
+    if not path.is_file():
+        return {}
+    try:
+        found = msgspec.convert(read_yaml(path), dict[str, dict[str, Any]])
+    except msgspec.ValidationError as cause:
+        raise ConfigError(f"{path}: {cause}") from None
+    return {method: tuple(sorted(values.items())) for method, values in found.items()}
+
+
+def write_chosen(folder: Path, chosen: Mapping[str, Settings]) -> Path:
+    """Write what was chosen; return the file."""
+    path = folder / FOLDER / CHOSEN
+    text = "# Written by swarm-bench study --tune.\n"
+    text += yaml.safe_dump({method: dict(values) for method, values in chosen.items()})
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as cause:
+        raise ConfigError(f"cannot write {path}: {cause}") from cause
+    return path
