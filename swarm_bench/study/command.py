@@ -34,7 +34,7 @@ from swarm_bench.study.tuning import (
     tuning_runs,
     write_chosen,
 )
-from swarm_bench.suite.command import Cluster, Jobs, Shard, bench_app, new_console
+from swarm_bench.suite.command import Cluster, Jobs, Shard, bench_app, keeping, new_console
 from swarm_bench.suite.selection import check_jobs, parse_time
 from swarm_common.model.errors import ConfigError
 
