@@ -40,46 +40,31 @@ class ActionOffer:
 
 
 _ON_WAY = (ActionScope.NODE, ActionScope.EDGE)
+_STANDING = (ActionScope.NODE, ActionScope.INSTANT)
+_INSTANT = (ActionScope.INSTANT,)
 _LOAD = {"loadId": "STRING", "loadType": "STRING", "stationName": "STRING", "stationType": "STRING"}
 _DURATION = {"duration": "FLOAT"}
 _POSE = {"x": "FLOAT", "y": "FLOAT", "theta": "FLOAT", "mapId": "STRING"}
-OFFERED: dict[str, ActionOffer] = {
+_NODE, _ORDER, _ZONE_SET = {"lastNodeId": "STRING"}, {"orderId": "STRING"}, {"zoneSetId": "STRING"}
+_INIT_POSITION = ActionOffer(_STANDING, "Take a pose as one's own.", _POSE, _NODE)
+_OF_BOTH: dict[str, ActionOffer] = {
     "pick": ActionOffer(_ON_WAY, "Take a load; lasts `duration`.", optional=_LOAD | _DURATION),
-    "drop": ActionOffer(
-        _ON_WAY, "Put the load down; lasts `duration`.", optional=_LOAD | _DURATION
-    ),
+    "drop": ActionOffer(_ON_WAY, "Put the load down, likewise.", optional=_LOAD | _DURATION),
     "wait": ActionOffer(_ON_WAY, "Wait for `duration` [s].", required=_DURATION),
-    "startCharging": ActionOffer(
-        (ActionScope.NODE, ActionScope.INSTANT), "Finished when current flows."
-    ),
-    "stopCharging": ActionOffer(
-        (ActionScope.NODE, ActionScope.INSTANT), "The robot may leave the charger."
-    ),
-    "initPosition": ActionOffer(
-        (ActionScope.NODE, ActionScope.INSTANT),
-        "Take a pose as one's own.",
-        required=_POSE,
-        optional={"lastNodeId": "STRING"},
-    ),
-    "startPause": ActionOffer((ActionScope.INSTANT,), "Stop, and pause the actions."),
-    "stopPause": ActionOffer((ActionScope.INSTANT,), "Go on after a pause."),
-    "stateRequest": ActionOffer((ActionScope.INSTANT,), "Publish the state."),
-    "factsheetRequest": ActionOffer((ActionScope.INSTANT,), "Publish the factsheet."),
-    "cancelOrder": ActionOffer(
-        (ActionScope.INSTANT,), "Give up the order.", optional={"orderId": "STRING"}
-    ),
+    "startCharging": ActionOffer(_STANDING, "Finished when current flows."),
+    "stopCharging": ActionOffer(_STANDING, "The robot may leave the charger."),
+    "startPause": ActionOffer(_INSTANT, "Stop, and pause the actions."),
+    "stopPause": ActionOffer(_INSTANT, "Go on after a pause."),
+    "stateRequest": ActionOffer(_INSTANT, "Publish the state."),
+    "factsheetRequest": ActionOffer(_INSTANT, "Publish the factsheet."),
+    "cancelOrder": ActionOffer(_INSTANT, "Give up the order.", optional=_ORDER),
 }
-_ZONE_SET = {"zoneSetId": "STRING"}
-OF_3: dict[str, ActionOffer] = {
-    **{name: offer for name, offer in OFFERED.items() if name != "initPosition"},
-    "initializePosition": OFFERED["initPosition"],
-    "clearInstantActions": ActionOffer(
-        (ActionScope.NODE, ActionScope.INSTANT), "Forget the instant actions that ended."
-    ),
-    "enableZoneSet": ActionOffer(
-        (ActionScope.NODE, ActionScope.INSTANT), "Use a zone set.", required=_ZONE_SET
-    ),
-    "deleteZoneSet": ActionOffer((ActionScope.INSTANT,), "Forget a zone set.", required=_ZONE_SET),
+OFFERED = _OF_BOTH | {"initPosition": _INIT_POSITION}
+OF_3 = _OF_BOTH | {
+    "initializePosition": _INIT_POSITION,
+    "clearInstantActions": ActionOffer(_STANDING, "Forget the instant actions that ended."),
+    "enableZoneSet": ActionOffer(_STANDING, "Use a zone set.", required=_ZONE_SET),
+    "deleteZoneSet": ActionOffer(_INSTANT, "Forget a zone set.", required=_ZONE_SET),
 }
 INTERNAL = {"initializePosition": "initPosition"}  # names of 2.1
 PAUSABLE = ("pick", "drop", "wait")

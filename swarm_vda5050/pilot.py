@@ -198,16 +198,21 @@ class Pilot:
 
     def _drive(self, now: float) -> None:
         leg = self.vehicle.leg
-        if not self.vehicle.is_busy:
+        keys = () if leg is None else tuple(node.key for node in leg.nodes)
+        is_new = self._task is None or self._goal[-len(keys) :] != keys
+        if leg is not None and is_new:
+            self._corridors = self.vehicle.corridors_of(leg)
+        elif not self.vehicle.is_busy:
             self._corridors = []
-        self._forbid()
+        knows_area = self._forbid()
         if leg is None or self._ended is not None:
             if self._task is not None or self._drives_on(now):
                 self._stop()
                 self._cancelled_at = now
             return
-        keys = tuple(node.key for node in leg.nodes)
-        if self._task is None or self._goal[-len(keys) :] != keys:
+        if is_new:
+            if not knows_area:
+                return
             self._send(leg)
             self._goal = keys
         assert self.vehicle.senses is not None
@@ -215,13 +220,16 @@ class Pilot:
         limit = min(leg.max_speed or math.inf, self.vehicle.zones.limit_at(here.x, here.y))
         self._limit_speed(limit if limit < math.inf else 0.0)
 
-    def _forbid(self) -> None:
-        """Tell the navigator where it must not drive, if that has changed."""
+    def _forbid(self) -> bool:
+        """Tell the navigator where it must not drive; return whether it has heard of it."""
         zones, corridors = self.vehicle.zones, self._corridors
-        if (zones.costs, corridors) != self._area:
+        has_changed = (zones.costs, corridors) != self._area
+        if has_changed:
             self._area = (zones.costs, corridors)
             mask = zones.mask(self._ground.grid, corridors)
             self._keepout.publish(ros_io.grid_msg(mask, self._tick))
+        is_free = not zones.costs and not corridors
+        return not has_changed and (is_free or self._keepout.get_subscription_count() > 0)
 
     def _drives_on(self, now: float) -> bool:
         """Whether the robot follows a goal of ours although it was told to stop."""
@@ -236,8 +244,6 @@ class Pilot:
         self.robot.cancelTask()
 
     def _send(self, leg: DriveLeg) -> None:
-        self._corridors = self.vehicle.corridors_of(leg)
-        self._forbid()
         if (path := self.vehicle.path_of(leg)) is not None:
             self._send_path(leg, path)
             return

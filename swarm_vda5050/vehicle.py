@@ -651,9 +651,9 @@ class Vehicle:
             case "stopCharging":
                 run.finish()
             case "enableZoneSet" | "deleteZoneSet":
-                does_enable = run.kind == "enableZoneSet"
-                handle = self.zones.enable if does_enable else self.zones.delete
-                if problem := handle(run.action.parameter("zoneSetId")):
+                zones, name = self.zones, run.action.parameter("zoneSetId")
+                handle = zones.enable if run.kind == "enableZoneSet" else zones.delete
+                if problem := handle(name):
                     run.fail(problem)
                 else:
                     run.finish()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import shutil
 import signal
@@ -21,7 +22,7 @@ import pytest
 from paho.mqtt.enums import CallbackAPIVersion
 from vda5050.validation import SchemaValidator
 
-from tests.fakes.fleet_orders import action, edge, header, node
+from tests.fakes.fleet_orders import action, edge, header, node, nurbs
 from tests.fakes.ros_domains import reserved_domain
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -134,6 +135,17 @@ def order_from(state: dict[str, Any], order_id: str, x: float, y: float, *action
     return header() | {"serialNumber": state["serialNumber"]} | parts
 
 
+def round_the_corner(state: dict[str, Any]) -> Any:
+    """Return an order in a corridor that does not lead straight to its end."""
+    content = order_from(state, "corner", 0.0, -2.0)
+    here = state["agvPosition"]
+    content["edges"][0] |= {
+        "trajectory": nurbs((here["x"], here["y"]), (4.5, -2.0), (0.0, -2.0)),
+        "corridor": {"leftWidth": 0.5, "rightWidth": 0.5},
+    }
+    return content
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(not HAS_BROKER, reason="mosquitto is not installed")
 def test_a_fleet_control_drives_the_swarm(swarm: tuple[Listener, int, Any, Any]) -> None:
@@ -181,6 +193,14 @@ def test_a_fleet_control_drives_the_swarm(swarm: tuple[Listener, int, Any, Any])
         ),
         "it arrives although its navigator was killed",
     )
+    state = listener.state("Srobot1")
+    count = len(listener.all("Srobot1", "visualization"))
+    listener.send("Srobot1", "order", round_the_corner(state))
+    listener.wait(lambda: listener.state("Srobot1")["orderId"] == "corner", "it takes the corridor")
+    listener.wait(lambda: listener.state("Srobot1")["nodeStates"] == [], "it leaves the corridor")
+    track = [m["agvPosition"] for m in listener.all("Srobot1", "visualization")[count:]]
+    assert min(math.hypot(at["x"] - 2.5, at["y"] - 1.5) for at in track) > 1.2
+    assert listener.state("Srobot1")["errors"] == []
     count = len(listener.all("Srobot2", "connection"))
     kill_broker(up)
     listener.wait(lambda: len(listener.all("Srobot2", "connection")) > count, "the broker is back")
