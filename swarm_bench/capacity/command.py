@@ -14,15 +14,13 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from swarm_bench.capacity.axes import SweepVariant, name_of, variants
-from swarm_bench.capacity.report import check_output, points_table, sentences, write_output
+from swarm_bench.capacity.report import check_output, print_curves, sentences, write_output
 from swarm_bench.capacity.study import Study
 from swarm_bench.execution.executor import executor
-from swarm_bench.runs.episode import RunOptions, parse_parameters
+from swarm_bench.runs.episode import RunOptions, check, parse_parameters
 from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.scenario import Scenario, load_scenario
 from swarm_bench.runs.steady import HOUR
@@ -102,15 +100,18 @@ def sweep_command(
         budget=limit, shard=shard,
     )  # fmt: skip
     with executor(jobs, cluster) as computes:
-        Sweep(study.all_runs(), computes).check()
+        runs = study.all_runs()
+        Sweep(runs, computes).check()
         console = new_console()
+        for remark in dict.fromkeys(told for run in runs if not run.seed for told in check(run)):
+            console.print(remark, style="yellow", highlight=False, markup=False)
         try:
             with _bar(console) as (told, tell):
                 study.run(lambda runs: Sweep(runs, computes), json_, told, lambda: tell(study))
         finally:
             _report(study, console, outputs, compare=compare is not None)
-    runs = [run for results in study.results for run in results]
-    if study.failed or not all(run.is_flawless for run in runs):
+    results = [run for found in study.results for run in found]
+    if study.failed or not all(run.is_flawless for run in results):
         raise typer.Exit(MISSED)
 
 
@@ -204,15 +205,7 @@ def _report(study: Study, console: Console, outputs: list[Path], *, compare: boo
     curves = study.curves
     if not any(curve.points for curve in curves):
         return
-    points = points_table(curves)
-    table = Table(box=None, header_style="bold")
-    for column in points.head:
-        table.add_column(escape(column), justify="right")
-    for row in points.rows:
-        table.add_row(*map(escape, row))
-    console.print(table)
     told = sentences(curves, compare=compare)
-    for sentence in told:
-        console.print(sentence, highlight=False, soft_wrap=True, markup=False)
+    print_curves(curves, told, console)
     for path in outputs:
         write_output(path, curves, told, shlex.join(["swarm-bench", *sys.argv[1:]]))
