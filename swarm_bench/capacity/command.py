@@ -103,7 +103,8 @@ def sweep_command(
         runs = study.all_runs()
         Sweep(runs, computes).check()
         console = new_console()
-        for remark in dict.fromkeys(told for run in runs if not run.seed for told in check(run)):
+        smallest = [run for run in runs if run.robots == min(each.robots for each in runs)]
+        for remark in dict.fromkeys(told for run in smallest for told in check(run)):
             console.print(remark, style="yellow", highlight=False, markup=False)
         try:
             with _bar(console) as (told, tell):

@@ -129,7 +129,11 @@ def check(options: RunOptions) -> list[str]:
 
 
 def dispatch_of(options: RunOptions) -> str:
-    """Return who gives orders to robots; empty without orders."""
+    """Return who gives orders to robots; empty without orders.
+
+    Args:
+        options: What to run.
+    """
     _, mission, _, _ = _cast(options)
     return mission.orders.dispatch if mission is not None and mission.orders is not None else ""
 
