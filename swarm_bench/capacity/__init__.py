@@ -10,6 +10,7 @@ What a module imports of its folder stands above it:
     study      Which runs come next, until all intervals are narrow or the time is up
     report     Results as a page with plots, as CSV and as JSON
     command    The command `swarm-bench sweep`
+    on_graph   `swarm-up --sweep`: a run on the ROS graph for each value
 
 May import of swarm_bench: `runs`, `execution`, `suite`.
 """

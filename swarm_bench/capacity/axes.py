@@ -40,6 +40,21 @@ def variants(base: RunOptions, axes: Sequence[str]) -> list[SweepVariant]:
     Raises:
         ConfigError: If one is malformed, or there are too many combinations.
     """
+    found = []
+    for label, combination in combinations(axes):
+        options = base
+        for name, text in combination:
+            options = _changed(options, name, text)
+        found.append(SweepVariant(label, options))
+    return found
+
+
+def combinations(axes: Sequence[str]) -> list[tuple[str, tuple[tuple[str, str], ...]]]:
+    """Return every combination of the axes' values, with a label of those that differ.
+
+    Raises:
+        ConfigError: If an axis is malformed, or there are too many combinations.
+    """
     choices = [list(_choices(axis)) for axis in axes]
     count = 1
     for values in choices:
@@ -48,15 +63,12 @@ def variants(base: RunOptions, axes: Sequence[str]) -> list[SweepVariant]:
         raise ConfigError(f"--sweep has {count} combinations; expected up to {MOST_VARIANTS}")
     found = []
     for combination in itertools.product(*choices):
-        options = base
-        for name, text in combination:
-            options = _changed(options, name, text)
         several = [
             f"{name}={text}"
             for (name, text), values in zip(combination, choices, strict=True)
             if len(values) > 1
         ]
-        found.append(SweepVariant(", ".join(several), options))
+        found.append((", ".join(several), combination))
     return found
 
 

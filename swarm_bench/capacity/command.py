@@ -12,14 +12,12 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from swarm_bench.capacity.axes import SweepVariant, name_of, variants
-from swarm_bench.capacity.report import check_output, points_table, sentences, write_output
+from swarm_bench.capacity.report import check_output, print_curves, sentences, write_output
 from swarm_bench.capacity.study import Study
 from swarm_bench.execution.executor import executor
-from swarm_bench.runs.episode import RunOptions, parse_parameters
+from swarm_bench.runs.episode import RunOptions, check, parse_parameters
 from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.scenario import Scenario, load_scenario
 from swarm_bench.runs.steady import HOUR
@@ -107,8 +105,12 @@ def sweep_command(
         budget=limit, shard=shard,
     )  # fmt: skip
     with executor(jobs, cluster) as computes:
-        Sweep(study.all_runs(), computes).check()
+        runs = study.all_runs()
+        Sweep(runs, computes).check()
         console = new_console()
+        smallest = [run for run in runs if run.robots == min(each.robots for each in runs)]
+        for remark in dict.fromkeys(told for run in smallest for told in check(run)):
+            console.print(remark, style="yellow", highlight=False, markup=False)
         try:
             with bar(console, "robot-hours", study.planned / HOUR) as tell:
                 study.run(
@@ -117,8 +119,8 @@ def sweep_command(
                 )  # fmt: skip
         finally:
             _report(study, console, outputs, compare=compare is not None)
-    runs = [run for results in study.results for run in results]
-    if study.failed or not all(run.is_flawless for run in runs):
+    results = [run for found in study.results for run in found]
+    if study.failed or not all(run.is_flawless for run in results):
         raise typer.Exit(MISSED)
 
 
@@ -178,15 +180,7 @@ def _report(study: Study, console: Console, outputs: list[Path], *, compare: boo
     curves = study.curves
     if not any(curve.points for curve in curves):
         return
-    points = points_table(curves)
-    table = Table(box=None, header_style="bold")
-    for column in points.head:
-        table.add_column(escape(column), justify="right")
-    for row in points.rows:
-        table.add_row(*map(escape, row))
-    console.print(table)
     told = sentences(curves, compare=compare)
-    for sentence in told:
-        console.print(sentence, highlight=False, soft_wrap=True, markup=False)
+    print_curves(curves, told, console)
     for path in outputs:
         write_output(path, curves, told, shlex.join(["swarm-bench", *sys.argv[1:]]))

@@ -49,9 +49,10 @@ class Point:
         return estimate_of_runs([run.lead_time or 0.0 for run in self.steady], batches)
 
     @cached_property
-    def stood(self) -> SizeEstimate:
-        """Share of the robots' time that they stood on their way."""
-        return estimate([run.ground_truth.stood_share for run in self.runs if run.ground_truth])
+    def stood(self) -> SizeEstimate | None:
+        """Share of the robots' time that they stood on their way; None on the ROS graph."""
+        found = [run.ground_truth.stood_share for run in self.runs if run.ground_truth]
+        return estimate(found) if found else None
 
     def station_use(self) -> dict[str, SizeEstimate]:
         """Return the share of time that each station was occupied or approached, most first."""
@@ -74,9 +75,10 @@ class Point:
         return sum(run.robot_robot + run.robot_world for run in self.runs)
 
     @property
-    def deadlocks(self) -> int:
-        """Deadlocks in all runs, as the simulator sees them."""
-        return sum(run.ground_truth.deadlocks for run in self.runs if run.ground_truth)
+    def deadlocks(self) -> int | None:
+        """Deadlocks in all runs, as the simulator sees them; None on the ROS graph."""
+        found = [run.ground_truth.deadlocks for run in self.runs if run.ground_truth]
+        return sum(found) if found else None
 
 
 @dataclass

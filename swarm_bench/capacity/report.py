@@ -14,6 +14,9 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table as RichTable
 
 from swarm_bench.capacity.curve import Curve, Point
 from swarm_bench.capacity.estimate import SizeEstimate
@@ -99,9 +102,10 @@ def _row(label: str, point: Point) -> list[str]:
         label, str(point.robots), str(len(point.runs)),
         f"{point.throughput.mean:.0f}", _interval(point.throughput),
         "–" if lead is None else f"{lead.mean:.1f}", "–" if lead is None else _interval(lead, 1),
-        f"{100 * point.stood.mean:.0f} %", name or "–",
+        "–" if point.stood is None else f"{100 * point.stood.mean:.0f} %", name or "–",
         f"{100 * uses[name].mean:.0f} %" if name else "–", str(point.collisions),
-        str(point.deadlocks), "–" if point.clearance is None else f"{point.clearance:.3f}",
+        "–" if point.deadlocks is None else str(point.deadlocks),
+        "–" if point.clearance is None else f"{point.clearance:.3f}",
     ]  # fmt: skip
 
 
@@ -109,6 +113,19 @@ def _interval(value: SizeEstimate, digits: int = 0) -> str:
     if value.freedom < 1:
         return "–"
     return f"[{value.low:.{digits}f}, {value.high:.{digits}f}]"
+
+
+def print_curves(curves: Sequence[Curve], told: Sequence[str], console: Console) -> None:
+    """Print a table, and what the results say."""
+    points = points_table(curves)
+    table = RichTable(box=None, header_style="bold")
+    for column in points.head:
+        table.add_column(escape(column), justify="right")
+    for row in points.rows:
+        table.add_row(*map(escape, row))
+    console.print(table)
+    for sentence in told:
+        console.print(sentence, highlight=False, soft_wrap=True, markup=False)
 
 
 def write_output(path: Path, curves: Sequence[Curve], told: Sequence[str], command: str) -> None:
@@ -141,14 +158,17 @@ def check_output(path: Path) -> None:
 
 def _html(curves: Sequence[Curve], told: Sequence[str], command: str) -> str:
     table = points_table(curves)
-    flaws = sum(point.collisions + point.deadlocks for curve in curves for point in curve.points)
+    points = [point for curve in curves for point in curve.points]
+    flaws = sum(point.collisions + (point.deadlocks or 0) for point in points)
     drawings = {
         name: Drawing(
             partial(_still, measure), partial(_chart, measure), lambda _: None, measure.caption
         )
         for name, measure in MEASURES.items()
     }
-    headline = "Collisions or deadlocks occurred" if flaws else "No collision and no deadlock"
+    is_known = all(point.deadlocks is not None for point in points)
+    flawless = "No collision and no deadlock" if is_known else "No collision"
+    headline = "Collisions or deadlocks occurred" if flaws else flawless
     body = [
         verdict_html("bad" if flaws else "good", headline, told),
         plots_html(drawn(drawings, curves)),

@@ -94,11 +94,14 @@ class Episode:
     centre: Centre | None = None  # decides for all robots; None where each decides alone
 
 
-def check(options: RunOptions) -> None:
+def check(options: RunOptions) -> list[str]:
     """Check the inputs of a run without building a world.
 
     Args:
         options: What is to be run.
+
+    Returns:
+        What may end badly, a sentence each.
 
     Raises:
         SwarmError: If a file or a value is unusable.
@@ -112,20 +115,26 @@ def check(options: RunOptions) -> None:
     if plan is None:
         check_energy(dict(zip(routes, specs, strict=True)), routes, scene.sites, scene.name)
     grid = _map_for(options.scenario.world, specs)
+    remarks = []
     if plan is not None:
         load_dispatcher(plan.dispatch)
         ways = measure_ways(plan, scene.sites, grid, specs)
-        demand_remarks(plan, ways, specs)
+        remarks = demand_remarks(plan, ways, specs)
     heights = [spec.lidar.z for spec in specs]
     checked(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
     _actors(options.scenario.world, options.scenario.actors)
     load_method(options.method)
     for number, spec in enumerate(specs, 1):
         check_plugins(nav_config(options, spec, number))
+    return remarks
 
 
 def dispatch_of(options: RunOptions) -> str:
-    """Return who gives orders to robots; empty without orders."""
+    """Return who gives orders to robots; empty without orders.
+
+    Args:
+        options: What to run.
+    """
     _, mission, _, _ = _cast(options)
     return mission.orders.dispatch if mission is not None and mission.orders is not None else ""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import sys
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
@@ -46,6 +47,7 @@ _simulation = partial(typer.Option, rich_help_panel="Simulation")
 _windows = partial(typer.Option, rich_help_panel="Windows")
 _output = partial(typer.Option, rich_help_panel="Recording and report")
 _hosts = partial(typer.Option, rich_help_panel="Several hosts")
+SWEEP = "swarm_bench.capacity.on_graph"  # runs this command for each value
 PLACE = ("role", "robots", "connect", "bind")  # options of a run on several hosts
 _vda5050 = partial(typer.Option, rich_help_panel="Fleet control (VDA 5050)", show_default=False)
 EXAMPLES = """Examples:
@@ -201,6 +203,17 @@ class UpArguments:
             metavar="[NAMES]",
         ),
     ] = None
+    sweep: Annotated[
+        list[str] | None,
+        _output(
+            help="Runs for each value of an option or parameter: robots=4,8,12; with a page.",
+            show_default=False,
+        ),
+    ] = None
+    warm_up: Annotated[
+        float | None,
+        _output(show_default="a sixth of --duration", help="Time [s] that a sweep leaves out."),
+    ] = None
     autostart: Annotated[bool, _simulation(help="Activate the navigators at the start.")] = True
     record: Annotated[bool, _output("--record", help="Record the topics to recording/ (MCAP).")] = (
         False
@@ -328,6 +341,10 @@ def _up(context: typer.Context, **values: Any) -> None:
             given_secret(os.environ),
         )
         raise typer.Exit(hosts_command.bring_up_robots(plan))
+    if arguments.sweep:
+        os.execv(sys.executable, (sys.executable, "-m", SWEEP, *sys.argv[1:]))
+    if arguments.warm_up is not None:
+        raise ConfigError("--warm-up is for --sweep")
     raise typer.Exit(start(arguments.options()))
 
 

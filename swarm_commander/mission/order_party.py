@@ -45,7 +45,6 @@ def run_party(about: str, kind: str, make: Maker) -> None:
 
     Args:
         kind: First part of the node's name; `number` of the configuration is the second.
-        make: Makes the party.
     """
     options = child_options(about)
     config = json.loads(options.config.read_text(encoding="utf-8"))

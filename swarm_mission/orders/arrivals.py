@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from swarm_common.model.errors import ConfigError
 
 HOUR = 3600.0  # [s]
-LEAST_INTERVAL = 0.1  # [s] between two arrivals of a stream on average
+LEAST_INTERVAL, MOST_INTERVAL = 0.1, 604_800.0  # [s] between two arrivals on average
+MOST_AT_ONCE = 1000  # orders
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,9 +29,10 @@ class Shift:
                 f"rate is {self.rate:g} per hour and every is {self.every:g} s; expected one of"
                 " the two, and that positive"
             )
-        if self.interval < LEAST_INTERVAL:
+        if not LEAST_INTERVAL <= self.interval <= MOST_INTERVAL:
             raise ConfigError(
-                f"orders come every {self.interval:.3g} s; expected {LEAST_INTERVAL} s or more"
+                f"orders come every {self.interval:.3g} s; expected {LEAST_INTERVAL} s to"
+                f" {MOST_INTERVAL:g} s"
             )
         if not 0.0 <= self.begin < self.end:
             raise ConfigError(
@@ -66,8 +68,8 @@ class Arrivals:
     def __post_init__(self) -> None:
         if bool(self.shifts) == bool(self.listed):
             raise ConfigError("expected one of 'rate', 'every', 'shifts' and 'times'")
-        if self.batch < 1:
-            raise ConfigError(f"batch is {self.batch}; expected 1 or more orders")
+        if not 1 <= self.batch <= MOST_AT_ONCE:
+            raise ConfigError(f"batch is {self.batch}; expected 1 to {MOST_AT_ONCE} orders")
         for first, second in zip(self.shifts, self.shifts[1:], strict=False):
             if second.begin < first.end:
                 raise ConfigError(

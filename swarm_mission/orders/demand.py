@@ -12,6 +12,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_mission.orders.order import OrderPlan
 
 HOUR = 3600.0  # [s]
+MOST_ROBOTS = 200  # of any swarm
 Way = Callable[[str, str], float]  # [m] from a station to another
 
 
@@ -47,9 +48,10 @@ def check_demand(plan: OrderPlan, way: Way, speed: float, robots: int) -> list[s
     needed = math.ceil(least_robots(plan, way, speed) - 1e-6)
     if needed <= robots:
         return []
-    return [
-        f"{rate:.0f} orders/h need at least {needed} robots by distance alone; there are {robots}"
-    ]
+    said = f"{rate:.0f} orders/h need at least {needed} robots by distance alone"
+    if needed > MOST_ROBOTS and endless:
+        raise ConfigError(f"orders: {said}, and a swarm has up to {MOST_ROBOTS}; lower the rate")
+    return [f"{said}; there are {robots}"]
 
 
 def least_robots(plan: OrderPlan, way: Way, speed: float) -> float:

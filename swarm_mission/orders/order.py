@@ -13,7 +13,7 @@ import msgspec
 
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD
-from swarm_mission.orders.arrivals import Arrivals
+from swarm_mission.orders.arrivals import MOST_AT_ONCE, Arrivals
 from swarm_mission.orders.service import AT_ONCE, ServiceTime
 
 
@@ -92,8 +92,8 @@ class OrderPlan:
     def __post_init__(self) -> None:
         if not self.streams:
             raise ConfigError("orders is empty; expected at least one stream")
-        if self.capacity < 1:
-            raise ConfigError(f"capacity is {self.capacity}; expected 1 or more orders")
+        if not 1 <= self.capacity <= MOST_AT_ONCE:
+            raise ConfigError(f"capacity is {self.capacity}; expected 1 to {MOST_AT_ONCE} orders")
 
     @property
     def stations(self) -> tuple[str, ...]:

@@ -40,7 +40,7 @@ LOADERS = {
     "swarm-view": view_cli.load_view,
     "benchmarks": load_benchmarks,  # python -m benchmarks
 }
-EXAMPLES = {"description", "actors", "dead", "seeds", "time_limit", "targets"}  # without a default
+EXAMPLES = {"description", "actors", "dead", "seeds", "time_limit", "targets", "dispatch"}
 OTHERS = {"ros2"}  # scripts that take no options of typer
 FOLDERS = r"(?:docs|params|worlds|robots|maps|tests|tools|benchmarks|swarm_[a-z0-9]+)"
 ENDINGS = r"(?:md|yaml|py|sdf|sh|png|svg|gif|webm|xml)"
