@@ -2,9 +2,8 @@
 
 What a module imports of its folder stands above it:
 
-    blind_aisle_kernels  Bare numba kernel that finds blind aisles: floor with one narrow mouth
-    gate_kernels         Bare numba kernels of entry control
     single_lane_kernels  Bare numba kernels of single-lane passages
+    gate_kernels         Bare numba kernels of the floor that robots queue for
     patience             One scale for all times of liveness: the measured slowness of the radio
     robot_state          What all parts of one navigator share: the state at the present tick
     stop_filter          The last thing before a command leaves, whoever made it

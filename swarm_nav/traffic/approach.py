@@ -19,7 +19,6 @@ from swarm_nav.planning import search_kernels
 from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic import gate_kernels
-from swarm_nav.traffic.blind_aisle_kernels import blind_floor
 from swarm_nav.traffic.gate import WAY_POINTS
 from swarm_nav.traffic.lane_capacity import (
     capacity,
@@ -65,7 +64,7 @@ def blind_aisle(
     base = np.where(is_floor, np.float32(1.0), search_kernels.WALL)
     space = SearchSpace(base, np.zeros_like(base), lattice.heading[box].copy(), lattice.step)
     distances = space.cost_to_go((row - first[0]) * base.shape[1] + column - first[1])
-    return float(blind_floor(distances, lattice.step, within, farthest, widest))
+    return float(gate_kernels.blind_floor(distances, lattice.step, within, farthest, widest))
 
 
 def lane_at(robot: RobotState, place: tuple[float, float]) -> int:

@@ -9,7 +9,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.beacon import FLAG_CIRCUIT
 from swarm_common.model.records import FloatArray
 from swarm_nav.core.goals import PlanError
 from swarm_nav.interfaces import Proposal
@@ -139,11 +138,6 @@ class HoldingPattern:
         except PlanError:
             return None
         return path if path_length(path) <= 3.0 * CIRCUIT_LOOKAHEAD + CIRCUIT_JOIN else None
-
-    @property
-    def flags(self) -> int:
-        """The beacon flag of a robot on the circuit."""
-        return FLAG_CIRCUIT if self.is_on_circuit else 0
 
 
 def parking_path(

@@ -212,7 +212,7 @@ class Lease:
         if self._is_near(robot, config.holding.request_distance):
             return True
         place, _, _ = self._requests(robot, robot.tick)
-        return place > 0 and self._way_to_queue(robot) <= self._queue(robot, place + 1)
+        return place > 0 and self._is_in_queue(robot, place + 1)
 
     def _lane(self, robot: RobotState) -> int:
         """Return the number of the single lanes that the station lies on, 0 for none."""
@@ -233,8 +233,9 @@ class Lease:
         """Whether the robot is on the single lanes of its station or before them, or nearly so."""
         return self._approach_of(robot).gap(robot) <= slack
 
-    def _way_to_queue(self, robot: RobotState) -> float:
-        return self._approach_of(robot).way_to_queue(robot)
+    def _is_in_queue(self, robot: RobotState, place: int, slack: float = 0.0) -> bool:
+        """Whether the robot is on the floor that `place` robots need, or within `slack` [m]."""
+        return self._approach_of(robot).way_to_queue(robot) <= self._queue(robot, place) + slack
 
     def _queue(self, robot: RobotState, place: int) -> float:
         """Return the distance [m] that `place` robots need, and those on large single lanes."""
@@ -266,7 +267,7 @@ class Lease:
             return False
         if self._is_near(robot, config.hold_distance + slack):
             return True
-        return self._way_to_queue(robot) <= self._queue(robot, self.place) + slack
+        return self._is_in_queue(robot, self.place, slack)
 
     def kept_free(self, robot: RobotState) -> NDArray[np.bool_] | None:
         """Return the lattice cells that those earlier in the queue need, None without any."""
@@ -291,12 +292,10 @@ class Lease:
         """Return the name of the station, empty for a target without one."""
         if self.station is None:
             return ""
-        near = (
-            name
-            for name, pose in sites.stations.items()
-            if math.hypot(pose.x - self.station[0], pose.y - self.station[1]) < SAME_STATION
-        )
-        return next(near, "")
+        for name, pose in sites.stations.items():
+            if math.dist((pose.x, pose.y), self.station) < SAME_STATION:
+                return name
+        return ""
 
     @property
     def is_shared(self) -> bool:
@@ -314,7 +313,7 @@ class Lease:
         to and fro there does not stand on it.
         """
         assert self.station is not None
-        if self.is_covered(robot):
+        if self.covering(robot) is not None:
             return True
         points = robot.obstacle_points()
         if not len(points):
@@ -330,10 +329,6 @@ class Lease:
     def _is_within(self, points: FloatArray, limit: float) -> bool:
         assert self.station is not None
         return len(points) > 0 and float(np.hypot(*(points - self.station).T).min()) < limit
-
-    def is_covered(self, robot: RobotState) -> bool:
-        """Whether a robot that will not move by itself is on the station, or may be."""
-        return self.covering(robot) is not None
 
     def covering(self, robot: RobotState) -> int | None:
         """Return the row of a neighbour that will not move by itself and may be on the station."""
