@@ -15,9 +15,9 @@ from swarm_nav.interfaces import Proposal
 from swarm_nav.planning.planner import path_length
 from swarm_nav.planning.terrain import HALL_DISTANCE
 from swarm_nav.traffic import traffic_costs
-from swarm_nav.traffic.approach import PARKING_DISTANCE
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.traffic_costs import PARKING_GAP
+from swarm_nav.traffic.zone import PARKING_DISTANCE
 
 ARRIVED = 0.3  # [m] from a parking place within which the robot is there
 CIRCUIT_LOOKAHEAD = 4.0  # [m] of circuit driven per plan

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from swarm_common.model.beacon import FLAG_CIRCUIT
 from swarm_common.model.records import Pose
 from swarm_nav.core.config import NavConfig
 from swarm_nav.traffic.holding import PARKING_DISTANCE, HoldingPattern, parking_path
