@@ -8,6 +8,7 @@ import numpy as np
 
 from swarm_common.model.beacon import (
     FLAG_ACTIVE,
+    FLAG_CIRCUIT,
     FLAG_DEAF,
     FLAG_STUCK,
     MODE_DONE,
@@ -56,7 +57,8 @@ def compose_beacon(
     s, d = parts.robot, parts
     priority = s.priority
     is_yielding = d.right.is_yielding
-    flags = (FLAG_STUCK if d.right.is_stuck or not is_active else 0) | d.holding.flags
+    flags = FLAG_STUCK if d.right.is_stuck or not is_active else 0
+    flags |= FLAG_CIRCUIT if d.holding.is_on_circuit else 0
     flags |= (FLAG_ACTIVE if is_active else 0) | (FLAG_DEAF if d.senses.is_deaf else 0)
     target = d.holding.target or NOWHERE
     if is_yielding:

@@ -73,11 +73,6 @@ class GoalManager:
         return self._trip is not None and self._trip.charger is not None
 
     @property
-    def is_charging(self) -> bool:
-        """Whether the robot stands at a charging station until it has enough."""
-        return self._trip is not None and self._trip.is_plugged
-
-    @property
     def asked(self) -> GoalProgress | None:
         """The current navigation goal, also while the robot puts it off to charge."""
         return self._put_off if self.is_on_trip else self.task
@@ -100,7 +95,7 @@ class GoalManager:
         It stays there: it does not make way meanwhile, and keeps its turn at the station. So does
         a robot that is charged.
         """
-        if self.is_charging:
+        if self._trip is not None and self._trip.is_plugged:
             return True
         goal, place, s = self._pending, self._reached_at, self._s
         if goal is None or place is None or goal.start_tick <= s.tick + 1:
@@ -328,15 +323,8 @@ class GoalManager:
 
     def resume(self) -> None:
         """Go on with the current goal, if it was interrupted."""
-        if self._state_machine.state is State.YIELDING:
-            self._resume()
-
-    def replan(self) -> None:
-        """Have the way to the target planned anew."""
-        if self.task is not None:
-            self.task.is_planned = False
-
-    def _resume(self) -> None:
+        if self._state_machine.state is not State.YIELDING:
+            return
         if self.task is not None:
             self._state_machine.switch(Event.RELEASED)
         else:
@@ -345,3 +333,8 @@ class GoalManager:
                 self.behavior.resume(self._s)
                 self._state_machine.switch(Event.BEHAVIOR)
         self.drop_recovery()
+
+    def replan(self) -> None:
+        """Have the way to the target planned anew."""
+        if self.task is not None:
+            self.task.is_planned = False

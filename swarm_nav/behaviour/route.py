@@ -76,7 +76,10 @@ class Route:
             path = self._path_to(task, s.stop_point, extra)
             if self._keeps(task, path, extra):
                 return None
-            found = planned(s, lambda start: self._again(task, start, path, extra))
+            here = s.stop_point
+            found = planned(
+                s, lambda start: path if start == here else self._path_to(task, start, extra)
+            )
         except PlanError as error:
             task.is_planned = True
             if error.is_final or error.code in FATAL:
@@ -89,16 +92,6 @@ class Route:
         assert found.path is not None
         task.record_plan(found.path)
         return found
-
-    def _again(
-        self,
-        task: GoalProgress,
-        start: tuple[float, float],
-        path: FloatArray,
-        extra: NDArray[np.float32],
-    ) -> FloatArray:
-        """Return the path (n, 2) from the stop point, or another one from elsewhere."""
-        return path if start == self._s.stop_point else self._path_to(task, start, extra)
 
     def _stamp_barred(self, extra: NDArray[np.float32]) -> None:
         """Raise the cost of ways on which the robot waited in vain; the longer it waited, the more.

@@ -26,21 +26,6 @@ from swarm_nav.traffic.lease import QUEUE_STEP, Lease
 from swarm_nav.traffic.robot_state import RobotState
 
 
-class PlanAnew(DropUnused):
-    """Gives up space that is not driven into, and has the way planned anew."""
-
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts.robot)
-        self._goal_manager = parts.goal_manager
-
-    def propose(self, robot: RobotState) -> Proposal | None:
-        """Keep the place only."""
-        proposal = super().propose(robot)
-        if proposal is not None:
-            self._goal_manager.replan()
-        return proposal
-
-
 class MakeWay:
     """Makes way for a robot that ranks higher, or steps back; not while the robot is served."""
 
@@ -230,7 +215,7 @@ class WaitForTurn:
     def _has_turn(self, robot: RobotState) -> bool:
         """Whether the robot may approach its station, and nobody stands on it for good."""
         lease = self._p.lease
-        return lease.is_turn(robot.config.holding) and not lease.is_covered(robot)
+        return lease.is_turn(robot.config.holding) and lease.covering(robot) is None
 
 
 class Drive:
@@ -295,7 +280,8 @@ def _who_is_on_the_station(lease: Lease, robot: RobotState) -> str:
 MAKERS = (
     lambda parts: KeepApart(),
     lambda parts: StopBeforeObstacle(),
-    PlanAnew, MakeWay, Leave, Behave, Arrive, WaitForTurn, Drive, CheckProgress,
+    lambda parts: DropUnused(parts.robot, parts.goal_manager.replan),
+    MakeWay, Leave, Behave, Arrive, WaitForTurn, Drive, CheckProgress,
 )  # fmt: skip
 RULES: Mapping[str, Callable[[Parts], TrafficRule]] = dict(zip(RULE_NAMES, MAKERS, strict=True))
 """What makes each built-in rule, in the order in which they are asked."""

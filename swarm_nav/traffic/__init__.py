@@ -2,9 +2,8 @@
 
 What a module imports of its folder stands above it:
 
-    blind_aisle_kernels  Bare numba kernel that finds blind aisles: floor with one narrow mouth
-    gate_kernels         Bare numba kernels of entry control
     single_lane_kernels  Bare numba kernels of single-lane passages
+    gate_kernels         Bare numba kernels of the floor that robots queue for
     patience             One scale for all times of liveness: the measured slowness of the radio
     robot_state          What all parts of one navigator share: the state at the present tick
     stop_filter          The last thing before a command leaves, whoever made it
@@ -13,12 +12,12 @@ What a module imports of its folder stands above it:
     traffic_costs        How other robots enter the search lattice: as costs, or as walls
     gate                 Admission control of a narrow region with stations (perimeter control)
     single_lanes         Which direction goes first through a door too narrow for two robots
-    lane_capacity        How many robots with goals on connected single lanes may be there at a time
+    lane_group           Connected single lanes, and how many robots may have goals there at a time
     conditions           Under which conditions every robot reaches every goal, before a run
     senses               What the robot sees and hears, and whether that is enough to drive on
     arbiter              The only writer of path and held space; what rules propose
     held_space_rules     Rules that give up held space
-    approach             The floor around a station: the way to it, and who else needs that floor
+    zone                 The floor that a robot at a station needs, for how many, in which order
     lease                Leases of stations, in the order of request
     holding              Where a robot waits until it is its turn at a station
     right_of_way         Liveness layer: which robot has right of way, makes way, or steps back

@@ -24,7 +24,7 @@ from swarm_nav.planning.cells import label
 from swarm_nav.planning.planner import Planner
 from swarm_nav.planning.terrain import Lattice, Terrain, as_large_as
 from swarm_nav.traffic import single_lane_kernels
-from swarm_nav.traffic.lane_capacity import capacity, grown
+from swarm_nav.traffic.lane_group import grown, lane_group
 from swarm_nav.traffic.robot_state import terrain_of
 from swarm_nav.traffic.single_lanes import Mask, parts, rooms
 
@@ -166,7 +166,7 @@ class _Floor:
                     f"room for {_robots(room // PLACES_PER_ROBOT)}{here}; {count} asked for"
                 )
         for number, lane in enumerate(parts(self._lanes), 1):
-            room = capacity(self._terrain, self._radius, number)
+            room = lane_group(self._terrain, self._radius, number).capacity
             findings += self._check_lane(lane, room, nodes)
         return sum(places), findings
 

@@ -20,7 +20,7 @@ from swarm_common.model.records import FloatArray
 from swarm_nav.core.rank import OUT_OF_LANES, above
 from swarm_nav.interfaces import Proposal
 from swarm_nav.traffic import gate_kernels, traffic_costs
-from swarm_nav.traffic.gate import Gate, is_inside
+from swarm_nav.traffic.gate import Gate, label_of
 from swarm_nav.traffic.holding import ARRIVED, parking_path
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.robot_state import RobotState
@@ -130,11 +130,11 @@ class Departure:
         lattice = robot.planner.lattice
         if region is None:
             return None
-        stands_inside = bool(is_inside(region, lattice.frame, pose.x, pose.y))
+        stands_inside = label_of(region, lattice.frame, pose.x, pose.y) > 0
         if not (stands_inside or self._has_left):
             return None
         forecourt = self._gate.forecourt(lattice, robot.config.holding.request_distance)
-        if forecourt is None or not is_inside(forecourt, lattice.frame, pose.x, pose.y):
+        if forecourt is None or not label_of(forecourt, lattice.frame, pose.x, pose.y):
             return None
         highest = _highest_asking(robot, region, at_gate=True)
         if not highest:

@@ -42,7 +42,7 @@ MOST_AREA = 260.0  # [m²] of a region; a larger one has room for a swarm of 100
 WAY_POINTS = 60  # path points, 3 m, in which the region's border is looked for
 SEEN_TICKS = 150  # for which a robot counts as inside since it was seen there
 
-is_inside = gate_kernels.is_inside.py_func  # for one point cheaper than the call of a kernel
+label_of = label_at.py_func  # for one point cheaper than the call of a kernel
 
 
 @functools.lru_cache(maxsize=4)
@@ -167,7 +167,7 @@ class Gate:
             self.leave()
             return
         frame = robot.planner.lattice.frame
-        if not has_turn or is_inside(self.region, frame, robot.pose.x, robot.pose.y):
+        if not has_turn or label_of(self.region, frame, robot.pose.x, robot.pose.y):
             self.leave()
             return
         if self.is_admitted:

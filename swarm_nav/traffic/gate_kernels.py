@@ -1,4 +1,4 @@
-"""Bare numba kernels of entry control."""
+"""Bare numba kernels of floor that robots queue for: who is inside or asks, and blind aisles."""
 
 from __future__ import annotations
 
@@ -41,22 +41,6 @@ class Robots(NamedTuple):
 
 
 @njit(cache=True)
-def is_inside(region: Labels | Mask, frame: Frame, x: float, y: float) -> bool:
-    """Return whether a point lies in a cell of the region.
-
-    Args:
-        region: (height, width) number of the part that each cell belongs to, 0 outside.
-        frame: Of the region.
-        x: [m] in map.
-        y: [m] in map.
-    """
-    origin_x, origin_y, step = frame
-    i = int((y - origin_y) / step)
-    j = int((x - origin_x) / step)
-    return 0 <= i < region.shape[0] and 0 <= j < region.shape[1] and region[i, j] > 0
-
-
-@njit(cache=True)
 def entry(region: Labels | Mask, frame: Frame, way: Floats) -> int:
     """Return the index of the first point of a path that lies in the region, -1 if none does.
 
@@ -66,7 +50,7 @@ def entry(region: Labels | Mask, frame: Frame, way: Floats) -> int:
         way: (n, 2) [m] in map.
     """
     for k in range(way.shape[0]):
-        if is_inside(region, frame, way[k, 0], way[k, 1]):
+        if label_at(region, frame, way[k, 0], way[k, 1]) > 0:
             return k
     return -1
 
@@ -104,7 +88,7 @@ def count_ahead(
     first = 0
     highest = np.int64(-1)
     for k in range(ids.shape[0]):
-        inside = is_inside(region, frame, poses[k, 0], poses[k, 1])
+        inside = label_at(region, frame, poses[k, 0], poses[k, 1]) > 0
         if not inside and gate_ticks[k] == 0:
             continue
         theirs = priorities[k] & SENIORITY
@@ -142,7 +126,7 @@ def highest_asking(
         if gone[k] or priorities[k] <= highest:
             continue
         x, y = stations[k, 0], stations[k, 1]
-        asks = station_ticks[k] > 0 and math.isfinite(x + y) and is_inside(floor, frame, x, y)
+        asks = station_ticks[k] > 0 and math.isfinite(x + y) and label_at(floor, frame, x, y) > 0
         if asks or (at_gate and gate_ticks[k] > 1):
             highest = priorities[k]
     return highest
@@ -204,3 +188,52 @@ def cells_within(region: Labels, frame: Frame, centre: tuple[float, float], reac
                 if dx * dx + dy * dy <= reach * reach:
                     count += 1
     return count
+
+
+@njit(cache=True)
+def blind_floor(
+    distances: NDArray[np.float32],
+    step: float,
+    within: tuple[float, float],
+    farthest: float,
+    widest: float,
+) -> float:
+    """Return the floor [m²] of the largest blind aisle around a station, 0.0 if there is none.
+
+    A blind aisle is the floor within some distance of the station if all its cells from which the
+    floor goes on lie in a square of `widest`, and `least` or more lies beyond them: the last corner
+    of a closed room leads nowhere.
+
+    Args:
+        distances: (h, w) [m] by the way from each lattice cell to the station; inf without one.
+        step: [m] of a cell.
+        within: (least, most) [m²] of floor.
+        farthest: Largest distance [m] of the mouth.
+        widest: [m] edge of the square.
+    """
+    least, most = within
+    height, width = distances.shape
+    all_cells = np.isfinite(distances).sum()
+    found = 0.0
+    for number in range(1, int(farthest / step) + 1):
+        mouth = number * step
+        top, bottom, left, right, cells = height, -1, width, -1, 0
+        for r in range(height):
+            for c in range(width):
+                if not distances[r, c] <= mouth:
+                    continue
+                cells += 1
+                leads_on = False
+                for y, x in ((r - 1, c), (r + 1, c), (r, c - 1), (r, c + 1)):
+                    if 0 <= y < height and 0 <= x < width:
+                        leads_on |= mouth < distances[y, x] < np.inf
+                if leads_on:
+                    top, bottom = min(top, r), max(bottom, r)
+                    left, right = min(left, c), max(right, c)
+        floor = cells * step * step
+        beyond = (all_cells - cells) * step * step
+        if floor >= most or beyond < least:
+            break
+        if floor >= least and step * max(bottom - top, right - left) < widest:
+            found = floor
+    return found

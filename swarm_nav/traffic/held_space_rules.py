@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from swarm_nav.interfaces import Proposal
@@ -54,9 +56,13 @@ class StopBeforeObstacle:
 class DropUnused:
     """Gives up space that is held but not driven into for `traffic.stuck_time`."""
 
-    def __init__(self, robot: RobotState) -> None:
-        """Start to watch the robot where it stands."""
-        self._pose, self._tick = robot.pose, robot.tick
+    def __init__(self, robot: RobotState, replan: Callable[[], None]) -> None:
+        """Start to watch the robot where it stands.
+
+        Args:
+            replan: Has the way to the target planned anew.
+        """
+        self._pose, self._tick, self._replan = robot.pose, robot.tick, replan
 
     def propose(self, robot: RobotState) -> Proposal | None:
         """Keep the place only; whoever has a goal plans anew."""
@@ -65,5 +71,6 @@ class DropUnused:
             self._pose, self._tick = robot.pose, robot.tick
         elif robot.tick - self._tick > robot.stuck_ticks and abs(robot.twist.vx) < 0.02:
             self._tick = robot.tick
+            self._replan()
             return Proposal(holds_place=True, is_final=False)
         return None

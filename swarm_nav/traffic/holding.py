@@ -9,16 +9,15 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.beacon import FLAG_CIRCUIT
 from swarm_common.model.records import FloatArray
 from swarm_nav.core.goals import PlanError
 from swarm_nav.interfaces import Proposal
 from swarm_nav.planning.planner import path_length
 from swarm_nav.planning.terrain import HALL_DISTANCE
 from swarm_nav.traffic import traffic_costs
-from swarm_nav.traffic.approach import PARKING_DISTANCE
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.traffic_costs import PARKING_GAP
+from swarm_nav.traffic.zone import PARKING_DISTANCE
 
 ARRIVED = 0.3  # [m] from a parking place within which the robot is there
 CIRCUIT_LOOKAHEAD = 4.0  # [m] of circuit driven per plan
@@ -139,11 +138,6 @@ class HoldingPattern:
         except PlanError:
             return None
         return path if path_length(path) <= 3.0 * CIRCUIT_LOOKAHEAD + CIRCUIT_JOIN else None
-
-    @property
-    def flags(self) -> int:
-        """The beacon flag of a robot on the circuit."""
-        return FLAG_CIRCUIT if self.is_on_circuit else 0
 
 
 def parking_path(

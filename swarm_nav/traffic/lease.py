@@ -4,7 +4,7 @@ The order is (tick of the request, id), as in Lamport's mutual exclusion, known 
 from their beacons: a request is made within radio range of the station, no centre is asked. The
 lease orders the approach; safety does not depend on it. "Near" is measured along the way, not
 through walls: a robot in the queue waits beyond the floor that the robots before it need. A robot
-on single lanes keeps its turn until it is out again (`approach` says who shares a queue), and one
+on single lanes keeps its turn until it is out again (`zone` says who shares a queue), and one
 that gets its goal there has a turn, too, if the goal lies elsewhere: it can only go out. Where the
 lanes are so large that those who wait may not hear each other, whoever was seen there and has asked
 takes room, too, and ranks above those who wait. The highest robot that waits passes its rank on to
@@ -25,8 +25,8 @@ from swarm_common.model.sites import Sites
 from swarm_nav.core.config import HoldingConfig
 from swarm_nav.core.rank import OUT_OF_LANES, above
 from swarm_nav.planning.terrain import Terrain
-from swarm_nav.traffic.approach import MOUTH_GAP, WAITING_GAP, Approach, is_large, lane_at
 from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.zone import MOUTH_GAP, WAITING_GAP, Zone, is_large, lane_at
 
 SAME_STATION = 0.6  # [m] between targets that are one station
 DETOUR = 2.5  # times the distance: what is farther by way is behind a wall
@@ -87,12 +87,12 @@ class Lease:
     # whether the robot is served at the station, which it keeps until the next goal begins
     is_served: bool = False
     # floor around the last station, as long as there is no new one
-    left: Approach | None = None
+    left: Zone | None = None
     _next: tuple[float, float] | None = None
     _given_back: tuple[tuple[float, float], int] = ((math.inf, math.inf), 0)  # station, its tick
     # tick since which the robot leaves without another target, 0 before that is known
     _left_tick: int = 0
-    _approach: Approach | None = None
+    _zone: Zone | None = None
     _is_new: bool = False  # whether where the robot gets its goal is still to be looked at
     _is_through: bool = False  # whether it is on its large single lanes
     # single lanes of the station, by `RobotState.passing`
@@ -109,7 +109,7 @@ class Lease:
         self.is_served = False
         if station == self.station:
             self.is_leaving = False
-        elif self.is_leaving or (self._approach is not None and self._approach.is_inside):
+        elif self.is_leaving or (self._zone is not None and self._zone.is_inside):
             self.is_leaving = True
             self._next, self._left_tick = station, 0
         else:
@@ -126,7 +126,7 @@ class Lease:
     def _take(self, robot: RobotState, station: tuple[float, float] | None) -> None:
         if self.station is not None:
             self._given_back = self.station, self.tick
-        self.left = self._approach if station is None else None
+        self.left = self._zone if station is None else None
         if self.left is not None:
             self.left.forget_queue()
         self.station = station
@@ -135,7 +135,7 @@ class Lease:
         self.place = self.first = 0
         robot.donations.station = 0
         self.is_leaving = False
-        self._approach = None
+        self._zone = None
         self.is_full = self._is_through = False
         self._is_new = True
         self._left_tick = 0
@@ -156,10 +156,10 @@ class Lease:
         if self.tick:
             self.place, self.first, highest = self._requests(robot, self.tick)
             self._cover.update(robot, self.station, self._has_something_on_it(robot))
-            approach = self._approach_of(robot)
-            approach.is_inside = self._is_inside(robot)
-            self._is_through = approach.is_large and self._is_inside(robot, -MOUTH_GAP)
-            self.is_full = not self._is_through and approach.is_full(robot)
+            zone = self._zone_of(robot)
+            zone.is_inside = self._is_inside(robot)
+            self._is_through = zone.is_large and self._is_inside(robot, -MOUTH_GAP)
+            self.is_full = not self._is_through and zone.is_full(robot)
             if not self.is_turn(robot.config.holding):
                 robot.donations.station = 0  # who waits ranks below those that it waits for
             elif highest and (self.is_leaving or self._is_through or not self.place):
@@ -186,16 +186,16 @@ class Lease:
         self._left_tick = self._left_tick or robot.tick
         has_stayed = robot.tick - self._left_tick > robot.wait_ticks
         is_done = self._next is None and has_stayed and not self.is_served
-        approach = self._approach_of(robot)
-        if (is_done and not approach.is_large) or not self._is_inside(robot):
+        zone = self._zone_of(robot)
+        if (is_done and not zone.is_large) or not self._is_inside(robot):
             self._take(robot, self._next)
         elif is_done:
-            self.left = approach
+            self.left = zone
 
     def _requests(self, robot: RobotState, tick: int) -> tuple[int, int, int]:
         """Return how many asked before a tick, the first of them, and the highest who asked."""
         # before the robot is near, the floor around its station is not looked at
-        near = self._approach
+        near = self._zone
         targets = near.targets(robot) if near is not None else self._alone
         return robot.neighbors.queue(targets, tick, SAME_STATION)
 
@@ -207,12 +207,12 @@ class Lease:
         is_far = robot.distance_to(*self.station) > config.traffic.radio_range
         if is_far and not is_large(robot, lane):
             return False
-        if lane and self._approach_of(robot).is_ahead(robot):
+        if lane and self._zone_of(robot).is_ahead(robot):
             return True
         if self._is_near(robot, config.holding.request_distance):
             return True
         place, _, _ = self._requests(robot, robot.tick)
-        return place > 0 and self._way_to_queue(robot) <= self._queue(robot, place + 1)
+        return place > 0 and self._is_in_queue(robot, place + 1)
 
     def _lane(self, robot: RobotState) -> int:
         """Return the number of the single lanes that the station lies on, 0 for none."""
@@ -227,26 +227,27 @@ class Lease:
         assert self.station is not None
         if robot.distance_to(*self.station) > distance:
             return False
-        return self._approach_of(robot).way(robot) <= DETOUR * distance
+        return self._zone_of(robot).way(robot) <= DETOUR * distance
 
     def _is_inside(self, robot: RobotState, slack: float = 0.0) -> bool:
         """Whether the robot is on the single lanes of its station or before them, or nearly so."""
-        return self._approach_of(robot).gap(robot) <= slack
+        return self._zone_of(robot).gap(robot) <= slack
 
-    def _way_to_queue(self, robot: RobotState) -> float:
-        return self._approach_of(robot).way_to_queue(robot)
+    def _is_in_queue(self, robot: RobotState, place: int, slack: float = 0.0) -> bool:
+        """Whether the robot is on the floor that `place` robots need, or within `slack` [m]."""
+        return self._zone_of(robot).way_to_queue(robot) <= self._queue(robot, place) + slack
 
     def _queue(self, robot: RobotState, place: int) -> float:
         """Return the distance [m] that `place` robots need, and those on large single lanes."""
-        approach = self._approach_of(robot)
-        robots = place + approach.room if approach.is_large else place
-        return approach.reach_of(robots * QUEUE_AREA)
+        zone = self._zone_of(robot)
+        robots = place + zone.room if zone.is_large else place
+        return zone.reach_of(robots * QUEUE_AREA)
 
-    def _approach_of(self, robot: RobotState) -> Approach:
+    def _zone_of(self, robot: RobotState) -> Zone:
         assert self.station is not None
-        if self._approach is None or not self._approach.is_of(robot):
-            self._approach = Approach(robot, self.station)
-        return self._approach
+        if self._zone is None or not self._zone.is_of(robot):
+            self._zone = Zone(robot, self.station)
+        return self._zone
 
     def is_too_near(self, robot: RobotState, slack: float = 0.0) -> bool:
         """Whether the robot is nearer to the station than its place in the queue allows.
@@ -259,21 +260,21 @@ class Lease:
         config = robot.config.holding
         if self._is_inside(robot, WAITING_GAP + slack):
             return True
-        approach = self._approach_of(robot)
+        zone = self._zone_of(robot)
         is_among_first = self.place < config.approach_slots
-        may_approach = self.is_turn(config) if approach.is_large else is_among_first
+        may_approach = self.is_turn(config) if zone.is_large else is_among_first
         if may_approach:
             return False
         if self._is_near(robot, config.hold_distance + slack):
             return True
-        return self._way_to_queue(robot) <= self._queue(robot, self.place) + slack
+        return self._is_in_queue(robot, self.place, slack)
 
     def kept_free(self, robot: RobotState) -> NDArray[np.bool_] | None:
         """Return the lattice cells that those earlier in the queue need, None without any."""
         if self.station is None or self.tick == 0 or not (self.place or self.is_full):
             return None
         queue = self._queue(robot, self.place)
-        return self._approach_of(robot).kept_free(queue)
+        return self._zone_of(robot).kept_free(queue)
 
     def is_turn(self, config: HoldingConfig) -> bool:
         """Whether the robot may drive the last metres, or onto the single lanes before them.
@@ -282,8 +283,8 @@ class Lease:
             config: `holding.` parameters.
         """
         slots = config.approach_slots
-        if self._approach is not None and self._approach.room:
-            slots = min(slots, self._approach.room)
+        if self._zone is not None and self._zone.room:
+            slots = min(slots, self._zone.room)
         has_turn = self.place < slots and not self.is_full
         return self.is_leaving or self._is_through or has_turn
 
@@ -291,17 +292,15 @@ class Lease:
         """Return the name of the station, empty for a target without one."""
         if self.station is None:
             return ""
-        near = (
-            name
-            for name, pose in sites.stations.items()
-            if math.hypot(pose.x - self.station[0], pose.y - self.station[1]) < SAME_STATION
-        )
-        return next(near, "")
+        for name, pose in sites.stations.items():
+            if math.dist((pose.x, pose.y), self.station) < SAME_STATION:
+                return name
+        return ""
 
     @property
     def is_shared(self) -> bool:
         """Whether the queue is one for all goals on the same single lanes."""
-        return self._approach is not None and self._approach.room > 0
+        return self._zone is not None and self._zone.room > 0
 
     def is_barred(self, robot: RobotState) -> bool:
         """Whether something immovable has been on the station for long enough."""
@@ -314,7 +313,7 @@ class Lease:
         to and fro there does not stand on it.
         """
         assert self.station is not None
-        if self.is_covered(robot):
+        if self.covering(robot) is not None:
             return True
         points = robot.obstacle_points()
         if not len(points):
@@ -330,10 +329,6 @@ class Lease:
     def _is_within(self, points: FloatArray, limit: float) -> bool:
         assert self.station is not None
         return len(points) > 0 and float(np.hypot(*(points - self.station).T).min()) < limit
-
-    def is_covered(self, robot: RobotState) -> bool:
-        """Whether a robot that will not move by itself is on the station, or may be."""
-        return self.covering(robot) is not None
 
     def covering(self, robot: RobotState) -> int | None:
         """Return the row of a neighbour that will not move by itself and may be on the station."""

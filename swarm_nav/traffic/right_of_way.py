@@ -25,7 +25,7 @@ from swarm_nav.planning.planner import SPACING
 from swarm_nav.reservation.tube_kernels import INTENT_SPACING, PRIORITY_LENGTH
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.arbiter import DROP_PATH, planned
-from swarm_nav.traffic.gate import is_inside
+from swarm_nav.traffic.gate import label_of
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import FORESIGHT
 from swarm_nav.traffic.single_lanes import rooms
@@ -260,7 +260,7 @@ def clears_way(robot: RobotState, row: int) -> bool:
 def is_in_room(robot: RobotState, place: tuple[float, float]) -> bool:
     """Whether a place (x, y) [m] in map is where two robots pass each other."""
     floor = rooms(*robot.passing)
-    return bool(is_inside(floor, robot.planner.lattice.frame, *place))
+    return bool(label_of(floor, robot.planner.lattice.frame, *place))
 
 
 def way_of(robot: RobotState, row: int) -> FloatArray:

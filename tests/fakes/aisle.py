@@ -9,7 +9,7 @@ from swarm_bench.runs.harness import Watcher
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.navigator import Navigator
-from swarm_nav.traffic import gate_kernels
+from swarm_nav.traffic.gate import label_of
 from tests.fakes.party import Bar, Party, bars_of_room
 
 WIDTH, DEPTH = 22.0, 7.0  # the aisle is large enough for a gate
@@ -50,7 +50,7 @@ class Census:
             for index, robot in enumerate(robots):
                 gate, frame = robot._gate, robot._s.planner.lattice.frame
                 assert gate.region is not None
-                if gate_kernels.is_inside(gate.region, frame, robot.pose_map.x, robot.pose_map.y):
+                if label_of(gate.region, frame, robot.pose_map.x, robot.pose_map.y):
                     inside.add(index)
                 if gate.is_closed:
                     self.waited[index] = self.waited.get(index, 0) + 1

@@ -260,7 +260,7 @@ def test_a_claim_that_is_not_driven_is_dropped_whatever_the_robot_does() -> None
     s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     path_of(s, (5.0, 4.0))
     s.tube.stop = 7
-    unused = DropUnused(s)
+    unused = DropUnused(s, lambda: None)
     dropped = False
     for _ in range(s.ticks(s.config.traffic.stuck_time) + 2):
         s.tick += 1

@@ -225,12 +225,17 @@ class Stand:
         pass
 
     def propose(self, state: RuleState) -> Proposal | None:
-        return Proposal(stands=True) if state.tick < 100 else None
+        return Proposal(stands=True, why="has lunch") if state.tick < 100 else None
 
 
 class Wrong(Stand):
     def propose(self, state: RuleState) -> Any:
         return Proposal(path=np.full((3, 2), np.nan))
+
+
+class Mute(Stand):
+    def propose(self, state: RuleState) -> Any:
+        return Proposal(why=7)  # type: ignore[arg-type]
 
 
 def with_rule(name: str) -> Squad:
@@ -246,15 +251,17 @@ def test_an_own_rule_is_asked_among_the_others() -> None:
     robots = with_rule("Stand")
     robots.run(99)
     assert robots.bodies[0].pose.distance(STARTS[0]) < 0.05
+    assert robots.robots[0].status().detail == "has lunch"
     robots.run_until(lambda: robots.ended(0), 600)
     assert robots.ended(0)[0].outcome is Outcome.SUCCEEDED
 
 
-def test_a_rule_that_proposes_nonsense_ends_the_goal() -> None:
-    robots = with_rule("Wrong")
+@pytest.mark.parametrize(("rule", "message"), [("Wrong", "off the map"), ("Mute", "why must be")])
+def test_a_rule_that_proposes_nonsense_ends_the_goal(rule: str, message: str) -> None:
+    robots = with_rule(rule)
     robots.run(60)
     (end,) = robots.ended(0)
-    assert "off the map" in end.message
+    assert message in end.message
 
 
 @pytest.mark.parametrize("rules", ["", " ", ","])

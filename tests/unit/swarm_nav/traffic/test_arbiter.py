@@ -109,7 +109,7 @@ def test_the_announced_margin_grows_in_steps_and_shrinks_late() -> None:
 
 def test_a_claim_without_motion_is_dropped_after_a_while() -> None:
     s, _ = on_a_path(held=5)
-    unused = DropUnused(s)
+    unused = DropUnused(s, lambda: None)
     patience = s.ticks(s.config.traffic.stuck_time)
     s.tick += patience
     assert unused.propose(s) is None
@@ -120,7 +120,7 @@ def test_a_claim_without_motion_is_dropped_after_a_while() -> None:
 
 def test_a_claim_in_use_is_kept() -> None:
     s, _ = on_a_path(held=20)
-    unused = DropUnused(s)
+    unused = DropUnused(s, lambda: None)
     for _ in range(100):
         s.tick += 1
         s.pose = Pose(s.pose.x + 0.005, 4.0, 0.0)

