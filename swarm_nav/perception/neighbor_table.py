@@ -160,11 +160,11 @@ class NeighborTable:
             heard = (reception.words, reception.rows)
             own = (x, y, self._own_id, self._limits[0])
             known = absence.plain_sightings if self._remembers_absent else NO_SIGHTINGS
-            *heard_of, found = absence_kernels.receive(
+            needed, is_back, found = absence_kernels.receive(
                 known, absence.plain_absent, absence.told, self._table, found[0], heard, self._air,
                 own, *rest,
             )  # fmt: skip
-            absence.record_heard(*heard_of, reception, tick)
+            absence.record_heard(needed, is_back, reception, tick)
             self._air = reception.words
         if not inbox:
             words, _, notes, links = self._table
