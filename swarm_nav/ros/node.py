@@ -443,7 +443,7 @@ class NavigatorNode:
     def destroy(self) -> None:
         """Leave the ROS graph."""
         if self._brain is not None:
-            for _, topic, _ in self._incoming:
+            for topic in self._topics.values():
                 topic.destroy()
             self._lifecycle_services.destroy()
         self.node.destroy_node()
