@@ -49,8 +49,7 @@ class ExternalRobot:
     """A robot of a running swarm, driven by a function of one's own, in lockstep.
 
     Name it in `external:` of a fleet file, or in `Swarm(external=[...])`. The function gets what
-    the robot senses at each tick and returns the twist to drive. Each answer has the stamp of its
-    tick, and a beacon: pose, footprint, and the space in which the robot comes to a stop.
+    the robot senses at each tick and returns the twist to drive.
     """
 
     def __init__(

@@ -305,9 +305,9 @@ class Swarm:
 
     @property
     def events(self) -> Any:
-        """Table of goals reached and failed and of contacts: t, robot, event, detail.
+        """Table of goals reached and failed, and of contacts: t, robot, event, detail.
 
-        Contacts of processes are told after the end.
+        Processes tell contacts after the end.
         """
         backend = self._backend
         collisions = self._collisions if backend is None else backend.collisions()
@@ -322,7 +322,7 @@ class Swarm:
         """Write a film of the run so far; return its path, in a notebook the film.
 
         Args:
-            path: A GIF; or MP4 or WebM where ffmpeg is installed.
+            path: A GIF; MP4 or WebM need ffmpeg.
             speed: Times real time.
 
         Raises:
