@@ -323,7 +323,7 @@ class Swarm:
 
         Args:
             path: A GIF; MP4 or WebM need ffmpeg.
-            speed: Times real time.
+            speed: Of the film, in multiples of real time.
 
         Raises:
             SwarmError: If it cannot be written.
