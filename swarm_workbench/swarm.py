@@ -35,10 +35,7 @@ DRIVES = {"wheels": "bullet", "planar": "planar"}
 
 
 class Swarm:
-    """Robots in a world; use it in a `with` block, or call `start` and `close`.
-
-    Time stands still unless somebody waits: in `run`, in `Goal.wait`, or with `await`.
-    """
+    """Robots in a world; use it in a `with` block, or call `start` and `close`."""
 
     def __init__(
         self,
