@@ -13,26 +13,16 @@ import numpy as np
 
 from swarm_commander.run.domain import domain_id
 from swarm_common.model.beacon import (
-    FLAG_ACTIVE,
     FLAG_STUCK,
-    FOOTPRINT_POINTS,
     HEARD_ENTRIES,
     BeaconArray,
-    empty_beacons,
     serialize_beacon,
 )
 from swarm_common.model.errors import SwarmError
-from swarm_common.model.records import (
-    CONTROL_PERIOD,
-    Odometry,
-    Pose,
-    RobotSpec,
-    Scan,
-    Twist,
-    stamp_from_tick,
-)
+from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.robots.loading import load_robot
+from swarm_nav.behaviour.brain_adapter import plain_beacon
 from swarm_nav.core.config import NavConfig
 
 STOP_POINTS = 6  # of the path to standstill in a beacon
@@ -59,8 +49,7 @@ class ExternalRobot:
     """A robot of a running swarm, driven by a function of one's own, in lockstep.
 
     Name it in `external:` of a fleet file, or in `Swarm(external=[...])`. The function gets what
-    the robot senses at each tick and returns the twist to drive. Each answer has the stamp of its
-    tick, and a beacon: pose, footprint, and the space in which the robot comes to a stop.
+    the robot senses at each tick and returns the twist to drive.
     """
 
     def __init__(
@@ -257,20 +246,13 @@ def compose_beacon(spec: RobotSpec, number: int, sensed: Sensed, known: dict[int
     Args:
         known: Tick of the newest beacon that it has of each robot.
     """
-    beacon: np.void = empty_beacons(1)[0]
     pose, twist = sensed.pose, sensed.twist
-    beacon["sec"], beacon["nanosec"] = stamp_from_tick(sensed.tick)
-    beacon["id"], beacon["tick"] = number, sensed.tick
-    beacon["radius"] = spec.circumscribed_radius + NavConfig().traffic.safety_margin
-    beacon["pose"], beacon["twist"] = (pose.x, pose.y, pose.yaw), (twist.vx, twist.wz)
-    beacon["flags"] = FLAG_ACTIVE | FLAG_STUCK
-    beacon["target"] = beacon["station"] = math.nan
+    beacon = plain_beacon(number, sensed.tick, spec, pose, twist, is_driving=True)
+    beacon["radius"] += NavConfig().traffic.safety_margin
+    beacon["flags"] |= FLAG_STUCK
     points = stopping_path(spec, pose, twist)
     beacon["held_size"] = len(points)
     beacon["held"][: len(points)] = points
-    corners = spec.footprint[:FOOTPRINT_POINTS]
-    beacon["footprint_size"] = len(corners)
-    beacon["footprint"][: len(corners)] = corners
     newest = sorted(known.items(), key=lambda item: item[1])[-HEARD_ENTRIES:]
     heard = [robot << 16 | tick & 0xFFFF for robot, tick in newest]
     beacon["heard"][: len(heard)] = heard

@@ -149,7 +149,7 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
     of `reset`: x, y, yaw and x, y of each robot.
 
     An observation has `scan` (rays,) [m], `goal` (2,) [m] in base_footprint, `twist` (vx, wz, vy),
-    and `neighbours` (k, 6), the nearest first: see `observation.NEIGHBOUR`.
+    and `neighbours` (k, 6), the nearest first: 1, x, y, yaw in base_footprint, vx, wz, or zeros.
     """
 
     metadata = METADATA
@@ -159,9 +159,9 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
         """Read world and robot.
 
         Args:
-            options: `robot`, a model; `neighbours`, most that an observation has (4); `limit` [s]
-                after which an episode is truncated (60); `shield`, whether robots drive inside
-                space that they have reserved, through their navigators' stop filter (False).
+            options: `robot`, a model; `neighbours`, most that are seen (4); `limit` [s] of an
+                episode (60); `shield`, whether robots drive inside space that they have reserved,
+                through their navigators' stop filter (False).
 
         Raises:
             SwarmError: If there is no such world or robot, or a number makes no sense.

@@ -37,10 +37,7 @@ DRIVES = {"wheels": "bullet", "planar": "planar"}
 
 
 class Swarm:
-    """Robots in a world; use it in a `with` block, or call `start` and `close`.
-
-    Time stands still unless somebody waits: in `run`, in `Goal.wait`, or with `await`.
-    """
+    """Robots in a world; use it in a `with` block, or call `start` and `close`."""
 
     def __init__(
         self,
@@ -317,9 +314,9 @@ class Swarm:
 
     @property
     def events(self) -> Any:
-        """Table of goals reached and failed and of contacts: t, robot, event, detail.
+        """Table of goals reached and failed, and of contacts: t, robot, event, detail.
 
-        Contacts of processes are told after the end.
+        Processes tell contacts after the end.
         """
         backend = self._backend
         collisions = self._collisions if backend is None else backend.collisions()
@@ -334,8 +331,8 @@ class Swarm:
         """Write a film of the run so far; return its path, in a notebook the film.
 
         Args:
-            path: A GIF; or MP4 or WebM where ffmpeg is installed.
-            speed: Times real time.
+            path: A GIF; MP4 or WebM need ffmpeg.
+            speed: Of the film, in multiples of real time.
 
         Raises:
             SwarmError: If it cannot be written.

@@ -57,10 +57,7 @@ class Trajectories:
         return cls(names, times, true, np.full_like(true, np.nan))
 
     def save(self, run: str | Path) -> None:
-        """Write the true poses into a folder, where runs of processes have theirs.
-
-        Args:
-            run: The folder; a new one is made.
+        """Write the true poses into a folder, as runs of processes have them.
 
         Raises:
             ConfigError: If it cannot be written.

@@ -249,9 +249,12 @@ def python_page() -> str:
         " sense raises a `SwarmError`.\n",
     ]
     names = [(name, getattr(swarm_workbench, name)) for name in swarm_workbench.__all__]
-    for name, item in (*names, ("gym.SwarmEnv", gym.SwarmEnv), ("gym.RobotEnv", gym.RobotEnv)):
+    for name, item in names:
         parts.append(f"\n## {name}\n\n")
         parts += _members(item) if isinstance(item, type) else [_function(item, item.__name__)]
+    for kind in (gym.SwarmEnv, gym.RobotEnv, gym.TeamEnv):  # the rest is PettingZoo's, Gymnasium's
+        parts.append(f"\n## gym.{kind.__name__}\n\n{_docstring(kind)}\n\n")
+        parts.append(_function(kind.__init__, kind.__name__))
     return "".join(parts)
 
 

@@ -23,7 +23,7 @@ from swarm_common.model.records import (
     wrap_angle,
 )
 from swarm_common.model.sites import Sites
-from swarm_nav.behaviour.brain_adapter import plain_beacon
+from swarm_nav.behaviour.brain_adapter import plain_beacon, plain_status
 from swarm_nav.control.controller import Controller
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import ErrorCode, Event, Goal, GoalEnded, Outcome, Output, Status
@@ -192,27 +192,11 @@ class Baseline(ABC):
 
     def status(self) -> Status:
         """Return the state with its counters."""
-        return Status(
-            state="idle" if self._goal is None else "driving",
-            detail="",
-            pose_map=self.pose,
-            goal_map=self.target,
-            station="",
-            queue_place=0,
-            distance_remaining=0.0 if self.target is None else self.pose.distance(self.target),
-            estimated_time_remaining=0.0,
-            holding_since_tick=0,
-            hold_time=0.0,
-            wait_time=0.0,
-            number_of_recoveries=self.recoveries,
-            goals_reached=self._reached,
-            goals_failed=self._failed,
-            pushes=0,
-            retreats=0,
-            deadlocks_resolved=0,
-            replans=self.replans,
-            battery=self._charge,
-        )
+        return plain_status(
+            self.pose, self.target, is_driving=self._goal is not None, battery=self._charge,
+            number_of_recoveries=self.recoveries, goals_reached=self._reached,
+            goals_failed=self._failed, replans=self.replans,
+        )  # fmt: skip
 
     def _begin_pending(self) -> None:
         goal = self._pending

@@ -100,18 +100,16 @@ class RunResult:
         goals_sent: Goals asked for.
         goals_reached: Reached in time.
         goals_failed: Given up or not reached in time.
-        robot_robot: Contact episodes (collisions) between robots; contacts of a pair 0.5 s apart
-            or less are one episode.
+        robot_robot: Contact episodes between robots; contacts of a pair within 0.5 s are one.
         robot_world: Likewise with walls, obstacles and people.
         first_collision: Where and when; empty if there was none.
         first_miss: Who missed which goal and why; empty if nobody did.
-        near_misses: Episodes in which a robot came nearer than 0.03 m to something without contact.
+        near_misses: Episodes nearer than 0.03 m to something without contact.
         min_clearance: [m] of any robot from anything.
         min_held_gap: [m] smallest distance between two held tubes.
         min_held_slack: [m] the same less the two safety radii. A published tube begins at the true
-            pose, so small negative values are expected: the tests allow -0.06 m; bodies of waffles
-            touch at -0.09 m. Other methods hold only their place and announce their body's radius:
-            for them it is the gap of centres less the radii of two bodies.
+            pose, so small negative values are expected; waffles touch at -0.09 m. For other methods
+            it is the gap between two bodies.
         makespan: [s] until the last goal was reached; None if one was missed.
         throughput_per_minute: Goals.
         sim_time: [s] at the end.
@@ -133,17 +131,15 @@ class RunResult:
         per_robot: By name.
         wait_circles: Circles of robots that waited for each other for 5 s or more.
         longest_wait_circle: [s] that the longest of them lasted.
-        zones: Entries into keepout zones and speeds above the limit of speed zones, with times [s]
-            of all robots; None in a world without zones.
-        ground_truth: Standing, deadlocks and use of stations as the simulator sees them; None on
-            the ROS graph.
+        zones: Entries into keepout zones and speeds above limits, with times [s] of all robots;
+            None in a world without zones.
+        ground_truth: Standing, deadlocks and use of stations in truth; None on the ROS graph.
         steady: What was finished after the warm-up; None in a run without a duration.
         origin: Code, inputs and machine; None in results of older files.
-        orders: What became of orders, stations, robots and floor, as in report.json; None for a
-            mission without orders.
+        orders: As in report.json; None for a mission without orders.
         centre: What the method's centre cost: CPU [ms] and bytes per robot-second, and its longest
             decision [ms]; None where each robot decides alone.
-        no_guarantee: Which conditions of liveness did not hold before the run; empty if all did.
+        no_guarantee: Conditions of liveness that did not hold before the run.
     """
 
     scenario: str

@@ -457,22 +457,36 @@ class BrainAdapter:
         found: Status | None = self._ask("status")
         if isinstance(found, Status):
             return found
-        target = self._target
-        rest = 0.0 if target is None else self.pose_map.distance(target)
-        state = "idle" if self.goal_id is None else "driving"
-        counters = dict.fromkeys(
-            (field.name for field in dataclasses.fields(Status) if field.type == "int"), 0
+        return plain_status(
+            self.pose_map,
+            self._target,
+            is_driving=self.goal_id is not None,
+            goals_reached=self._counts[Outcome.SUCCEEDED],
+            goals_failed=self._counts[Outcome.ABORTED],
         )
-        counters["goals_reached"] = self._counts[Outcome.SUCCEEDED]
-        counters["goals_failed"] = self._counts[Outcome.ABORTED]
-        return Status(
-            state=state, detail="", pose_map=self.pose_map, goal_map=target, station="",
-            distance_remaining=rest, estimated_time_remaining=0.0, hold_time=0.0, wait_time=0.0,
-            **counters,
-        )  # fmt: skip
 
 
 RobotBrain: TypeAlias = Navigator | BrainAdapter
+
+
+def plain_status(
+    pose_map: Pose, target_map: Pose | None, *, is_driving: bool, **figures: Any
+) -> Status:
+    """Return the status of a robot that drives or idles, and never waits.
+
+    Args:
+        target_map: None without one.
+        is_driving: Whether it has a goal.
+        figures: Other members of the status than these; counters are 0 otherwise.
+    """
+    counters = (field.name for field in dataclasses.fields(Status) if field.type == "int")
+    return Status(
+        state="driving" if is_driving else "idle", detail="", pose_map=pose_map,
+        goal_map=target_map, station="",
+        distance_remaining=0.0 if target_map is None else pose_map.distance(target_map),
+        estimated_time_remaining=0.0, hold_time=0.0, wait_time=0.0,
+        **{**dict.fromkeys(counters, 0), **figures},
+    )  # fmt: skip
 
 
 def plain_beacon(

@@ -87,6 +87,9 @@ def _drive_and_fail(folder: Path) -> None:
         assert np.allclose(np.diff(run.times), 0.1)
         assert np.isfinite(swarm.trajectories.estimated[-1]).all()
         assert swarm.report.goals_reached == 1
+        done = [(row[1], row[2]) for row in np.asarray(swarm.events).tolist()]
+        assert done == [("Srobot1", "reached")]
+        assert "driving" in [row[2] for row in np.asarray(swarm.states).tolist()]
         goal = robot.go_to("unload")
         child = next(p for p in _processes(folder) if "swarm_workbench.child" in p.cmdline())
         child.kill()

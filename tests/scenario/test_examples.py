@@ -17,7 +17,7 @@ EXAMPLES = {
     "external_node": ([], "0 collisions"),
     "faults": ([], "0 collisions"),
     "four_robots": (["--bench"], "0 collisions"),
-    "learn": (["1"], "of 40 goals"),
+    "learn": (["1"], "ours 2 of 2 goals"),
     "own_controller": (["1"], "own: 0 collisions"),
     "own_rule": ([], "0 collisions"),
     "own_world": ([], "["),
