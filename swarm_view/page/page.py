@@ -59,8 +59,6 @@ LEAVE_PAST = "This page shows the past; press **Live** on the time line first."
 UNKNOWN_TIME = "Nothing is known of that time: the viewer remembers while a page is open."
 TIME_ORDERS = ("seek", "step", "mark", "play", "live")
 STATIONS_STAY = "Robots have planned with this station: write it into sites.yaml for the next run."
-    "Robots have planned with this station; write it so into sites.yaml for the next run."
-)
 ROBOT_TAB = "Robot"
 MOVE_IN_PLAN = "**Move**: in *Plan*, drag a robot or an object to where it is to be."
 
