@@ -1,10 +1,14 @@
 """What a sweep says besides its results."""
 
+import io
+import time
+
 import numba
 import pytest
+from rich.console import Console
 
 from swarm_bench.execution import task
-from swarm_bench.suite import sweep
+from swarm_bench.suite import progress, sweep
 
 
 def test_a_first_compilation_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
@@ -22,3 +26,22 @@ def test_compiled_kernels_are_not_mentioned(capsys: pytest.CaptureFixture[str]) 
     kernel(0)
     assert list(sweep.in_processes([0, 1], 1, kernel)) == [1, 2]
     assert capsys.readouterr().err == ""
+
+
+def test_a_terminal_has_bars_for_runs_and_for_compiling() -> None:
+    output = io.StringIO()
+    console = Console(file=output, force_terminal=True, width=100)
+    kernel = numba.njit(lambda x: x + 1)
+    with progress.bar(console, "runs", 2) as tell:
+        assert list(sweep.in_processes([0], 1, lambda item: kernel(item))) == [1]
+        time.sleep(0.3)  # the bars are drawn ten times a second
+        tell(1, 2)
+    assert "kernels compiled" in output.getvalue()
+    assert "1 of 2 runs" in output.getvalue()
+
+
+def test_elsewhere_there_is_no_bar() -> None:
+    output = io.StringIO()
+    with progress.bar(Console(file=output), "runs", 2) as tell:
+        tell(1, 2)
+    assert output.getvalue() == ""
