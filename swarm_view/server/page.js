@@ -149,7 +149,7 @@ document.addEventListener("DOMContentLoaded", () => {
   style.textContent =
     "button[data-swarm-pressed]{background:#1864ab !important;color:#fff !important;" +
     "box-shadow:inset 0 2px 4px #0008}" +
-    "body[data-swarm-aiming] canvas{cursor:crosshair !important}" +
+    "body[data-swarm-aiming] :is(canvas, #swarm-plan){cursor:crosshair !important}" +
     // viser's own hints would lie below its panel
     ".mantine-Tooltip-tooltip{z-index:2000 !important;font-size:0.85rem;line-height:1.35}" +
     "body[data-swarm-plan] canvas[data-engine]{visibility:hidden}" +
