@@ -1,6 +1,6 @@
 """Take the viewer's pictures in docs/ from a real run, in a headless browser.
 
-Usage: python -m tools.viewer_pictures [--robots 20] [--frames 40] [--out docs] [--recording RUN]
+Usage: python -m tools.viewer_pictures [--robots 20] [--frames 80] [--out docs] [--recording RUN]
 With --recording the run is one that was made with `swarm-up --record`; else it is started here.
 Needs Debian's packages chromium and chromium-driver, and the extra `dev`.
 """
@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 import rclpy
-from PIL import Image, ImageChops
+from PIL import Image
 from rclpy.node import Node
 from selenium import webdriver
 from selenium.common.exceptions import WebDriverException
@@ -27,7 +27,6 @@ from swarm_common.middleware import ros_env
 from swarm_common.model.palette import STATES
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_recording.bag_feed import BagFeed
-from swarm_view.scene.views import PANEL_WIDTH, STRIP_HEIGHT
 from swarm_view.server.server import Server
 from swarm_view.viewer import Viewer
 from tools.report_picture import open_chromium
@@ -40,8 +39,8 @@ FLAGS = (
 SCREEN = {"width": 1600, "height": 900, "deviceScaleFactor": 2, "mobile": False}  # 2: smooth edges
 WARM_UP_TICKS = 900  # before the first picture
 FRAME_TICKS = 4  # of the GIF; played at 10 frames per second it is 4 times real time
-GIF_WIDTH = 800
-BORDER = 12  # [px] around the hall
+GIF_WIDTH = 1000
+GIF_COLORS = 96
 SWATCH = 24  # [px]
 REST = 20.0  # [s] until names and the panel are there, too
 TIDY = (
@@ -149,7 +148,7 @@ def main() -> int:
     """Take the pictures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--robots", type=int, default=20)
-    parser.add_argument("--frames", type=int, default=40)
+    parser.add_argument("--frames", type=int, default=80)
     parser.add_argument("--recording", type=Path, help="folder of a run made with --record")
     parser.add_argument("--out", type=Path, default=Path("docs"))
     options = parser.parse_args()
@@ -162,11 +161,14 @@ def main() -> int:
             visit(browser, stage.address)
             stage.step(10)
             picture(browser, REST).save(options.out / "viewer.png", optimize=True)
+            browser.execute_script("swarm.send('key', 'p')")  # to the plan
+            picture(browser, 5.0)
             frames = []
             for _ in range(options.frames):
                 stage.step(FRAME_TICKS)
-                frames.append(picture(browser, 0.8))
+                frames.append(picture(browser, 0.4))
             save_gif(frames, options.out / "viewer.gif")
+            browser.execute_script("swarm.send('key', 'p')")
             choose_dark(browser)
             stage.step(10)
             picture(browser, REST).save(options.out / "viewer_dark.png", optimize=True)
@@ -182,22 +184,13 @@ def main() -> int:
 
 
 def save_gif(frames: list[Image.Image], path: Path) -> None:
-    """Write frames as a GIF of the hall."""
-    width, height = frames[0].size
-    scene = frames[0].crop((0, 0, width - round(PANEL_WIDTH), height - round(STRIP_HEIGHT)))
-    ground = Image.new("RGB", scene.size, scene.getpixel((5, 5)))
-    found = ImageChops.difference(scene, ground).point(lambda part: 255 * (part > 16)).getbbox()
-    assert found is not None
-    box = (
-        max(0, found[0] - BORDER), max(0, found[1] - BORDER),
-        min(scene.width, found[2] + BORDER), min(scene.height, found[3] + BORDER),
-    )  # fmt: skip
-    size = (GIF_WIDTH, round(GIF_WIDTH * (box[3] - box[1]) / (box[2] - box[0])))
-    small = [frame.crop(box).resize(size, Image.Resampling.LANCZOS) for frame in frames]
+    """Write frames as a GIF of the page, with its panel and time line."""
+    height = round(GIF_WIDTH * frames[0].height / frames[0].width)
+    small = [frame.resize((GIF_WIDTH, height), Image.Resampling.LANCZOS) for frame in frames]
     sample = small[0].copy()
     for place, color in enumerate(STATES.values()):  # robots are small, and their colours matter
         sample.paste(color, (SWATCH * place, 0, SWATCH * (place + 1), SWATCH))
-    palette = sample.quantize(255, kmeans=3)
+    palette = sample.quantize(GIF_COLORS, kmeans=3)
     indexed = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in small]
     indexed[0].save(
         path, save_all=True, append_images=indexed[1:], duration=100, loop=0, optimize=True

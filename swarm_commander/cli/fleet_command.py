@@ -144,7 +144,7 @@ def move(
     typer.echo(f"{name} is at {_place(request.state)} now")
 
 
-@fleet_app.command("list")
+@fleet_app.command("list", epilog="Example: swarm-commander list")
 def list_() -> None:
     """List robots, things that can be pushed, and things that came, with their true poses."""
     with _node() as node:
@@ -164,7 +164,7 @@ def restart(
     typer.echo(domain.ask(domain.domain_id(), RestartNavigator(robot), ACTIVE_LIMIT))
 
 
-@fleet_app.command("reset")
+@fleet_app.command("reset", epilog="Example: swarm-commander reset")
 def reset() -> None:
     """Remove everything spawned, and put all others back to their first poses."""
     with _node() as node:
@@ -215,7 +215,7 @@ def record_(
     rclpy.try_shutdown()
 
 
-@fleet_app.command("frames")
+@fleet_app.command("frames", epilog="Example: swarm-commander frames")
 def frames() -> None:
     """Relay all robots' frames to /tf and /tf_static, as Srobot3/base_link, until Ctrl-C."""
     with _node() as node:

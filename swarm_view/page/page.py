@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from swarm_common.model.palette import LOOKS, css
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_view.page.charts import Charts
 from swarm_view.page.driving import Driving
 from swarm_view.page.inbox import Inbox, numbers
 from swarm_view.page.panel import FILM, MOST_PLANS, NOBODY, SPEEDS, STOP_FILM, Panel, assign
 from swarm_view.page.panel_text import (
+    counted_legend,
+    figures,
     history_html,
     is_driving,
     robot_html,
@@ -48,7 +49,6 @@ from swarm_view.state.topics import Layer
 
 PANEL_PERIOD = 0.5  # [s] of wall time between two looks of the panel
 PLANS_PERIOD = 5.0  # [s] of wall time between two choices of the robots whose plans are shown
-LEGEND = 6  # states in the legend of a film
 SHOWN_CHANGES = 12  # of a robot's states, in its history
 SLOW_PERIOD = 0.25  # [s] of wall time between two updates of trails, names and claims
 PICK_RADIUS, PICK_HEIGHT = 0.25, 0.1  # [m] of the ball that stands for a robot that is clicked
@@ -114,8 +114,6 @@ class Page:
         client.scene.on_click()(self._on_click)
         Inbox(client, self._on_message)
         self._run(f"hints = {json.dumps(self._panel.hints)}")
-        legend = [[name, css(look.color)] for name, look in LOOKS.items()][:LEGEND]
-        self._run(f"legend = {json.dumps(legend)}")
         self._panel_due = self._slow_due = 0.0
         self._planned: list[str] = []
         self._plans_due = 0.0
@@ -425,6 +423,9 @@ class Page:
         panel.offer(swarm.names, robot)
         paused = None if link is None else link.is_paused
         assign(panel.verdict, verdict_html(swarm, paused, cpu))
+        if self._is_filming:
+            rows, legend = figures(swarm, paused, cpu), counted_legend(swarm.states)
+            self._run(f"figures = {json.dumps(rows)}; window.swarm.legend = {json.dumps(legend)}")
         assign(panel.status, self._robot_text() if robot else "")
         changes = self.history.changes(robot, time, SHOWN_CHANGES) if robot else []
         assign(panel.history, history_html(changes, time) if robot else "")
@@ -577,12 +578,12 @@ class Page:
 
     def _carry(self, name: str, start: FloatArray, end: FloatArray) -> None:
         """Put a robot or an object elsewhere; the world refuses where it does not fit."""
+        if name in self._swarm.stations:
+            self._say(f"`{name}: [{end[0]:.2f}, {end[1]:.2f}, …]`  \n{STATIONS_STAY}")
+            return
         link = self._link
         if link is None or self._past.time is not None:
             self._say(LEAVE_PAST)
-            return
-        if name in self._swarm.stations:
-            self._say(f"`{name}: [{end[0]:.2f}, {end[1]:.2f}, …]`  \n{STATIONS_STAY}")
             return
         pose = self._swarm.pose_at(name, -1)
         yaw = None if pose is None else float(pose[2])

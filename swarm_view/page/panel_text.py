@@ -19,8 +19,8 @@ LINK = "#3b8eea"  # seen on light and dark ground
 STYLE = "font-size:0.8em;line-height:1.5;padding:0.2em 0.8em"
 
 
-def verdict_html(swarm: Swarm, paused: bool | None, cpu: str) -> str:
-    """Return the live verdict: time, goals, collisions, clearance, throughput, states."""
+def figures(swarm: Swarm, paused: bool | None, cpu: str) -> list[tuple[str, str]]:
+    """Return the live verdict: time, goals, collisions, clearance, throughput."""
     verdict, states = swarm.verdict, swarm.states
     reached = sum(state.goals_reached for state in states.values())
     failed = sum(state.goals_failed for state in states.values())
@@ -33,15 +33,31 @@ def verdict_html(swarm: Swarm, paused: bool | None, cpu: str) -> str:
         rows.append(("goals per minute", f"{60.0 * reached / swarm.time:.1f}"))
     if verdict is not None:
         robots, world = verdict.collisions_robot_robot, verdict.collisions_robot_world
-        text, gap = f"{robots} robot-robot, {world} robot-world", verdict.min_clearance
-        bold = f"<b style='color:{css(VERMILLION)}'>{text}</b>"
-        rows.append(("collisions", bold if robots + world else text))
+        gap = verdict.min_clearance
+        rows.append(("collisions", f"{robots} robot-robot, {world} robot-world"))
         clearance = f"{gap:.3f} m" if math.isfinite(gap) else "none near"
         rows.append(("smallest clearance", clearance))
         rows.append(("late answers", str(verdict.late_ticks)))
     if cpu:
         rows.append(("CPU", cpu))
-    return _table(rows) + _legend(states)
+    return rows
+
+
+def verdict_html(swarm: Swarm, paused: bool | None, cpu: str) -> str:
+    """Return the live verdict and the legend; collisions stand out."""
+    verdict, rows = swarm.verdict, figures(swarm, paused, cpu)
+    if verdict is not None and verdict.collisions_robot_robot + verdict.collisions_robot_world:
+        bold = f"<b style='color:{css(VERMILLION)}'>"
+        rows = [(name, f"{bold}{text}</b>" if name == "collisions" else text)
+                for name, text in rows]  # fmt: skip
+    return _table(rows) + _legend(swarm.states)
+
+
+def counted_legend(states: Mapping[str, ReportedState]) -> list[tuple[str, str]]:
+    """Return the states that robots are in with their numbers, and their colours."""
+    counts = Counter(state.state for state in states.values())
+    return [(f"{name} {counts[name]}", css(look.color)) for name, look in LOOKS.items()
+            if counts[name]]  # fmt: skip
 
 
 def _table(rows: Sequence[tuple[str, str]]) -> str:

@@ -149,7 +149,7 @@ document.addEventListener("DOMContentLoaded", () => {
   style.textContent =
     "button[data-swarm-pressed]{background:#1864ab !important;color:#fff !important;" +
     "box-shadow:inset 0 2px 4px #0008}" +
-    "body[data-swarm-aiming] canvas{cursor:crosshair !important}" +
+    "body[data-swarm-aiming] :is(canvas, #swarm-plan){cursor:crosshair !important}" +
     // viser's own hints would lie below its panel
     ".mantine-Tooltip-tooltip{z-index:2000 !important;font-size:0.85rem;line-height:1.35}" +
     "body[data-swarm-plan] canvas[data-engine]{visibility:hidden}" +
@@ -301,9 +301,10 @@ document.addEventListener("click", (event) => {
   if (source) swarm.copy(source.dataset.swarmCopy);
 });
 
-// A film of what is shown, with clock and legend, as a file of the browser's downloads.
+// A film of what is shown, with clock, legend and figures, as a file of the browser's downloads.
 swarm.film = null;
-swarm.legend = []; // [name, colour] of the states
+swarm.legend = []; // [name and number, colour] of the states that robots are in
+swarm.figures = []; // [name, value] of the tab *Run*
 swarm.startFilm = () => {
   const area = (canvas) => canvas.width * canvas.height; // others serve to measure text and curves
   const seen = [...document.querySelectorAll("canvas")].filter((one) => !one.closest("#swarm-plan"));
@@ -321,6 +322,7 @@ swarm.startFilm = () => {
       context.drawImage(swarm.plan.canvas, ...swarm.plan.rect);
     } else context.drawImage(scene, 0, 0, canvas.width, canvas.height);
     swarm.drawLegend(context);
+    swarm.drawFigures(context);
     requestAnimationFrame(draw);
   };
   film.ondataavailable = (event) => parts.push(event.data);
@@ -354,6 +356,17 @@ swarm.drawLegend = (context) => {
     context.fillText(name, right + (color ? 22 : 0), context.canvas.height - 26);
     right += wide;
   }
+};
+swarm.drawFigures = (context) => {
+  const left = context.canvas.width - 350, high = 24 * swarm.figures.length + 16;
+  context.font = "14px system-ui, sans-serif";
+  context.fillStyle = "#14171bd9";
+  if (swarm.figures.length) context.fillRect(left, 16, 334, high);
+  context.fillStyle = "#ffffff";
+  swarm.figures.forEach(([name, value], row) => {
+    context.fillText(name, left + 12, 36 + 24 * row);
+    context.fillText(value, left + 150, 36 + 24 * row, 174);
+  });
 };
 // A WebM file that is written live has no duration: it goes into the element Info (Matroska).
 swarm.withDuration = (film, milliseconds) => {

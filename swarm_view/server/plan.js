@@ -138,7 +138,8 @@ plan.cover = (ratio) => {
   const [wide, high] = [Math.max(1, to[0] - from[0]), Math.max(1, to[1] - from[1])];
   const [pixels, lines] = [Math.round(wide * ratio), Math.round(high * ratio)];
   if (canvas.width !== pixels || canvas.height !== lines) [canvas.width, canvas.height] = [pixels, lines];
-  canvas.style = `position:absolute;left:${from[0]}px;top:${from[1]}px;width:${wide}px;height:${high}px`;
+  const style = `position:absolute;left:${from[0]}px;top:${from[1]}px;width:${wide}px;height:${high}px`;
+  if (plan.style !== style) canvas.style = plan.style = style;
   plan.rect = [...from, wide, high];
 };
 plan.draw = () => {

@@ -106,10 +106,13 @@ def choose(browser: WebDriver, label: str, option: str) -> None:
     """Choose from the list that has a label."""
 
     def open_list() -> bool:
-        labelled(browser, label).click()
-        return True
+        field = labelled(browser, label)
+        if field.is_displayed():  # and not in another tab
+            field.click()
+            return True
+        return False
 
-    wait_for(open_list, f"the list '{label}' to be in reach")
+    reach(browser, open_list, f"the list '{label}' to be in reach")
     script = """const found = [...document.querySelectorAll('[role=option]')].find(
         (x) => x.innerText.trim() === arguments[0] && x.offsetParent);
       if (found) found.click(); return !!found;"""

@@ -299,6 +299,7 @@ def test_measuring_pictures_films_and_links(browser: WebDriver, show: Show, tmp_
     press(browser, "Record film")
     see(browser, "Stop and save film", "the film to begin")
     time.sleep(4.0)
+    assert browser.execute_script("return swarm.figures.length > 5 && swarm.legend.length > 3")
     press(browser, "Stop and save film")
     see(browser, "Saved a film", "the film")
     films: list[Path] = []

@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
@@ -48,6 +49,35 @@ def test_many_robots_are_shown_from_above(browser: WebDriver, many: Show) -> Non
     ActionChains(browser).move_to_element_with_offset(canvas, *middle).click().perform()
     wait_for(lambda: page_of(many).robot == "Srobot7", "the robot that was clicked")
     assert errors(browser) == []
+
+
+def test_robots_glide_to_where_they_are_said_to_be(browser: WebDriver, many: Show) -> None:
+    open_page(browser, many.server.url())
+    wait_for(
+        lambda: bool(
+            browser.execute_script("return swarm.plan.sizes?.length === arguments[0]", FROM)
+        ),
+        "all robots on the plan",
+    )
+    half, end = browser.execute_script(
+        "const { plan } = swarm;"
+        "plan.poses = plan.goal = plan.goal.map(() => 0);"
+        "plan.move(plan.goal.map((_, at) => (at % 3 ? 0 : 600)));"
+        "plan.period = 10000; plan.since = performance.now() - 5000; plan.glide();"
+        "const half = plan.poses[0]; plan.since -= 5000; plan.glide();"
+        "return [half, plan.poses[0]];"
+    )
+    assert half == pytest.approx(300, abs=30)
+    assert end == 600
+
+
+def test_a_station_is_moved_for_the_next_run(browser: WebDriver, many: Show) -> None:
+    open_page(browser, many.server.url())
+    see(browser, "answering")
+    page = page_of(many)
+    name = next(iter(many.viewer._swarm.stations))
+    page._post(lambda: page._carry(name, np.zeros(2), np.array([1.0, 2.0])))
+    see(browser, f"{name}: [1.00, 2.00, …]", "the line for sites.yaml")
 
 
 def test_the_past_has_a_frame_that_does_not_flicker(browser: WebDriver, many: Show) -> None:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import base64
+import re
+from pathlib import Path
+
 import pytest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
@@ -12,6 +16,7 @@ from tests.browser.page import errors, open_page, wait_for
 from tests.fakes.run_folder import make_run
 
 pytestmark = pytest.mark.long
+FAINT = Path(__file__).with_name("contrast.js").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -98,3 +103,27 @@ def test_a_click_on_a_heading_sorts(page: WebDriver) -> None:
     )
     distances = page.execute_script(script)
     assert distances == sorted(distances, reverse=True)
+
+
+def test_texts_stand_out_in_both_modes(page: WebDriver) -> None:
+    for _ in range(2):
+        assert page.execute_script(FAINT) == []
+        page.execute_script("document.getElementById('theme').click()")
+
+
+@pytest.mark.parametrize(("width", "height"), [(1024, 600), (390, 844)])
+def test_it_fits_a_small_screen(page: WebDriver, width: int, height: int) -> None:
+    screen = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+    try:
+        script = "return document.documentElement.scrollWidth <= innerWidth"
+        wait_for(lambda: bool(page.execute_script(script)), "nothing beside the screen")
+    finally:
+        page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_twenty_robots_print_on_four_pages(browser: WebDriver, tmp_path: Path) -> None:
+    folder = make_run(tmp_path, robots=20, seconds=60, crash=True)
+    open_page(browser, write_document(folder).as_uri())
+    paper = base64.b64decode(browser.print_page())
+    assert 1 <= len(re.findall(rb"/Type\s*/Page\b", paper)) <= 4
