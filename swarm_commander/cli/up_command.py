@@ -170,8 +170,7 @@ class UpArguments:
     coordination: Annotated[
         str,
         _simulation(
-            help="Who decides: decentral, each robot; central, one process for all;"
-            " central-with-fallback, each robot while that is silent.",
+            help="Who decides: decentral, central or central-with-fallback.",
             metavar="NAME",
         ),
     ] = DECENTRAL

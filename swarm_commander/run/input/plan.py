@@ -235,7 +235,7 @@ class RunPlan:
             **self.defaults,
             **(REALISTIC if self.options.realistic else {}),
             **self._without_lidar(),
-            **({} if self.options.coordination == DECENTRAL else self._coordination()),
+            **self._coordination(name),
             **member.limits_in_force,
             **self.overrides.for_robot(name),
             **({"map_sha256": map_sha256} if map_sha256 else {}),
@@ -247,8 +247,10 @@ class RunPlan:
         is_off = self.overrides.world.values.get("with_lidar") is False
         return {"with_lidar": False, "costmap.scan_timeout": 0.0} if is_off else {}
 
-    def _coordination(self) -> dict[str, Any]:
-        return {"traffic.coordination": self.options.coordination}
+    def _coordination(self, name: str) -> dict[str, Any]:
+        """Return who decides for a robot; newcomers are not known to the centre: they decide."""
+        is_led = self.options.coordination != DECENTRAL and name in self.alive
+        return {"traffic.coordination": self.options.coordination} if is_led else {}
 
     def central_config(self, map_file: Path, params: Path) -> dict[str, Any]:
         """Return the configuration of the centre.

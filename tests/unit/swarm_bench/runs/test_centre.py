@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_bench.runs.episode import RunOptions, build
+from swarm_bench.runs.episode import RunOptions, build, nav_config
 from swarm_bench.runs.harness import Harness, InjectedFaults, run
 from swarm_bench.runs.scenario import load_scenario
+from swarm_central.reservation import ReservationCentre
 from swarm_central.team import RobotReport
 from swarm_common.model.errors import ConfigError
 
@@ -110,6 +111,11 @@ def test_led_robots_stand_within_what_they_hold_while_the_centre_is_dead(tmp_pat
     harness = Harness(chosen, stage=stage)
     places = []
     while harness.advance():
+        if stage.world.tick == 161:  # another one is started in its place
+            stage.centre.team = ReservationCentre(
+                nav_config(chosen, stage.world.specs[0]), stage.world.specs, stage.grid,
+                stage.sites, first_command=70,
+            )  # fmt: skip
         if stage.world.tick in (62, 110, 160):
             places.append(np.array(stage.world.poses)[:, :2].copy())
     assert np.allclose(places[1], places[2], atol=1e-3)
