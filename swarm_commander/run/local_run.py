@@ -35,6 +35,7 @@ from swarm_common.model.central import DECENTRAL
 from swarm_common.model.records import Pose
 from swarm_common.process.browser import open_page
 from swarm_common.process.messages import (
+    CentreReported,
     CollisionBegan,
     CommandBase,
     Compiling,
@@ -142,6 +143,8 @@ class LocalRun(ProcessRun):
         self._requests: dict[str, list[Request]] = {}  # answered when a robot is active again
         self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
         self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
+        if plan.options.coordination != DECENTRAL:
+            self._unmet.add(CENTRAL)
         self.map_sha256 = ""  # of the map that the world will send
         if plan.mission is not None and (orders := plan.mission.orders) is not None:
             statistics.orders = OrderBook(orders.dispatch, plan.remarks)
@@ -280,6 +283,8 @@ class LocalRun(ProcessRun):
         super()._on_process_event(event)
         if isinstance(event, Compiling):
             self._tell(VIEWER, KernelsCompiled(event.ready, event.known))
+        elif isinstance(event, CentreReported) and CENTRAL in self._unmet:
+            self._meet(CENTRAL)
 
     def _on_mission_event(self, event: MissionEvent) -> None:
         match event:
@@ -339,7 +344,11 @@ class LocalRun(ProcessRun):
         """Start the navigators when they can be told where to meet world and mission."""
         for robot in self._robots:
             robot["peers"] += event.ports.get(robot["name"], [])
-        self._unmet.discard(event.party)
+        self._meet(event.party)
+
+    def _meet(self, party: str) -> None:
+        """Start the navigators, unless they wait for other parties, too."""
+        self._unmet.discard(party)
         if not self._unmet and not self._is_stopping and not self._is_released:
             self._release_navigators()
 
@@ -460,6 +469,8 @@ class LocalRun(ProcessRun):
                 self._tell(WORLD, RobotDead(name))
                 self._tell(RUNNER, RobotSilent(name))
         super()._on_exit(exit_)
+        if exit_.name == CENTRAL and CENTRAL in self._unmet:
+            self._meet(CENTRAL)
 
     def _revives(self, exit_: Exit) -> bool:
         if exit_.name not in (HOST, RUNNER, CENTRAL) or self._refusal is not None:

@@ -15,7 +15,7 @@ import pytest
 from tests.fakes.ros_domains import reserved_domain
 
 LIMIT = 120.0  # [s] of wall time, on a busy machine
-LED = 5.0  # [s] of simulated time before the centre is killed
+LED = 20.0  # [s] of simulated time before the centre is killed
 
 
 def led_for(usage: Path) -> float:
