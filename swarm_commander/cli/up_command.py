@@ -172,8 +172,7 @@ class UpArguments:
     coordination: Annotated[
         Coordination,
         _simulation(
-            help="Who decides: decentral, each robot; central, one process for all;"
-            " central-with-fallback, each robot while that is silent; fleet, a fleet control alone."
+            help="Who decides: decentral, central, central-with-fallback, or a fleet control alone."
         ),
     ] = Coordination.DECENTRAL
     pack: Annotated[int, _simulation(help="Navigators per process.")] = 1

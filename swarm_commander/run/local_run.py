@@ -34,6 +34,7 @@ from swarm_common.middleware import ros_env
 from swarm_common.model.records import Pose
 from swarm_common.process.browser import open_page
 from swarm_common.process.messages import (
+    CentreReported,
     CollisionBegan,
     CommandBase,
     Compiling,
@@ -145,6 +146,8 @@ class LocalRun(ProcessRun):
         self._requests: dict[str, list[Request]] = {}  # answered when a robot is active again
         self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
         self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
+        if plan.options.coordination != DECENTRAL:
+            self._unmet.add(CENTRAL)
         self.map_sha256 = ""  # of the map that the world will send
         if plan.mission is not None and (orders := plan.mission.orders) is not None:
             statistics.orders = OrderBook(orders.dispatch, plan.remarks)
@@ -290,6 +293,8 @@ class LocalRun(ProcessRun):
         super()._on_process_event(event)
         if isinstance(event, Compiling):
             self._tell(VIEWER, KernelsCompiled(event.ready, event.known))
+        elif isinstance(event, CentreReported) and CENTRAL in self._unmet:
+            self._meet(CENTRAL)
 
     def _on_mission_event(self, event: MissionEvent) -> None:
         match event:
@@ -349,7 +354,11 @@ class LocalRun(ProcessRun):
         """Start the navigators when they can be told where to meet world and mission."""
         for robot in self._robots:
             robot["peers"] += event.ports.get(robot["name"], [])
-        self._unmet.discard(event.party)
+        self._meet(event.party)
+
+    def _meet(self, party: str) -> None:
+        """Start the navigators, unless they wait for other parties, too."""
+        self._unmet.discard(party)
         if not self._unmet and not self._is_stopping and not self._is_released:
             self._release_navigators()
 
@@ -470,6 +479,8 @@ class LocalRun(ProcessRun):
                 self._tell(WORLD, RobotDead(name))
                 self._tell(RUNNER, RobotSilent(name))
         super()._on_exit(exit_)
+        if exit_.name == CENTRAL and CENTRAL in self._unmet:
+            self._meet(CENTRAL)
 
     def _revives(self, exit_: Exit) -> bool:
         known = (HOST, RUNNER, CENTRAL, *self._couriers)

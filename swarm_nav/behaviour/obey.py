@@ -23,6 +23,7 @@ from swarm_nav.traffic.robot_state import RobotState
 
 UNNAMED = 0xFFFFFFFF  # goal that has no id of its own: a charging station
 SAME = 1e-9  # [m]
+NOTHING: tuple[int, Point] = 0, (math.nan, math.nan)
 
 
 class Obey:
@@ -38,7 +39,7 @@ class Obey:
         self.command = Command(silence)
         self._p = parts
         self._arrive = Arrive(parts)
-        self._placed: tuple[int, Point] = 0, (math.nan, math.nan)  # end of the path, and its index
+        self._placed = NOTHING  # end of the path that was given, and its index
 
     def propose(self, robot: RobotState) -> Proposal | None:
         """Return what the centre wants; None where the robot's own rules decide."""
@@ -51,6 +52,7 @@ class Obey:
             return None
         self._leave_own_rules(robot)
         if not command.is_joined:
+            self._placed = NOTHING
             if robot.is_standing:
                 command.join()
             return Proposal(keep_ahead=robot.brake_points, drops_path=True, stands=True)

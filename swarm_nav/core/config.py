@@ -175,7 +175,7 @@ class TrafficConfig:
     rules: str = "all"  # asked in this order: names, or module:Class; all: every built-in one
     priority_plugin: str = "oldest_goal"  # ranks robots: oldest_goal or module:Class
     coordination: str = "decentral"  # who decides: decentral, central or central-with-fallback
-    centre_silence: float = 2.0  # [s] without a centre before a robot falls back on its own rules
+    centre_silence: float = 2.0  # [s] without a centre before a robot goes on alone
 
     def __post_init__(self) -> None:
         known = [name.value for name in Coordination if name is not Coordination.FLEET]

@@ -12,7 +12,7 @@ from swarm_common.model.central import SERIAL_BITS, TeamOrder
 from swarm_common.model.records import Pose
 
 Point = tuple[float, float]
-PASSED = 0.03  # [m] before a point at which it counts as left behind
+PASSED = 0.06  # [m] before a point at which it counts as left behind; robots stop a bit short
 
 
 class Command:

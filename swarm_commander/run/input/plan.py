@@ -238,7 +238,7 @@ class RunPlan:
             **self.defaults,
             **(REALISTIC if self.options.realistic else {}),
             **self._without_lidar(),
-            **(self._coordination() if self.options.coordination.has_centre else {}),
+            **self._coordination(name),
             **member.limits_in_force,
             **self._rules(),
             **self.overrides.for_robot(name),
@@ -256,8 +256,10 @@ class RunPlan:
         is_off = self.overrides.world.values.get("with_lidar") is False
         return {"with_lidar": False, "costmap.scan_timeout": 0.0} if is_off else {}
 
-    def _coordination(self) -> dict[str, Any]:
-        return {"traffic.coordination": self.options.coordination.value}
+    def _coordination(self, name: str) -> dict[str, Any]:
+        """Return who decides for a robot; newcomers are not known to the centre: they decide."""
+        is_led = self.options.coordination.has_centre and name in self.alive
+        return {"traffic.coordination": self.options.coordination.value} if is_led else {}
 
     def central_config(self, map_file: Path, params: Path) -> dict[str, Any]:
         """Return the configuration of the centre.

@@ -2,46 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import pytest
 
 from swarm_central.lacam import Lacam, fault_of, lower_bound
 from swarm_central.pibt_kernels import Wishes, roll_out
-from swarm_central.roadmap import grid_roadmap
 from tests.oracles.joint_plans import best_cost
-
-
-def instance(rng, size, robots, walls):
-    """Return a roadmap of the largest part of a random grid, starts and goals, and its cells."""
-    while True:
-        passable = rng.random((size, size)) >= walls
-        roadmap = grid_roadmap(passable)
-        if len(roadmap.points) < robots + 1:
-            continue
-        start = rng.permutation(len(roadmap.points))[:robots].astype(np.int32)
-        goals = rng.permutation(len(roadmap.points))[:robots].astype(np.int32)
-        if (lower_bound(roadmap, start, goals) < 1e6).all():
-            return passable, roadmap, start, goals
-
-
-def pymapf_solves(passable, roadmap, start, goals):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        pymapf = pytest.importorskip("pymapf")
-    grid = pymapf.GridMap((~passable).astype(int).tolist())
-
-    def cell(vertex):
-        column, row = roadmap.cells[vertex].tolist()
-        return row, column
-
-    agents = [
-        pymapf.Agent(str(i), cell(s), cell(g))
-        for i, (s, g) in enumerate(zip(start, goals, strict=True))
-    ]
-    solver = pymapf.get_solver("lacam")
-    return solver.solve(pymapf.MAPFProblem(grid, agents)) is not None
+from tests.oracles.pymapf_instances import compare, instance
 
 
 @pytest.mark.parametrize("may_rotate", [True, False])
@@ -92,8 +59,6 @@ def test_the_best_plan_costs_what_exhaustive_search_finds():
 
 
 def test_what_pymapf_solves_is_solved():
-    rng = np.random.default_rng(5)
-    for _ in range(20):
-        passable, roadmap, start, goals = instance(rng, 6, 6, 0.2)
-        if pymapf_solves(passable, roadmap, start, goals):
-            assert Lacam(roadmap, start, goals).solve(100_000) is not None
+    solved, missed = compare(20, 5)
+    assert missed == 0
+    assert solved["ours"] >= solved["lacam"] > 10

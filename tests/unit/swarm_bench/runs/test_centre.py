@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_bench.runs.episode import RunOptions, build
+from swarm_bench.runs.episode import RunOptions, build, nav_config
 from swarm_bench.runs.harness import Harness, InjectedFaults, run
 from swarm_bench.runs.scenario import load_scenario
+from swarm_central.reservation import ReservationCentre
 from swarm_central.team import RobotReport
+from swarm_common.model.errors import ConfigError
 
 SCENARIO = """
 world: doorway
@@ -22,11 +24,11 @@ time_limit: {4: 200}
 """
 
 
-def options(folder: Path, **changes: object) -> RunOptions:
+def options(folder: Path, method: str = "central-mapf", **changes: object) -> RunOptions:
     path = folder / "short.yaml"
     path.write_text(SCENARIO, encoding="utf-8")
     scenario = dataclasses.replace(load_scenario(str(path)), **changes)  # type: ignore[arg-type]
-    return RunOptions(scenario=scenario, robots=4, seed=0, method="central-mapf")
+    return RunOptions(scenario=scenario, robots=4, seed=0, method=method)
 
 
 @pytest.mark.parametrize("radio", [{}, {"loss": 0.3, "delay": 0.3}])
@@ -84,3 +86,73 @@ def test_a_robot_that_was_not_heard_at_first_joins_later(tmp_path: Path) -> None
     stage.centre.team.observe = deaf_to_the_first  # type: ignore[method-assign]
     result = Harness(options(tmp_path), stage=stage).run()
     assert result.goals_reached == result.goals_sent
+
+
+def under_reservation(folder: Path, **parameters: object) -> RunOptions:
+    return dataclasses.replace(options(folder, "central-reservation"), parameters=parameters)
+
+
+@pytest.mark.parametrize("radio", [{}, {"loss": 0.3, "delay": 0.3}])
+def test_our_navigators_reach_all_goals_under_a_centre(
+    tmp_path: Path, radio: dict[str, float]
+) -> None:
+    result = run(options(tmp_path, "central-reservation", **radio))
+    assert result.is_flawless
+    assert result.centre is not None
+    assert result.centre["commands"] == 4
+    assert result.centre["plans"] > 10
+
+
+def test_led_robots_stand_within_what_they_hold_while_the_centre_is_dead(tmp_path: Path) -> None:
+    chosen = under_reservation(tmp_path)
+    stage = build(chosen)
+    assert stage.centre is not None
+    stage.centre.outage = (60, 160)
+    harness = Harness(chosen, stage=stage)
+    places = []
+    while harness.advance():
+        if stage.world.tick == 161:  # another one is started in its place
+            stage.centre.team = ReservationCentre(
+                nav_config(chosen, stage.world.specs[0]), stage.world.specs, stage.grid,
+                stage.sites, first_command=70,
+            )  # fmt: skip
+        if stage.world.tick in (62, 110, 160):
+            places.append(np.array(stage.world.poses)[:, :2].copy())
+    assert np.allclose(places[1], places[2], atol=1e-3)
+    assert np.hypot(*(places[0] - places[1]).T).max() < 0.8  # a lookahead, with its pieces
+    assert harness.is_over
+    assert stage.world.verdict.robot_robot == 0
+    stage.world.close()
+
+
+def test_with_fallback_robots_go_on_alone_and_come_back_under_the_centre(tmp_path: Path) -> None:
+    chosen = under_reservation(tmp_path, **{"traffic.coordination": "central-with-fallback"})
+    stage = build(chosen)
+    assert stage.centre is not None
+    stage.centre.outage = (60, 160)
+    harness = Harness(chosen, stage=stage)
+    led = {}
+    while harness.advance():
+        heard = [driver.report().heard > 0 for driver in stage.drivers]  # type: ignore[attr-defined]
+        led[stage.world.tick] = sum(heard)
+    assert led[50] == 4
+    assert led[100] == 0
+    assert max(led[tick] for tick in led if tick > 170) == 4
+    assert harness.is_over
+    assert stage.world.verdict.robot_robot == 0
+    stage.world.close()
+
+
+def test_with_a_centre_that_never_comes_robots_go_alone(tmp_path: Path) -> None:
+    chosen = under_reservation(tmp_path, **{"traffic.coordination": "central-with-fallback"})
+    stage = build(chosen)
+    stage.centre = None
+    result = Harness(chosen, stage=stage).run()
+    assert result.is_flawless
+
+
+def test_coordination_without_a_centre_is_refused(tmp_path: Path) -> None:
+    parameters = {"traffic.coordination": "central"}
+    chosen = dataclasses.replace(options(tmp_path, "ours"), parameters=parameters)
+    with pytest.raises(ConfigError, match="central-reservation"):
+        build(chosen)

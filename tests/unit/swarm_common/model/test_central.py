@@ -1,0 +1,52 @@
+"""Reports and orders are what they were, after they have been bytes."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarm_common.middleware.central_io import unwrapped, wrapped
+from swarm_common.model.central import RobotReport, TeamOrder, unpack_order, unpack_report
+from swarm_common.model.records import Pose
+
+COUNTS = st.integers(0, 2**32 - 1)
+NUMBERS = st.floats(-1e3, 1e3, width=32)
+IDS = st.integers(1, 2**16 - 1)
+
+
+@given(IDS, COUNTS, NUMBERS, NUMBERS, COUNTS, st.booleans())
+def test_a_report(robot_id, count, x, y, heard, arrived):
+    report = RobotReport(
+        robot_id=robot_id, tick=count, pose_map=Pose(x, y, 0.5), passed=3, heard=heard,
+        goal_id=count, goal_map=(y, x), has_arrived=arrived,
+    )  # fmt: skip
+    data = report.packed()
+    assert len(data) == report.size
+    assert unpack_report(unwrapped(wrapped(data))) == report
+
+
+@given(IDS, COUNTS, COUNTS, st.lists(st.tuples(NUMBERS, NUMBERS), max_size=12))
+def test_an_order(robot_id, number, first, points):
+    order = TeamOrder(robot_id=robot_id, number=number, first=first, points_map=tuple(points))
+    data = order.packed()
+    assert len(data) == order.size
+    assert unpack_order(unwrapped(wrapped(data))) == order
+
+
+@given(st.binary(max_size=60))
+def test_other_bytes_are_refused_or_read(data):
+    for read in (unpack_order, unpack_report):
+        try:
+            read(data)
+        except ValueError:
+            continue
+
+
+def test_a_message_of_another_kind_is_refused():
+    with pytest.raises(ValueError, match="no order"):
+        unpack_order(b"abc")
+    with pytest.raises(ValueError, match="39"):
+        unpack_report(b"abc")
+    with pytest.raises(ValueError, match="not a message"):
+        unwrapped(b"abc")
