@@ -39,8 +39,8 @@ A job with an end has a **makespan**. Tables give its median [s] (Kaplan-Meier: 
 in), how many runs reached every goal, and the mean gap to a lower bound. In work without end, more
 orders come than anybody can serve; 600 s are measured after 120 s. **Throughput** is orders, or
 goals, per hour. A run **succeeds** if nothing touches and the work never jams. **Critical size**:
-no larger swarm has 2 % more throughput, and 90 % of the runs succeed. **Ahead**: the 95 % interval of
-the differences on equal seeds, 5 or more, excludes zero."""
+no larger swarm has 2 % more throughput, and 90 % of the runs succeed. **Ahead**: the 95 % interval
+of the differences on equal seeds, 5 or more, excludes zero."""
 THREATS = """\
 All is simulated, in few worlds. The authors wrote both sides. The radio of orders is never split.
 Robots of central-mapf sense nothing off the map."""
