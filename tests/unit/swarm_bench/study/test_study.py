@@ -7,6 +7,7 @@ import shutil
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -36,6 +37,7 @@ from swarm_bench.study.tuning import (
     write_chosen,
 )
 from swarm_bench.suite.command import bench_app
+from swarm_common.model.beacon import BEACON_DTYPE, reception_of
 from swarm_common.model.errors import ConfigError, SwarmError
 
 EXPERIMENT = """
@@ -353,3 +355,13 @@ def test_the_documents_of_this_repository_are_what_its_lines_say() -> None:
     arguments = ["study", "--quick", "--check", "--folder", str(root / "study"),
                  "-o", str(root / "docs/study.md")]  # fmt: skip
     assert CliRunner().invoke(bench_app, arguments).exit_code == 0
+
+
+def test_a_split_radio_parts_odd_from_even() -> None:
+    beacons = np.zeros(4, BEACON_DTYPE)
+    beacons["id"] = [1, 2, 3, 4]
+    reception = reception_of(beacons)
+    for index, heard in ((0, [1, 3]), (3, [2, 4])):
+        assert harness.of_own_part(reception, index).beacons["id"].tolist() == heard
+    faults = harness.InjectedFaults(split=(5, 8))
+    assert [faults.splits(tick) for tick in (4, 5, 7, 8)] == [False, True, True, False]
