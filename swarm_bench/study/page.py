@@ -69,7 +69,7 @@ def markdown(
     parts = [f"# {TITLE}", QUESTION, *_ahead(sections), touched, "## Terms", TERMS]
     for name, experiment, found in sections:
         parts += [f"## {_title(name)}", experiment.question]
-        parts += ["Expected:\n\n" + _list(experiment.expected)]
+        parts += ["Expected before the first run:\n\n" + _list(experiment.expected)]
         parts += [_markdown(table) for table in _short(experiment, found)]
     parts += ["## Limits", f"{THREATS} {_missing(experiments, lines, quick, settings)[0]}"]
     parts.append(

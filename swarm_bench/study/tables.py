@@ -297,7 +297,9 @@ def _dip(cell: Cell, group: CellRuns, twin: CellRuns) -> list[str]:
     )
     return [
         str(len(found)), f"{depth.estimate:.0%}", interval(behind, "{:.1f}"),
-        interval(area, "{:.0f}"), f"{_seconds(curve.median)} s", str(group.contacts),
+        interval(area, "{:.0f}"),
+        f"{curve.median:.0f} s" if math.isfinite(curve.median) else "not in time",
+        str(group.contacts),
     ]  # fmt: skip
 
 
