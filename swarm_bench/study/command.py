@@ -17,6 +17,7 @@ from swarm_bench.execution.executor import executor, share_of
 from swarm_bench.runs.fingerprint import gathered, load_inputs
 from swarm_bench.runs.inputs import packed
 from swarm_bench.runs.json_lines import collected, taken_over
+from swarm_bench.runs.origin import bench_edition
 from swarm_bench.study.experiments import (
     Experiment,
     StudyRun,
@@ -51,14 +52,12 @@ swarm-bench study --quick --output study.md
 @bench_app.command(epilog=EXAMPLES)
 def study(
     quick: Annotated[bool, typer.Option("--quick", help="The short edition: 2 seeds.")] = False,
-    tune: Annotated[
-        bool, typer.Option("--tune", help="Choose the methods' parameters, on seeds from 100 on.")
-    ] = False,
+    tune: Annotated[bool, typer.Option("--tune", help="Choose the methods' parameters.")] = False,
     check: Annotated[
         bool, typer.Option("--check", help="Run nothing; compare the documents with the lines.")
     ] = False,
     estimate: Annotated[
-        bool, typer.Option("--estimate", help="Run nothing; print how long the editions take.")
+        bool, typer.Option("--estimate", help="Run nothing; print the time needed.")
     ] = False,
     experiments: Annotated[
         Path | None,
@@ -76,7 +75,7 @@ def study(
     ] = None,
     budget: Annotated[
         str | None,
-        typer.Option(help="Time to end in, like 60min: the runs that tell most come first."),
+        typer.Option(help="Time to end in, like 60min."),
     ] = None,
     jobs: Jobs = 1,
     cluster: Cluster = None,
@@ -84,8 +83,7 @@ def study(
 ) -> None:
     """Compare decentralised with central control; what was run before is not repeated.
 
-    With --shard only lines are written; a call without it, where all shards' files lie in the
-    folder, writes the documents.
+    With --shard only lines are written; a call without it joins them.
 
     Exit code: 0 written, or as written; 1 if a run failed or, with --check, a document differs;
     2 bad input.
@@ -111,6 +109,9 @@ def study(
         todo = [run for run in mine if run.key not in known]
         if len(todo) < len(mine):
             console.print(taken_over(len(mine) - len(todo), len(mine), folder), markup=False)
+        if old := sum(line.edition != bench_edition() for line in lines):
+            told = f"{old} of the lines are by other code; delete the files of {edition} to repeat"
+            console.print(told, markup=False)
         todo = fitting(todo, rates, math.inf if limit is None else limit * jobs)[:most]
         told = f"{len(todo)} runs to do: about {_time(todo, rates, jobs)} with --jobs {jobs}"
         console.print(told, markup=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import random
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -29,6 +30,7 @@ OTHER_COST = 1.2
 LIDAR_FACTOR = 2.0
 SHARE_OF_LIMIT = 0.35  # of the time limit that a run with an end usually takes
 Settings = tuple[tuple[str, Any], ...]  # name and value, by name
+_scenario = functools.lru_cache(maxsize=64)(load_scenario)
 
 
 class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -87,12 +89,11 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
         Raises:
             ConfigError: If there is none, or it does not go with this cell.
         """
-        base = load_scenario(self.scenario)
+        base = _scenario(self.scenario)
+        folder = Path(self.scenario).parent.parent
         return dataclasses.replace(
             base,
-            mission=_beside(Path(self.scenario).parent.parent, "missions", self.mission)
-            if self.mission
-            else _beside(Path(self.scenario).parent.parent, "missions", base.mission),
+            mission=_beside(folder, "missions", self.mission or base.mission),
             loss=self.loss,
             delay=self.delay,
             with_lidar=self.lidar or base.with_lidar,
@@ -185,7 +186,7 @@ class StudyRun:
         Args:
             rates: Measured CPU [ms] of a robot-second by method and LiDARs.
         """
-        cell, duration = self.cell, load_scenario(self.cell.scenario).duration
+        cell, duration = self.cell, _scenario(self.cell.scenario).duration
         rate = USUAL_COST.get(self.method, OTHER_COST) * (LIDAR_FACTOR if cell.lidar else 1.0)
         rate = (rates or {}).get((self.method, cell.lidar), rate)
         return 1e-3 * rate * cell.robots * (duration or SHARE_OF_LIMIT * cell.seconds)

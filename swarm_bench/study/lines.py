@@ -26,6 +26,7 @@ class StudyLine(msgspec.Struct, frozen=True, kw_only=True):
     method: str
     seed: int
     settings: str = ""  # of the method, beside its defaults
+    edition: str = ""  # of the code
     goals_sent: int  # of robots that did not die
     goals_reached: int
     robot_robot: int  # contact episodes between robots

@@ -17,6 +17,7 @@ from swarm_bench.study.lines import StudyLine
 from swarm_bench.study.tables import (
     CellRuns,
     Table,
+    contacts_of,
     critical_sizes,
     details,
     differences,
@@ -31,18 +32,18 @@ from swarm_bench.study.tables import (
 TITLE = "Decentralised or central"
 QUESTION = (
     "Is a swarm better off when each robot decides for itself, or when one centre decides for all? "
-    "All methods drive the same robots, with the same starts, orders and noise for each seed."
+    "All methods share robots, starts, orders and noise, seed by seed."
 )
 TERMS = """\
-A job with an end has a **makespan**: the time until its last goal is reached. A run that is stopped
-before stays in the medians (Kaplan-Meier). In work without end, orders come faster than anybody can
-serve them; after 120 s, 600 s are measured: **throughput** is orders, or goals, per hour.
-A run is **successful** if nothing touched, and all goals were reached or the work never jammed.
-**Critical size**: no larger swarm has 2 % more throughput, and 90 % of its runs are successful.
-**Ahead**: the 95 % interval of the differences on equal seeds lies on one side of zero."""
+A job with an end has a **makespan**. Tables give its median [s] (Kaplan-Meier: stopped runs stay
+in), how many runs reached every goal, and the mean gap to a lower bound. In work without end, more
+orders come than anybody can serve; 600 s are measured after 120 s. **Throughput** is orders, or
+goals, per hour. A run **succeeds** if nothing touches and the work never jams. **Critical size**:
+no larger swarm has 2 % more throughput, and 90 % of the runs succeed. **Ahead**: the 95 % interval
+of the differences on equal seeds, 5 or more, excludes zero."""
 THREATS = """\
-Everything is simulated. The authors wrote both sides and know their own rules better. Worlds are
-few. The radio of orders is never split. Robots of central-mapf sense nothing off the map."""
+All is simulated, in few worlds. The authors wrote both sides. The radio of orders is never split.
+Robots of central-mapf sense nothing off the map."""
 STYLE = "body{font:15px sans-serif;margin:2em}td,th{padding:2px 10px;border-bottom:1px solid #ccc}"
 Section = tuple[str, Experiment, list[CellRuns]]
 
@@ -63,15 +64,17 @@ def markdown(
         settings: Of methods, as they were tuned.
     """
     sections = list(_sections(experiments, lines, settings))
-    parts = [f"# {TITLE}", QUESTION, *_ahead(sections), "## Terms", TERMS]
+    runs = [line for _, _, found in sections for group in found for line in group.lines]
+    touched = f"Runs with contacts: {contacts_of(runs)}."
+    parts = [f"# {TITLE}", QUESTION, *_ahead(sections), touched, "## Terms", TERMS]
     for name, experiment, found in sections:
         parts += [f"## {_title(name)}", experiment.question]
         parts += ["Expected before the first run:\n\n" + _list(experiment.expected)]
         parts += [_markdown(table) for table in _short(experiment, found)]
     parts += ["## Limits", f"{THREATS} {_missing(experiments, lines, quick, settings)[0]}"]
     parts.append(
-        f"{_tuned(settings)} Written by `{command}`; `--check` compares, `--tune` chooses "
-        "parameters on seeds 100 to 104. study/study.html has intervals, CPU, bytes and profiles."
+        f"{_tuned(settings)} Written by `{command}`; study/study.html has CPU, bytes, "
+        "intervals and profiles, too."
     )
     return "\n\n".join(parts) + "\n"
 
@@ -176,18 +179,17 @@ def _missing(
         texts.append(f"Quick edition: {len(cells)} of {len(every)} cells.")
     if short:
         texts.append(
-            f"Not run: {short} of {len(wanted)} runs, and nothing of {len(missing)} cells, which "
-            "study.html names."
+            f"Not run: {short} of {len(wanted)} runs; {len(missing)} cells have none (study.html)."
         )
     waiting = list(waiting_methods(experiments))
     if waiting:
-        texts.append(f"Left out, since there is no such method yet: {', '.join(waiting)}.")
+        texts.append(f"No such method yet: {', '.join(waiting)}.")
     return " ".join(texts), [", ".join(key) for key in missing]
 
 
 def _tuned(settings: Mapping[str, Settings] | None) -> str:
     if not settings:
-        return "Every method has its defaults; none was tuned by `--tune`."
+        return "No method was tuned (`--tune`)."
     texts = [
         f"{method}: {settings_text(settings[method]) or 'its defaults'}"
         for method in METHODS

@@ -10,6 +10,7 @@ from typing import Any
 
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness, InjectedFaults
+from swarm_bench.runs.origin import bench_edition
 from swarm_bench.runs.result import RunResult
 from swarm_bench.study.bounds import least_makespan
 from swarm_bench.study.experiments import Settings, StudyRun, is_constant, settings_text
@@ -59,6 +60,7 @@ def run_one(item: tuple[StudyRun, RunOptions]) -> StudyLine:
         method=run.method,
         seed=run.seed,
         settings=settings_text(run.settings),
+        edition=bench_edition(),
         goals_sent=result.goals_sent,
         goals_reached=result.goals_reached,
         robot_robot=result.robot_robot,

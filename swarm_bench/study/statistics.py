@@ -147,26 +147,17 @@ def critical_size(
         gains: Throughput by size and seed.
         successes: Likewise, whether a run succeeded.
     """
-    sizes = sorted(gains)
+    sizes = np.array(sorted(gains))
     random = np.random.default_rng(0)
-    values = {size: np.array(list(gains[size].values())) for size in sizes}
-    passed = {size: np.array(list(successes[size].values()), np.float64) for size in sizes}
-
-    def found(draw: bool) -> float:
-        means, shares = {}, {}
-        for size in sizes:
-            count = len(values[size])
-            chosen = random.integers(0, count, count) if draw else np.arange(count)
-            means[size] = float(values[size][chosen].mean())
-            shares[size] = float(passed[size][chosen].mean())
-        highest = max(means.values())
-        enough = next(size for size in sizes if means[size] * (1.0 + RISE) >= highest)
-        failing = [size for size in sizes if shares[size] < LEAST_SUCCESS]
-        safe = [size for size in sizes if not failing or size < failing[0]]
-        return float(min(enough, max(safe, default=0)))
-
-    low, high = np.percentile([found(True) for _ in range(DRAWS)], TAILS, method="nearest")
-    return Interval(found(False), float(low), float(high))
+    drawn = []
+    for size in sizes.tolist():
+        values = np.array([(gains[size][seed], successes[size][seed]) for seed in gains[size]])
+        drawn.append(_resampled_means(values, random))
+    means, shares = np.stack(drawn, axis=1).transpose(2, 0, 1)  # (1 + DRAWS, sizes) each
+    enough = np.argmax(means * (1.0 + RISE) >= means.max(axis=1, keepdims=True), axis=1)
+    failing = np.column_stack((shares < LEAST_SUCCESS, np.ones(len(shares), np.bool_)))
+    last = np.minimum(enough, np.argmax(failing, axis=1) - 1)
+    return _estimated(np.where(last < 0, 0, sizes[last]))
 
 
 def change_of_sides(differences: Mapping[float, Sequence[float]]) -> Interval | None:
@@ -178,24 +169,31 @@ def change_of_sides(differences: Mapping[float, Sequence[float]]) -> Interval | 
     Returns:
         The level with its interval from resampled pairs; None if one side is ahead at all levels.
     """
-    levels = sorted(differences)
-    random = np.random.default_rng(0)
-
-    def found(draw: bool) -> float:
-        signs = []
-        for level in levels:
-            values = np.asarray(differences[level])
-            chosen = random.integers(0, len(values), len(values)) if draw else slice(None)
-            signs.append(values[chosen].mean() > 0.0)
-        same = len(levels)
-        while same and signs[same - 1] == signs[-1]:
-            same -= 1
-        return levels[same]
-
-    if len(levels) < 2 or (estimate := found(False)) == levels[0]:
+    levels = np.array(sorted(differences))
+    if len(levels) < 2:
         return None
-    low, high = np.percentile([found(True) for _ in range(DRAWS)], TAILS, method="nearest")
-    return Interval(estimate, float(low), float(high))
+    random = np.random.default_rng(0)
+    drawn = [
+        _resampled_means(np.asarray(differences[level], np.float64)[:, None], random)
+        for level in levels.tolist()
+    ]
+    signs = np.concatenate(drawn, axis=1) > 0.0  # (1 + DRAWS, levels)
+    differs = (signs != signs[:, -1:])[:, ::-1]
+    is_same = ~differs.any(axis=1)
+    first = np.where(is_same, 0, len(levels) - np.argmax(differs, axis=1))
+    return None if is_same[0] else _estimated(levels[first])
+
+
+def _resampled_means(values: FloatArray, random: np.random.Generator) -> FloatArray:
+    """Return means (1 + DRAWS, k): of the values (n, k), and of as many drawn from them."""
+    chosen = random.integers(0, len(values), (DRAWS, len(values)))
+    return np.vstack([values.mean(axis=0), values[chosen].mean(axis=1)])
+
+
+def _estimated(values: FloatArray) -> Interval:
+    """Return the interval of an estimate (the first value) from resampled ones (the others)."""
+    low, high = np.percentile(values[1:], TAILS, method="nearest")
+    return Interval(float(values[0]), float(low), float(high))
 
 
 def profile(ratios: Sequence[float], factors: Sequence[float]) -> list[float]:

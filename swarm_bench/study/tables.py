@@ -85,8 +85,25 @@ def _summary(group: CellRuns | None) -> str:
     if group.is_lifelong:
         text = f"{group.throughput():.0f}/h ({group.succeeded}/{len(group.lines)})"
     else:
+        gap = _gap(group.lines)
         text = f"{_seconds(group.median())} ({group.ended}/{len(group.lines)})"
+        text += f", +{gap:.0%}" if gap is not None else ""
     return f"{text}, {group.contacts} contacts" if group.contacts else text
+
+
+def _gap(lines: Sequence[StudyLine]) -> float | None:
+    """Return by which share the runs that ended took longer than the least possible, on average."""
+    gaps = [line.time / line.bound - 1.0 for line in lines if line.has_ended and line.bound]
+    return sum(gaps) / len(gaps) if gaps else None
+
+
+def contacts_of(lines: Sequence[StudyLine]) -> str:
+    """Return the contact episodes of each method, and in how many of its runs, in words."""
+    texts = []
+    for method in dict.fromkeys(line.method for line in lines):
+        members = [line for line in lines if line.method == method]
+        texts.append(f"{method} {_contacts(members)} of {len(members)} runs")
+    return "; ".join(texts)
 
 
 def _percentages(lines: Sequence[StudyLine], ours: Sequence[StudyLine]) -> list[float]:
@@ -280,7 +297,9 @@ def _dip(cell: Cell, group: CellRuns, twin: CellRuns) -> list[str]:
     )
     return [
         str(len(found)), f"{depth.estimate:.0%}", interval(behind, "{:.1f}"),
-        interval(area, "{:.0f}"), f"{_seconds(curve.median)} s", str(group.contacts),
+        interval(area, "{:.0f}"),
+        f"{curve.median:.0f} s" if math.isfinite(curve.median) else "not in time",
+        str(group.contacts),
     ]  # fmt: skip
 
 
@@ -328,7 +347,7 @@ def details(found: Sequence[CellRuns]) -> Table:
         lines = group.lines
         values = [line.time if line.per_hour is None else line.per_hour for line in lines]
         share = statistics.wilson(group.succeeded, len(lines))
-        gaps = [line.time / line.bound - 1.0 for line in lines if line.has_ended and line.bound]
+        gap = _gap(lines)
         rate = statistics.bootstrap_mean(values)
         table.append([
             group.cell, group.method, str(len(lines)),
@@ -336,7 +355,7 @@ def details(found: Sequence[CellRuns]) -> Table:
             _contacts(lines), "–" if group.is_lifelong else _seconds(group.median()),
             f"{statistics.interquartile_mean(values):.0f}",
             _tail([-value for value in values] if group.is_lifelong else values),
-            f"{sum(gaps) / len(gaps):.0%}" if gaps else "–",
+            "–" if gap is None else f"{gap:.0%}",
             interval(rate, "{:.0f}") if group.is_lifelong else "–",
             _mean([line.lead_time for line in lines], 0),
             _mean([line.cpu_ms_per_robot_second for line in lines]),
@@ -349,8 +368,8 @@ def details(found: Sequence[CellRuns]) -> Table:
 def _contacts(lines: Sequence[StudyLine]) -> str:
     touched = sum(line.contacts > 0 for line in lines)
     if touched:
-        return f"{sum(line.contacts for line in lines)} in {touched} runs"
-    return f"0 (< {statistics.bound_of_zero(len(lines)):.1%} of runs at 95 %)"
+        return f"{sum(line.contacts for line in lines)} in {touched}"
+    return f"0 (< {statistics.bound_of_zero(len(lines)):.1%} at 95 %)"
 
 
 def _tail(values: Sequence[float]) -> str:
