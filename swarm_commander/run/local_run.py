@@ -146,7 +146,7 @@ class LocalRun(ProcessRun):
         self._requests: dict[str, list[Request]] = {}  # answered when a robot is active again
         self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
         self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
-        if plan.options.coordination != DECENTRAL:
+        if plan.options.coordination.has_centre:
             self._unmet.add(CENTRAL)
         self.map_sha256 = ""  # of the map that the world will send
         if plan.mission is not None and (orders := plan.mission.orders) is not None:
