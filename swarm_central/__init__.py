@@ -14,5 +14,9 @@ What a module imports of its folder stands above it:
     progress          What the centre knows of one robot, and how far it let it drive
     mapf              The centre: plans, and lets robots drive as far as the plan's order allows
 
+    reservation       A centre over our own navigators: it gives each its way
+    link              The centre's side of the radio, on the graph
+    process           The process that swarm-up starts
+
 It knows maps and messages. It imports nothing of the bench, the world or the operator.
 """

@@ -5,6 +5,8 @@
     actions      The actions that robots offer
     order_check  Whether an order makes sense in itself
     vehicle      One robot's orders, actions and state: the protocol, without input and output
+    zones        Zone sets and releases of version 3.0
+    ways         Corridors and trajectories of edges, as ways and floor for the navigator
     dialect      Versions 2.1 and 3.0 on the wire
     factsheet    What a robot model can do
     broker       A mosquitto of our own on loopback

@@ -204,7 +204,7 @@ class InstantActions(Header, frozen=True):
     actions: tuple[OrderAction, ...]
 
 
-class Zone(Incoming, frozen=True):
+class FleetZone(Incoming, frozen=True):
     """An area with a rule; of 3.0."""
 
     zone_id: str
@@ -230,7 +230,7 @@ class ZoneSet(Incoming, frozen=True):
 
     map_id: str
     zone_set_id: str
-    zones: tuple[Zone, ...]
+    zones: tuple[FleetZone, ...]
     zone_set_descriptor: str = ""
 
 

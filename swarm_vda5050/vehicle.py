@@ -173,7 +173,6 @@ class Vehicle:
         """Report that a message was rejected.
 
         Args:
-            kind: Of the message.
             more: References besides those of the error.
         """
         errors = self._rejections.setdefault(kind, [])

@@ -16,7 +16,7 @@ from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
 from swarm_vda5050.messages import (
     GrantType,
     Response,
-    Zone,
+    FleetZone,
     ZoneRequest,
     ZoneSet,
     ZoneSetState,
@@ -59,7 +59,7 @@ class ZoneKeeper:
     _sets: dict[str, ZoneSet] = field(default_factory=dict)
     _enabled: str = ""
     _areas: dict[str, shapely.Geometry] = field(default_factory=dict)  # of the enabled set
-    _zones: dict[str, Zone] = field(default_factory=dict)
+    _zones: dict[str, FleetZone] = field(default_factory=dict)
     _requests: dict[str, _Request] = field(default_factory=dict)  # by zone
     _rejected: dict[str, datetime] = field(default_factory=dict)  # zones, and when
     _count: int = 0
@@ -262,7 +262,7 @@ class ZoneKeeper:
         )
 
 
-def _check(zone: Zone, zone_set: str) -> None:
+def _check(zone: FleetZone, zone_set: str) -> None:
     where = {"zoneId": zone.zone_id, "zoneSetId": zone_set}
     if zone.zone_type not in SUPPORTED:
         text = f"zones of type {zone.zone_type:.40} are not supported; {', '.join(SUPPORTED)} are"
@@ -283,7 +283,7 @@ def _check(zone: Zone, zone_set: str) -> None:
         raise OrderRejectedError(OrderFault.VALIDATION, text, **where)
 
 
-def _polygon(zone: Zone) -> shapely.Polygon:
+def _polygon(zone: FleetZone) -> shapely.Polygon:
     return shapely.Polygon([(corner.x, corner.y) for corner in zone.vertices])
 
 

@@ -3,6 +3,8 @@
 What a module imports of its folder stands above it:
 
     engines   The default physics engine: PyBullet is not available for all versions of Python
+    coordination  Who coordinates the robots' traffic
+    central   What robots and a centre that decides for them tell each other
     breaches   What must not happen in a run: collisions, and goals that are not reached
               reached
     errors    Errors that carry a message for the user: what was found, where, what to do

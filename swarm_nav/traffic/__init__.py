@@ -6,6 +6,7 @@ What a module imports of its folder stands above it:
     gate_kernels         Bare numba kernels of the floor that robots queue for
     patience             One scale for all times of liveness: the measured slowness of the radio
     robot_state          What all parts of one navigator share: the state at the present tick
+    command              The way that a centre gives a robot
     stop_filter          The last thing before a command leaves, whoever made it
     speed_limits         Of speed zones and of the topic `speed_limit`: the lowest counts
     speed_near_people    A person may walk into a driving robot, but not into a standing one
