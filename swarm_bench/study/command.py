@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import statistics
 import time
 from collections.abc import Generator, Mapping, Sequence
@@ -13,7 +14,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from swarm_bench.execution.executor import executor, share_of
+from swarm_bench.execution.executor import AUTO, executor, share_of
 from swarm_bench.runs.fingerprint import gathered, load_inputs
 from swarm_bench.runs.inputs import packed
 from swarm_bench.runs.json_lines import collected, taken_over
@@ -90,6 +91,10 @@ def study(
     """
     check_jobs(jobs, ros=False, method="ours", cluster=cluster)
     limit = parse_time(budget)
+    if tune and (check or quick):
+        raise ConfigError(
+            "--tune has no short edition and no documents; leave out --quick and --check"
+        )
     place = experiments or study_folder()
     found, settings = load_experiments(place), load_chosen(place)
     edition = TUNING if tune else "quick" if quick else "full"
@@ -115,8 +120,8 @@ def study(
         todo = fitting(todo, rates, math.inf if limit is None else limit * jobs)[:most]
         told = f"{len(todo)} runs to do: about {_time(todo, rates, jobs)} with --jobs {jobs}"
         console.print(told, markup=False)
-        share = f".{shard.replace('/', '-')}" if shard else ""
-        file = folder / f"{edition}{share}.jsonl"
+        task = os.environ.get("SLURM_ARRAY_TASK_ID", "") if shard == AUTO else shard or ""
+        file = folder / ".".join(filter(None, (edition, task.replace("/", "-"), "jsonl")))
         folder.mkdir(parents=True, exist_ok=True)
         with contextlib.closing(_computed(todo, jobs, cluster, limit, errors, console)) as new:
             lines += collected(new, file, console, line_text, StudyLine.as_json)

@@ -32,7 +32,7 @@ from swarm_bench.study.tables import (
 TITLE = "Decentralised or central"
 QUESTION = (
     "Is a swarm better off when each robot decides for itself, or when one centre decides for all? "
-    "All methods share robots, starts, orders and noise, seed by seed."
+    "All methods share robots, starts, orders and noise."
 )
 TERMS = """\
 A job with an end has a **makespan**. Tables give its median [s] (Kaplan-Meier: stopped runs stay
@@ -72,10 +72,8 @@ def markdown(
         parts += ["Expected before the first run:\n\n" + _list(experiment.expected)]
         parts += [_markdown(table) for table in _short(experiment, found)]
     parts += ["## Limits", f"{THREATS} {_missing(experiments, lines, quick, settings)[0]}"]
-    parts.append(
-        f"{_tuned(settings)} Written by `{command}`; study/study.html has CPU, bytes, "
-        "intervals and profiles, too."
-    )
+    written = f"Written by `{command}`; study/study.html has every column."
+    parts.append(f"{_tuned(settings)} {written}")
     return "\n\n".join(parts) + "\n"
 
 
