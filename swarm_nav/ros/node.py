@@ -223,16 +223,22 @@ class NavigatorNode:
         has_taken = True
         while has_taken:
             batch = self._topics["neighbors"].take()  # which may bring the others with it
-            has_taken = batch is not None
             self._is_joined = batch is not None and batch.endswith(joined.MARK)
-            for name, topic, take in () if self._is_joined else self._incoming:
-                if (data := topic.take()) is not None:
-                    has_taken = True
-                    self._pass(name, take, data)
+            has_taken = not self._is_joined and self._receive_others()
             if batch is not None:
+                has_taken = True
                 self._pass("neighbors", self._receive_neighbors, batch)
             if self._inputs.is_settled:
                 return
+
+    def _receive_others(self) -> bool:
+        """Take a message of each topic but `neighbors`; return whether there was any."""
+        has_taken = False
+        for name, topic, take in self._incoming:
+            if (data := topic.take()) is not None:
+                has_taken = True
+                self._pass(name, take, data)
+        return has_taken
 
     def _pass(self, name: str, take: Callable[[bytes], TickInput | None], data: bytes) -> None:
         """Take a message and decide if a tick is complete now, or turn the message away."""
@@ -325,6 +331,7 @@ class NavigatorNode:
         self._on_demand.look(now, has_begun=self.tick > 0)
         self._answers.look(self.tick, now)
         if self._brain is not None:
+            self._receive_others()  # while ticks are joined, only foreign nodes' are there
             self._plans.look(self.tick)
         self.rejections.tell(now)
 

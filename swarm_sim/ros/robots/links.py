@@ -279,9 +279,18 @@ class RobotLink:
         if self.command is None and not self._is_free_run:
             return  # robots send it last: most looks end here, and each costs
         while self.beacon is None or self._is_free_run:
-            if (data := self._beacons.take()) is None:
+            if not self.receive_beacon():
                 break
+
+    def receive_beacon(self) -> bool:
+        """Take a beacon; return whether there was one.
+
+        While answers are joined, only foreign nodes' are there.
+        """
+        data = self._beacons.take()
+        if data is not None:
             self._pass("beacon", self._receive_beacon, data)
+        return data is not None
 
     def _pass(self, name: str, take: Callable[[bytes], None], data: bytes) -> None:
         """Take a message, or turn it away."""
