@@ -135,15 +135,6 @@ def visit(browser: webdriver.Chrome, address: str) -> None:
     raise SystemExit(f"{address} shows nothing")
 
 
-def choose_dark(browser: webdriver.Chrome) -> None:
-    """Let the page be dark."""
-    browser.execute_script(
-        """const label = [...document.querySelectorAll('label')].find(
-             (x) => (x.innerText || x.textContent).trim() === 'Dark');
-           document.getElementById(label.htmlFor).click();"""
-    )
-
-
 def main() -> int:
     """Take the pictures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
@@ -168,8 +159,7 @@ def main() -> int:
                 stage.step(FRAME_TICKS)
                 frames.append(picture(browser, 0.4))
             save_gif(frames, options.out / "viewer.gif")
-            browser.execute_script("swarm.send('key', 'p')")
-            choose_dark(browser)
+            visit(browser, f"{stage.address}&dark=1")
             stage.step(10)
             picture(browser, REST).save(options.out / "viewer_dark.png", optimize=True)
             visit(browser, f"{stage.address}&robot=Srobot3")
