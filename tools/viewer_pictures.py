@@ -126,7 +126,8 @@ def visit(browser: webdriver.Chrome, address: str) -> None:
     browser.get(address)
     for _ in range(200):
         try:
-            if "answering" in browser.execute_script("return document.body.innerText"):
+            text = browser.execute_script("return document.body.innerText")
+            if "answering" in text or "estimate" in text:  # of the swarm, of one robot
                 browser.execute_script(TIDY)
                 return
         except WebDriverException:
