@@ -126,22 +126,14 @@ def visit(browser: webdriver.Chrome, address: str) -> None:
     browser.get(address)
     for _ in range(200):
         try:
-            if "answering" in browser.execute_script("return document.body.innerText"):
+            text = browser.execute_script("return document.body.innerText")
+            if "answering" in text or "estimate" in text:  # of the swarm, of one robot
                 browser.execute_script(TIDY)
                 return
         except WebDriverException:
             pass
         time.sleep(0.5)
     raise SystemExit(f"{address} shows nothing")
-
-
-def choose_dark(browser: webdriver.Chrome) -> None:
-    """Let the page be dark."""
-    browser.execute_script(
-        """const label = [...document.querySelectorAll('label')].find(
-             (x) => (x.innerText || x.textContent).trim() === 'Dark');
-           document.getElementById(label.htmlFor).click();"""
-    )
 
 
 def main() -> int:
@@ -168,8 +160,7 @@ def main() -> int:
                 stage.step(FRAME_TICKS)
                 frames.append(picture(browser, 0.4))
             save_gif(frames, options.out / "viewer.gif")
-            browser.execute_script("swarm.send('key', 'p')")
-            choose_dark(browser)
+            visit(browser, f"{stage.address}&dark=1")
             stage.step(10)
             picture(browser, REST).save(options.out / "viewer_dark.png", optimize=True)
             visit(browser, f"{stage.address}&robot=Srobot3")

@@ -107,10 +107,13 @@ def choose(browser: WebDriver, label: str, option: str) -> None:
 
     def open_list() -> bool:
         field = labelled(browser, label)
-        if field.is_displayed():  # and not in another tab
-            field.click()
-            return True
-        return False
+        end = time.monotonic() + 3.0  # a folder opens slowly
+        while not field.is_displayed():
+            if time.monotonic() > end:  # it is in another tab
+                return False
+            time.sleep(0.2)
+        field.click()
+        return True
 
     reach(browser, open_list, f"the list '{label}' to be in reach")
     script = """const found = [...document.querySelectorAll('[role=option]')].find(

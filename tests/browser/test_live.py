@@ -272,9 +272,13 @@ def test_a_robot_is_driven_by_hand(browser: WebDriver, address: str) -> None:
         time.sleep(1.5)
         moved = max(moved, abs(x() - before[0]), abs(y() - before[1]))
     assert moved > 0.1
-    still = x(), y()
-    time.sleep(2.0)
-    assert (x(), y()) == pytest.approx(still, abs=0.05)  # nobody presses a key
+
+    def rests() -> bool:
+        still = x(), y()
+        time.sleep(2.0)
+        return (x(), y()) == pytest.approx(still, abs=0.05)
+
+    wait_for(rests, "the robot to stand: nobody presses a key")
     press(browser, "Give Srobot1 back")
     see(browser, "Srobot1 is on its own again", "the robot to be free")
     see(browser, "Drive by hand", "the button as before")
