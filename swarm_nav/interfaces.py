@@ -278,8 +278,7 @@ class Proposal:
         drops_path: Whether the path beyond the stop point is given up.
         holds_place: Whether only the robot's place stays held.
         path: (n, 2) [m] in map, to be followed from the stop point on; None for no new one.
-        more: (n, 2) [m] in map, by which the path goes on from its end; what was requested on it
-            stays requested. None for no more.
+        more: (n, 2) [m] in map, with which the path goes on from its end; None for nothing.
         is_reverse: Whether it is driven backwards; None if the robot chooses that.
         stands: Whether the robot stops and stays, whatever its path.
         yaw: [rad] in map to turn to while it stands; None to stand still.
