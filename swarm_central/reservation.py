@@ -42,9 +42,7 @@ class ReservationCentre(MapfCentre):
         """Make the roadmap.
 
         Args:
-            config: Of the robots.
             grid: The map.
-            sites: Of the world.
             central: Parameters of the centre by name; None for the defaults.
             first_command: From 1: another one than the centre before used.
 

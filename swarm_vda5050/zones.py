@@ -14,9 +14,9 @@ from swarm_common.model.grid import KEEPOUT, Grid
 from swarm_common.model.records import FloatArray
 from swarm_vda5050.faults import ActiveError, OrderFault, OrderRejectedError
 from swarm_vda5050.messages import (
+    FleetZone,
     GrantType,
     Response,
-    FleetZone,
     ZoneRequest,
     ZoneSet,
     ZoneSetState,

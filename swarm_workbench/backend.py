@@ -11,7 +11,7 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Pose, RobotSpec, Scan
 from swarm_common.model.sites import Sites
 from swarm_workbench.goal import Goal
-from swarm_workbench.history import History
+from swarm_workbench.history import RunTables
 from swarm_workbench.report import Report
 from swarm_workbench.trajectories import Trajectories
 
@@ -26,7 +26,7 @@ class Backend(Protocol):
     folder: Path | None
     url: str  # of the viewer; empty without one
     domain: int | None  # ROS domain; None without ROS
-    history: History
+    history: RunTables
 
     @property
     def tick(self) -> int:

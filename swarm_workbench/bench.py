@@ -18,7 +18,7 @@ from swarm_nav.core.goals import Goal as NavGoal
 from swarm_nav.core.goals import GoalEnded, GoalKind, Output, Status
 from swarm_sim.world.world import Observation
 from swarm_workbench.goal import Goal
-from swarm_workbench.history import History
+from swarm_workbench.history import RunTables
 from swarm_workbench.report import Report, RobotFigures
 from swarm_workbench.trajectories import Trajectories
 
@@ -32,7 +32,7 @@ class _Stepped(Harness):
         super().__init__(options, stage=stage, faults=faults)
         self.scans: list[Scan | None] = [None] * len(stage.drivers)
         self.goals: dict[tuple[int, int], Goal] = {}  # by robot and id
-        self.history = History(stage.world.names)
+        self.history = RunTables(stage.world.names)
         self._think()
 
     def advance(self) -> bool:

@@ -51,7 +51,7 @@ from swarm_common.process import start
 from swarm_common.robots.fleet import load_fleet
 from swarm_workbench.bench import figures_of
 from swarm_workbench.goal import Goal
-from swarm_workbench.history import History
+from swarm_workbench.history import RunTables
 from swarm_workbench.report import Report
 from swarm_workbench.trajectories import Trajectories
 
@@ -423,7 +423,7 @@ class _View:
         self.changed = threading.Event()
         self.verdict: Any = None
         self.statuses: list[Any] = [RobotStatus(robot=name, state="idle") for name in names]
-        self.history = History(names)
+        self.history = RunTables(names)
         self.believed: list[list[tuple[int, tuple[float, float, float]]]] = [[] for _ in names]
         self._truth: list[bytes] = [b""] * len(names)
         self._scans: list[bytes] = [b""] * len(names)

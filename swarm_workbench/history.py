@@ -12,7 +12,7 @@ from swarm_workbench.tables import table
 Row = tuple[float, str, str, str]
 
 
-class History:
+class RunTables:
     """Tables of states, waits and events; each has the time [s] in `t` and the `robot`."""
 
     def __init__(self, names: Sequence[str]) -> None:

@@ -24,7 +24,7 @@ from swarm_common.robots.fleet import load_fleet
 from swarm_workbench import picture
 from swarm_workbench.backend import Backend
 from swarm_workbench.bench import BenchBackend
-from swarm_workbench.history import History
+from swarm_workbench.history import RunTables
 from swarm_workbench.place import Places
 from swarm_workbench.report import Report
 from swarm_workbench.robot import Robot
@@ -108,7 +108,7 @@ class Swarm:
         self._lock = threading.RLock()  # one thread at a time lets time pass
         self._last_report: Report | None = None
         self._trajectories: Trajectories | None = None
-        self._history: History | None = None
+        self._history: RunTables | None = None
         self._collisions: Sequence[Collision] = ()
 
     # From start to end
@@ -369,7 +369,7 @@ class Swarm:
             )
         return self._backend
 
-    def _kept_history(self) -> History:
+    def _kept_history(self) -> RunTables:
         if self._history is None:
             self._running()
         assert self._history is not None

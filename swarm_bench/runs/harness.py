@@ -63,7 +63,11 @@ class InjectedFaults:
     split: Span | None = None
 
     def splits(self, tick: int) -> bool:
-        """Return whether the radio is split at a tick."""
+        """Return whether the radio is split.
+
+        Args:
+            tick: Of a beacon.
+        """
         return self.split is not None and self.split[0] <= tick < self.split[1]
 
 
@@ -325,7 +329,12 @@ def run(options: RunOptions) -> RunResult:
 
 
 def of_own_part(reception: Reception, index: int) -> Reception:
-    """Return what a robot hears where the radio is split by odd and even indices."""
+    """Return what a robot hears where the radio is split by odd and even indices.
+
+    Args:
+        reception: Beacons of all robots.
+        index: Of the robot, from 0.
+    """
     ids = reception.words[reception.rows, ID].astype(int)
     return Reception(reception.words, reception.rows[(ids - 1) % 2 == index % 2])
 

@@ -66,10 +66,12 @@ METHODS = {
     "orca": "swarm_bench.baselines.orca:OrcaDriver",
     "central-mapf": "swarm_bench.baselines.commanded:CommandedDriver",
     "central-reservation": "swarm_bench.runs.methods:make_led",
+    "central-with-fallback": "swarm_bench.runs.methods:make_led_or_alone",
 }
 TEAMS = {  # the centre of methods that have one
     "central-mapf": "swarm_central.mapf:MapfCentre",
     "central-reservation": "swarm_central.reservation:ReservationCentre",
+    "central-with-fallback": "swarm_central.reservation:ReservationCentre",
 }
 
 
@@ -106,6 +108,13 @@ def make_led(config: NavConfig, *rest: Any) -> Driver:
     traffic = config.traffic
     if traffic.coordination == Coordination.DECENTRAL:
         traffic = dataclasses.replace(traffic, coordination=Coordination.CENTRAL)
+    return make_brain(dataclasses.replace(config, traffic=traffic), *rest)
+
+
+def make_led_or_alone(config: NavConfig, *rest: Any) -> Driver:
+    """Return our navigator under a centre; it decides alone while the centre is silent."""
+    coordination = Coordination.CENTRAL_WITH_FALLBACK
+    traffic = dataclasses.replace(config.traffic, coordination=coordination)
     return make_brain(dataclasses.replace(config, traffic=traffic), *rest)
 
 

@@ -188,11 +188,7 @@ def rates_of(experiments: Mapping[str, Experiment], lines: Sequence[StudyLine]) 
 
 
 def fitting(runs: Sequence[StudyRun], rates: Rates, seconds: float) -> list[StudyRun]:
-    """Return the first runs that fit into a time.
-
-    Args:
-        seconds: Of CPU.
-    """
+    """Return the first runs that fit into a time."""
     chosen: list[StudyRun] = []
     for run in runs:
         seconds -= run.cost(rates)

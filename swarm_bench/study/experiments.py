@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,6 @@ from swarm_common.model.records import CONTROL_PERIOD
 
 QUICK_SEEDS = 2
 # Methods that cells may name before they exist; their runs are left out, and the page says so.
-COMING = ("central-reservation", "central-with-fallback")
 ENDLESS = 10**9  # tick
 # CPU [ms] of a robot-second by method, before anything was measured; LiDARs double it.
 USUAL_COST = {"central-mapf": 0.8, "orca": 1.6, "dwa": 2.2}
@@ -235,7 +234,7 @@ def _load(path: Path) -> Experiment:
         raise ConfigError(text if str(path) in text else f"{path}: {text}") from None
     for cell in cells:
         for method in experiment.methods_of(cell):
-            if method not in METHODS and method not in COMING:
+            if method not in METHODS:
                 raise UnknownNameError(f"{path}: method", method, METHODS)
     if len({cell.name for cell in cells}) < len(cells):
         raise ConfigError(f"{path}: two cells are the same")
@@ -265,12 +264,11 @@ def runs_of(
 
     Args:
         quick: Whether it is the short edition.
-        settings: By method.
     """
     groups = []
     for name, experiment in experiments.items():
         for cell in experiment.cells:
-            methods = [m for m in experiment.methods_of(cell) if m in METHODS]
+            methods = experiment.methods_of(cell)
             count = (min(cell.seeds, QUICK_SEEDS) if cell.quick else 0) if quick else cell.seeds
             for seed in range(count):
                 runs = [
@@ -279,14 +277,3 @@ def runs_of(
                 ]
                 groups.append((sum(run.cost() for run in runs) * (seed + 1) ** 2, runs))
     return [run for _, runs in sorted(groups, key=lambda group: group[0]) for run in runs]
-
-
-def waiting_methods(experiments: Mapping[str, Experiment]) -> Iterator[str]:
-    """Yield the methods that cells name and that do not exist yet."""
-    for method in COMING:
-        if method not in METHODS and any(
-            method in experiment.methods_of(cell)
-            for experiment in experiments.values()
-            for cell in experiment.cells
-        ):
-            yield method

@@ -11,7 +11,6 @@ from swarm_bench.study.experiments import (
     Settings,
     runs_of,
     settings_text,
-    waiting_methods,
 )
 from swarm_bench.study.lines import StudyLine
 from swarm_bench.study.tables import (
@@ -179,9 +178,6 @@ def _missing(
         texts.append(
             f"Not run: {short} of {len(wanted)} runs; {len(missing)} cells have none (study.html)."
         )
-    waiting = list(waiting_methods(experiments))
-    if waiting:
-        texts.append(f"No such method yet: {', '.join(waiting)}.")
     return " ".join(texts), [", ".join(key) for key in missing]
 
 

@@ -228,8 +228,6 @@ def dip_of(
 
     Args:
         disturbed: Orders that came and that were done in each step.
-        twin: Likewise.
-        first: Step of the disturbance.
         step: [s] that a step lasts.
     """
     length = min(len(disturbed[1]), len(twin[1]))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from swarm_bench.runs.methods import TEAMS
 from swarm_bench.study import statistics
-from swarm_bench.study.experiments import COMING, Cell
+from swarm_bench.study.experiments import Cell
 from swarm_bench.study.lines import STEP, StudyLine
 
 REFERENCE = "ours"
@@ -197,7 +197,7 @@ def sides(cells: Sequence[Cell], found: Sequence[CellRuns]) -> Table:
     rows = compared(found)
     for world, axis, levels in axes_of(cells):
         for method in dict.fromkeys(row.method for row in rows):
-            if method not in TEAMS and method not in COMING:
+            if method not in TEAMS:
                 continue
             by_cell = {row.cell: row for row in rows if row.method == method}
             known = {level: by_cell[name] for level, name in levels.items() if name in by_cell}

@@ -11,7 +11,7 @@ import msgspec
 import yaml
 
 from swarm_bench.runs.methods import METHODS
-from swarm_bench.study.experiments import COMING, Cell, Settings, StudyRun, located, settings_text
+from swarm_bench.study.experiments import Cell, Settings, StudyRun, located, settings_text
 from swarm_bench.study.lines import StudyLine
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
@@ -32,9 +32,6 @@ class Tuning(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 def load_tuning(folder: Path) -> Tuning:
     """Return what is tried.
 
-    Args:
-        folder: Of the experiments.
-
     Raises:
         ConfigError: If it is missing, or something in it is wrong.
     """
@@ -44,7 +41,7 @@ def load_tuning(folder: Path) -> Tuning:
     except msgspec.ValidationError as cause:
         raise ConfigError(f"{path}: {cause}") from None
     for method in found.methods:
-        if method not in METHODS and method not in COMING:
+        if method not in METHODS:
             raise UnknownNameError(f"{path}: method", method, METHODS)
     if found.tries < 1 or min(found.seeds, default=0) < FIRST_SEED:
         raise ConfigError(f"{path}: expected 1 try or more, and seeds from {FIRST_SEED} on")

@@ -77,11 +77,7 @@ def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:
 
 @njit(cache=True)
 def passed_on(priority: int) -> int:
-    """Return what a robot that drives passes on to one that it follows or pushes: one hop less.
-
-    Args:
-        priority: Its own.
-    """
+    """Return what a robot that drives passes on to one that it follows or pushes: one hop less."""
     return priority - 1
 
 
@@ -106,9 +102,6 @@ def outranks(theirs: int, their_id: int, own: int, own_id: int) -> bool:
 
     Args:
         theirs: Priority of the other robot.
-        their_id: Its id.
-        own: Priority of this robot.
-        own_id: Its id.
     """
     return theirs > own or (theirs == own and their_id < own_id)
 
@@ -119,8 +112,6 @@ def may_hold_up(theirs: int, their_id: int, is_gone: bool, own: Rank) -> bool:
 
     Args:
         theirs: Priority of the other robot.
-        their_id: Its id.
         is_gone: Whether it is silent.
-        own: Rank of this robot.
     """
     return own.yields_for == 0 and not is_gone and outranks(theirs, their_id, own.priority, own.id)

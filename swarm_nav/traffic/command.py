@@ -74,11 +74,7 @@ class Command:
         self.is_joined = self._number > 0
 
     def advance(self, pose: Pose) -> None:
-        """Leave points behind that the robot has passed; never the last one.
-
-        Args:
-            pose: Of the robot.
-        """
+        """Leave points behind that the robot has passed; never the last one."""
         while self.passed < self.last:
             (x0, y0), (x, y) = self._points[self.passed - 1], self._points[self.passed]
             length = math.hypot(x - x0, y - y0)

@@ -58,7 +58,6 @@ class LaneGroup:
 
         Args:
             terrain: See `lane_labels`.
-            number: Its label.
         """
         self.cells = lane_labels(terrain, radius) == number
         self._terrain, self._radius = terrain, radius
@@ -124,7 +123,6 @@ def lane_group(terrain: Terrain, radius: float, number: int) -> LaneGroup:
 
     Args:
         terrain: See `lane_labels`.
-        number: Their label.
     """
     return LaneGroup(terrain, radius, number)
 

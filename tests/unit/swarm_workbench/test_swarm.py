@@ -14,7 +14,7 @@ from swarm_common.model.breaches import Collision
 from swarm_common.model.errors import SwarmError
 from swarm_workbench import Pixel, Pose, Swarm, Trajectories, load_robot, load_world
 from swarm_workbench.goal import GoalTimeoutError
-from swarm_workbench.history import History
+from swarm_workbench.history import RunTables
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def test_tables_say_what_robots_did(swarm):
 
 
 def test_waits_and_contacts_are_rows():
-    history = History(["a", "b"])
+    history = RunTables(["a", "b"])
     for time, detail in ((1.0, ""), (2.0, "for b, which is in the way"), (5.5, "")):
         state = "waiting" if detail else "driving"
         status = SimpleNamespace(state=state, detail=detail, goals_reached=0, goals_failed=0)
