@@ -27,7 +27,7 @@ def instance(rng, size, robots, walls):
             return passable, roadmap, start, goals
 
 
-def pymapf_solves(name, passable, roadmap, start, goals):
+def pymapf_solves(name, limits, passable, roadmap, start, goals):
     """Whether a solver of pymapf finds a plan."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -42,23 +42,30 @@ def pymapf_solves(name, passable, roadmap, start, goals):
         pymapf.Agent(str(i), cell(s), cell(g))
         for i, (s, g) in enumerate(zip(start, goals, strict=True))
     ]
-    return pymapf.get_solver(name).solve(pymapf.MAPFProblem(grid, agents)) is not None
+    return pymapf.get_solver(name, **limits).solve(pymapf.MAPFProblem(grid, agents)) is not None
 
 
-def compare(count, seed, names=("lacam",)):
-    """Return how many of some instances we solve, validly, and how many each solver of pymapf."""
+def compare(count, seed, most=MOST, names=("lacam",)):
+    """Return how many of some instances we solve, validly, and how many each solver of pymapf.
+
+    Args:
+        most: Expansions of LaCAM*, ours and theirs.
+    """
+    limits = {"lacam": {"max_expansions": most}, "pibt": {"max_timestep": 100}}
     rng = np.random.default_rng(seed)
     solved = dict.fromkeys(("ours", *names), 0)
     missed = 0  # that a solver of pymapf solves, but not we
     for _ in range(count):
         passable, roadmap, start, goals = instance(rng, 6, int(rng.integers(2, 9)), 0.2)
-        plan = Lacam(roadmap, start, goals).solve(MOST)
+        plan = Lacam(roadmap, start, goals).solve(most)
         if plan is not None:
             assert fault_of(plan.steps, roadmap.costs.neighbors, may_rotate=True) == ""
             assert (plan.steps[0] == start).all()
             assert (plan.steps[-1] == goals).all()
             solved["ours"] += 1
-        found = [pymapf_solves(name, passable, roadmap, start, goals) for name in names]
+        found = [
+            pymapf_solves(name, limits[name], passable, roadmap, start, goals) for name in names
+        ]
         for name, is_solved in zip(names, found, strict=True):
             solved[name] += is_solved
         missed += plan is None and any(found)
@@ -66,4 +73,4 @@ def compare(count, seed, names=("lacam",)):
 
 
 if __name__ == "__main__":
-    print(compare(int(sys.argv[1]), 5, ("lacam", "pibt")))  # noqa: T201
+    print(compare(int(sys.argv[1]), 5, 20_000, ("lacam", "pibt")))  # noqa: T201
