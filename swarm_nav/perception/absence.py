@@ -41,9 +41,6 @@ class Absence:
 
     Attributes:
         sightings: Where each robot was last; a row per id.
-        plain_sightings: The same as a plain tuple.
-        plain_absent: The last beacons of absent robots, likewise.
-        told: Words of a beacon from `sighted_id` on, of the tick `told_tick`.
     """
 
     def __init__(self, own_id: int) -> None:
@@ -53,24 +50,23 @@ class Absence:
             own_id: Of this robot; robots check and tell in turn by it.
         """
         self._own_id = own_id
-        self.told: Words = np.zeros(4 * SIGHTINGS, np.uint32)
-        self.told_tick = -1
+        self._told: Words = np.zeros(4 * SIGHTINGS, np.uint32)
         self._count = 0  # of absent robots
-        self._use_sightings(sightings_of(INITIAL_IDS))
+        self._use_sightings(_sightings(INITIAL_IDS))
         self._use_absent(_absentees(INITIAL_ROWS, INITIAL_IDS))
 
     def _use_sightings(self, sightings: Sightings) -> None:
-        self.sightings, self.plain_sightings = sightings, tuple(sightings)
+        self.sightings, self._plain_sightings = sightings, tuple(sightings)
 
     def _use_absent(self, absent: Absentees) -> None:
-        self._absent, self.plain_absent = absent, tuple(absent)
+        self._absent, self._plain_absent = absent, tuple(absent)
 
     def __len__(self) -> int:
         return self._count
 
     def _grow(self, ids: int) -> None:
         """Have room for sightings of ids below `ids`."""
-        known = sightings_of(ids)
+        known = _sightings(ids)
         known.ticks[: len(self.sightings.ticks)] = self.sightings.ticks
         known.places[: len(self.sightings.places)] = self.sightings.places
         known.asks[: len(self.sightings.asks)] = self.sightings.asks
@@ -106,24 +102,8 @@ class Absence:
         Args:
             tick: Of the beacon. The next call overwrites what is returned.
         """
-        if tick != self.told_tick:
-            kernels.tell(self.plain_sightings, self._own_id, tick, self.told)
-            self.told_tick = tick
-        return self.told
-
-    def record_heard(self, needed: int, is_back: bool, heard: Reception, tick: int) -> None:
-        """Take note of what `absence_kernels.receive` did at a tick, and returned of `hear`."""
-        self.told_tick = tick
-        if needed > len(self.sightings.ticks):
-            self._grow(2 * needed)
-            kernels.hear(self.plain_sightings, self.plain_absent, heard.words, heard.rows)
-            self.told_tick = -1  # to be told anew
-        if is_back:
-            self._sort_out()
-
-    def is_due(self, tick: int) -> bool:
-        """Whether it is time to find out what became of absent robots."""
-        return self._count > 0 and (tick + self._own_id) % JUDGED_EVERY == 0
+        kernels.tell(self._plain_sightings, self._own_id, tick, self._told)
+        return self._told
 
     def listen(
         self, inbox: Sequence[Heard], position: tuple[float, float], edge: float, tick: int
@@ -141,26 +121,23 @@ class Absence:
         is_changed = False
         for heard, _ in inbox:
             batch = heard.words, heard.rows
-            needed, is_back = kernels.hear(self.plain_sightings, self.plain_absent, *batch)
+            needed, is_back = kernels.hear(self._plain_sightings, self._plain_absent, *batch)
             if needed > len(self.sightings.ticks):
                 self._grow(2 * needed)
-                kernels.hear(self.plain_sightings, self.plain_absent, *batch)
+                kernels.hear(self._plain_sightings, self._plain_absent, *batch)
             is_changed |= is_back
-        if self.is_due(tick):
+        if self._count and (tick + self._own_id) % JUDGED_EVERY == 0:
             spot = Spot(*position)
             is_changed |= kernels.judge(self._absent, self._count, self.sightings, spot, edge, tick)
-        return self._sort_out() if is_changed else (NOBODY, [])
-
-    def _sort_out(self) -> tuple[Words, list[int]]:
-        """Take out robots whose fate is known; return as `listen` does."""
+        if not is_changed:
+            return NOBODY, []
         silent = np.zeros((self._count, BEACON_WORDS), np.uint32)
         left = np.zeros(self._count, np.int64)
         self._count, *sizes = kernels.sort_out(self._absent, self._count, silent, left)
         return silent[: sizes[0]], left[: sizes[1]].tolist()
 
 
-def sightings_of(ids: int) -> Sightings:
-    """Return no sightings, with room for ids below `ids`."""
+def _sightings(ids: int) -> Sightings:
     never = np.full(ids, NEVER, np.int64)
     return Sightings(never, np.zeros((ids, 2), np.float32), np.zeros(ids, np.bool_))
 

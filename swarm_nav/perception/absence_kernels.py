@@ -23,11 +23,6 @@ from swarm_nav.perception.neighbor_table_kernels import (
     TICK,
     WANTED,
     WANTED_SIZE,
-    Ints,
-    Plain,
-    Table,
-    merge,
-    refresh,
 )
 
 SIGHTED_ID, SIGHTED_TICK, SIGHTED_AT = map(word_of, ("sighted_id", "sighted_tick", "sighted_at"))
@@ -197,52 +192,6 @@ def tell(known: PlainSightings, own_id: int, tick: int, out: Words) -> None:
             out[SIGHTINGS + turn] = ticks[robot]
             floats[2 * SIGHTINGS + 2 * turn] = places[robot, 0]
             floats[2 * SIGHTINGS + 2 * turn + 1] = places[robot, 1]
-
-
-@njit(cache=True)
-def receive(
-    known: PlainSightings,
-    absent: PlainAbsentees,
-    told: Words,
-    table: Table,
-    count: int,
-    heard: tuple[Words, Ints],
-    before: Words,
-    own: tuple[float, float, int, int],
-    columns: Plain,
-    tick: int,
-    limits: tuple[int, float, tuple[int, float, int]],
-    out: Words,
-    left: tuple[Words, Ints],
-) -> tuple[int, bool, tuple[int, int, bool, bool, bool, float]]:
-    """Do `hear`, `tell`, `merge` and `refresh` in one call, as in almost every tick.
-
-    Args:
-        known: See `hear`; without rows nobody is heard in that sense.
-        absent: See `hear`.
-        told: See `tell`.
-        table: From here on see `merge`.
-        count: Likewise.
-        heard: Likewise.
-        before: Likewise.
-        own: Likewise.
-        columns: From here on see `refresh`.
-        tick: Likewise.
-        limits: Likewise.
-        out: Likewise.
-        left: Likewise.
-
-    Returns:
-        The two of `hear`, then those of `refresh`.
-    """
-    needed, is_back = 0, False
-    if known[0].shape[0]:
-        needed, is_back = hear(known, absent, heard[0], heard[1])
-        tell(known, own[2], tick, told)
-    words, floats, notes, links = table
-    count = merge(words, floats, notes, links, count, heard, before, own)
-    found = refresh(words, notes, links, count, heard[0], own[2], columns, tick, limits, out, left)
-    return needed, is_back, found
 
 
 @njit(cache=True)

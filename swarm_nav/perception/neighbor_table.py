@@ -22,7 +22,7 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_nav.core.config import TrafficConfig
 from swarm_nav.perception import absence_kernels
 from swarm_nav.perception import neighbor_table_kernels as kernels
-from swarm_nav.perception.absence import Absence, Heard, sightings_of
+from swarm_nav.perception.absence import Absence, Heard
 from swarm_nav.perception.absence_kernels import Sightings
 
 BODY_REACH = 0.12  # [m] beyond a neighbour's radius within which a beam does not help to localise
@@ -38,7 +38,6 @@ PARKED = 0.2  # [m] that the space of a robot that stands is long, at most
 PASSED_EVERY = 8  # ticks between two checks for robots on the place of a silent one
 MOST_BODY = 5.0  # [m] circumscribed radius up to which a beacon's footprint is believed
 INITIAL_ROWS = 32
-NO_SIGHTINGS = tuple(sightings_of(0))
 CLAIM_COLUMNS = kernels.Columns._fields[4:]  # those of beacons
 
 
@@ -144,8 +143,7 @@ class NeighborTable:
             Whether one of them has a larger body than all before.
         """
         inbox, self._inbox = self._inbox, []
-        absence = self._absence
-        if self._remembers_absent and (self._has_silent or absence.is_due(tick)):
+        if self._remembers_absent:
             self._ask_for_absent(inbox, tick)
         if self._has_silent and tick % PASSED_EVERY == 0:
             self.passed_by()
@@ -159,12 +157,7 @@ class NeighborTable:
         for reception, (x, y) in inbox:
             heard = (reception.words, reception.rows)
             own = (x, y, self._own_id, self._limits[0])
-            known = absence.plain_sightings if self._remembers_absent else NO_SIGHTINGS
-            needed, is_back, found = absence_kernels.receive(
-                known, absence.plain_absent, absence.told, self._table, found[0], heard, self._air,
-                own, *rest,
-            )  # fmt: skip
-            absence.record_heard(needed, is_back, reception, tick)
+            found = kernels.receive_batch(self._table, found[0], heard, self._air, own, *rest)
             self._air = reception.words
         if not inbox:
             words, _, notes, links = self._table

@@ -50,7 +50,6 @@ Words = NDArray[np.uint32]
 Floats = NDArray[np.float32]
 Ints = NDArray[np.int64]
 Plain = tuple[Words, Ints, Mask, Ints, Ints]  # ids, ages, gone, priorities, acks
-Table = tuple[Words, Floats, FloatArray, Ints]  # words, floats, notes, links of `merge`
 
 
 class Columns(NamedTuple):
@@ -207,6 +206,41 @@ def fetch(words: Words, links: Ints, count: int, air: Words) -> None:
     for row in range(count):
         if links[row, SOURCE] != OWN:
             copy_points(words, links, row, air)
+
+
+@njit(cache=True)
+def receive_batch(
+    table: tuple[Words, Floats, FloatArray, Ints],
+    count: int,
+    heard: tuple[Words, Ints],
+    before: Words,
+    own: tuple[float, float, int, int],
+    columns: Plain,
+    tick: int,
+    limits: tuple[int, float, tuple[int, float, int]],
+    out: Words,
+    left: tuple[Words, Ints],
+) -> tuple[int, int, bool, bool, bool, float]:
+    """Do `merge` and `refresh` in one call, as they are done together in almost every tick.
+
+    Args:
+        table: (words, floats, notes, links) as of `merge`.
+        count: See `merge`.
+        heard: See `merge`.
+        before: See `merge`.
+        own: See `merge`.
+        columns: See `refresh`.
+        tick: See `refresh`.
+        limits: See `refresh`.
+        out: See `refresh`.
+        left: See `refresh`.
+
+    Returns:
+        As of `refresh`.
+    """
+    words, floats, notes, links = table
+    count = merge(words, floats, notes, links, count, heard, before, own)
+    return refresh(words, notes, links, count, heard[0], own[2], columns, tick, limits, out, left)
 
 
 @njit(cache=True)

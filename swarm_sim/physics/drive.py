@@ -90,20 +90,15 @@ class Wheels:
         """Return the same as `rates`, to the bit, in less time for plain numbers."""
         return [(vx + arm * wz + slide * vy) / self._radius for arm, slide in self._levers]
 
-    def travel(self, angles: Sequence[float]) -> tuple[float, float]:
+    def travel(self, angles: FloatArray) -> tuple[float, float]:
         """Return the way [m] forwards and to the left that wheels turned by `angles` report.
-
-        Plain numbers take less time here than arrays.
 
         Args:
             angles: (w,) [rad] in the order of `names`, positive forwards.
         """
         count = len(angles)
-        forwards = left = 0.0
-        for (_, slide), angle in zip(self._levers, angles, strict=True):
-            forwards += angle
-            left += slide * angle
-        return forwards / count * self._radius, left / count * self._radius
+        forwards = angles.sum() / count * self._radius
+        return float(forwards), float((self._slides * angles).sum() / count * self._radius)
 
 
 def travelled(before: FloatArray, after: FloatArray) -> FloatArray:

@@ -14,15 +14,7 @@ from swarm_common.robots.description import RobotModel
 from swarm_sim.physics.bullet.bullet_kernels import ramp_all
 from swarm_sim.physics.bullet.contacts import Contacts
 from swarm_sim.physics.bullet.fixed_bodies import add_ground
-from swarm_sim.physics.bullet.robot_bodies import (
-    RobotBody,
-    Stance,
-    add_robot,
-    push,
-    put,
-    set_asleep,
-    stance,
-)
+from swarm_sim.physics.bullet.robot_bodies import Stance, add_robot, push, put, set_asleep, stance
 from swarm_sim.physics.bullet.surroundings import Surroundings
 from swarm_sim.physics.drive import Wheels, travelled
 from swarm_sim.physics.engine import NearPair, Touch
@@ -32,7 +24,6 @@ from swarm_sim.scene.scene import Body
 
 REST_TICKS = 3  # of standstill before a robot is left out of the simulation
 SETTLE_STEPS = 50  # in which the robots come to rest before tick 0
-NOWHERE = 0.0, 0.0  # [m] way of a robot without wheels
 
 
 class BulletEngine:
@@ -71,7 +62,7 @@ class BulletEngine:
         self._wheelless = [i for i, robot in enumerate(self._robots) if not robot.wheels]
         self._speeds = np.zeros((count, 3))  # that the motors aim at
         self._rest_ticks = np.zeros(count, np.int64)  # for which each robot has stood
-        self._joints = [_still(robot) for robot in self._robots]  # angles [rad], rates [rad/s]
+        self._joints = [np.zeros((2, len(wheels.names))) for wheels in self._wheels]
         self.poses: FloatArray = np.zeros((count, 3))
         self.twists: FloatArray = np.zeros((count, 3))
         self.travels: FloatArray = np.zeros((count, 2))
@@ -120,7 +111,7 @@ class BulletEngine:
         index = len(self._robots)
         self._robots.append(body)
         self._wheels.append(Wheels(spec))
-        self._joints.append(_still(body))
+        self._joints.append(np.zeros((2, len(body.wheels))))
         if spec.drive != "differential":
             self._sliders.append(index)
         if not body.wheels:
@@ -182,8 +173,8 @@ class BulletEngine:
 
     def joint_state(self, robot: int) -> tuple[list[str], list[float], list[float]]:
         """Return the state of a robot's wheel joints."""
-        angles, rates = self._joints[robot]
-        return list(self._robots[robot].joint_names), list(angles), list(rates)
+        positions, velocities = self._joints[robot].tolist()
+        return list(self._robots[robot].joint_names), positions, velocities
 
     def stance(self, robot: int) -> Stance:
         """Return how a robot stands at the end of the last physics step."""
@@ -252,7 +243,7 @@ class BulletEngine:
                 robot.wheels,
                 pybullet.VELOCITY_CONTROL,
                 targetVelocities=[
-                    rate * sign for rate, sign in zip(rates, robot.signs, strict=True)
+                    rate * sign for rate, sign in zip(rates, robot.signs.tolist(), strict=True)
                 ],
                 forces=[robot.torque] * len(robot.wheels),
                 physicsClientId=self._client,
@@ -264,22 +255,20 @@ class BulletEngine:
         if len(self._around.objects):
             self._around.bodies.read()
             self._contacts.move_objects(self._around.objects.outlines())
-        rows = []
-        ways = [NOWHERE] * len(self._robots)
+        places = np.empty((len(self._robots), 7))
+        velocities = np.empty((len(self._robots), 6))
         for i, robot in enumerate(self._robots):
             position, quaternion = pybullet.getBasePositionAndOrientation(robot.body, client)
+            places[i, :3], places[i, 3:] = position, quaternion
             linear, angular = pybullet.getBaseVelocity(robot.body, client)
-            rows.append((*position, *quaternion, *linear, *angular))
+            velocities[i, :3], velocities[i, 3:] = linear, angular
             if not robot.wheels:
                 continue
             states = pybullet.getJointStates(robot.body, robot.wheels, client)
-            angles, rates, *_ = zip(*states, strict=True)
-            turns = zip(angles, self._joints[i][0], robot.signs, strict=True)
-            ways[i] = self._wheels[i].travel([(now - old) * sign for now, old, sign in turns])
-            self._joints[i] = angles, rates
-        self.travels += np.reshape(ways, (-1, 2))
-        read = np.reshape(rows, (-1, 13))
-        places, velocities = read[:, :7], read[:, 7:]
+            joints = np.array([state[:2] for state in states]).T
+            rolled = (joints[0] - self._joints[i][0]) * robot.signs
+            self.travels[i] += self._wheels[i].travel(rolled)
+            self._joints[i] = joints
         x, y, z, w = places[:, 3], places[:, 4], places[:, 5], places[:, 6]
         yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         cos, sin = np.cos(yaw), np.sin(yaw)
@@ -297,9 +286,3 @@ class BulletEngine:
             at_center = cos * velocities[:, 1] - sin * velocities[:, 0]
             sideways = at_center - velocities[:, 5] * self._centers[:, 0]
             self.twists[self._sliders, 2] = sideways[self._sliders]  # of skid-steer ones about 0
-
-
-def _still(robot: RobotBody) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return angles and rates of wheels that have not turned yet."""
-    zeros = (0.0,) * len(robot.wheels)
-    return zeros, zeros

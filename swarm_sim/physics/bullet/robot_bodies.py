@@ -52,7 +52,7 @@ class RobotBody:
     body: int  # pybullet's id
     wheels: tuple[int, ...]  # joint indices: the left ones from front to rear, then the right ones
     joint_names: tuple[str, ...]  # of the wheels, in the same order
-    signs: tuple[float, ...]  # of each joint's turning when the wheel rolls forwards
+    signs: FloatArray  # of each joint's turning when the wheel rolls forwards
     base_from_center: FloatArray  # centre of mass of the body in base_footprint
     mass: float  # [kg] with wheels
     inertia: float  # [kg m²] about the upright axis through the centre of mass, with wheels
@@ -92,7 +92,7 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
         body,
         tuple(range(len(wheels))),
         tuple(wheel.joint for wheel in wheels),
-        tuple(np.where(axes[:, 1] < 0.0, -1.0, 1.0).tolist()),
+        np.where(axes[:, 1] < 0.0, -1.0, 1.0),
         center,
         mass,
         inertia,
