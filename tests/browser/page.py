@@ -112,6 +112,7 @@ def choose(browser: WebDriver, label: str, option: str) -> None:
             if time.monotonic() > end:  # it is in another tab
                 return False
             time.sleep(0.2)
+        browser.execute_script("arguments[0].scrollIntoView({ block: 'center' })", field)
         field.click()
         return True
 
