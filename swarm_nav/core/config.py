@@ -174,7 +174,7 @@ class TrafficConfig:
     patience: float = 600.0  # [s] without any progress before a goal is given up
     rules: str = "all"  # asked in this order: names, or module:Class; all: every built-in one
     priority_plugin: str = "oldest_goal"  # ranks robots: oldest_goal or module:Class
-    coordination: str = "decentral"  # who decides: decentral, central or central-with-fallback
+    coordination: str = "decentral"  # decentral | central | central-with-fallback
     centre_silence: float = 2.0  # [s] without a centre before a robot goes on alone
 
     def __post_init__(self) -> None:

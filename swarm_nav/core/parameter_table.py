@@ -104,7 +104,7 @@ def _row(group: str, part: Any, field: str, comment: str) -> ParameterRow:
     unit, effect = unit_and_effect(comment)
     row = ParameterRow(name, group, default, unit, effect, is_fixed=name in FIXED_PARAMETERS)
     if isinstance(default, str):
-        choices = re.search(r"\w+(?: \| \w+)+", effect)
+        choices = re.search(r"[\w-]+(?: \| [\w-]+)+", effect)
         return dataclasses.replace(row, choices=tuple(choices[0].split(" | ")) if choices else ())
     if not row.is_number:
         return row
