@@ -93,7 +93,8 @@ def traffic(
     ] = False,
     params: Annotated[Path | None, typer.Option(help="Parameter file of the navigators.")] = None,
     method: Annotated[
-        str, typer.Option(help="ours, dwa, orca, central-mapf, or module:Class.")
+        str,
+        typer.Option(help="ours, dwa, orca, central-mapf, central-reservation, or module:Class."),
     ] = "ours",
     central_solver: Annotated[
         str, typer.Option(help="Program that plans for central-mapf by Moving AI files.")
