@@ -155,9 +155,7 @@ class Harness:
                 self._follow_mission(index, tick, output)
         if self.stage.orders is not None:
             self._follow_orders(self.stage.orders, tick)
-        if self.stage.centre is not None:
-            drivers = cast(Sequence[Commanded], self.stage.drivers)
-            exchange(self.stage.centre, tick, drivers, self._dead)
+        self._exchange(tick)
         if tick % WAITS_EVERY == 0:
             self._record_waits(tick)
             self.truth.look(tick, world.poses)
@@ -169,6 +167,12 @@ class Harness:
             return False
         self._watch(world.step(self._twists, self._sent))
         return True
+
+    def _exchange(self, tick: int) -> None:
+        """Let robots and centre speak, where there is one."""
+        if self.stage.centre is not None:
+            drivers = cast(Sequence[Commanded], self.stage.drivers)
+            exchange(self.stage.centre, tick, drivers, self._dead)
 
     def _record_waits(self, tick: int) -> None:
         for index, name in enumerate(self.stage.world.names):
