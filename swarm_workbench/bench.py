@@ -62,6 +62,7 @@ class _Stepped(Harness):
         self._die(tick)
         observed: Sequence[Observation] = self.stage.world.observe()
         self._decide(tick, observed)
+        self._exchange(tick)
         self._note(tick)
         for index, output in enumerate(self._outputs):
             if observed[index].scan is not None:

@@ -175,10 +175,7 @@ class Harness:
                 self._follow_mission(index, tick, output)
         if self.stage.orders is not None:
             self._follow_orders(self.stage.orders, tick)
-        if self.stage.centre is not None:
-            drivers = cast(Sequence[Commanded], self.stage.drivers)
-            far = range(1, len(self._sent), 2) if self._faults.splits(tick) else ()
-            exchange(self.stage.centre, tick, drivers, self._dead.union(far))
+        self._exchange(tick)
         if tick % WAITS_EVERY == 0:
             self._record_waits(tick)
             self.truth.look(tick, world.poses)
@@ -190,6 +187,13 @@ class Harness:
             return False
         self._watch(world.step(self._twists, self._sent))
         return True
+
+    def _exchange(self, tick: int) -> None:
+        """Let robots and centre speak, where there is one."""
+        if self.stage.centre is not None:
+            drivers = cast(Sequence[Commanded], self.stage.drivers)
+            far = range(1, len(self._sent), 2) if self._faults.splits(tick) else ()
+            exchange(self.stage.centre, tick, drivers, self._dead.union(far))
 
     def _record_waits(self, tick: int) -> None:
         for index, name in enumerate(self.stage.world.names):

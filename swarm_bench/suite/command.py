@@ -114,7 +114,8 @@ def traffic(
     ] = False,
     params: Annotated[Path | None, world_as(help="Parameter file of the navigators.")] = None,
     method: Annotated[
-        str, typer.Option(help="ours, dwa, orca, central-mapf, or module:Class.")
+        str,
+        typer.Option(help="ours, dwa, orca, central-mapf, central-reservation, or module:Class."),
     ] = "ours",
     central_solver: Annotated[
         str, typer.Option(help="Program that plans for central-mapf by Moving AI files.")

@@ -18,7 +18,12 @@ def test_parameters_of_the_centre_are_taken() -> None:
 @pytest.mark.parametrize(
     ("method", "settings", "solver", "told"),
     [
-        ("ours", ["central.planner=lacam"], "", "needs --method central-mapf, not ours"),
+        (
+            "ours",
+            ["central.planner=lacam"],
+            "",
+            "needs --method central-mapf or central-reservation, not ours",
+        ),
         ("central-mapf", ["central.planner=cbs"], "", "planner"),
         ("central-mapf", ["central.plans=3"], "", "plans"),
         ("central-mapf", ["central.horizon=many"], "", "horizon"),
