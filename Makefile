@@ -10,17 +10,18 @@ PYTHON ?=
 export PYTHON
 
 inputs := pyproject.toml tools/bootstrap.sh $(shell find interfaces -type f)
-live := tests/faults tests/graph tests/hosts
+live := tests/graph
+faults := tests/faults tests/hosts
 robots := tests/scenario/test_own_robots.py
 worlds := tests/scenario/test_other_peoples_worlds.py
 hall := tests/scenario/test_factory_hall.py
 runs := $(filter-out $(robots) $(worlds) $(hall),$(wildcard tests/scenario/test_*.py))
 commands := tests/unit/swarm_bench tests/unit/swarm_commander tests/unit/swarm_report
-pure := $(filter-out $(live) tests/scenario tests/unit,$(patsubst %/,%,$(wildcard tests/*/))) \
+pure := $(filter-out $(live) $(faults) tests/scenario tests/unit,$(patsubst %/,%,$(wildcard tests/*/))) \
 	$(filter-out $(commands),$(patsubst %/,%,$(wildcard tests/unit/*/))) $(wildcard tests/unit/*.py)
 DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --viewer
 
-.PHONY: help demo test test-style test-kernels test-live test-pure test-commands test-robots \
+.PHONY: help demo test test-style test-kernels test-live test-faults test-pure test-commands test-robots \
 	test-worlds test-hall test-runs setup docs clean
 
 help:
@@ -32,7 +33,7 @@ demo: .venv/.ready-run
 # Tests wait for processes, so three jobs at a time keep two cores busy.
 test: .venv/.ready-test
 	$(MAKE) --jobs=3 --output-sync=target --no-print-directory test-kernels test-style \
-		test-live test-pure test-commands test-robots test-worlds test-hall test-runs
+		test-live test-faults test-pure test-commands test-robots test-worlds test-hall test-runs
 
 test-style: .venv/.ready-test
 	.venv/bin/ruff check .
@@ -45,7 +46,7 @@ test-kernels: .venv/.ready-test
 	.venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
 
 # What takes longest starts first, once the kernels are compiled that several tests need at once.
-test-live test-pure test-commands test-robots test-worlds test-hall test-runs: test-%: test-kernels
+test-live test-faults test-pure test-commands test-robots test-worlds test-hall test-runs: test-%: test-kernels
 	.venv/bin/pytest $($*)
 
 setup: .venv/.ready-run

@@ -20,13 +20,16 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # ROS hides what begins with an und
 # Commands of swarm-commander that change the swarm.
 FLEET_COMMANDS = ("spawn", "remove", "move", "list", "reset", "restart", "record", "frames")
 # What else has a name at the root of a swarm's topics, frames, files of a run and commands.
-RESERVED = frozenset(FLEET_COMMANDS) | frozenset(
-    "clock diagnostics map orders parameter_events rosout sim tf tf_static"  # topics and frames
-    " all merged swarm"  # windows of RViz, and their files
-    " client distributor mission navigators recorder server station vda5050 viewer"  # logs
-    " world".split()
+RESERVED = (
+    frozenset(FLEET_COMMANDS)
+    | frozenset(
+        "clock diagnostics map orders parameter_events rosout sim tf tf_static"  # topics and frames
+        " all merged swarm"  # windows of RViz, and their files
+        " central client courier distributor mission navigators recorder server station vda5050 viewer"  # logs
+        " world".split()
+    )
 )
-STATION_LOG = re.compile(r"station_\d+")  # log of a station with orders
+NUMBERED_LOG = re.compile(r"(station|courier)_\d+")  # log of a station or courier of orders
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +161,7 @@ def _check(name: str, what: str) -> None:
             " digits and underscores, a letter first, like agv_1; a namespace within another,"
             " like fleet/agv1, is not supported"
         )
-    if name in RESERVED or STATION_LOG.fullmatch(name):
+    if name in RESERVED or NUMBERED_LOG.fullmatch(name):
         raise ConfigError(
             f"{what} is no name for a robot: something else of a swarm is called {name}"
         )

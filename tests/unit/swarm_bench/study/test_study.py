@@ -206,15 +206,6 @@ def test_pairs_come_together_and_cheap_cells_more_often(folder: Path) -> None:
     assert all(a.key[3] == b.key[3] for a, b in zip(runs[::2], runs[1::2], strict=True))
 
 
-def test_a_method_that_is_still_to_come_is_left_out_by_name(folder: Path) -> None:
-    text = EXPERIMENT.replace("central-mapf]", "central-mapf, central-with-fallback]")
-    (folder / "speed.yaml").write_text(text, encoding="utf-8")
-    experiments = load_experiments(folder)
-    assert {run.method for run in runs_of(experiments, quick=False)} == {"ours", "central-mapf"}
-    shown = markdown(experiments, [line("ours", 0, 9.0)], quick=False, command="")
-    assert "No such method yet: central-with-fallback." in shown
-
-
 def test_a_run_is_no_faster_than_its_bound(folder: Path) -> None:
     run = next(run for run in runs_of(load_experiments(folder), quick=True) if run.seed == 0)
     run = dataclasses.replace(run, method="central-mapf")

@@ -22,7 +22,7 @@ def test_parameters_of_the_centre_are_taken() -> None:
             "ours",
             ["central.planner=lacam"],
             "",
-            "needs --method central-mapf or central-reservation, not ours",
+            "needs --method central-mapf or central-reservation or central-with-fallback, not ours",
         ),
         ("central-mapf", ["central.planner=cbs"], "", "planner"),
         ("central-mapf", ["central.plans=3"], "", "plans"),
