@@ -20,14 +20,11 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # ROS hides what begins with an und
 # Commands of swarm-commander that change the swarm.
 FLEET_COMMANDS = ("spawn", "remove", "move", "list", "reset", "restart", "record", "frames")
 # What else has a name at the root of a swarm's topics, frames, files of a run and commands.
-RESERVED = (
-    frozenset(FLEET_COMMANDS)
-    | frozenset(
-        "clock diagnostics map orders parameter_events rosout sim tf tf_static"  # topics and frames
-        " all merged swarm"  # windows of RViz, and their files
-        " central client courier distributor mission navigators recorder server station vda5050 viewer"  # logs
-        " world".split()
-    )
+RESERVED = frozenset(FLEET_COMMANDS) | frozenset(
+    "clock diagnostics map orders parameter_events rosout sim tf tf_static"  # topics and frames
+    " all merged swarm"  # windows of RViz, and their files
+    " central client courier distributor mission navigators recorder server station"  # logs
+    " vda5050 viewer world".split()
 )
 NUMBERED_LOG = re.compile(r"(station|courier)_\d+")  # log of a station or courier of orders
 
