@@ -18,6 +18,7 @@ from swarm_nav.reservation.tube import ARRIVED, Tube
 
 LOOKAHEAD = 3  # path points to the one that the heading error is measured to
 WINDOW = 12  # path points that the rollouts are scored on
+TUBE_TOLERANCE = 0.035  # [m] from the held polyline within which braking must end
 ALIGNED = 0.05  # [rad] heading error at which turning on the spot ends
 ALIGNED_RATE = 0.4  # [rad/s] at which it may end
 SETTLED = 0.02  # [rad] within which the drive is not asked for corrections that it overshoots
@@ -139,14 +140,14 @@ class Controller:
         rest = length_to(tube, end, pose)
         acc = config.acc_lim_x
         v_limit = rate_that_stops(rest, twist.vx, acc)
-        window = scored_window(tube, corner)
+        first, window = scored_window(tube, corner)
         if len(window) < 2:
             return Twist()
         v, w, _ = dwa_kernels.choose_twist(
             (pose.x, pose.y, pose.yaw),
             (max(0.0, twist.vx), twist.wz),
             window,
-            v_limit,
+            (v_limit, max(0, end - first), TUBE_TOLERANCE),
             *self._settings,
             self.arc,
         )
@@ -155,17 +156,20 @@ class Controller:
         return Twist(float(v), 0.0, float(w))
 
 
-def scored_window(tube: Tube, corner: int) -> FloatArray:
-    """Return the points (n, 2) [m] in map that rollouts are scored on.
+def scored_window(tube: Tube, corner: int) -> tuple[int, FloatArray]:
+    """Return the points that rollouts are scored on.
 
     They begin one behind the robot, but not before a bend.
 
     Args:
         tube: The path, with the robot's index on it.
         corner: Index of the next corner, the last point that may be scored on.
+
+    Returns:
+        The index of the first of the points, and the points (n, 2) [m] in map.
     """
     first = tube.near if tube.near in tube.corners else max(0, tube.near - 1)
-    return tube.points[first : min(corner, tube.near + WINDOW) + 1]
+    return first, tube.points[first : min(corner, tube.near + WINDOW) + 1]
 
 
 def rate_that_stops(rest: float, rate: float, acceleration: float) -> float:

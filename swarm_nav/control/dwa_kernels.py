@@ -8,7 +8,7 @@ twist (v, w) that the drive can reach in a tick, and takes the one with the smal
     PathAlign    path_align_scale * e², e its heading against the path's at the end
     Oscillation  oscillation_scale * |w - present w|
 
-Nothing here is about safety: the stop filter guards what comes out (`traffic/stop_filter.py`).
+among those after which braking ends inside the held tube (`stops_inside`).
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from swarm_common.process.numba_compat import njit
 from swarm_nav.planning.distance_kernels import Floats, Place
 
 STEP = 0.1  # [s] of a rollout
+RETURN = 0.999  # of its distance from the polyline, left of one that is larger than tolerated
 DISTANCE_UNIT = 0.05  # [m] of path distance that costs one path_distance_scale
 
 
@@ -30,6 +31,14 @@ class Velocity(NamedTuple):
 
     v: float
     w: float
+
+
+class Inside(NamedTuple):
+    """Where a twist must be able to stop."""
+
+    v_limit: float  # [m/s] largest speed
+    held: int  # index of the last point of the path that the robot holds
+    tolerance: float  # [m] from the polyline up to that point
 
 
 class Limits(NamedTuple):
@@ -76,6 +85,60 @@ def length_between(path: Floats, start: int, end: int, x: float, y: float) -> fl
     ay = path[start + 1, 1] - path[start, 1]
     first = max(1e-9, math.hypot(ax, ay))
     return total - ((x - path[start, 0]) * ax + (y - path[start, 1]) * ay) / first
+
+
+@njit(cache=True)
+def held_gap(path: Floats, held: int, x: float, y: float) -> float:
+    """Distance [m] of a place to a polyline.
+
+    Args:
+        path: (n, 2) [m].
+        held: The first `held` + 1 points are the polyline; with 0 it is one point.
+        x: [m] of the place.
+        y: [m] of the place.
+    """
+    best = (path[0, 0] - x) ** 2 + (path[0, 1] - y) ** 2
+    for j in range(held):
+        ax = path[j + 1, 0] - path[j, 0]
+        ay = path[j + 1, 1] - path[j, 1]
+        length = max(ax * ax + ay * ay, 1e-12)
+        t = min(max(((x - path[j, 0]) * ax + (y - path[j, 1]) * ay) / length, 0.0), 1.0)
+        dx = path[j, 0] + t * ax - x
+        dy = path[j, 1] + t * ay - y
+        best = min(best, dx * dx + dy * dy)
+    return math.sqrt(best)
+
+
+@njit(cache=True)
+def stops_inside(
+    pose: Place,
+    speed: float,
+    v: float,
+    w: float,
+    v_acc: float,
+    path: Floats,
+    held: int,
+    reach: float,
+) -> bool:
+    """Return True if braking after one period of (v, w) ends near the held polyline.
+
+    The robot drives s = (speed + v) / 2 T + v² / (2 v_acc) in the direction of the middle of the
+    period.
+
+    Args:
+        pose: Of the robot.
+        speed: [m/s] now.
+        v: [m/s] at the end of the period.
+        w: [rad/s].
+        v_acc: [m/s²] of braking.
+        path: (n, 2) [m] in map.
+        held: Index of the last point that is held.
+        reach: [m] from the polyline that will do.
+    """
+    s = 0.5 * (speed + v) * STEP + v * v / (2.0 * v_acc)
+    yaw = pose.yaw + 0.5 * w * STEP
+    gap = held_gap(path, held, pose.x + s * math.cos(yaw), pose.y + s * math.sin(yaw))
+    return gap <= reach
 
 
 @njit(cache=True)
@@ -249,27 +312,30 @@ def best_twist(
     pose: Place,
     twist: Velocity,
     path: Floats,
-    v_limit: float,
+    inside: Inside,
     limits: Limits,
     samples: Samples,
     scales: Scales,
     arc: Floats,
 ) -> tuple[float, float, float]:
-    """Return (v, w, cost) of the twist with the smallest critics' sum.
+    """Return (v, w, cost) of the admissible twist with the smallest critics' sum.
 
-    Of equal costs the slower twist, then the first sample of w counts. The cheap critics come
-    first; PathDist is only added up while the sum can still be the best.
+    A twist is admissible if v <= v_limit and if braking after it ends within the tolerance of the
+    held points, or nearer to them than now, for the smallest v no farther; if none is, v and w
+    brake. Of equal costs the slower twist, then the first sample of w counts. The cheap critics
+    come first; PathDist is only added up while the sum can still be the best.
 
     Args:
         pose: Of the robot.
         twist: Present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
-        v_limit: [m/s] largest speed.
+        inside: Where the robot must be able to stop.
         limits: Of the drive.
         samples: Twists that are tried.
         scales: Weights of the critics.
         arc: Receives the poses (steps, 3) of the best rollout.
     """
+    v_limit, held, tolerance = inside.v_limit, inside.held, inside.tolerance
     v_max, w_max, v_acc, w_acc = limits.v_max, limits.w_max, limits.v_acc, limits.w_acc
     nv, nw, horizon = samples.v, samples.w, samples.horizon
     steps = arc.shape[0]
@@ -285,6 +351,8 @@ def best_twist(
     measure(path, segments)
     start = arc_length(path, segments, 0, pose.x, pose.y)
     wish = min(v_max * horizon, max(segments[n - 1, 5] - start, 1e-3))
+    gap_now = held_gap(path, held, pose.x, pose.y)
+    no_farther, nearer = max(tolerance, gap_now), max(tolerance, RETURN * gap_now)
     fastest = nv - 1 if v_high > v_low else 0  # of equal speeds the first sample counts
     best = 1e20
     best_index = 0
@@ -312,7 +380,9 @@ def best_twist(
                 continue
             gap = gap_cost(track, path, segments, scales.path, best - rest + 1e-9 * best)
             cost = gap + scales.goal * short + scales.align * turn * turn + jerk
-            if cost < best or (cost == best and index < best_index):
+            is_better = cost < best or (cost == best and index < best_index)
+            reach = nearer if v > v_low else no_farther
+            if is_better and stops_inside(pose, twist.v, v, w, v_acc, path, held, reach):
                 best = cost
                 best_index = index
                 best_v = v
@@ -326,7 +396,7 @@ def choose_twist(
     pose: tuple[float, float, float],
     twist: tuple[float, float],
     path: Floats,
-    v_limit: float,
+    inside: tuple[float, int, float],
     limits: tuple[float, float, float, float],
     samples: tuple[int, int, float],
     scales: tuple[float, float, float, float],
@@ -341,7 +411,7 @@ def choose_twist(
         pose: (x, y, yaw) [m], [rad] in map.
         twist: Fields of `Velocity`, the present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
-        v_limit: [m/s] largest speed.
+        inside: Fields of `Inside`: where the robot must be able to stop.
         limits: Fields of `Limits`: those of the drive.
         samples: Fields of `Samples`: twists that are tried.
         scales: Fields of `Scales`: weights of the critics.
@@ -354,7 +424,7 @@ def choose_twist(
         Place(*pose),
         Velocity(*twist),
         path,
-        v_limit,
+        Inside(*inside),
         Limits(*limits),
         Samples(*samples),
         Scales(*scales),

@@ -12,6 +12,7 @@ from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist, wrap_angle
 from swarm_nav.control import dwa_kernels
 from swarm_nav.control.controller import (
     LOOKAHEAD,
+    TUBE_TOLERANCE,
     WINDOW,
     Controller,
     length_to,
@@ -46,5 +47,13 @@ class StraightController(Controller):
         speed = rate_that_stops(length_to(tube, end, pose), twist.vx, config.acc_lim_x)
         speed = min(speed, config.max_vel_x * max(0.0, 1.0 - abs(error) / SLOW_ERROR))
         speed = min(speed, twist.vx + config.acc_lim_x * CONTROL_PERIOD)
-        dwa_kernels.predict(Place(pose.x, pose.y, pose.yaw), speed, rate, self.arc)
+        held = tube.points[tube.near : tube.stop + 1]
+        place = Place(pose.x, pose.y, pose.yaw)
+        gap = dwa_kernels.held_gap(held, len(held) - 1, pose.x, pose.y)
+        if not dwa_kernels.stops_inside(
+            place, twist.vx, speed, rate, config.acc_lim_x, held, len(held) - 1,
+            max(TUBE_TOLERANCE, dwa_kernels.RETURN * gap),
+        ):  # fmt: skip
+            speed = 0.0
+        dwa_kernels.predict(place, speed, rate, self.arc)
         return Twist(float(speed), 0.0, float(rate))

@@ -14,6 +14,7 @@ from swarm_common.model.records import Pose, RobotSpec, Twist
 from swarm_nav.control import omni_kernels
 from swarm_nav.control.controller import (
     LOOKAHEAD,
+    TUBE_TOLERANCE,
     Controller,
     length_to,
     rate_that_stops,
@@ -78,7 +79,7 @@ class OmniController(Controller):
         self._is_turning = False
         corner = tube.corner
         end = min(corner, tube.stop)
-        window = scored_window(tube, corner)
+        first, window = scored_window(tube, corner)
         if len(window) < 2 or tube.is_at_rest:
             return self.stop(twist)
         config = self.config
@@ -90,7 +91,7 @@ class OmniController(Controller):
             (pose.x, pose.y, pose.yaw),
             self._velocity,
             np.ascontiguousarray(window),
-            (limit, float(aim[0]), float(aim[1])),
+            (limit, max(0, end - first), TUBE_TOLERANCE, float(aim[0]), float(aim[1])),
             (
                 config.max_vel_x,
                 config.max_vel_y,

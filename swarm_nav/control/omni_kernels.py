@@ -9,10 +9,12 @@ import numpy as np
 
 from swarm_common.process.numba_compat import njit
 from swarm_nav.control.dwa_kernels import (
+    RETURN,
     STEP,
     advance,
     arc_length,
     gap_cost,
+    held_gap,
     measure,
     turning,
 )
@@ -27,12 +29,14 @@ class PlanarVelocity(NamedTuple):
     w: float
 
 
-class Aim(NamedTuple):
-    """The point that one sample leads straight to, and the largest speed of all."""
+class InsideTowards(NamedTuple):
+    """As `dwa_kernels.Inside`, and a point that one sample leads straight to."""
 
     v_limit: float  # [m/s]
-    x: float  # [m] in map
-    y: float
+    held: int
+    tolerance: float  # [m]
+    aim_x: float  # [m] in map
+    aim_y: float
 
 
 class PlanarLimits(NamedTuple):
@@ -96,6 +100,39 @@ def window(now: float, most: float, acceleration: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
+def stop_gap(
+    pose: Place,
+    now: PlanarVelocity,
+    vx: float,
+    vy: float,
+    w: float,
+    limits: PlanarLimits,
+    path: Floats,
+    held: int,
+) -> float:
+    """Return the distance [m] from the held polyline at which braking after one period ends.
+
+    Either component brakes by itself, as the drive does: s = (now + v) / 2 T + v |v| / (2 acc).
+
+    Args:
+        pose: Of the robot.
+        now: Present velocity.
+        vx: [m/s] at the end of the period, in base_footprint.
+        vy: [m/s] likewise.
+        w: [rad/s].
+        limits: Of the drive.
+        path: (n, 2) [m] in map.
+        held: Index of the last point that is held.
+    """
+    ahead = 0.5 * (now.vx + vx) * STEP + vx * abs(vx) / (2.0 * limits.vx_acc)
+    aside = 0.5 * (now.vy + vy) * STEP + vy * abs(vy) / (2.0 * limits.vy_acc)
+    yaw = pose.yaw + 0.5 * w * STEP
+    x = pose.x + ahead * math.cos(yaw) - aside * math.sin(yaw)
+    y = pose.y + ahead * math.sin(yaw) + aside * math.cos(yaw)
+    return held_gap(path, held, x, y)
+
+
+@njit(cache=True)
 def predict(pose: Place, vx: float, vy: float, w: float, arc: Floats) -> None:
     """Fill the poses `arc` (steps, 3) under a constant velocity in base_footprint.
 
@@ -142,26 +179,28 @@ def best_velocity(
     pose: Place,
     velocity: PlanarVelocity,
     path: Floats,
-    aim: Aim,
+    inside: InsideTowards,
     limits: PlanarLimits,
     samples: PlanarSamples,
     scales: PlanarScales,
     arc: Floats,
 ) -> tuple[float, float, float]:
-    """Return (vx, vy, w) of the velocity with the smallest critics' sum.
+    """Return (vx, vy, w) of the admissible velocity with the smallest critics' sum.
 
-    As `dwa_kernels.best_twist`, with a second axis. If none is slow enough, the robot brakes.
+    As `dwa_kernels.best_twist`, with a second axis. If no velocity is admissible, the robot
+    brakes.
 
     Args:
         pose: Of the robot.
         velocity: Present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
-        aim: How fast, and where to.
+        inside: Where the robot must be able to stop, and what it aims at.
         limits: Of the drive.
         samples: Velocities that are tried.
         scales: Weights of the critics.
         arc: Receives the poses (steps, 3) of the best rollout.
     """
+    v_limit, held = inside.v_limit, inside.held
     nx, ny, nw, horizon = samples.x, samples.y, samples.w, samples.horizon
     steps = arc.shape[0]
     x_low, x_high = window(velocity.vx, limits.vx_max, limits.vx_acc)
@@ -173,8 +212,9 @@ def best_velocity(
     measure(path, segments)
     start = arc_length(path, segments, 0, pose.x, pose.y)
     wish = min(limits.vx_max * horizon, max(segments[n - 1, 5] - start, 1e-3))
-    fastest = min(aim.v_limit, limits.vx_max)
-    direct = straight_to(pose, aim.x, aim.y, fastest, limits)
+    reach = max(inside.tolerance, RETURN * held_gap(path, held, pose.x, pose.y))
+    fastest = min(v_limit, limits.vx_max)
+    direct = straight_to(pose, inside.aim_x, inside.aim_y, fastest, limits)
     headings = np.empty((steps, 2))
     track = np.empty((steps, 3))
     best = 1e20
@@ -202,7 +242,7 @@ def best_velocity(
             if rest > best:
                 continue
             cost = rest + gap_cost(track, path, segments, scales.path, best - rest + 1e-9 * best)
-            if cost < best:
+            if cost < best and stop_gap(pose, velocity, vx, vy, w, limits, path, held) <= reach:
                 best = cost
                 result = (vx, vy, w)
     predict(pose, result[0], result[1], result[2], arc)
@@ -214,7 +254,7 @@ def choose_velocity(
     pose: tuple[float, float, float],
     velocity: tuple[float, float, float],
     path: Floats,
-    aim: tuple[float, float, float],
+    inside: tuple[float, int, float, float, float],
     limits: tuple[float, float, float, float, float, float],
     samples: tuple[int, int, int, float],
     scales: tuple[float, float, float, float, float],
@@ -226,7 +266,7 @@ def choose_velocity(
         pose: (x, y, yaw) [m], [rad] in map.
         velocity: Fields of `PlanarVelocity`, the present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
-        aim: Fields of `Aim`.
+        inside: Fields of `InsideTowards`: where the robot must be able to stop, and its aim.
         limits: Fields of `PlanarLimits`: those of the drive.
         samples: Fields of `PlanarSamples`: velocities that are tried.
         scales: Fields of `PlanarScales`: weights of the critics.
@@ -239,7 +279,7 @@ def choose_velocity(
         Place(*pose),
         PlanarVelocity(*velocity),
         path,
-        Aim(*aim),
+        InsideTowards(*inside),
         PlanarLimits(*limits),
         PlanarSamples(*samples),
         PlanarScales(*scales),

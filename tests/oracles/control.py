@@ -34,6 +34,29 @@ def segment_gap(path: FloatArray, x: float, y: float) -> float:
     return float(np.hypot(*(np.vstack(dense) - (x, y)).T).min())
 
 
+def held_gap(path: FloatArray, held: int, x: float, y: float) -> float:
+    """Return the distance of a point to the first `held` segments, to the first point for 0."""
+    if held == 0:
+        return math.dist(path[0], (x, y))
+    return segment_gap(path[: held + 1], x, y)
+
+
+def stop_point(
+    pose: Pose, speed: float, v: float, w: float, v_acc: float, period: float
+) -> tuple[float, float]:
+    """Return where a robot stands that ramps to v in one period and brakes then, in fine steps.
+
+    Its heading stays that of the middle of the period.
+    """
+    count = 2000
+    middles = (np.arange(count) + 0.5) / count
+    way = float((speed + (v - speed) * middles).sum()) * period / count
+    braking = v / v_acc
+    way += float((v - v_acc * braking * middles).sum()) * braking / count
+    yaw = pose[2] + w * period / 2
+    return pose[0] + way * math.cos(yaw), pose[1] + way * math.sin(yaw)
+
+
 def twist_costs(
     pose: Pose, twist: tuple[float, float], path: FloatArray, v_limit: float,
     limits: tuple[float, float, float, float], samples: tuple[int, int], horizon: float,

@@ -13,9 +13,9 @@ import pytest
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, Twist, wrap_angle
 from swarm_common.robots.fleet import limits_of
 from swarm_common.robots.loading import load_robot
+from swarm_nav.control.dwa_kernels import held_gap
 from swarm_nav.core.config import config_from_parameters
 from swarm_nav.core.goals import GoalKind
-from swarm_nav.reservation.stop_filter_kernels import gap_to_line
 from tests.fakes.navigation import NOTHING_SEEN, Squad, room
 
 DEVIATION = 0.04  # [m] from the announced polyline; two safety margins are made for 0.037
@@ -133,7 +133,7 @@ class Trial:
             assert beacon is not None
             held = np.ascontiguousarray(beacon["held"][: beacon["held_size"]], np.float64)
             track = before.way_to_stop(self.body.command)
-            off = max(gap_to_line(held, 0, len(held) - 1, x, y) for x, y in track)
+            off = max(held_gap(held, len(held) - 1, x, y) for x, y in track)
             if off > worst[0]:
                 worst = off, tick, what
         return worst

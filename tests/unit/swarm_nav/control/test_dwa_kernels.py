@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from swarm_nav.control import dwa_kernels as kernels
@@ -60,6 +60,34 @@ def test_the_gap_to_a_path_is_that_of_the_segments_beside_its_nearest_point(
     assert gap == pytest.approx(oracle.segment_gap(path, x, y), abs=1e-3)
 
 
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 12), st.floats(-0.3, 0.9), st.floats(-0.5, 0.5))
+def test_the_held_gap_is_that_to_the_held_segments(held: int, x: float, y: float) -> None:
+    path = bend(0.6)
+    gap = kernels.held_gap(path, held, x, y)
+    assert gap == pytest.approx(oracle.held_gap(path, held, x, y), abs=1e-3)
+
+
+def test_points_in_one_place_have_the_gap_of_that_place() -> None:
+    assert kernels.held_gap(np.zeros((3, 2)), 2, 0.3, 0.4) == pytest.approx(0.5)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.tuples(st.floats(-0.1, 0.5), st.floats(-0.1, 0.2), st.floats(-math.pi, math.pi)),
+    st.floats(0.0, 0.26), st.floats(0.0, 0.26), st.floats(-1.82, 1.82), st.integers(0, 12),
+    st.floats(0.0, 0.3),
+)  # fmt: skip
+def test_a_twist_stops_inside_where_braking_ends_near_the_held_part(
+    pose: tuple[float, float, float], speed: float, v: float, w: float, held: int, reach: float
+) -> None:
+    path = bend(0.6)
+    stop = oracle.stop_point(pose, speed, v, w, 1.0, kernels.STEP)
+    gap = oracle.held_gap(path, held, *stop)
+    assume(abs(gap - reach) > 1e-3)
+    assert kernels.stops_inside(Place(*pose), speed, v, w, 1.0, path, held, reach) == (gap < reach)
+
+
 def test_the_score_of_a_rollout_is_its_mean_squared_gap() -> None:
     headings, track = np.empty((STEPS, 2)), np.empty((STEPS, 3))
     kernels.turning(0.0, 0.0, headings)
@@ -85,7 +113,7 @@ def best(
     arc = np.empty((STEPS, 3))
     v, w, _ = kernels.best_twist(
         Place(0.0, 0.0, yaw), kernels.Velocity(v, w), path,
-        v_limit, LIMITS,
+        kernels.Inside(v_limit, len(path) - 1, 0.035), LIMITS,
         kernels.Samples(DEFAULT.vx_samples, DEFAULT.vtheta_samples, DEFAULT.sim_time), SCALES, arc,
     )  # fmt: skip
     return v, w, arc
@@ -105,6 +133,14 @@ def test_the_chosen_twist_lies_in_the_dynamic_window(
     assert chosen_v <= max(v_limit, v - 0.1) + slack
     assert abs(chosen_w - w) <= 0.32 + slack
     assert abs(chosen_w) <= 1.82 + slack
+
+
+@pytest.mark.parametrize("rate", [1.5, -1.5, 0.2])
+def test_without_an_admissible_twist_the_robot_brakes_within_its_window(rate: float) -> None:
+    held = np.ascontiguousarray(EAST + np.array((0.05, 0.0)))
+    v, w, _ = best(held, 0.2, rate, yaw=math.pi)  # driving away from it
+    assert v == pytest.approx(0.1)
+    assert w == pytest.approx(math.copysign(max(0.0, abs(rate) - 0.32), rate))
 
 
 def test_straight_ahead_means_full_speed_and_no_turning() -> None:
@@ -129,20 +165,21 @@ def test_off_the_path_the_robot_turns_back_to_it() -> None:
 @settings(max_examples=100, deadline=None)
 @given(
     st.tuples(st.floats(-0.05, 0.1), st.floats(-0.1, 0.1), st.floats(-0.5, 0.5)),
-    st.floats(0.0, 0.26), st.floats(-1.8, 1.8), st.floats(0.0, 0.4), st.floats(0.3, 5.0),
-    st.tuples(st.integers(2, 9), st.integers(2, 21)),
+    st.floats(0.0, 0.26), st.floats(-1.8, 1.8), st.floats(0.0, 0.4), st.integers(0, 12),
+    st.floats(0.3, 5.0), st.tuples(st.integers(2, 9), st.integers(2, 21)),
 )  # fmt: skip
 def test_the_chosen_twist_is_the_best_of_all_samples(
-    pose: tuple[float, float, float], v: float, w: float, v_limit: float,
+    pose: tuple[float, float, float], v: float, w: float, v_limit: float, held: int,
     radius: float, samples: tuple[int, int],
 ) -> None:  # fmt: skip
     path = bend(radius)
     arc = np.empty((STEPS, 3))
+    inside = kernels.Inside(v_limit, held, 0.035)
     chosen = kernels.best_twist(
         Place(*pose),
         kernels.Velocity(v, w),
         path,
-        v_limit,
+        inside,
         LIMITS,
         kernels.Samples(*samples, DEFAULT.sim_time),
         SCALES,
@@ -151,5 +188,23 @@ def test_the_chosen_twist_is_the_best_of_all_samples(
     costs = oracle.twist_costs(
         pose, (v, w), path, v_limit, LIMITS, samples, DEFAULT.sim_time, SCALES, STEPS
     )
-    assert chosen[2] == pytest.approx(min(costs.values()), rel=1e-9)
-    assert costs[chosen[:2]] == pytest.approx(chosen[2], rel=1e-9)
+    gap = kernels.held_gap(path, held, *pose[:2])
+    slowest = min(twist[0] for twist in costs)
+    admissible = {
+        twist: cost
+        for twist, cost in costs.items()
+        if kernels.stops_inside(
+            Place(*pose),
+            v,
+            *twist,
+            LIMITS[2],
+            path,
+            held,
+            max(0.035, gap * (kernels.RETURN if twist[0] > slowest else 1.0)),
+        )
+    }
+    if admissible:
+        assert chosen[2] == pytest.approx(min(admissible.values()), rel=1e-9)
+        assert admissible[chosen[:2]] == pytest.approx(chosen[2], rel=1e-9)
+    else:
+        assert chosen[2] == 1e20

@@ -9,10 +9,12 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_common.robots.loading import load_robot
-from swarm_nav.control.controller import Controller
+from swarm_nav.control.controller import TUBE_TOLERANCE, Controller
+from swarm_nav.control.dwa_kernels import held_gap
 from swarm_nav.control.omni import OmniController, make_controller
+from swarm_nav.control.omni_kernels import PlanarLimits, PlanarVelocity, stop_gap
 from swarm_nav.core.config import ControllerConfig
-from swarm_nav.reservation.stop_filter_kernels import gap_to_line
+from swarm_nav.planning.distance_kernels import Place
 from swarm_nav.reservation.tube import Tube
 
 CONFIG = ControllerConfig(
@@ -73,8 +75,8 @@ def test_a_held_path_is_followed_to_its_end_without_leaving_it(route: str, yaw: 
         assert math.hypot(wish.vx, wish.vy) <= 0.4 + 1e-9
         twist = ramped(twist, wish)
         pose = move(pose, twist)
-        worst = max(worst, gap_to_line(tube.points, 0, len(tube.points) - 1, pose.x, pose.y))
-    assert worst <= 0.045
+        worst = max(worst, held_gap(tube.points, len(tube.points) - 1, pose.x, pose.y))
+    assert worst <= TUBE_TOLERANCE + 0.01
     end = tube.points[-1]
     assert math.hypot(pose.x - end[0], pose.y - end[1]) < 0.05
 
@@ -89,3 +91,13 @@ def test_nothing_moves_without_a_held_path() -> None:
     tube.track(pose)
     twist = controller.follow(tube, pose, controller.course(Twist()))
     assert math.hypot(twist.vx, twist.vy) < 1e-6
+
+
+def test_braking_ends_where_the_kernel_says() -> None:
+    path = np.array([(0.0, 0.0), (0.0, 1e-9)])
+    limits = PlanarLimits(0.4, 0.4, 0.75, 2.5, 2.0, 3.2)
+    pose, now = Place(0.0, 0.0, 0.7), PlanarVelocity(0.2, -0.1, 0.0)
+    gap = stop_gap(pose, now, 0.3, 0.1, 0.0, limits, path, 1)
+    ahead = 0.1 * 0.25 + 0.3**2 / 5.0
+    aside = 0.1 * 0.0 + 0.1**2 / 4.0
+    assert gap == pytest.approx(math.hypot(ahead, aside))
