@@ -1,4 +1,4 @@
-"""A fleet control in sixty lines: sends five robots to two stations each, by VDA 5050.
+"""A small fleet control: sends five robots to two stations each, by VDA 5050.
 swarm-up --world hall_12 --swarm-size 5 --vda5050 embedded
 python examples/fleet_control.py worlds/hall_12/sites.yaml [PORT]
 """
@@ -40,6 +40,10 @@ def on_state(client: mqtt.Client, _: object, message: mqtt.MQTTMessage) -> None:
     state = json.loads(message.payload)
     robot, names = state["serialNumber"], list(STATIONS)
     todo.setdefault(robot, [names[(len(todo) + k) % len(names)] for k in range(2)])
+    told = [ref["referenceValue"] for e in state["errors"] for ref in e.get("errorReferences", ())]
+    if sent.get(robot) in told:  # it has moved since, to let another one pass: order again
+        todo[robot].insert(0, sent.pop(robot).split("-")[1])
+        sent[robot] = state["orderId"]
     works = any(a["actionStatus"] not in ("FINISHED", "FAILED") for a in state["actionStates"])
     if state["orderId"] != sent.get(robot, "") or state["nodeStates"] or works:
         return  # it has not heard of its order yet, or is not done

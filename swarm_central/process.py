@@ -31,7 +31,7 @@ from swarm_common.robots.loading import load_robot
 from swarm_nav.ros.settings import read_node_settings
 
 TURN_PERIOD = 0.05  # [s] of wall time between two looks at the pipe
-FIGURES_PERIOD = 2.0  # [s] of wall time
+FIGURES_PERIOD = 0.5  # [s] of wall time
 
 
 class CentralNode:

@@ -31,7 +31,7 @@ def test_robots_reach_all_goals_alone_when_the_centre_dies(tmp_path: Path) -> No
         sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()",
         "--world", "doorway",
         "--mission", "change_rooms", "--swarm-size", "4", "--until-done", "--headless",
-        "--drive", "planar", "--speed", "8", "--no-restart", "--no-report", "--run-dir",
+        "--drive", "planar", "--speed", "5", "--no-restart", "--no-report", "--run-dir",
         str(folder), "--coordination", "central-with-fallback",
     )  # fmt: skip
     with reserved_domain() as domain:
