@@ -82,11 +82,24 @@ class MapfCentre:
             slowest.max_vel_x, stations, self._reach,
         )  # fmt: skip
         self._speed = slowest.max_vel_x
+        self.begin(len(specs))
+        self._solver: ExternalSolver | None = None
+        if self.config.solver:
+            self._solver = ExternalSolver(
+                Path(self.config.solver), self.roadmap, self.config.solver_time
+            )
+
+    def begin(self, robots: int) -> None:
+        """Know nothing of any robot.
+
+        Args:
+            robots: How many there are to be.
+        """
         self._tick = 0
         self._began = -1  # tick
         self._robots: dict[int, RobotProgress] = {}
         self._first: dict[int, RobotReport] = {}
-        self._count = len(specs)
+        self._count = robots
         self._graph: DependencyGraph | None = None
         self._planned = NEVER
         self._is_stale = self._is_joint = False
@@ -95,11 +108,6 @@ class MapfCentre:
         self._fields: list[FloatArray] = []
         self._noise = np.random.default_rng(0)
         self._plans = self._failures = 0
-        self._solver: ExternalSolver | None = None
-        if self.config.solver:
-            self._solver = ExternalSolver(
-                Path(self.config.solver), self.roadmap, self.config.solver_time
-            )
         self._forget_fields()
 
     def observe(self, tick: int, states: Sequence[RobotReport]) -> None:

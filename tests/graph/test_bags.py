@@ -220,4 +220,5 @@ def test_at_full_speed_everything_arrives(graph: Graph, tmp_path: Path) -> None:
     heard = graph.hear(NOTE)
     assert graph.play(str(path), "--rate", "1000000") == 0
     assert "2000 messages played" in graph.said
+    graph.wait(lambda: len(heard) == len(many))
     assert heard == [data for _, _, data in many]
