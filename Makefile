@@ -10,18 +10,20 @@ PYTHON ?=
 export PYTHON
 
 inputs := pyproject.toml tools/bootstrap.sh $(shell find interfaces -type f)
-live := tests/graph
+live := $(wildcard tests/graph/test_[a-m]*.py)
+graph := $(filter-out $(live),$(wildcard tests/graph/test_*.py)) tests/graph/world \
+	tests/graph/middleware
 faults := tests/faults tests/hosts
 robots := tests/scenario/test_own_robots.py
 worlds := tests/scenario/test_other_peoples_worlds.py
 hall := tests/scenario/test_factory_hall.py
 runs := $(filter-out $(robots) $(worlds) $(hall),$(wildcard tests/scenario/test_*.py))
 commands := tests/unit/swarm_bench tests/unit/swarm_commander tests/unit/swarm_report
-pure := $(filter-out $(live) $(faults) tests/scenario tests/unit,$(patsubst %/,%,$(wildcard tests/*/))) \
+pure := $(filter-out tests/graph $(faults) tests/scenario tests/unit,$(patsubst %/,%,$(wildcard tests/*/))) \
 	$(filter-out $(commands),$(patsubst %/,%,$(wildcard tests/unit/*/))) $(wildcard tests/unit/*.py)
 DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --viewer
 
-.PHONY: help demo test test-style test-kernels test-live test-faults test-pure test-commands test-robots \
+.PHONY: help demo test test-style test-kernels test-live test-graph test-faults test-pure test-commands test-robots \
 	test-worlds test-hall test-runs setup docs clean
 
 help:
@@ -33,7 +35,8 @@ demo: .venv/.ready-run
 # Tests wait for processes, so three jobs at a time keep two cores busy.
 test: .venv/.ready-test
 	$(MAKE) --jobs=3 --output-sync=target --no-print-directory test-kernels test-style \
-		test-live test-faults test-pure test-commands test-robots test-worlds test-hall test-runs
+		test-graph test-runs test-live test-pure test-commands test-faults test-hall test-robots \
+		test-worlds
 
 test-style: .venv/.ready-test
 	.venv/bin/ruff check .
@@ -46,7 +49,7 @@ test-kernels: .venv/.ready-test
 	.venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
 
 # What takes longest starts first, once the kernels are compiled that several tests need at once.
-test-live test-faults test-pure test-commands test-robots test-worlds test-hall test-runs: test-%: test-kernels
+test-live test-graph test-faults test-pure test-commands test-robots test-worlds test-hall test-runs: test-%: test-kernels
 	.venv/bin/pytest $($*)
 
 setup: .venv/.ready-run
