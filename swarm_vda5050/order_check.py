@@ -14,7 +14,7 @@ from swarm_common.model.grid import Grid
 from swarm_vda5050.actions import OFFERED, ActionOffer, ActionScope, check_action
 from swarm_vda5050.faults import OrderFault, OrderRejectedError
 from swarm_vda5050.messages import DriveOrder, Edge, Node, OrderAction
-from swarm_vda5050.ways import line_of, problem_of
+from swarm_vda5050.ways import FARTHEST, line_of, problem_of
 
 STOP_RADIUS = 0.35  # [m] around a node at which the robot stops: the goal checker's, and its play
 REFERENCE_POINTS = ("KINEMATICCENTER", "CONTOUR")
@@ -155,7 +155,7 @@ def _check_edge(edge: Edge, start: Node, end: Node) -> None:
         raise _invalid(f"maxSpeed is {edge.max_speed}; it must be positive", edgeId=edge.edge_id)
     if corridor is not None:
         widths = corridor.left_width, corridor.right_width
-        if not all(0.0 <= width < math.inf for width in widths):
+        if not all(0.0 <= width <= FARTHEST for width in widths):
             raise _invalid(f"the corridor's widths are {widths}", edgeId=edge.edge_id)
         if corridor.corridor_ref_point not in REFERENCE_POINTS:
             text = f"corridorRefPoint is {corridor.corridor_ref_point:.40}"

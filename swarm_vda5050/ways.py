@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 SPACING = 0.05  # [m] between the points of a way
 FINE = 50  # samples per control point
 MOST_POINTS = 1000  # control points of a trajectory
+LONGEST = 10_000.0  # [m] along them
+HEAVIEST = 1e6  # weight of one
+FARTHEST = 1e6  # [m] of anything from the origin of the map
 NARROW = 0.3  # [m] of a corridor in which nothing is planned: the robot follows its middle line
 TURNING_ROOM = 0.35  # [m] around a node, besides the body, that belongs to a corridor
 
@@ -33,8 +36,14 @@ def problem_of(trajectory: Trajectory) -> str:
         )
     if (np.diff(knots) < 0.0).any() or not knots[degree] < knots[count]:
         return "the knots do not ascend"
-    if any(not point.weight > 0.0 for point in trajectory.control_points):
-        return "a weight is not positive"
+    if not all(1.0 / HEAVIEST <= point.weight <= HEAVIEST for point in trajectory.control_points):
+        return f"a weight that is not from {1.0 / HEAVIEST:g} to {HEAVIEST:g}"
+    corners = np.array([(point.x, point.y) for point in trajectory.control_points])
+    if not (np.abs(corners) <= FARTHEST).all() or not np.abs(knots).max() <= FARTHEST:
+        return f"a number beyond {FARTHEST:g}"
+    length = float(np.hypot(*np.diff(corners, axis=0).T).sum())
+    if length > LONGEST:
+        return f"{length:.0f} m of way; at most {LONGEST:.0f} m are taken"
     return ""
 
 

@@ -21,6 +21,7 @@ from swarm_vda5050.messages import (
     ZoneSet,
     ZoneSetState,
 )
+from swarm_vda5050.ways import FARTHEST
 
 BLOCKED, SPEED_LIMIT, PENALTY, RELEASE = "BLOCKED", "SPEED_LIMIT", "PENALTY", "RELEASE"
 SUPPORTED = (BLOCKED, SPEED_LIMIT, PENALTY, RELEASE)
@@ -271,7 +272,7 @@ def _check(zone: FleetZone, zone_set: str) -> None:
         text = f"releaseLossBehavior is {zone.release_loss_behavior:.40}; expected {LOSS}"
         raise OrderRejectedError(OrderFault.UNSUPPORTED, text, **where)
     numbers = [value for corner in zone.vertices for value in (corner.x, corner.y)]
-    is_shape = len(zone.vertices) >= 3 and all(map(math.isfinite, numbers))
+    is_shape = len(zone.vertices) >= 3 and all(abs(number) <= FARTHEST for number in numbers)
     if not is_shape or not _polygon(zone).is_valid or _polygon(zone).area == 0.0:
         raise OrderRejectedError(OrderFault.VALIDATION, "the vertices are no polygon", **where)
     speed, penalty = zone.max_speed, zone.penalty_factor

@@ -44,6 +44,7 @@ def test_a_good_order_passes() -> None:
         lambda o: o["nodes"][1].update(nodeId=""),
         lambda o: o["edges"][0].update(maxSpeed=0.0),
         lambda o: o["edges"][0].update(corridor={"leftWidth": -1.0, "rightWidth": 1.0}),
+        lambda o: o["edges"][0].update(corridor={"leftWidth": 1e308, "rightWidth": 1.0}),
         lambda o: o["edges"][0].update(trajectory=nurbs((0.0, 0.0), (1.0, 1.0))),
         lambda o: o["edges"][0].update(trajectory=nurbs((0.0, 0.0), (2.0, 0.0), degree=2)),
         lambda o: o["edges"][0].update(trajectory=nurbs((0.0, 0.0), (2.0, 0.0), knots=[0.0, 1.0])),

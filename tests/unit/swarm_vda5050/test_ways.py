@@ -12,8 +12,8 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm_vda5050.messages import Edge, NodePosition
-from swarm_vda5050.ways import corridor_area, is_followed, line_of
+from swarm_vda5050.messages import Edge, NodePosition, Trajectory
+from swarm_vda5050.ways import corridor_area, is_followed, line_of, problem_of
 from tests.fakes.fleet_orders import MAP, Toy, edge, node, nurbs, order
 
 START, END = NodePosition(x=1.0, y=0.0, map_id=MAP), NodePosition(x=0.0, y=1.0, map_id=MAP)
@@ -74,3 +74,16 @@ def test_a_robot_stops_where_the_kind_of_way_changes() -> None:
         toy.step()
     assert kinds == [(1, 0, False), (1, 1, False), (1, 0, True), (1, 0, False)]
     assert not toy.vehicle.is_busy
+
+
+@pytest.mark.parametrize(
+    "trajectory",
+    [
+        nurbs((0.0, 0.0), (1e308, 1e308)),
+        nurbs((0.0, 0.0), (2e4, 0.0)),
+        nurbs((0.0, 0.0, 1e308), (1.0, 0.0, 1e-308)),
+        nurbs((0.0, 0.0), (1.0, 0.0), knots=[0.0, 0.0, 1e308, 1e308]),
+    ],
+)
+def test_a_trajectory_without_measure_is_refused(trajectory: dict[str, Any]) -> None:
+    assert problem_of(msgspec.convert(trajectory, Trajectory))

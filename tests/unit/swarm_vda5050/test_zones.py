@@ -124,6 +124,7 @@ def test_zones_become_a_mask_and_a_limit() -> None:
         (zone("SPEED_LIMIT", 1.0, 2.0), "VALIDATION"),
         (zone("PENALTY", 1.0, 2.0, penaltyFactor=2.0), "VALIDATION"),
         (zone("BLOCKED", 1.0, 1.0), "VALIDATION"),
+        (zone("BLOCKED", 1.0, 1e308), "VALIDATION"),
     ],
 )
 def test_a_bad_zone_set_is_not_taken(bad: dict[str, Any], name: str) -> None:
