@@ -8,6 +8,7 @@ back: lost or late messages cost time, and a robot that hears nothing stops wher
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -27,7 +28,7 @@ from swarm_central.progress import Point, RobotProgress
 from swarm_central.roadmap import RoadmapError, Timing, build_roadmap
 from swarm_central.team import RobotReport, TeamOrder
 from swarm_common.model.grid import Grid
-from swarm_common.model.records import CONTROL_PERIOD, FloatArray, RobotSpec
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec
 from swarm_common.model.sites import Sites
 from swarm_nav.core.config import NavConfig
 from swarm_nav.planning.terrain import terrain_for
@@ -140,6 +141,23 @@ class MapfCentre:
         self._grant()
         orders = (robot.order() for robot in self._robots.values())
         return [order for order in orders if order is not None]
+
+    def rehearse(self) -> None:
+        """Plan for two robots that exist nowhere, so that all is compiled before robots wait."""
+        stage = copy.copy(self)
+        stage.begin(robots=2)
+        stage._solver = None
+        ends = [self._point(vertex) for vertex in (0, len(self.roadmap.points) - 1)]
+        for tick in range(2):
+            reports = [
+                RobotReport(
+                    robot_id=number, tick=tick, pose_map=Pose(*ends[number - 1], 0.0), passed=0,
+                    heard=0, goal_id=1, goal_map=ends[2 - number], has_arrived=False,
+                )
+                for number in (1, 2)
+            ]  # fmt: skip
+            MapfCentre.observe(stage, tick, reports)
+            MapfCentre.decide(stage)
 
     def _needs_plan(self) -> bool:
         """Whether it is time: PIBT looks ahead a little and often, joint plans lead to the goals.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 import os
 import signal
@@ -18,7 +17,6 @@ from rclpy.signals import SignalHandlerOptions
 
 from swarm_central.config import central_from_texts
 from swarm_central.link import Centre, delay_ticks
-from swarm_central.mapf import MapfCentre
 from swarm_central.reservation import MOST_COMMANDS, ReservationCentre
 from swarm_central.team import RobotReport
 from swarm_common.files.map_io import load_map
@@ -27,7 +25,6 @@ from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.central import unpack_report
 from swarm_common.model.errors import SwarmError
-from swarm_common.model.records import Pose
 from swarm_common.process.messages import MISSION, CentreReported, Ready, Refused, RobotGone
 from swarm_common.process.pipes import EventWriter, MessageReader, child_options
 from swarm_common.robots.loading import load_robot
@@ -60,7 +57,7 @@ class CentralNode:
             self._team, len(config["models"]), radio["loss"], delay, seed=config["seed"],
             transport=0,
         )  # fmt: skip
-        _rehearse(self._team)
+        self._team.rehearse()
         self._tick = -1
         self._reports: list[RobotReport] = []  # of the present tick
         self._usual = 0  # reports of a tick
@@ -119,24 +116,6 @@ def _team(config: Mapping[str, Any]) -> ReservationCentre:
     specs = [load_robot(model) for model in config["models"]]
     first = 1 + int(time.time()) % (MOST_COMMANDS - 1)
     return ReservationCentre(settings.config, specs, grid, sites, given, first_command=first)
-
-
-def _rehearse(team: ReservationCentre) -> None:
-    """Plan for two robots that exist nowhere: what is to be compiled is so before robots wait."""
-    rehearsing = copy.copy(team)
-    rehearsing.begin(robots=2)
-    rehearsing._solver = None  # asked for nothing
-    ends = [team._point(vertex) for vertex in (0, len(team.roadmap.points) - 1)]
-    for tick in range(2):
-        reports = [
-            RobotReport(
-                robot_id=number, tick=tick, pose_map=Pose(*ends[number - 1], 0.0), passed=0,
-                heard=0, goal_id=1, goal_map=ends[2 - number], has_arrived=False,
-            )
-            for number in (1, 2)
-        ]  # fmt: skip
-        MapfCentre.observe(rehearsing, tick, reports)
-        MapfCentre.decide(rehearsing)
 
 
 def main(arguments: list[str] | None = None) -> int:

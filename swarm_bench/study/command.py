@@ -37,6 +37,7 @@ from swarm_bench.study.tuning import (
     write_chosen,
 )
 from swarm_bench.suite.command import Cluster, Jobs, Shard, bench_app, keeping, new_console
+from swarm_bench.suite.progress import bar
 from swarm_bench.suite.selection import check_jobs, parse_time
 from swarm_common.model.errors import ConfigError
 
@@ -159,9 +160,10 @@ def _computed(
     inputs = None
     if cluster is not None and items:
         inputs = packed(gathered(options, load_inputs)[1] for _, options in items)
-    with executor(jobs, cluster) as chosen:
+    with executor(jobs, cluster) as chosen, bar(console, "runs", len(runs)) as tell:
         with contextlib.closing(chosen.run(run_one, items, inputs)) as ended:
-            for done in ended:
+            for count, done in enumerate(ended, 1):
+                tell(count, len(runs))
                 if done.error:
                     errors.append(done.error)
                     experiment, cell, method, seed, _ = runs[done.index].key

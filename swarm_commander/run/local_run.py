@@ -188,8 +188,7 @@ class LocalRun(ProcessRun):
             self._couriers[f"{COURIER}_{config['number']}"] = config | trace
         self._prepare_navigators(homes)
         if self._plan.options.coordination.has_centre:
-            params = self._folder.params / f"{self._plan.alive[0]}.yaml"
-            self._start(CENTRAL, self._plan.central_config(self._plan.map or drawn, params))
+            self._start_centre(self._plan.map or drawn)
         if self._plan.options.record:
             self._start(RECORDER, recorder_config(self._plan, self._folder.recording))
         self._open_windows()
@@ -510,11 +509,13 @@ class LocalRun(ProcessRun):
         elif name == RUNNER:
             self._revive_mission()
         elif name == CENTRAL:
-            params = self._folder.params / f"{self._plan.alive[0]}.yaml"
-            kept = self._folder.trace / MAP_FILE
-            self._start(CENTRAL, self._plan.central_config(kept, params))
+            self._start_centre(self._folder.trace / MAP_FILE)
         elif name in self._couriers:
             self._revive_courier(name)
+
+    def _start_centre(self, map_file: Path) -> None:
+        params = self._folder.params / f"{self._plan.alive[0]}.yaml"
+        self._start(CENTRAL, self._plan.central_config(map_file, params))
 
     def _revive_courier(self, name: str) -> None:
         """Restart a courier: the stations take back the orders that its robots held."""
