@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import struct
 from dataclasses import dataclass
 
@@ -10,6 +12,8 @@ from swarm_common.model.records import Pose
 REPORT = struct.Struct("<HIfffIIIffB")  # in the order of the fields of `RobotReport`
 ORDER = struct.Struct("<HIIB")  # robot, number, first, number of points
 POINT = struct.Struct("<ff")
+FARTHEST = 10_000.0  # [m] of a robot or goal from the origin of the map
+LONGEST = 100_000.0  # [m] of an order's way, from the origin on
 SERIAL_BITS = 20  # of an order's number; those above count the commands that a robot came under
 
 
@@ -44,11 +48,14 @@ def unpack_report(data: bytes) -> RobotReport:
     """Return the report in a message.
 
     Raises:
-        ValueError: If it has another size.
+        ValueError: If it has another size, or names no place.
     """
     if len(data) != REPORT.size:
         raise ValueError(f"a report of {len(data)} bytes; expected {REPORT.size}")
     robot_id, tick, x, y, yaw, passed, heard, goal_id, *goal, arrived = REPORT.unpack(data)
+    has_goal = not all(map(math.isnan, goal))
+    if not all(abs(value) <= FARTHEST for value in (x, y, yaw, *(goal if has_goal else ()))):
+        raise ValueError(f"a report of ({x:g}, {y:g}, {yaw:g}) with the goal {goal}")
     return RobotReport(
         robot_id=robot_id,
         tick=tick,
@@ -89,15 +96,19 @@ def unpack_order(data: bytes) -> TeamOrder:
     """Return the order in a message.
 
     Raises:
-        ValueError: If its size is none of an order.
+        ValueError: If its size is none of an order, or its points are no way.
     """
     head, body = data[: ORDER.size], data[ORDER.size :]
     if len(head) < ORDER.size or len(body) != head[-1] * POINT.size:
         raise ValueError(f"{len(data)} bytes are no order")
     robot_id, number, first, _ = ORDER.unpack(head)
+    points = tuple(POINT.iter_unpack(body))
+    length = sum(math.dist(*ends) for ends in itertools.pairwise(((0.0, 0.0), *points)))
+    if not length <= LONGEST:
+        raise ValueError(f"{length:g} m of way")
     return TeamOrder(
         robot_id=robot_id,
         number=number,
         first=first,
-        points_map=tuple(POINT.iter_unpack(body)),
+        points_map=points,
     )

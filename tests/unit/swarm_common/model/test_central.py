@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -50,3 +52,17 @@ def test_a_message_of_another_kind_is_refused():
         unpack_report(b"abc")
     with pytest.raises(ValueError, match="not a message"):
         unwrapped(b"abc")
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, 1e30])
+def test_numbers_that_are_no_places_are_refused(bad: float) -> None:
+    order = TeamOrder(robot_id=1, number=1, first=0, points_map=((0.0, bad),))
+    with pytest.raises(ValueError, match="of way"):
+        unpack_order(order.packed())
+    for pose, goal in ((Pose(bad, 0.0, 0.0), (0.0, 0.0)), (Pose(0.0, 0.0, 0.0), (0.0, bad))):
+        report = RobotReport(
+            robot_id=1, tick=0, pose_map=pose, passed=0, heard=0, goal_id=0, goal_map=goal,
+            has_arrived=False,
+        )  # fmt: skip
+        with pytest.raises(ValueError, match="a report of"):
+            unpack_report(report.packed())
