@@ -21,6 +21,7 @@ from swarm_common.model.beacon import (
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.robot_names import RobotNames
+from swarm_common.process.late_interrupt import late_interrupt
 from swarm_common.robots.loading import load_robot
 from swarm_nav.behaviour.brain_adapter import plain_beacon
 from swarm_nav.core.config import NavConfig
@@ -129,6 +130,7 @@ class ExternalRobot:
     ) -> None:
         self.close()
 
+    @late_interrupt()
     def _connect(self) -> None:
         import rclpy
         from geometry_msgs.msg import PoseStamped, TwistStamped

@@ -48,6 +48,7 @@ from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError, SwarmEndedError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan
 from swarm_common.process import start
+from swarm_common.process.late_interrupt import late_interrupt
 from swarm_common.robots.fleet import load_fleet
 from swarm_workbench.bench import figures_of
 from swarm_workbench.goal import Goal
@@ -149,13 +150,17 @@ class GraphBackend:
             _running.add(self)
             try:
                 self._child = self._start_child(options)
-                self._view = _View(self.domain or 0, self.names)
-                self.history = self._view.history
+                self.history = self._see().history
                 self._wait_until_active(plan.alive)
                 self.grid = load_map(self._folder / "trace" / MAP_FILE)
             except BaseException:
                 self.close()
                 raise
+
+    def _see(self) -> _View:
+        with late_interrupt():
+            self._view = _View(self.domain or 0, self.names)
+        return self._view
 
     # Processes
 
