@@ -293,7 +293,9 @@ def _usage_message(error: Exception, command: Any) -> str:
     message += _hint(error, command)
     details = getattr(error.__cause__, "errors", None)  # pydantic's, behind newer versions of typer
     found = details()[0].get("input") if details is not None else None
-    return f"{message} (found '{found}')" if found is not None else message
+    message = message.replace("Value error, ", "")
+    is_named = found is None or f"'{found}'" in message
+    return message if is_named else f"{message} (found '{found}')"
 
 
 def _hint(error: Exception, command: Any) -> str:
