@@ -17,9 +17,9 @@ PLANNERS = ("pibt", "lacam")
 class CentralConfig:
     """How the centre plans and how near it lets robots come."""
 
-    margin: float = 0.022  # [m] that each robot keeps beyond its circumscribed radius
+    margin: float = 0.01  # [m] that each robot keeps beyond its circumscribed radius
     wall_margin: float = 0.04  # [m] likewise towards walls
-    gap: float = 0.10  # [m] between the circles of robots on neighbouring vertices
+    gap: float = 0.06  # [m] between the circles of robots on neighbouring vertices
     lookahead: float = 0.15  # [m] that a robot is given ahead of its last report
     stop_time: float = 0.4  # [s] that braking and starting around a turn take
     period: int = 5  # ticks between two plans
@@ -30,7 +30,8 @@ class CentralConfig:
     solver: str = ""  # path of an external solver in place of both; empty for none
     solver_time: float = 1.0  # [s] of wall time that it gets for a plan
     patience: int = 30  # ticks after which a robot that is not heard counts as standing for ever
-    most_released: int = 35  # robots that go for their goals at once; the others make way
+    most_released: int = 45  # robots that go for their goals at once; the others make way
+    most_queued: int = 10  # of these, at most, go for the same place
     most_age: float = 240.0  # [s] after which a goal counts before all nearer ones
 
     def __post_init__(self) -> None:
@@ -41,7 +42,14 @@ class CentralConfig:
                 )
         if self.planner not in PLANNERS:
             raise UnknownNameError("central.planner", self.planner, PLANNERS)
-        for name in ("period", "least_period", "horizon", "expansions", "most_released"):
+        for name in (
+            "period",
+            "least_period",
+            "horizon",
+            "expansions",
+            "most_released",
+            "most_queued",
+        ):
             if getattr(self, name) < 1:
                 raise ConfigError(f"central.{name} is {getattr(self, name)}; it must be 1 or more")
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import copy
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -238,9 +239,10 @@ class MapfCentre:
         released = self._released(places, rank)
         goals = np.where(released, goals, PARK).astype(np.int32)
         rank = np.where(released, rank, 1e6 - ages)
-        order = np.lexsort((np.arange(len(robots)), rank, ~locked))
+        busy = self._busy(robots, places)
+        order = np.lexsort((np.arange(len(robots)), rank, ~busy[start], ~locked))
         noise = self._noise.random((len(robots), 5), np.float32) * np.float32(0.01)
-        wishes = Wishes(fields, goals, self._busy(robots, places), noise)
+        wishes = Wishes(fields, goals, busy, noise)
         places = np.where(released, places, -1).astype(np.int32)
         plan = self._jointly(order, start, headings, locked, places)
         self._is_joint = plan is not None
@@ -316,10 +318,20 @@ class MapfCentre:
         return bool(robot.queue) or robot.report.has_arrived or robot.vertex == place
 
     def _released(self, places: NDArray[np.int32], rank: FloatArray) -> NDArray[np.bool_]:
-        """Return (n,) which robots go for their goals; the others wait and make way."""
+        """Return (n,) which robots go for their goals; the others wait and make way.
+
+        The first of each place's queue come before all second ones: no station runs dry.
+        """
         released = np.zeros(len(places), np.bool_)
-        first = [robot for robot in np.argsort(rank, kind="stable") if places[robot] >= 0]
-        released[first[: self.config.most_released]] = True
+        queues: Counter[int] = Counter()
+        turns = []
+        for robot in np.argsort(rank, kind="stable").tolist():
+            place = int(places[robot])
+            if place >= 0 and queues[place] < self.config.most_queued:
+                turns.append((queues[place], rank[robot], robot))
+                queues[place] += 1
+        for _, _, robot in sorted(turns)[: self.config.most_released]:
+            released[robot] = True
         return released
 
     def _busy(
