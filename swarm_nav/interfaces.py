@@ -91,7 +91,8 @@ class PathAhead:
     Attributes:
         points_map: (n, 2) [m], 0.05 m apart; n is 2 or more, the first is nearest to the robot.
         length: [m] from the robot to the last point in its own space: there it must stop.
-        top_speed: [m/s] from which it stops there; faster twists are slowed down to it.
+        top_speed: [m/s] that the drive has, and from which it stops there; faster twists are
+            slowed down to it.
     """
 
     points_map: FloatArray
@@ -123,7 +124,7 @@ class Controller(Protocol):
             path: Where to go.
             pose_map: Of base_footprint, now.
             twist: Measured, in base_footprint.
-            limits: Of the drive; the result is clipped to them.
+            limits: Of the drive; each part of the result is clipped to its own.
 
         Returns:
             In base_footprint; vy counts for omnidirectional drives only.
@@ -255,8 +256,8 @@ class Priority(Protocol):
         """Return the rank, which holds for the whole way to a target.
 
         Called once for each target, and once when the robot has none any more. Of equal ones
-        the smaller id goes first. The rank of a robot that waits has to rise in the long run, by
-        its goals or those of others, or it may wait forever.
+        the smaller id goes first. Whoever waits must rank above the others after some of their
+        goals, or it may wait forever: so ranks fall with `last_goal_tick`, or with `tick`.
 
         Args:
             task: The target, and when the last one was reached.

@@ -16,6 +16,7 @@ from swarm_common.model.errors import UnknownNameError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.sites import Sites
+from swarm_common.process.plugins import load_plugin
 from swarm_nav.behaviour.brain_adapter import make_brain
 from swarm_nav.core.config import BrainConfig, NavConfig
 from swarm_nav.core.goals import Output
@@ -79,7 +80,8 @@ def load_method(name: str) -> Method:
     """Return a method by name.
 
     Args:
-        name: One of `METHODS`, or a brain of one's own: `module:Class`, or an entry point's name.
+        name: One of `METHODS`, or a brain or `Team` of one's own: `module:Class`, or an entry
+            point's name.
 
     Raises:
         ConfigError: If there is none.
@@ -87,16 +89,26 @@ def load_method(name: str) -> Method:
     if name not in METHODS:
         if ":" in name:
             plugin_module(name)
-        try:
-            BRAIN.load(name)
-        except UnknownNameError:
-            if ":" in name:
-                raise
-            raise UnknownNameError("method", name, METHODS) from None
+        if _is_own_team(name):
+            return load_method("central-mapf")
         return functools.partial(_make_own, BrainConfig(plugin=name))
     module, _, attribute = METHODS[name].partition(":")
     method: Method = getattr(importlib.import_module(module), attribute)
     return method
+
+
+def _is_own_team(name: str) -> bool:
+    """Whether a method that is not among `METHODS` decides for all robots."""
+    try:
+        made = load_plugin(BRAIN.group, name, BRAIN.built_in, "method")
+    except UnknownNameError:
+        if ":" in name:
+            raise
+        raise UnknownNameError("method", name, METHODS) from None
+    if not hasattr(made, "decide"):
+        BRAIN.load(name)
+        return False
+    return True
 
 
 def _make_own(brain: BrainConfig, config: NavConfig, *rest: Any) -> Driver:
@@ -120,6 +132,9 @@ def make_led_or_alone(config: NavConfig, *rest: Any) -> Driver:
 
 def load_team(name: str) -> TeamFactory | None:
     """Return what makes the centre of a method; None if each robot decides alone."""
+    if name not in METHODS and _is_own_team(name):
+        own: TeamFactory = load_plugin(BRAIN.group, name, BRAIN.built_in, "method")
+        return own
     if name not in TEAMS:
         return None
     module, _, attribute = TEAMS[name].partition(":")

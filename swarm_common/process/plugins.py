@@ -131,12 +131,10 @@ class Guard:
         self.what = what
         self._own: Any = None
         self._final: PluginError | None = None
-        with contextlib.suppress(PluginError):
+        try:
             self._own = self._run("__init__", make, arguments, MOST_START_TIME)
-        if self._own is None and self._final is None:
-            self._final = PluginError(
-                PluginFault.RAISED, f"{what} could not be started; see the log"
-            )
+        except PluginError as error:
+            self._final = error
 
     def has(self, method: str) -> bool:
         """Whether the plug-in has an optional member."""

@@ -60,7 +60,8 @@ class PluginController(Controller):
         if self._is_omni:
             acc = min(acc, self._limits.acc_lim_y)
         rest = length_to(tube, min(corner, tube.stop), pose)
-        top_speed = 0.0 if tube.is_at_rest else rate_that_stops(rest, twist.vx, acc)
+        most = math.hypot(self._limits.max_vel_x, self._limits.max_vel_y)
+        top_speed = 0.0 if tube.is_at_rest else min(most, rate_that_stops(rest, twist.vx, acc))
         path = PathAhead(tube.points[tube.near : corner + 1].copy(), rest, top_speed)
         seen = self._measured if self._is_omni else twist
         try:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+from swarm_common.model.errors import ConfigError
 from swarm_common.process.plugins import Guard, PluginFault, load_plugin
 from swarm_nav.core.config import NavConfig, parameter_values
 from swarm_nav.core.goals import ErrorCode
@@ -39,6 +40,7 @@ class PluginKind:
     group: str  # of entry points
     built_in: Mapping[str, str]  # module:Class by name
     codes: Mapping[PluginFault, ErrorCode]  # with which goals end
+    method: str  # that it has in any case
 
     def is_own(self, name: str) -> bool:
         """Whether a name is not that of a built-in one."""
@@ -56,26 +58,33 @@ class PluginKind:
         """Return the class of a name.
 
         Raises:
-            ConfigError: If there is none.
+            ConfigError: If there is none, or it is none for this part.
         """
-        return load_plugin(self.group, name, self.built_in, self.parameter)
+        made = load_plugin(self.group, name, self.built_in, self.parameter)
+        lacks = not any(hasattr(made, found) for found in (self.method, "__getattr__"))
+        if isinstance(made, type) and lacks:
+            raise ConfigError(
+                f"{self.parameter} is '{name}', which has no {self.method}; see python -m pydoc"
+                " swarm_nav.interfaces"
+            )
+        return made
 
 
 CONTROLLER = PluginKind(
     "controller", "controller.plugin", "controllers",
-    {"dwb": "swarm_nav.control.omni:make_controller"}, CONTROL_CODES,
+    {"dwb": "swarm_nav.control.omni:make_controller"}, CONTROL_CODES, "follow",
 )  # fmt: skip
 PLANNER = PluginKind(
     "planner", "planner.plugin", "planners",
-    {"astar": "swarm_nav.planning.planner:Planner"}, PLAN_CODES,
+    {"astar": "swarm_nav.planning.planner:Planner"}, PLAN_CODES, "plan",
 )  # fmt: skip
 LOCALISER = PluginKind(
     "localiser", "localiser.plugin", "localisers",
-    {"by_type": "swarm_nav.localisation.localiser:make_localiser"}, LOCALISER_CODES,
+    {"by_type": "swarm_nav.localisation.localiser:make_localiser"}, LOCALISER_CODES, "on_odom",
 )  # fmt: skip
 PRIORITY = PluginKind(
     "priority", "traffic.priority_plugin", "priorities",
-    {"oldest_goal": "swarm_nav.core.rank:base_priority"}, CONTROL_CODES,
+    {"oldest_goal": "swarm_nav.core.rank:base_priority"}, CONTROL_CODES, "seniority",
 )  # fmt: skip
 RULE_NAMES = (  # built-in rules by precedence: safety, making way, admission, the way to the goal
     "keep_apart", "stop_before_obstacle", "plan_anew", "make_way", "leave", "behave", "arrive",
@@ -83,7 +92,7 @@ RULE_NAMES = (  # built-in rules by precedence: safety, making way, admission, t
 )  # fmt: skip
 RULE = PluginKind(
     "rule", "traffic.rules", "rules",
-    dict.fromkeys(RULE_NAMES, "swarm_nav.behaviour.rules:RULES"), CONTROL_CODES,
+    dict.fromkeys(RULE_NAMES, "swarm_nav.behaviour.rules:RULES"), CONTROL_CODES, "propose",
 )  # fmt: skip
 BRAIN = PluginKind(
     "brain", "brain.plugin", "brains",
@@ -91,7 +100,7 @@ BRAIN = PluginKind(
         "navigator": "swarm_nav.behaviour.navigator:Navigator",
         ".onnx": "swarm_workbench.policy:PolicyBrain",
     },
-    CONTROL_CODES,
+    CONTROL_CODES, "tick",
 )  # fmt: skip
 KINDS = (CONTROLLER, PLANNER, LOCALISER, PRIORITY, BRAIN)
 

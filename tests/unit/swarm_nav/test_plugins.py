@@ -173,6 +173,8 @@ def test_one_that_is_missing_is_told_before_the_start(kind: Any) -> None:
         check_plugins(config_from_parameters(values))
     with pytest.raises(ConfigError, match="'nowhere:Mine': there is no module 'nowhere'"):
         check_plugins(config_from_parameters({kind.parameter: "nowhere:Mine"}))
+    with pytest.raises(ConfigError, match=f"'collections:Counter', which has no {kind.method}"):
+        check_plugins(config_from_parameters({kind.parameter: "collections:Counter"}))
 
 
 def test_a_navigators_parameters_are_refused_with_a_plug_in_that_is_missing() -> None:

@@ -156,3 +156,12 @@ def test_coordination_without_a_centre_is_refused(tmp_path: Path) -> None:
     chosen = dataclasses.replace(options(tmp_path, "ours"), parameters=parameters)
     with pytest.raises(ConfigError, match="central-reservation"):
         build(chosen)
+
+
+def test_a_team_of_ones_own_decides(tmp_path: Path) -> None:
+    one = dataclasses.replace(load_scenario("circle"), time_limit={1: 60.0}, robots=(1,))
+    settings = RunOptions(scenario=one, robots=1, seed=0, method="tests.fakes.teams:Straight")
+    result = run(settings)
+    assert result.is_flawless
+    assert result.centre is not None
+    assert result.centre["own"] == 1.0
