@@ -16,7 +16,6 @@ What a module imports of its folder stands above it:
     tick_action     Action servers that never block
     simulation      Where messages of simulation_interfaces 1.x and 2.x differ
     dds_profile     DDS profiles of a swarm on several hosts: peers by unicast only
-    joined          Several messages in one, between a world and a navigator that is alone with it
     central_io      Reports and orders of a centre, to and from ROS messages
     cdr_layout      Where the numbers of a CDR message are
     participants    DDS participants over which a process spreads the topics of a large swarm

@@ -81,9 +81,6 @@ class SoleTopic(PolledTopic):
     one. Once the rightful one has appeared, no other is accepted. A new rightful one takes its
     place when the old one has left the graph or is silent, because DDS lists a killed process for
     10 s.
-
-    Attributes:
-        has_rightful_owner: Whether the publisher that is heard is a rightful one.
     """
 
     def __init__(
@@ -109,7 +106,7 @@ class SoleTopic(PolledTopic):
         self._is_rightful, self._on_foreign = is_rightful, on_foreign
         self._is_shared = is_shared
         self._owner = NOBODY
-        self.has_rightful_owner = False
+        self._has_rightful_owner = False
         self._heard = 0  # [ns] of wall time, the owner
         self._foreign: dict[Sender, tuple[int, str]] = {}  # since when, and its node
 
@@ -138,7 +135,7 @@ class SoleTopic(PolledTopic):
         is_rightful = self._is_rightful(name)
         if self._is_free(names, is_rightful):
             if name != UNKNOWN_NODE:  # DDS announces a publisher before its node
-                self._owner, self.has_rightful_owner = sender, is_rightful
+                self._owner, self._has_rightful_owner = sender, is_rightful
                 self._heard = now
             return True
         if is_rightful and self._is_shared:
@@ -153,12 +150,12 @@ class SoleTopic(PolledTopic):
 
     def _is_free(self, names: dict[Sender, str], is_rightful: bool) -> bool:
         """Whether the present owner gives way to another."""
-        if self._owner == NOBODY or (is_rightful and not self.has_rightful_owner):
+        if self._owner == NOBODY or (is_rightful and not self._has_rightful_owner):
             return True
         is_gone = self._owner not in names
         if is_rightful:
             return is_gone or self.received - self._heard > SILENCE
-        return is_gone and not self.has_rightful_owner
+        return is_gone and not self._has_rightful_owner
 
     def _remember(self, sender: Sender, since: int, name: str) -> None:
         if len(self._foreign) >= MOST_FOREIGN:

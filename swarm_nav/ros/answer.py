@@ -8,7 +8,7 @@ from geometry_msgs.msg import TwistStamped
 from rclpy.node import Node
 from swarm_interfaces.msg import Beacon, Mission
 
-from swarm_common.middleware import joined, ros_io
+from swarm_common.middleware import ros_io
 from swarm_common.middleware.cdr import CommandWriter
 from swarm_common.model.beacon import serialize_beacon
 from swarm_nav.core.goals import Output
@@ -16,11 +16,7 @@ from swarm_nav.ros.answer_barrier import AnswerBarrier
 
 
 class Answers:
-    """Sends the answer to each tick, and again when it is asked for; see `answer_barrier`.
-
-    Attributes:
-        is_to_our_world: Whether the ticks come from a world that knows joined messages.
-    """
+    """Sends the answer to each tick, and again when it is asked for; see `answer_barrier`."""
 
     def __init__(self, node: Node, *, waits_for_mission: bool) -> None:
         """Take the node; `announce` has to follow before the first tick.
@@ -32,7 +28,6 @@ class Answers:
         self._answer_barrier = AnswerBarrier(waits_for_mission)
         self._writer = CommandWriter("base_footprint")
         self._last: tuple[bytes, bytes] | None = None  # beacon and command
-        self.is_to_our_world = False
 
     def announce(self) -> None:
         """Create the topics; called once the map is there, to keep the traffic low at the start."""
@@ -50,15 +45,12 @@ class Answers:
         """Whether the last answer waits for the operator's next goal."""
         return self._answer_barrier.is_holding
 
-    def give(
-        self, tick: int, output: Output, *, has_goal: bool, has_ended: bool, may_join: bool
-    ) -> None:
+    def give(self, tick: int, output: Output, *, has_goal: bool, has_ended: bool) -> None:
         """Answer a tick, unless it must wait.
 
         Args:
             has_goal: Whether there is a current or pending goal.
             has_ended: Whether a goal ended in this tick.
-            may_join: Whether the tick came as one message, so that the answer may be one.
         """
         is_first = self.is_first
         self._last = serialize_beacon(output.beacon), self._writer.encode(tick, output.twist)
@@ -66,7 +58,7 @@ class Answers:
             self._answer_barrier.hold(time.monotonic(), is_first)
         else:
             self._answer_barrier.release()
-            self._send(may_join=may_join)
+            self._send()
 
     def repeat(self) -> None:
         """Send the last answer once more, if it was sent."""
@@ -96,13 +88,8 @@ class Answers:
             )
             self.send_withheld()
 
-    def _send(self, *, may_join: bool = False) -> None:
-        if self._last is None:
-            return
-        beacon, command = self._last
-        is_alone = self.is_to_our_world and joined.has_one_listener(self._cmd_vel, self._beacon)
-        if may_join and is_alone:
-            self._cmd_vel.publish(joined.join(command, beacon))
-        else:
+    def _send(self) -> None:
+        if self._last is not None:
+            beacon, command = self._last
             self._beacon.publish(beacon)
-            self._cmd_vel.publish(joined.join(command) if is_alone else command)
+            self._cmd_vel.publish(command)

@@ -15,7 +15,7 @@ from rclpy.context import Context
 from sensor_msgs.msg import BatteryState, LaserScan
 from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
 
-from swarm_common.middleware import battery_state, cdr, joined, ros_io
+from swarm_common.middleware import battery_state, cdr, ros_io
 from swarm_common.middleware.radio_check import read_neighbors
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
@@ -88,7 +88,6 @@ class NavigatorNode:
         self._inputs = TickInputs(scan_rate, has_battery=settings.spec.battery is not None)
         self._last_status = 0.0  # wall time
         self._was_pausing = False
-        self._is_joined = False  # whether the tick came in one message
         self._status_writer = StatusWriter(settings.name)
         self.node = create_node(settings, context)
         self.rejections = Rejections(events, self.node.get_logger().warning)
@@ -168,6 +167,7 @@ class NavigatorNode:
         if self._settings.spec.battery is not None:
             self._topics[battery_state.NAME] = self._hear(BatteryState, battery_state.NAME)
             takers[battery_state.NAME] = self._take_battery
+        takers["neighbors"] = self._receive_neighbors  # which comes last
         self._incoming = [(name, self._topics[name], take) for name, take in takers.items()]
         make = self.node.create_subscription
         kind, quality = PoseWithCovarianceStamped, ros_io.RELIABLE
@@ -222,32 +222,18 @@ class NavigatorNode:
             return
         has_taken = True
         while has_taken:
-            batch = self._topics["neighbors"].take()  # which may bring the others with it
-            self._is_joined = batch is not None and batch.endswith(joined.MARK)
-            has_taken = not self._is_joined and self._receive_others()
-            if batch is not None:
-                has_taken = True
-                self._pass("neighbors", self._receive_neighbors, batch)
+            has_taken = False
+            for name, topic, take in self._incoming:
+                if (data := topic.take()) is not None:
+                    has_taken = True
+                    try:
+                        step = take(data)
+                    except RejectedError as error:
+                        self.rejections.reject(name, "the world", error)
+                        continue
+                    self._step(step)
             if self._inputs.is_settled:
                 return
-
-    def _receive_others(self) -> bool:
-        """Take a message of each topic but `neighbors`; return whether there was any."""
-        has_taken = False
-        for name, topic, take in self._incoming:
-            if (data := topic.take()) is not None:
-                has_taken = True
-                self._pass(name, take, data)
-        return has_taken
-
-    def _pass(self, name: str, take: Callable[[bytes], TickInput | None], data: bytes) -> None:
-        """Take a message and decide if a tick is complete now, or turn the message away."""
-        try:
-            step = take(data)
-        except RejectedError as error:
-            self.rejections.reject(name, "the world", error)
-        else:
-            self._step(step)
 
     def _receive_odom(self, data: bytes) -> TickInput | None:
         odom = self._odometry_reader.read(data)
@@ -262,12 +248,9 @@ class NavigatorNode:
         return self._inputs.add_battery(battery_state.read_battery(data))
 
     def _receive_neighbors(self, data: bytes) -> TickInput | None:
-        batch, *others = joined.split(data) or [data]
-        tick, beacons, reason = read_neighbors(batch, self._settings.robot_id)
+        tick, beacons, reason = read_neighbors(data, self._settings.robot_id)
         if reason:
             self.rejections.reject("neighbors", "the world", reason)
-        for part, (name, _, take) in zip(others, self._incoming, strict=False):
-            self._pass(name, take, part)
         return self._inputs.add_neighbors(tick, beacons)
 
     def _step(self, observed: TickInput | None) -> None:
@@ -293,10 +276,7 @@ class NavigatorNode:
             self._centre.send()
         ended = [event for event in output.events if isinstance(event, GoalEnded)]
         has_goal = brain.goal_id is not None
-        self._answers.is_to_our_world = self._topics["neighbors"].has_rightful_owner
-        self._answers.give(
-            tick, output, has_goal=has_goal, has_ended=bool(ended), may_join=self._is_joined
-        )
+        self._answers.give(tick, output, has_goal=has_goal, has_ended=bool(ended))
         self._tell(output, ended)
 
     def _rejoin(self, brain: RobotBrain, pose_odom: Pose) -> None:
@@ -331,7 +311,6 @@ class NavigatorNode:
         self._on_demand.look(now, has_begun=self.tick > 0)
         self._answers.look(self.tick, now)
         if self._brain is not None:
-            self._receive_others()  # while ticks are joined, only foreign nodes' are there
             self._plans.look(self.tick)
         self.rejections.tell(now)
 

@@ -19,7 +19,7 @@ from std_msgs.msg import String
 from swarm_interfaces.msg import Beacon, NeighborArray
 from tf2_msgs.msg import TFMessage
 
-from swarm_common.middleware import battery_state, cdr, joined, ros_io
+from swarm_common.middleware import battery_state, cdr, ros_io
 from swarm_common.middleware.radio_check import read_beacon
 from swarm_common.middleware.rclpy_compat import removable_publisher
 from swarm_common.middleware.rejections import RejectedError
@@ -95,7 +95,6 @@ class RobotLink:
         self._has_beacon = not is_external  # whether its answers have one
         self._tick = 0
         self._published = -1  # tick
-        self._splits = False  # whether its navigator takes joined messages, as its last answer says
         self._other: Twist | None = None
         self._joints: list[Joint] = read_joints(urdf)
         self._odom_writer = cdr.OdometryWriter("odom", BASE)
@@ -209,22 +208,13 @@ class RobotLink:
         if self.is_gone:
             return
         odom, scan = observation.odom, observation.scan
-        is_repeat = odom.tick <= self._published
-        self._published = odom.tick
-        if self._drifts and not is_repeat:
+        if self._drifts and odom.tick > self._published:
+            self._published = odom.tick
             self._drift.add(odom.twist)
             self._odom_writer.set_variances(self._drift.of_pose, self._drift.of_twist)
-        parts = [self._odom_writer.encode(odom.tick, odom.pose_odom, odom.twist)]
+        self._odom.publish(self._odom_writer.encode(odom.tick, odom.pose_odom, odom.twist))
         if scan is not None:
-            parts.append(self._scan_writer.encode(scan))
-        stamp = stamp_from_tick(odom.tick)
-        if observation.battery is None and not is_repeat and self._is_heard_by_navigator_only():
-            assert self._neighbors is not None
-            batch = serialize_neighbors(*stamp, observation.neighbors)
-            self._neighbors.publish(joined.join(batch, *parts))
-            return
-        for publisher, part in zip((self._odom, self._scan), parts, strict=False):
-            publisher.publish(part)
+            self._scan.publish(self._scan_writer.encode(scan))
         if observation.battery is not None and self._battery is not None:
             assert self._supply is not None
             message = battery_state.battery_message(observation.battery, self._supply)
@@ -232,18 +222,8 @@ class RobotLink:
         if self._is_external and self._last_truth[0] == odom.tick:  # it may have missed this, too
             self._truth.publish(self._last_truth[1])
         if self._neighbors is not None:
+            stamp = stamp_from_tick(odom.tick)
             self._neighbors.publish(serialize_neighbors(*stamp, observation.neighbors))
-
-    def _is_heard_by_navigator_only(self) -> bool:
-        """Whether what the robot senses may go to its navigator as one message.
-
-        A navigator that did not answer the last tick may be gone: then others may be the only ones
-        to listen.
-        """
-        is_there = self._splits and self.newest_tick == self._tick - 1
-        if not is_there or self._neighbors is None:
-            return False
-        return joined.has_one_listener(self._neighbors, self._odom, self._scan)
 
     def is_newcomer(self) -> bool:
         """Whether somebody listens since few calls ago: what it was sent first may be lost."""
@@ -279,18 +259,9 @@ class RobotLink:
         if self.command is None and not self._is_free_run:
             return  # robots send it last: most looks end here, and each costs
         while self.beacon is None or self._is_free_run:
-            if not self.receive_beacon():
+            if (data := self._beacons.take()) is None:
                 break
-
-    def receive_beacon(self) -> bool:
-        """Take a beacon; return whether there was one.
-
-        While answers are joined, only foreign nodes' are there.
-        """
-        data = self._beacons.take()
-        if data is not None:
             self._pass("beacon", self._receive_beacon, data)
-        return data is not None
 
     def _pass(self, name: str, take: Callable[[bytes], None], data: bytes) -> None:
         """Take a message, or turn it away."""
@@ -341,8 +312,6 @@ class RobotLink:
 
     def _receive_stamped(self, data: bytes) -> None:
         tick, twist = self._command_reader.read(data)
-        parts = joined.split(data)
-        self._splits = parts is not None and not (self._is_external or self._is_free_run)
         if self._is_external and tick != self._tick:
             if tick == 0 or not tick <= self.newest_tick:  # else an answer that is repeated
                 self.is_unstamped, self._other = True, twist
@@ -351,8 +320,6 @@ class RobotLink:
             raise RejectedError(f"the stamp is of tick {tick}; it is tick {self._tick} now")
         self.newest_tick = max(self.newest_tick, tick)
         self._take(twist, tick == self._tick)
-        for part in parts[1:] if parts is not None else ():
-            self._pass("beacon", self._receive_beacon, part)
 
     def _receive_plain(self, data: bytes) -> None:
         self._take(cdr.read_plain_command(data), False)

@@ -242,9 +242,6 @@ class Links:
 
     def check_foreign_publishers(self) -> None:
         """Look for foreign publishers on topics of robots; a few robots at each call."""
-        for link in self._links:
-            if not link.is_gone:
-                link.receive_beacon()
         seats = [
             (self._hubs.node_of(robot), link.name)
             for robot, link in enumerate(self._links)
