@@ -516,7 +516,7 @@ class Navigator:
         s, state = self._s, self._state_machine.state
         if state is State.HOLDING:
             s.counters.hold_ticks += 1
-        elif state is State.DRIVING and s.blocked_ticks > 0 and s.is_standing:
+        elif state is State.DRIVING and s.is_standing and (s.blocked_ticks or s.unled_ticks):
             s.counters.wait_ticks += 1
 
     @property

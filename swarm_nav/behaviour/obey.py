@@ -48,9 +48,12 @@ class Obey:
         was_led, robot.is_led = robot.is_led, command.counts(robot.tick) and not is_busy
         if not robot.is_led:
             if was_led:
+                robot.unled_ticks = 0
                 manager.replan()
             return None
         self._leave_own_rules(robot)
+        waits = robot.is_standing and manager.task is not None and not manager.is_pausing
+        robot.unled_ticks = robot.unled_ticks + 1 if waits and not robot.blocked_ticks else 0
         if not command.is_joined:
             self._placed = NOTHING
             if robot.is_standing:

@@ -75,6 +75,7 @@ class RobotState:
     passing: tuple[Terrain, float]
     make_planner: PlannerMaker = Planner  # of a terrain, by the parameters
     is_led: bool = False  # whether a centre decides for it now, by the rule that obeys it
+    unled_ticks: int = 0  # for which it has stood where that centre's way ends, likewise
     is_corrected: bool = False  # whether the pose is corrected while it drives
     oblong: Oblong | None = None  # outline of a long robot, which plans with it; None for others
     stations: tuple[tuple[float, float], ...] = ()  # (x, y) in map that many robots go to
@@ -183,7 +184,9 @@ class RobotState:
         """In words, what the robot has stood before for a while; empty for nothing."""
         if self.blocked_ticks > WAITING_TICKS:
             return f"for {self.names.name_of(self.blocked_by)}, which {self.blocked_why}"
-        return "before an obstacle" if self.obstacle_ticks > WAITING_TICKS else ""
+        if self.obstacle_ticks > WAITING_TICKS:
+            return "before an obstacle"
+        return "for the centre" if self.unled_ticks > WAITING_TICKS else ""
 
     @property
     def vain_ticks(self) -> int:

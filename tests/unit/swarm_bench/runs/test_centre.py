@@ -118,8 +118,11 @@ def test_led_robots_stand_within_what_they_hold_while_the_centre_is_dead(tmp_pat
             )  # fmt: skip
         if stage.world.tick in (62, 110, 160):
             places.append(np.array(stage.world.poses)[:, :2].copy())
+        if stage.world.tick == 160:
+            told = [driver.status() for driver in stage.drivers]
     assert np.allclose(places[1], places[2], atol=1e-3)
     assert np.hypot(*(places[0] - places[1]).T).max() < 0.8  # a lookahead, with its pieces
+    assert "for the centre" in {status.detail for status in told if status.state == "waiting"}
     assert harness.is_over
     assert stage.world.verdict.robot_robot == 0
     stage.world.close()
