@@ -37,6 +37,7 @@ from swarm_nav.planning.terrain import terrain_for
 PIECE = 0.05  # [m] between places that are checked, and least that is given at once
 MOST_LATE = 2.0  # [s] of a message's way there and back that a robot is given more space for
 OUT_OF_REACH = 1e6  # [m²] where no straight way leads to a vertex
+BARRED = 1e4  # [m²] where somebody stands on it
 NEVER = -10_000  # tick
 PARK = 0  # row of the field of robots that wait
 ARRIVED_SHARE = 0.8  # of the goal tolerance within which a robot stops for its goal
@@ -188,18 +189,27 @@ class MapfCentre:
         gaps = ((places[:, None, :] - self.roadmap.points[free][None, :, :]) ** 2).sum(axis=2)
         for row, place in enumerate(places.tolist()):
             gaps[row, ~np.isin(free, self._in_reach(*place))] += OUT_OF_REACH
+            near = np.flatnonzero(gaps[row] < OUT_OF_REACH)
+            barred = [not self._may_enter(reports[row], int(free[column])) for column in near]
+            gaps[row, near[barred]] += BARRED
         rows, columns = linear_sum_assignment(gaps)
         if gaps[rows, columns].max() >= OUT_OF_REACH:
             raise RoadmapError("robots stand where the roadmap has too few places for them")
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             report, vertex = reports[row], int(free[column])
+            if gaps[row, column] >= BARRED:
+                continue
+            del self._first[report.robot_id]
             heading = round(report.pose_map.yaw / (math.pi / 2)) % 4
             robot = RobotProgress(report, vertex, heading)
             robot.queue.append(self._point(vertex))
             self._robots[report.robot_id] = robot
-        self._first.clear()
         self._robots = dict(sorted(self._robots.items()))
         self._forget_plan()
+
+    def _may_enter(self, report: RobotReport, vertex: int) -> bool:
+        """Whether a robot may be told to drive to its first vertex, or is asked again later."""
+        return True
 
     def _forget_plan(self) -> None:
         """Plan anew: the robots have other indices."""

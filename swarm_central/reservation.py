@@ -8,10 +8,14 @@ safety does not depend on the centre, and robots may go on by their own rules an
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from swarm_central.mapf import MapfCentre
+import numpy as np
+
+from swarm_central.grant_kernels import free_length
+from swarm_central.mapf import PIECE, MapfCentre
 from swarm_central.progress import Point
 from swarm_central.roadmap import RoadmapError
 from swarm_central.team import RobotReport, TeamOrder
@@ -81,6 +85,18 @@ class ReservationCentre(MapfCentre):
             self._refused += len(self._first)
             self._first.clear()
 
+    def _may_enter(self, report: RobotReport, vertex: int) -> bool:
+        """Whether nobody stands on the way to its first vertex: robots may come from anywhere."""
+        start, end = (report.pose_map.x, report.pose_map.y), self._point(vertex)
+        others = [r for r in (*self._first.values(), *self._away.values()) if r is not report]
+        lines = [(*a, *b) for robot in self._robots.values() for a, b in robot.held()]
+        lines += [(r.pose_map.x, r.pose_map.y) * 2 for r in others]
+        length, radii = math.dist(start, end), np.full(2, self._radii.max())
+        owners = np.ones(len(lines), np.int64)
+        segments = np.array(lines).reshape(-1, 4)
+        free = free_length(start, end, length, PIECE, 0, segments, owners, radii)
+        return bool(free > length - 1e-6)
+
     def forget(self, robot_id: int) -> None:
         """Know nothing of a robot any more: it is no longer under command, or was taken out.
 
@@ -110,7 +126,7 @@ class ReservationCentre(MapfCentre):
 
     def _obstacles(self) -> Iterator[Point]:
         yield from super()._obstacles()
-        for report in self._away.values():
+        for report in (*self._away.values(), *self._first.values()):
             yield report.pose_map.x, report.pose_map.y
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections import defaultdict
 from collections.abc import Callable
@@ -49,7 +50,10 @@ def check_demand(plan: OrderPlan, way: Way, speed: float, robots: int) -> list[s
     if needed <= robots:
         return []
     said = f"{rate:.0f} orders/h need at least {needed} robots by distance alone"
-    if needed > MOST_ROBOTS and endless:
+    if endless and needed > MOST_ROBOTS:  # what comes in a burst can be done later
+        lasting = dataclasses.replace(plan, streams=tuple(endless))
+        needed = math.ceil(least_robots(lasting, way, speed) - 1e-6)
+    if endless and needed > MOST_ROBOTS:
         raise ConfigError(f"orders: {said}, and a swarm has up to {MOST_ROBOTS}; lower the rate")
     return [f"{said}; there are {robots}"]
 

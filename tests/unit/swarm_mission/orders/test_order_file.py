@@ -107,6 +107,19 @@ def test_the_least_number_of_robots_is_said(tmp_path: Path) -> None:
     assert remark.startswith("240 orders/h need at least 16 robots by distance alone")
 
 
+def test_a_burst_is_not_refused(tmp_path: Path) -> None:
+    """It was taken for orders that come like that for ever."""
+    burst = "{from: a, to: b, rate: 60}\n  - {from: a, to: b, shifts: [{begin: 9, end: 19, every: 0.5}]}"
+    plan = load(tmp_path, burst).orders
+    assert plan is not None
+    (remark,) = check_demand(plan, lambda a, b: 30.0, 0.25, 20)
+    assert remark.startswith("7260 orders/h need at least 4")
+    endless = load(tmp_path, "{from: a, to: b, every: 0.5}").orders
+    assert endless is not None
+    with pytest.raises(ConfigError, match="a swarm has up to 200"):
+        check_demand(endless, lambda a, b: 30.0, 0.25, 20)
+
+
 def test_balanced_streams_need_no_empty_ways(tmp_path: Path) -> None:
     both = "{from: a, to: b, rate: 60}\n  - {from: b, to: a, rate: 60}"
     plan = load(tmp_path, both).orders
