@@ -40,11 +40,18 @@ OUT_OF_REACH = 1e6  # [m²] where no straight way leads to a vertex
 BARRED = 1e4  # [m²] where somebody stands on it
 NEVER = -10_000  # tick
 PARK = 0  # row of the field of robots that wait
-ARRIVED_SHARE = 0.8  # of the goal tolerance within which a robot stops for its goal
 
 
 class MapfCentre:
-    """Decides for all robots by planning on a roadmap."""
+    """Decides for all robots by planning on a roadmap.
+
+    Attributes:
+        arrived_share: Share of the goal tolerance within which a vertex is the place of a goal.
+        stop_share: Share of that within which robots are to stop beside a vertex.
+    """
+
+    arrived_share = 0.8
+    stop_share = 0.8
 
     def __init__(
         self,
@@ -68,7 +75,7 @@ class MapfCentre:
         self.config = CentralConfig(**(central or {}))
         body = max(spec.circumscribed_radius for spec in specs)
         self._radii = np.array([s.circumscribed_radius for s in specs]) + self.config.margin
-        self._reach = ARRIVED_SHARE * config.goal_checker.xy_goal_tolerance
+        self._reach = self.arrived_share * config.goal_checker.xy_goal_tolerance
         slowest = config.controller
         turn = slowest.max_vel_theta / slowest.acc_lim_theta + self.config.stop_time
         timing = Timing(
@@ -366,7 +373,7 @@ class MapfCentre:
         gap = math.dist(goal, point)
         if gap <= self._reach:
             return None
-        share = (gap - 0.8 * self._reach) / gap
+        share = (gap - self.stop_share * self._reach) / gap
         return (
             point[0] + share * (goal[0] - point[0]),
             point[1] + share * (goal[1] - point[1]),

@@ -34,6 +34,9 @@ MOST_COMMANDS = 1 << (32 - SERIAL_BITS)
 class ReservationCentre(MapfCentre):
     """Gives paths to navigators, which it first takes under its command, one by one."""
 
+    arrived_share = 0.6  # navigators stop up to 5 cm before the end of their way
+    stop_share = 0.5  # and a way of less than 6 cm is none to them
+
     def __init__(
         self,
         config: NavConfig,

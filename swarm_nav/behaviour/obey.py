@@ -23,6 +23,8 @@ from swarm_nav.traffic.robot_state import RobotState
 
 UNNAMED = 0xFFFFFFFF  # goal that has no id of its own: a charging station
 SAME = 1e-9  # [m]
+STUCK_TICKS = 50  # of standing, with a way to go
+FAR = 0.1  # [m] of it, at least
 NOTHING: tuple[int, Point] = 0, (math.nan, math.nan)
 
 
@@ -63,7 +65,7 @@ class Obey:
             return STAND
         if manager.task is not None:
             self._check_patience(robot, manager.task)
-        return self._arrive.propose(robot) or self._drive(robot)
+        return self._arrive.propose(robot) or self._begin_anew(robot) or self._drive(robot)
 
     def report(self, robot: RobotState) -> RobotReport:
         """Return what the centre is to know."""
@@ -100,6 +102,17 @@ class Obey:
         if robot.tick - task.moved_tick > robot.ticks(patience):
             message = f"the centre gave no way for {patience:.0f} s"
             self._p.goal_manager.fail_target(task, ErrorCode.FAILED_TO_MAKE_PROGRESS, message)
+
+    def _begin_anew(self, robot: RobotState) -> Proposal | None:
+        """Let a robot go that stands beside its path: a short way and back hides a bend."""
+        command = self.command
+        if not robot.unled_ticks or robot.unled_ticks % STUCK_TICKS or command.last == 0:
+            return None
+        end = command.ahead(command.passed)[-1]
+        if math.dist((robot.pose.x, robot.pose.y), end) < FAR:
+            return None
+        self._placed = NOTHING
+        return Proposal(keep_ahead=0, drops_path=True, holds_place=True, stands=True)
 
     def _drive(self, robot: RobotState) -> Proposal:
         """Let the path go on as far as the centre lets it; begin it anew where it was given up."""

@@ -109,7 +109,8 @@ def test_the_least_number_of_robots_is_said(tmp_path: Path) -> None:
 
 def test_a_burst_is_not_refused(tmp_path: Path) -> None:
     """It was taken for orders that come like that for ever."""
-    burst = "{from: a, to: b, rate: 60}\n  - {from: a, to: b, shifts: [{begin: 9, end: 19, every: 0.5}]}"
+    shift = "shifts: [{begin: 9, end: 19, every: 0.5}]"
+    burst = f"{{from: a, to: b, rate: 60}}\n  - {{from: a, to: b, {shift}}}"
     plan = load(tmp_path, burst).orders
     assert plan is not None
     (remark,) = check_demand(plan, lambda a, b: 30.0, 0.25, 20)
