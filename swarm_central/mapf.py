@@ -204,12 +204,12 @@ class MapfCentre:
             raise RoadmapError("robots stand where the roadmap has too few places for them")
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             report, vertex = reports[row], int(free[column])
-            if gaps[row, column] >= BARRED:
+            if not self._may_enter(report, vertex):
                 continue
             del self._first[report.robot_id]
             heading = round(report.pose_map.yaw / (math.pi / 2)) % 4
             robot = RobotProgress(report, vertex, heading)
-            robot.queue.append(self._point(vertex))
+            self._enter(robot, self._point(vertex))
             self._robots[report.robot_id] = robot
         self._robots = dict(sorted(self._robots.items()))
         self._forget_plan()
@@ -217,6 +217,10 @@ class MapfCentre:
     def _may_enter(self, report: RobotReport, vertex: int) -> bool:
         """Whether a robot may be told to drive to its first vertex, or is asked again later."""
         return True
+
+    def _enter(self, robot: RobotProgress, first: Point) -> None:
+        """Let a robot drive to its first vertex."""
+        robot.queue.append(first)
 
     def _forget_plan(self) -> None:
         """Plan anew: the robots have other indices."""

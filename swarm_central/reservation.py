@@ -16,7 +16,7 @@ import numpy as np
 
 from swarm_central.grant_kernels import free_length
 from swarm_central.mapf import PIECE, MapfCentre
-from swarm_central.progress import Point
+from swarm_central.progress import Point, RobotProgress
 from swarm_central.roadmap import RoadmapError
 from swarm_central.team import RobotReport, TeamOrder
 from swarm_common.model.central import SERIAL_BITS
@@ -99,6 +99,11 @@ class ReservationCentre(MapfCentre):
         segments = np.array(lines).reshape(-1, 4)
         free = free_length(start, end, length, PIECE, 0, segments, owners, radii)
         return bool(free > length - 1e-6)
+
+    def _enter(self, robot: RobotProgress, first: Point) -> None:
+        """Give all of the way at once, while it is free: else two may bar each other half way."""
+        robot.aim = first
+        robot.extend(math.dist(robot.stop, first))
 
     def forget(self, robot_id: int) -> None:
         """Know nothing of a robot any more: it is no longer under command, or was taken out.
