@@ -71,7 +71,7 @@ def refusal(
         (["--jobs", "2", "--ros"], ["--ros takes all cores"]),
         (["--ros", "--method", "dwa"], ["--method dwa needs the bench"]),
         (["--method", "mine:Driver"], ["cannot import mine", "'mine:Driver'"]),
-        (["--method", "json:Driver"], ["unknown brain.plugin 'Driver' in json"]),
+        (["--method", "json:Driver"], ["unknown method 'Driver' in json"]),
         (["--robots", "9..4"], ["'9..4'", "FIRST..LAST:STEP"]),
         (["--shard", "3/2"], ["--shard is '3/2'"]),
         (["--shard", "0/2"], ["--shard is '0/2'"]),
