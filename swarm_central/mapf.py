@@ -197,14 +197,13 @@ class MapfCentre:
         for row, place in enumerate(places.tolist()):
             gaps[row, ~np.isin(free, self._in_reach(*place))] += OUT_OF_REACH
             near = np.flatnonzero(gaps[row] < OUT_OF_REACH)
-            barred = [not self._may_enter(reports[row], int(free[column])) for column in near]
-            gaps[row, near[barred]] += BARRED
+            gaps[row, near[self._barred(reports[row], free[near])]] += BARRED
         rows, columns = linear_sum_assignment(gaps)
         if gaps[rows, columns].max() >= OUT_OF_REACH:
             raise RoadmapError("robots stand where the roadmap has too few places for them")
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             report, vertex = reports[row], int(free[column])
-            if not self._may_enter(report, vertex):
+            if self._barred(report, free[[column]]).any():
                 continue
             del self._first[report.robot_id]
             heading = round(report.pose_map.yaw / (math.pi / 2)) % 4
@@ -214,9 +213,9 @@ class MapfCentre:
         self._robots = dict(sorted(self._robots.items()))
         self._forget_plan()
 
-    def _may_enter(self, report: RobotReport, vertex: int) -> bool:
-        """Whether a robot may be told to drive to its first vertex, or is asked again later."""
-        return True
+    def _barred(self, report: RobotReport, vertices: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return (n,) to which vertices a robot may not be sent now; it is asked again later."""
+        return np.zeros(len(vertices), np.bool_)
 
     def _enter(self, robot: RobotProgress, first: Point) -> None:
         """Let a robot drive to its first vertex."""

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_central.grant_kernels import free_length
 from swarm_central.mapf import PIECE, MapfCentre
@@ -88,17 +89,21 @@ class ReservationCentre(MapfCentre):
             self._refused += len(self._first)
             self._first.clear()
 
-    def _may_enter(self, report: RobotReport, vertex: int) -> bool:
-        """Whether nobody stands on the way to its first vertex: robots may come from anywhere."""
-        start, end = (report.pose_map.x, report.pose_map.y), self._point(vertex)
+    def _barred(self, report: RobotReport, vertices: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return (n,) where somebody stands on the way: robots may come from anywhere."""
         others = [r for r in (*self._first.values(), *self._away.values()) if r is not report]
         lines = [(*a, *b) for robot in self._robots.values() for a, b in robot.held()]
         lines += [(r.pose_map.x, r.pose_map.y) * 2 for r in others]
-        length, radii = math.dist(start, end), np.full(2, self._radii.max())
-        owners = np.ones(len(lines), np.int64)
-        segments = np.array(lines).reshape(-1, 4)
-        free = free_length(start, end, length, PIECE, 0, segments, owners, radii)
-        return bool(free > length - 1e-6)
+        segments, owners = np.array(lines).reshape(-1, 4), np.ones(len(lines), np.int64)
+        radii = np.full(2, self._radii.max())
+        start = report.pose_map.x, report.pose_map.y
+        found = []
+        for vertex in vertices.tolist():
+            end = self._point(vertex)
+            length = math.dist(start, end)
+            free = free_length(start, end, length, PIECE, 0, segments, owners, radii)
+            found.append(free <= length - 1e-6)
+        return np.array(found, np.bool_)
 
     def _enter(self, robot: RobotProgress, first: Point) -> None:
         """Give all of the way at once, while it is free: else two may bar each other half way."""

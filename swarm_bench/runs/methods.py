@@ -89,26 +89,23 @@ def load_method(name: str) -> Method:
     if name not in METHODS:
         if ":" in name:
             plugin_module(name)
-        if _is_own_team(name):
+        if hasattr(_load_own(name), "decide"):
             return load_method("central-mapf")
+        BRAIN.load(name)
         return functools.partial(_make_own, BrainConfig(plugin=name))
     module, _, attribute = METHODS[name].partition(":")
     method: Method = getattr(importlib.import_module(module), attribute)
     return method
 
 
-def _is_own_team(name: str) -> bool:
-    """Whether a method that is not among `METHODS` decides for all robots."""
+def _load_own(name: str) -> Any:
+    """Return the class of a method that is not among `METHODS`; a `Team` decides for all robots."""
     try:
-        made = load_plugin(BRAIN.group, name, BRAIN.built_in, "method")
+        return load_plugin(BRAIN.group, name, BRAIN.built_in, "method")
     except UnknownNameError:
         if ":" in name:
             raise
         raise UnknownNameError("method", name, METHODS) from None
-    if not hasattr(made, "decide"):
-        BRAIN.load(name)
-        return False
-    return True
 
 
 def _make_own(brain: BrainConfig, config: NavConfig, *rest: Any) -> Driver:
@@ -132,9 +129,9 @@ def make_led_or_alone(config: NavConfig, *rest: Any) -> Driver:
 
 def load_team(name: str) -> TeamFactory | None:
     """Return what makes the centre of a method; None if each robot decides alone."""
-    if name not in METHODS and _is_own_team(name):
-        own: TeamFactory = load_plugin(BRAIN.group, name, BRAIN.built_in, "method")
-        return own
+    if name not in METHODS:
+        own = _load_own(name)
+        return own if hasattr(own, "decide") else None
     if name not in TEAMS:
         return None
     module, _, attribute = TEAMS[name].partition(":")

@@ -21,7 +21,6 @@ from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD
 
 QUICK_SEEDS = 2
-# Methods that cells may name before they exist; their runs are left out, and the page says so.
 ENDLESS = 10**9  # tick
 # CPU [ms] of a robot-second by method, before anything was measured; LiDARs double it.
 USUAL_COST = {"central-mapf": 0.8, "orca": 1.6, "dwa": 2.2}
@@ -131,7 +130,7 @@ class Experiment(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     cells: list[Cell]
 
     def methods_of(self, cell: Cell) -> list[str]:
-        """Return the methods of a cell, those that are still to come included."""
+        """Return the methods of a cell."""
         return cell.methods or self.methods
 
 

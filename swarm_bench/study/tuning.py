@@ -70,7 +70,6 @@ def tuning_runs(tuning: Tuning) -> list[StudyRun]:
         for seed in tuning.seeds
         for cell in tuning.cells
         for method in tuning.methods
-        if method in METHODS
         for settings in candidates(tuning, method)
     ]
 

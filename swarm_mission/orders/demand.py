@@ -50,10 +50,8 @@ def check_demand(plan: OrderPlan, way: Way, speed: float, robots: int) -> list[s
     if needed <= robots:
         return []
     said = f"{rate:.0f} orders/h need at least {needed} robots by distance alone"
-    if endless and needed > MOST_ROBOTS:  # what comes in a burst can be done later
-        lasting = dataclasses.replace(plan, streams=tuple(endless))
-        needed = math.ceil(least_robots(lasting, way, speed) - 1e-6)
-    if endless and needed > MOST_ROBOTS:
+    lasting = dataclasses.replace(plan, streams=tuple(endless)) if endless else None
+    if lasting is not None and least_robots(lasting, way, speed) > MOST_ROBOTS:  # not by a burst
         raise ConfigError(f"orders: {said}, and a swarm has up to {MOST_ROBOTS}; lower the rate")
     return [f"{said}; there are {robots}"]
 

@@ -516,7 +516,7 @@ class Navigator:
         s, state = self._s, self._state_machine.state
         if state is State.HOLDING:
             s.counters.hold_ticks += 1
-        elif state is State.DRIVING and s.is_standing and (s.blocked_ticks or s.unled_ticks):
+        elif state is State.DRIVING and s.is_standing and (s.blocked_ticks or s.led_standing):
             s.counters.wait_ticks += 1
 
     @property

@@ -50,12 +50,12 @@ class Obey:
         was_led, robot.is_led = robot.is_led, command.counts(robot.tick) and not is_busy
         if not robot.is_led:
             if was_led:
-                robot.unled_ticks = 0
+                robot.led_standing = 0
                 manager.replan()
             return None
         self._leave_own_rules(robot)
         waits = robot.is_standing and manager.task is not None and not manager.is_pausing
-        robot.unled_ticks = robot.unled_ticks + 1 if waits and not robot.blocked_ticks else 0
+        robot.led_standing = robot.led_standing + 1 if waits and not robot.blocked_ticks else 0
         if not command.is_joined:
             self._placed = NOTHING
             if robot.is_standing:
@@ -106,7 +106,7 @@ class Obey:
     def _begin_anew(self, robot: RobotState) -> Proposal | None:
         """Let a robot go that stands beside its path: a short way and back hides a bend."""
         command = self.command
-        if not robot.unled_ticks or robot.unled_ticks % STUCK_TICKS or command.last == 0:
+        if not robot.led_standing or robot.led_standing % STUCK_TICKS or command.last == 0:
             return None
         end = command.ahead(command.passed)[-1]
         if math.dist((robot.pose.x, robot.pose.y), end) < FAR:

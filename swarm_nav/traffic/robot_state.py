@@ -75,7 +75,9 @@ class RobotState:
     passing: tuple[Terrain, float]
     make_planner: PlannerMaker = Planner  # of a terrain, by the parameters
     is_led: bool = False  # whether a centre decides for it now, by the rule that obeys it
-    unled_ticks: int = 0  # for which it has stood where that centre's way ends, likewise
+    led_standing: int = (
+        0  # ticks for which it has stood then, and no robot was in its way; likewise
+    )
     is_corrected: bool = False  # whether the pose is corrected while it drives
     oblong: Oblong | None = None  # outline of a long robot, which plans with it; None for others
     stations: tuple[tuple[float, float], ...] = ()  # (x, y) in map that many robots go to
@@ -186,7 +188,7 @@ class RobotState:
             return f"for {self.names.name_of(self.blocked_by)}, which {self.blocked_why}"
         if self.obstacle_ticks > WAITING_TICKS:
             return "before an obstacle"
-        return "for the centre" if self.unled_ticks > WAITING_TICKS else ""
+        return "for the centre" if self.led_standing > WAITING_TICKS else ""
 
     @property
     def vain_ticks(self) -> int:

@@ -161,6 +161,25 @@ def test_coordination_without_a_centre_is_refused(tmp_path: Path) -> None:
         build(chosen)
 
 
+def test_a_crowd_comes_back_under_the_centre() -> None:
+    """Robots barred each other on their ways to the roadmap, and stood for ever."""
+    chosen = RunOptions(
+        scenario=load_scenario("crossing"), robots=16, seed=0, method="central-with-fallback"
+    )
+    stage = build(chosen)
+    assert stage.centre is not None
+    stage.centre.outage = (200, 499)
+    assert Harness(chosen, stage=stage).run().is_flawless
+
+
+def test_no_robot_stands_short_of_its_station_or_beside_a_bend() -> None:
+    """One did, and all others waited for it: it took 1,172 and then 1,302 s."""
+    hall = dataclasses.replace(load_scenario("slim_blockage"), time_limit={20: 900.0})
+    assert run(
+        RunOptions(scenario=hall, robots=20, seed=3, method="central-reservation")
+    ).is_flawless
+
+
 def test_a_team_of_ones_own_decides(tmp_path: Path) -> None:
     one = dataclasses.replace(load_scenario("circle"), time_limit={1: 60.0}, robots=(1,))
     settings = RunOptions(scenario=one, robots=1, seed=0, method="tests.fakes.teams:Straight")
