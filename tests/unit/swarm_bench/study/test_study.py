@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 import swarm_bench.study.command
 from swarm_bench.baselines import orca
 from swarm_bench.runs import harness
+from swarm_bench.runs.episode import build
 from swarm_bench.runs.json_lines import append_json_line, open_to_append
 from swarm_bench.study import runner, tables
 from swarm_bench.study.experiments import (
@@ -339,6 +340,14 @@ def test_a_dip_is_measured_against_the_twin(stream: Path) -> None:
     ]
     found = tables.dips(cells, tables.groups(lines))
     assert found[1] == ["50% removed", "ours", "1", "17%", "3.0", "2", "50 s", "0"]
+
+
+def test_the_orders_of_every_cell_can_come() -> None:
+    """Two missions were refused as more than any swarm can serve, so their cells never ran."""
+    cells = [cell for each in load_experiments(study_folder()).values() for cell in each.cells]
+    first = {(cell.scenario, cell.mission): cell for cell in reversed(cells)}
+    for cell in first.values():
+        build(StudyRun("x", cell, "ours", 0).options()).world.close()
 
 
 def test_the_documents_of_this_repository_are_what_its_lines_say() -> None:
