@@ -19,3 +19,7 @@ What holds for every function here and in `swarm_sim`, unless its docstring says
   was found, where, and what to do. Requests of clients raise RefusedError, messages from the
   network RejectedError.
 """
+
+from swarm_common.process.compiled_code import use_compiled
+
+use_compiled()

@@ -16,3 +16,5 @@ Lower folders never import higher ones; the lowest stands first:
                   messages out
     launch        Starting navigators: one warm parent that forks a process per robot
 """
+
+import swarm_common  # noqa: F401  # decides whether what follows is compiled

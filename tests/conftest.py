@@ -9,6 +9,8 @@ from importlib.util import find_spec
 
 import pytest
 
+# Tests replace parts of what they test. The Makefile has those with real runs run compiled.
+os.environ.setdefault("SWARM_INTERPRETED", "1")
 from swarm_common.middleware import ros_env
 from swarm_common.model.engines import NO_WHEELS
 from swarm_common.model.errors import ConfigError

@@ -26,6 +26,7 @@ from swarm_common.middleware.ros_env import (
     participants_of,
 )
 from swarm_common.model.errors import SwarmError
+from swarm_common.process.compiled_code import is_compiled
 from swarm_setup.build import foreign_interfaces, stale_interfaces
 
 CPU_PER_ROBOT = 0.02  # [s] of CPU per simulated second; 0.019 measured with 20 robots
@@ -73,6 +74,7 @@ class Facts:
     rmw: str  # RMW_IMPLEMENTATION, empty if not set
     stale_interfaces: tuple[str, ...]  # interface packages that have to be built first
     has_compiler: bool  # whether a C++ compiler was found
+    is_compiled: bool  # whether navigators run as compiled code
     cache: Path | None  # folder in which compiled kernels are kept; None if it is not writable
     shm: float = 0.0  # [MiB] free in /dev/shm, 0 without it
     # setting of the user's that replaces our DDS profile, which uses no /dev/shm; empty without one
@@ -111,6 +113,7 @@ def look(environment: Mapping[str, str] = os.environ) -> Facts:
         foreign_interfaces=foreign,
         wrong_interfaces=wrong,
         has_compiler=any(shutil.which(name) for name in ("g++", "c++", "clang++")),
+        is_compiled=is_compiled(),
         cache=_kernel_cache(environment),
         shm=shutil.disk_usage(SHM).free / 2**20 if SHM.is_dir() else 0.0,
         own_dds=_own_dds(environment),
@@ -137,6 +140,7 @@ def examine(facts: Facts, robots: int, domain: int, pack: int = 1) -> list[Findi
         _shm(facts, participants),
         _rmw(facts),
         _interfaces(facts),
+        _navigators(facts),
         _cache(facts),
     ]
 
@@ -234,6 +238,13 @@ def _interfaces(facts: Facts) -> Finding:
     return Finding(
         Level.ERROR, "ROS interfaces", f"{found}; no C++ compiler", "install g++, then swarm-setup"
     )
+
+
+def _navigators(facts: Facts) -> Finding:
+    if facts.is_compiled:
+        return Finding(Level.GOOD, "navigators", "compiled")
+    found = "run as Python, which costs more: not compiled from these sources"
+    return Finding(Level.WARNING, "navigators", found, "swarm-setup compiles them")
 
 
 def _cache(facts: Facts) -> Finding:

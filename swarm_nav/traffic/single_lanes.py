@@ -119,7 +119,7 @@ class SingleLanes:
         Args:
             last: Index of the last path point that is wanted; (last, -1) if nothing is in the way.
         """
-        if robot.passing is not self._passing:
+        if robot.passing != self._passing:
             self._passing = robot.passing
             self._labels = single_lanes(*robot.passing)
             robot.donations.lane = 0

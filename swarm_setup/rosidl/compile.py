@@ -157,7 +157,7 @@ def _compile(source: Path, package: str, build: Path, tools: Toolchain) -> Path:
     compiler = (tools.cxx, "-std=c++17") if source.suffix == ".cpp" else (tools.c, "-std=gnu11")
     define = f"-DROSIDL_GENERATOR_C_BUILDING_DLL_{package}"
     files = ("-c", str(source), "-o", str(target))
-    _run([*compiler, *FLAGS, *_includes(build, tools), define, *files])
+    run_tool([*compiler, *FLAGS, *_includes(build, tools), define, *files])
     return target
 
 
@@ -178,7 +178,7 @@ def _link(library: Library, objects: list[Path], build: Path, tools: Toolchain) 
         for name in (*library.links, *RUNTIME)
         if any((folder / f"lib{name}.so").exists() for folder in folders)
     ]
-    _run(
+    run_tool(
         [
             tools.cxx, "-shared", "-o", str(target),
             f"-Wl,-soname,{target.name}", f"-Wl,-rpath,{library.rpath}",
@@ -189,7 +189,12 @@ def _link(library: Library, objects: list[Path], build: Path, tools: Toolchain) 
     )  # fmt: skip
 
 
-def _run(command: list[str]) -> None:
+def run_tool(command: list[str]) -> None:
+    """Run a compiler or linker.
+
+    Raises:
+        BuildError: If it fails.
+    """
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     if result.returncode != 0:
         errors = result.stderr[-4000:]

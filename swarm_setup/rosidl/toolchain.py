@@ -39,8 +39,8 @@ def find_toolchain(environ: Mapping[str, str]) -> Toolchain:
     import numpy
 
     return Toolchain(
-        c=_compiler("CC", "gcc", environ),
-        cxx=_compiler("CXX", "g++", environ),
+        c=find_compiler("CC", "gcc", environ),
+        cxx=find_compiler("CXX", "g++", environ),
         prefixes=ros_prefixes(environ),
         include=(include, Path(numpy.get_include())),
     )
@@ -74,7 +74,12 @@ def _version(package: str, origin: str) -> str:
     return package
 
 
-def _compiler(variable: str, default: str, environ: Mapping[str, str]) -> str:
+def find_compiler(variable: str, default: str, environ: Mapping[str, str]) -> str:
+    """Return the compiler that a variable names, or the usual one.
+
+    Raises:
+        MissingToolError: If there is none.
+    """
     wanted = environ.get(variable, default)
     found = shutil.which(wanted, path=environ.get("PATH"))
     if found is None:

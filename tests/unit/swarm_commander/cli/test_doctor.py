@@ -15,7 +15,7 @@ from swarm_commander.cli.doctor import Facts, Finding, Level, examine
 FIT = Facts(
     cpus=4, load=0.1, memory=8000.0, files=4096, threads=30_000, receive_buffer=212_992,
     ephemeral=32_768, ports=frozenset({53, 30_000}), rmw="", stale_interfaces=(),
-    has_compiler=True, cache=Path("cache"),
+    has_compiler=True, is_compiled=True, cache=Path("cache"),
 )  # fmt: skip
 
 

@@ -1,0 +1,115 @@
+"""Compiles the Python that runs in every tick, with mypyc.
+
+One shared library holds the code of all modules, which so call each other without Python; beside
+it, each module has a small one that the import system loads.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from swarm_common.process.compiled_code import ROOT, SUFFIX, compiled_folder, compiled_folders
+from swarm_setup.rosidl.compile import BuildError, run_tool
+from swarm_setup.rosidl.toolchain import find_compiler
+
+FOLDERS = (
+    "behaviour", "control", "core", "localisation", "perception", "planning", "reservation",
+    "traffic",
+)  # fmt: skip
+LEFT = {  # besides modules with kernels of numba's
+    "core/config.py", "core/localisation_config.py",  # the comments in them are read, too
+    "core/goals.py",  # made in many places, and from names
+    "behaviour/costmap.py",  # mypyc knows no field that is a slice
+    "behaviour/brain_adapter.py", "planning/terrain.py",  # attributes beyond those of the class
+}  # fmt: skip
+MOST_KEPT = 3  # states of the sources in one environment; the oldest go first
+TRANSLATOR = """
+import json, pathlib, sys
+from mypyc.build import mypycify
+build = sys.argv[1]
+made = mypycify(
+    sys.argv[2:], opt_level="2", debug_level="0", multi_file=True, target_dir=build,
+    group_name="swarm_workbench",
+)
+extensions = [
+    {"name": e.name, "sources": e.sources, "include_dirs": e.include_dirs, "flags": e.extra_compile_args}
+    for e in made
+]
+pathlib.Path(build, "extensions.json").write_text(json.dumps(extensions))
+"""
+OPTIONS = ("--config-file=", "--ignore-missing-imports", "--follow-imports=silent")
+
+
+def ensure_compiled() -> bool:
+    """Compile the sources as they are, unless that has been done; return whether it was needed.
+
+    Raises:
+        SwarmError: If mypyc or the compiler does not take them.
+    """
+    folder = compiled_folder()
+    if folder.is_dir():
+        return False
+    compiled_folders().mkdir(parents=True, exist_ok=True)
+    draft = Path(tempfile.mkdtemp(prefix="draft-", dir=compiled_folders()))
+    try:
+        for extension in _translate(modules(), draft / "c"):
+            _build(extension, draft / "c", draft / folder.name)
+        with contextlib.suppress(OSError):  # another process was faster
+            (draft / folder.name).rename(folder)
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+    made = sorted(compiled_folders().iterdir(), key=lambda path: path.stat().st_mtime)
+    for old in made[:-MOST_KEPT]:
+        shutil.rmtree(old, ignore_errors=True)
+    return True
+
+
+def modules() -> list[Path]:
+    """Return the source files that are compiled."""
+    package = ROOT / "swarm_nav"
+    files = [path for folder in FOLDERS for path in sorted((package / folder).glob("*.py"))]
+    files = [path for path in files if str(path.relative_to(package)) not in LEFT]
+    return [path for path in files if path.stem != "__init__" and "@njit" not in path.read_text()]
+
+
+def _translate(files: Sequence[Path], build: Path) -> list[dict[str, Any]]:
+    """Write C for Python modules; return what is to be built from it.
+
+    In a process of its own: mypyc changes setuptools, and ends its process where it finds errors.
+    """
+    build.mkdir()
+    command = [sys.executable, "-c", TRANSLATOR, str(build), *OPTIONS, *map(str, files)]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    if result.returncode != 0:
+        raise BuildError(f"mypyc failed:\n{(result.stdout + result.stderr)[-4000:]}")
+    extensions: list[dict[str, Any]] = json.loads((build / "extensions.json").read_text())
+    return extensions
+
+
+def _build(extension: dict[str, Any], build: Path, target: Path) -> None:
+    """Compile and link one extension with all cores."""
+    compiler = find_compiler("CC", "gcc", os.environ)
+    folders = [*extension["include_dirs"], sysconfig.get_path("include")]
+    flags = [*extension["flags"], "-fPIC", "-DNDEBUG", "-w", "-Wno-error", *(f"-I{f}" for f in folders)]
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        objects = [f"{source}.o" for source in extension["sources"]]
+        calls = [
+            pool.submit(run_tool, [compiler, *flags, "-c", source, "-o", made])
+            for source, made in zip(extension["sources"], objects, strict=True)
+        ]
+        for call in calls:
+            call.result()
+    library = target / (extension["name"].replace(".", os.sep) + SUFFIX)
+    library.parent.mkdir(parents=True, exist_ok=True)
+    run_tool([compiler, "-shared", *objects, "-o", str(library)])
