@@ -49,6 +49,8 @@ test-kernels: .venv/.ready-test
 	.venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
 
 # What takes longest starts first, once the kernels are compiled that several tests need at once.
+# Real runs take the compiled navigators; tests that replace parts of a robot take the sources.
+test-live test-graph test-faults test-robots test-worlds test-hall test-runs: export SWARM_INTERPRETED = 0
 test-live test-graph test-faults test-pure test-commands test-robots test-worlds test-hall test-runs: test-%: test-kernels
 	.venv/bin/pytest $($*)
 

@@ -1,1 +1,1 @@
-"""Builds the ROS 2 interface packages that PyPI lacks: the command `swarm-setup`."""
+"""What an environment is given once: interface packages that PyPI lacks, compiled navigators."""

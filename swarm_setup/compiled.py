@@ -39,16 +39,14 @@ import json, pathlib, sys
 from mypyc.build import mypycify
 build = sys.argv[1]
 made = mypycify(
-    sys.argv[2:], opt_level="2", debug_level="0", multi_file=True, target_dir=build,
+    sys.argv[2:], opt_level="1", debug_level="0", multi_file=True, target_dir=build,
     group_name="swarm_workbench",
 )
-extensions = [
-    {"name": e.name, "sources": e.sources, "include_dirs": e.include_dirs, "flags": e.extra_compile_args}
-    for e in made
-]
+kept = "name", "sources", "include_dirs", "extra_compile_args"
+extensions = [{key: getattr(extension, key) for key in kept} for extension in made]
 pathlib.Path(build, "extensions.json").write_text(json.dumps(extensions))
 """
-OPTIONS = ("--config-file=", "--ignore-missing-imports", "--follow-imports=silent")
+OPTIONS = ("--ignore-missing-imports", "--follow-imports=silent")  # with those of a checkout
 
 
 def ensure_compiled() -> bool:
@@ -78,9 +76,9 @@ def ensure_compiled() -> bool:
 def modules() -> list[Path]:
     """Return the source files that are compiled."""
     package = ROOT / "swarm_nav"
-    files = [path for folder in FOLDERS for path in sorted((package / folder).glob("*.py"))]
-    files = [path for path in files if str(path.relative_to(package)) not in LEFT]
-    return [path for path in files if path.stem != "__init__" and "@njit" not in path.read_text()]
+    found = [path for folder in FOLDERS for path in sorted((package / folder).glob("*.py"))]
+    found = [path for path in found if str(path.relative_to(package)) not in LEFT]
+    return [path for path in found if path.stem != "__init__" and "@njit" not in path.read_text()]
 
 
 def _translate(files: Sequence[Path], build: Path) -> list[dict[str, Any]]:
@@ -101,7 +99,14 @@ def _build(extension: dict[str, Any], build: Path, target: Path) -> None:
     """Compile and link one extension with all cores."""
     compiler = find_compiler("CC", "gcc", os.environ)
     folders = [*extension["include_dirs"], sysconfig.get_path("include")]
-    flags = [*extension["flags"], "-fPIC", "-DNDEBUG", "-w", "-Wno-error", *(f"-I{f}" for f in folders)]
+    flags = [
+        *extension["extra_compile_args"],
+        "-fPIC",
+        "-DNDEBUG",
+        "-w",
+        "-Wno-error",
+        *(f"-I{f}" for f in folders),
+    ]
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         objects = [f"{source}.o" for source in extension["sources"]]
         calls = [

@@ -15,8 +15,8 @@ setup_app = typer.Typer(rich_markup_mode="rich")
 def setup() -> None:
     """Install the ROS 2 interface packages that this environment lacks; compile the navigators.
 
-    The other commands install the packages too when they start. Navigators whose sources have
-    changed since run as Python, with the same results in about twice the time.
+    The other commands install the packages, too. Navigators whose sources have changed run as
+    Python, slower and with the same results.
     """
     names = ensure_interfaces()
     done = f"ROS 2 interfaces installed: {', '.join(names)}"

@@ -6,6 +6,7 @@ What a module imports of its folder stands above it:
     compile_watch  Tells how far numba has compiled, so that a first start does not look like a hang
     last_resort    Faults of our own, or of a library, that must not end a process
     browser        The user's browser
+    compiled_code  Where the navigators' modules come from: compiled, or their sources
     late_interrupt  Ctrl-C waits while a library is loaded
     lifetime       What processes ask of the kernel: to end with their parent, to interrupt nobody
     messages       Messages between swarm-up and the processes that it starts

@@ -21,7 +21,7 @@ from importlib.util import spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
-PACKAGES = ("swarm_common", "swarm_nav", "swarm_setup")  # on whose sources compiled code depends
+PACKAGES = ("swarm_common", "swarm_nav", "swarm_setup")  # on whose sources it depends
 SWITCH = "SWARM_INTERPRETED"
 ROOT = Path(__file__).resolve().parents[2]
 SUFFIX = str(sysconfig.get_config_var("EXT_SUFFIX"))
