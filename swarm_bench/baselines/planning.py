@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from swarm_bench.baselines import sight_kernels
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Pose
+from swarm_common.process.libm_kernels import exp
 from swarm_nav.core.config import CostmapConfig, NavConfig, PlannerConfig
 from swarm_nav.planning import distance_kernels, search_kernels
 from swarm_nav.planning.distance_kernels import Field
@@ -56,7 +57,7 @@ def _terrain(
     terrain = Terrain(grid, planner, costmap, radius)
     lattice = terrain.lattice
     gap = np.maximum(lattice.clearance - radius, 0.0)
-    inflation = INFLATION_WEIGHT * np.exp(-costmap.cost_scaling_factor * gap)
+    inflation = INFLATION_WEIGHT * exp(-costmap.cost_scaling_factor * gap)
     inflation[lattice.clearance > costmap.inflation_radius] = 0.0
     closed = lattice.base >= search_kernels.WALL
     base = np.where(closed, search_kernels.WALL, 1.0 + inflation).astype(np.float32)

@@ -120,6 +120,15 @@ def transform_from_xyz_rpy(x: float, y: float, z: float, r: float, p: float, w: 
     )
 
 
+def inverse_of(transform: Transform) -> Transform:
+    """Return the inverse of a rigid transform, by sums whose last bits no processor changes."""
+    turn, place = transform[:3, :3], transform[:3, 3]
+    inverse = np.eye(4)
+    inverse[:3, :3] = turn.T
+    inverse[:3, 3] = -(turn * place[:, None]).sum(axis=0)
+    return inverse
+
+
 def rotation_of(x: float, y: float, z: float, w: float) -> FloatArray:
     """Return the rotation (3, 3) of a unit quaternion."""
     return np.array(

@@ -162,7 +162,7 @@ class _Draft:
         inertia = np.zeros((3, 3))
         for m, c, own in self.masses:  # parallel axes
             arm = c - center
-            inertia += own + m * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+            inertia += own + m * ((arm * arm).sum() * np.eye(3) - np.outer(arm, arm))
         return RigidGroup(
             self.name,
             self.joint,
@@ -232,7 +232,7 @@ class _Builder:
         return joint.type in MOVING and (self._moving is None or joint.name in self._moving)
 
     def _draft_of(self, joint: Any, parent_from_group: Transform, parent: int) -> _Draft:
-        length = float(np.linalg.norm(joint.axis))
+        length = math.hypot(*joint.axis)
         if not length > 1e-6:
             self.faults.append(f"{self._where}: the axis of joint {joint.name} has no direction")
             length = 1.0

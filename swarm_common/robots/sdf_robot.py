@@ -15,7 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from swarm_common.model.errors import RobotModelError
-from swarm_common.model.shapes import FloatArray, Transform, rotation_of, transform_from_xyz_rpy
+from swarm_common.model.shapes import (
+    FloatArray,
+    Transform,
+    inverse_of,
+    rotation_of,
+    transform_from_xyz_rpy,
+)
 from swarm_common.robots.urdf_tree import number_in
 
 ENDLESS = 1e4  # [rad] from which the limits of a revolute joint are none
@@ -181,7 +187,7 @@ class _Converter:
         made = ET.Element("joint", name=name, type=kind)
         ET.SubElement(made, "parent", link=parent)
         ET.SubElement(made, "child", link=child)
-        made.append(_origin(np.linalg.inv(places[parent]) @ places[child]))
+        made.append(_origin(inverse_of(places[parent]) @ places[child]))
         if kind != "fixed":
             axis = joint.find("axis")
             if axis is None:
@@ -232,7 +238,7 @@ class _Converter:
         pose = element.find("pose")
         base = "" if pose is None else pose.get("relative_to", "")
         frame = self._frame(base or link.get("name", ""))
-        moved: Transform = np.linalg.inv(place) @ frame @ _pose(element, here)
+        moved: Transform = inverse_of(place) @ frame @ _pose(element, here)
         return moved
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.grid import KEEPOUT, OCCUPIED, UNKNOWN
+from swarm_common.process.libm_kernels import exp
 from swarm_nav.planning import distance_kernels
 from swarm_nav.planning.cells import distance_cells
 from swarm_nav.traffic.robot_state import RobotState
@@ -79,7 +80,7 @@ def inflate(
         return costs
     distance = distance_cells(lethal) * resolution
     near = distance <= inflation_radius
-    decay = np.exp(-scaling * (distance[near] - inscribed_radius))
+    decay = exp(-scaling * (distance[near] - inscribed_radius))
     costs[near] = np.minimum(LARGEST_FREE, LARGEST_FREE * decay).astype(np.uint8)
     costs[distance <= inscribed_radius] = INSCRIBED
     costs[lethal] = LETHAL

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.grid import KEEPOUT, OCCUPIED, UNKNOWN, Grid
 from swarm_common.model.records import FloatArray
+from swarm_common.process.libm_kernels import exp
 from swarm_nav.core.config import CostmapConfig, PlannerConfig
 from swarm_nav.planning import distance_kernels, search_kernels
 from swarm_nav.planning.cells import window_max
@@ -427,7 +428,7 @@ def _with_slots(lattice: Lattice, oblong: Oblong, field: Field) -> Lattice:
 
 def _wall_share(clear: FloatArray, costmap: CostmapConfig, radius: float) -> FloatArray:
     """Return 0..1: Nav2's inflation cost, scaled to vanish at the wall clearance plus room."""
-    inflated = np.exp(-costmap.cost_scaling_factor * np.maximum(clear - radius, 0.0))
+    inflated = exp(-costmap.cost_scaling_factor * np.maximum(clear - radius, 0.0))
     free = math.exp(
         -costmap.cost_scaling_factor * (wall_clearance(costmap, radius) + STANDING_ROOM - radius)
     )

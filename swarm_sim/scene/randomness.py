@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_common.process.libm_kernels import log
+
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 
 
@@ -46,7 +48,7 @@ def normal(words: NDArray[np.uint64]) -> NDArray[np.float64]:
     """
     first = ((words >> np.uint64(32)).astype(np.float64) + 1.0) * 2.0**-32
     second = (words & np.uint64(0xFFFFFFFF)).astype(np.float64) * 2.0**-32
-    result: NDArray[np.float64] = np.sqrt(-2.0 * np.log(first)) * np.cos(2.0 * np.pi * second)
+    result: NDArray[np.float64] = np.sqrt(-2.0 * log(first)) * np.cos(2.0 * np.pi * second)
     return result
 
 

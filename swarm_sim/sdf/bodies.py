@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from swarm_common.model.errors import WorldError
+from swarm_common.model.shapes import inverse_of
 from swarm_sim.scene.scene import Body, Mesh, MeshFile, Part, Shape, Transform, Visual
 from swarm_sim.sdf.frames import OWN_NAMES, SEPARATOR, Scope, base_of
 from swarm_sim.sdf.meshes import hull_of, load_mesh
@@ -106,7 +105,7 @@ def _inside(element: ET.Element, name: str, scope: Scope, model_from_link: Trans
     own = scope.placed(element, name)
     if base in OWN_NAMES and base != "__model__":
         return own
-    inside: Transform = np.linalg.inv(model_from_link) @ own
+    inside: Transform = inverse_of(model_from_link) @ own
     return inside
 
 
@@ -254,7 +253,7 @@ def welded(group: list[Body], is_fixed: bool) -> Body:
         return first
     parts, visuals = list(first.parts), list(first.visuals)
     for body in group[1:]:
-        moved = np.linalg.inv(first.world_from_body) @ body.world_from_body
+        moved = inverse_of(first.world_from_body) @ body.world_from_body
         parts += [Part(p.shape, moved @ p.body_from_part) for p in body.parts]
         visuals += [replace(v, body_from_visual=moved @ v.body_from_visual) for v in body.visuals]
     is_static = first.is_static or any(body.is_static for body in group)

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from swarm_common.model.errors import WorldError
+from swarm_common.model.shapes import inverse_of
 from swarm_sim.scene.scene import Transform
 from swarm_sim.sdf.frames import SEPARATOR, Scope, base_of
 from swarm_sim.sdf.grammar import account_for
 from swarm_sim.sdf.source import NEWEST, Source, parse_sdf, parse_xml, version_of
-from swarm_sim.sdf.values import flag_of, pose_of, text_of, transform_of
+from swarm_sim.sdf.values import flag_of, pose_of, text_of
 
 MAX_DEPTH = 24  # of models in models
 SUN, GROUND = ("sun",), ("ground_plane", "ground plane")
@@ -161,7 +162,7 @@ def _enter(model: Model, scope: Scope) -> None:
         pose = pose_of(model.element, model.scope.where)
         base = base_of(model.element, scope, "")
     if model.placement:
-        pose = pose @ _inverse(model.scope.frame(model.placement))
+        pose = pose @ inverse_of(model.scope.frame(model.placement))
     scope.frames[name] = (pose, base)
     scope.inner[name] = model.scope
     if model.is_merged:
@@ -173,13 +174,6 @@ def _free_name(name: str, scope: Scope) -> str:
     while f"{name}_{number}" in scope.inner:
         number += 1
     return f"{name}_{number}"
-
-
-def _inverse(transform: Transform) -> Transform:
-    inverse = transform_of(None, "")
-    inverse[:3, :3] = transform[:3, :3].T
-    inverse[:3, 3] = -transform[:3, :3].T @ transform[:3, 3]
-    return inverse
 
 
 def _built_in(uri: str, here: Path, source: Source) -> ET.Element | None:

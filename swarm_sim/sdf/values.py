@@ -114,7 +114,7 @@ def color_of(element: ET.Element | None, where: str) -> Color | None:
 
 def _from_quaternion(values: list[float], where: str) -> Transform:
     place, quaternion = values[:3], np.array(values[3:])
-    length = float(np.linalg.norm(quaternion))
+    length = math.hypot(*quaternion)
     if length < 1e-6:
         raise WorldError(f"<pose> of {where} has a quaternion of length 0")
     matrix = np.eye(4)

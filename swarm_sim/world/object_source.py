@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from swarm_common.model.errors import RobotModelError, WorldError
+from swarm_common.model.shapes import inverse_of
 from swarm_common.robots.description import parse_urdf
 from swarm_common.robots.packages import PackageFinder
 from swarm_common.robots.xacro_io import expand
@@ -132,7 +133,7 @@ def _of_sdf(root: ET.Element, where: Path, beside: Path, source: Source) -> Body
     whole = welded(bodies, model.is_static)
     if any(isinstance(part.shape, Plane) for part in whole.parts):
         raise WorldError(f"{where}: model '{model.name}' is a plane; the ground is there already")
-    base = np.linalg.inv(scope.frame(model.name)) @ whole.world_from_body
+    base = inverse_of(scope.frame(model.name)) @ whole.world_from_body
     parts = tuple(Part(part.shape, base @ part.body_from_part) for part in whole.parts)
     visuals = tuple(
         replace(visual, body_from_visual=base @ visual.body_from_visual) for visual in whole.visuals

@@ -10,6 +10,7 @@ import pybullet
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec
 from swarm_common.model.shapes import Transform
+from swarm_common.process.libm_kernels import arctan2
 from swarm_common.robots.description import RobotModel
 from swarm_sim.physics.bullet.bullet_kernels import ramp_all
 from swarm_sim.physics.bullet.contacts import Contacts
@@ -270,7 +271,7 @@ class BulletEngine:
             self.travels[i] += self._wheels[i].travel(rolled)
             self._joints[i] = joints
         x, y, z, w = places[:, 3], places[:, 4], places[:, 5], places[:, 6]
-        yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        yaw = arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         cos, sin = np.cos(yaw), np.sin(yaw)
         turned = yaw - self.poses[:, 2]
         self.yaws_gyro += turned - 2.0 * math.pi * np.round(turned / (2.0 * math.pi))

@@ -1,0 +1,52 @@
+"""Short runs give the trajectories that are kept, to the last bit, on every processor.
+
+`python -m tests.kept_trajectories` writes the hashes anew.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.kept_trajectories import KEPT, RUNS, libraries, trajectory
+
+ROOT = Path(__file__).resolve().parents[2]
+OTHERS = ("corridor, realistic", "walkers, realistic, rigid bodies")
+# NumPy and OpenBLAS without the vector code that they chose for this processor.
+SIMD = np.show_config(mode="dicts")["SIMD Extensions"]
+PLAIN_NUMPY = {"NPY_DISABLE_CPU_FEATURES": ",".join(SIMD.get("found", ()))}
+CORES = [PLAIN_NUMPY | {"OPENBLAS_CORETYPE": core} for core in ("Prescott", "Haswell", "SkylakeX")]
+
+
+def in_another_process(variables, *names):
+    ended = subprocess.run(
+        (sys.executable, "-m", "tests.kept_trajectories", *names),
+        cwd=ROOT, env=os.environ | variables, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    return json.loads(ended.stdout.splitlines()[-1])
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_run_gives_the_trajectories_that_are_kept(name):
+    kept = json.loads(KEPT.read_text(encoding="utf-8"))
+    if kept["libraries"] != libraries():
+        pytest.skip(f"hashes are kept for {kept['libraries']}")
+    assert trajectory(name) == kept["runs"][name]
+
+
+@pytest.mark.slow
+def test_other_vector_code_changes_no_trajectory():
+    here = {name: trajectory(name) for name in OTHERS}
+    for variables in CORES:
+        assert in_another_process(variables, *OTHERS) == here, variables
+
+
+@pytest.mark.slow
+def test_kernels_compiled_for_any_processor_change_no_trajectory(tmp_path):
+    target = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    cold = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    assert in_another_process(target | cold, OTHERS[0]) == {OTHERS[0]: trajectory(OTHERS[0])}
