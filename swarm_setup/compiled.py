@@ -33,6 +33,7 @@ LEFT = {  # besides modules with kernels of numba's
     "behaviour/costmap.py",  # mypyc knows no field that is a slice
     "behaviour/brain_adapter.py", "planning/terrain.py",  # attributes beyond those of the class
 }  # fmt: skip
+FLAGS = ("-fPIC", "-DNDEBUG", "-w", "-Wno-error", "-ffp-contract=off")  # bits as Python's
 MOST_KEPT = 3  # states of the sources in one environment; the oldest go first
 TRANSLATOR = """
 import json, pathlib, sys
@@ -99,14 +100,8 @@ def _build(extension: dict[str, Any], build: Path, target: Path) -> None:
     """Compile and link one extension with all cores."""
     compiler = find_compiler("CC", "gcc", os.environ)
     folders = [*extension["include_dirs"], sysconfig.get_path("include")]
-    flags = [
-        *extension["extra_compile_args"],
-        "-fPIC",
-        "-DNDEBUG",
-        "-w",
-        "-Wno-error",
-        *(f"-I{f}" for f in folders),
-    ]
+    includes = [f"-I{folder}" for folder in folders]
+    flags = [*extension["extra_compile_args"], *FLAGS, *includes]
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         objects = [f"{source}.o" for source in extension["sources"]]
         calls = [

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from swarm_common.process.compiled_code import SWITCH, is_compiled
 from tests.kept_trajectories import KEPT, RUNS, libraries, trajectory
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -19,7 +20,7 @@ OTHERS = ("corridor, realistic", "walkers, realistic, rigid bodies")
 # NumPy and OpenBLAS without the vector code that they chose for this processor.
 SIMD = np.show_config(mode="dicts")["SIMD Extensions"]
 PLAIN_NUMPY = {"NPY_DISABLE_CPU_FEATURES": ",".join(SIMD.get("found", ()))}
-CORES = [PLAIN_NUMPY | {"OPENBLAS_CORETYPE": core} for core in ("Prescott", "Haswell", "SkylakeX")]
+OLD_PROCESSOR = PLAIN_NUMPY | {"OPENBLAS_CORETYPE": "Prescott"}
 
 
 def in_another_process(variables, *names):
@@ -38,14 +39,18 @@ def test_a_run_gives_the_trajectories_that_are_kept(name):
     assert trajectory(name) == kept["runs"][name]
 
 
-@pytest.mark.slow
+def test_compiled_navigators_and_their_sources_drive_alike():
+    names = [name for name in RUNS if name not in OTHERS]
+    other = {SWITCH: "1" if is_compiled() else "0"}
+    assert in_another_process(other, *names) == {name: trajectory(name) for name in names}
+
+
 def test_other_vector_code_changes_no_trajectory():
     here = {name: trajectory(name) for name in OTHERS}
-    for variables in CORES:
-        assert in_another_process(variables, *OTHERS) == here, variables
+    assert in_another_process(OLD_PROCESSOR, *OTHERS) == here
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_kernels_compiled_for_any_processor_change_no_trajectory(tmp_path):
     target = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
     cold = {"NUMBA_CACHE_DIR": str(tmp_path)}
