@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from swarm_bench.baselines import sight_kernels
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Pose
-from swarm_common.process.libm_kernels import exp
+from swarm_common.process.libm import exp
 from swarm_nav.core.config import CostmapConfig, NavConfig, PlannerConfig
 from swarm_nav.planning import distance_kernels, search_kernels
 from swarm_nav.planning.distance_kernels import Field

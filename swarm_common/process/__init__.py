@@ -8,7 +8,7 @@ What a module imports of its folder stands above it:
     browser        The user's browser
     compiled_code  Where the navigators' modules come from: compiled, or their sources
     late_interrupt  Ctrl-C waits while a library is loaded
-    libm_kernels   exp, log and arctan2 of arrays, with the same last bits on every processor
+    libm   exp, log and arctan2 of arrays, with the same last bits on every processor
     lifetime       What processes ask of the kernel: to end with their parent, to interrupt nobody
     messages       Messages between swarm-up and the processes that it starts
     numba_compat   The private part of numba that we use: its cache on disk

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.grid import KEEPOUT, OCCUPIED, UNKNOWN
-from swarm_common.process.libm_kernels import exp
+from swarm_common.process.libm import exp
 from swarm_nav.planning import distance_kernels
 from swarm_nav.planning.cells import distance_cells
 from swarm_nav.traffic.robot_state import RobotState

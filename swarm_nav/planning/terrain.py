@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.grid import KEEPOUT, OCCUPIED, UNKNOWN, Grid
 from swarm_common.model.records import FloatArray
-from swarm_common.process.libm_kernels import exp
+from swarm_common.process.libm import exp
 from swarm_nav.core.config import CostmapConfig, PlannerConfig
 from swarm_nav.planning import distance_kernels, search_kernels
 from swarm_nav.planning.cells import window_max

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.process.libm_kernels import log
+from swarm_common.process.libm import log
 
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 

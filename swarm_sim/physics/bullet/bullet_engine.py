@@ -10,7 +10,7 @@ import pybullet
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec
 from swarm_common.model.shapes import Transform
-from swarm_common.process.libm_kernels import arctan2
+from swarm_common.process.libm import arctan2
 from swarm_common.robots.description import RobotModel
 from swarm_sim.physics.bullet.bullet_kernels import ramp_all
 from swarm_sim.physics.bullet.contacts import Contacts

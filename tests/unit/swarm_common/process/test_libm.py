@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from swarm_common.process.libm_kernels import arctan2, exp, log
+from swarm_common.process.libm import arctan2, exp, log
 
 X = np.random.default_rng(0).uniform(-30.0, 3.0, (40, 50))
 Y = np.random.default_rng(1).uniform(-3.0, 3.0, (40, 50))

@@ -24,7 +24,12 @@ def log(values: FloatArray) -> FloatArray:
 
 @njit(cache=True)
 def arctan2(y: FloatArray, x: FloatArray) -> FloatArray:
-    """Return the angles [rad] of points (n,) seen from the origin."""
+    """Return angles (n,) [rad] of points, seen from the origin.
+
+    Args:
+        y: (n,).
+        x: (n,).
+    """
     return np.arctan2(y, x)
 
 
