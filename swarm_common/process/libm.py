@@ -14,12 +14,14 @@ from swarm_common.process.numba_compat import njit
 
 def exp(values: FloatArray) -> FloatArray:
     """Return e to the power of each value; any shape."""
-    return _exp(np.ravel(values)).reshape(np.shape(values))
+    flat: FloatArray = _exp(np.ravel(values))
+    return flat.reshape(np.shape(values))
 
 
 def log(values: FloatArray) -> FloatArray:
     """Return the natural logarithm of each value; any shape."""
-    return _log(np.ravel(values)).reshape(np.shape(values))
+    flat: FloatArray = _log(np.ravel(values))
+    return flat.reshape(np.shape(values))
 
 
 @njit(cache=True)
