@@ -17,8 +17,9 @@ faults := tests/faults tests/hosts
 robots := tests/scenario/test_own_robots.py
 worlds := tests/scenario/test_other_peoples_worlds.py
 hall := tests/scenario/test_factory_hall.py
-runs := $(filter-out $(robots) $(worlds) $(hall),$(wildcard tests/scenario/test_*.py))
-commands := tests/unit/swarm_bench tests/unit/swarm_commander tests/unit/swarm_report
+controllers := tests/scenario/test_any_controller.py
+runs := $(filter-out $(robots) $(worlds) $(hall) $(controllers),$(wildcard tests/scenario/test_*.py))
+commands := tests/unit/swarm_bench tests/unit/swarm_commander tests/unit/swarm_report $(controllers)
 pure := $(filter-out tests/graph $(faults) tests/scenario tests/unit,$(patsubst %/,%,$(wildcard tests/*/))) \
 	$(filter-out $(commands),$(patsubst %/,%,$(wildcard tests/unit/*/))) $(wildcard tests/unit/*.py)
 DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --viewer

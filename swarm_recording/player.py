@@ -25,7 +25,8 @@ from swarm_recording.schema import check_definition
 LOOK_PERIOD = 0.005  # [s] of wall time between two looks at the clock
 DEPTH = 100  # messages of a topic that a slow listener may be behind
 BURST = DEPTH // 2  # messages in a row after which listeners are waited for
-DISCOVERY_TIME = 1.0  # [s] for listeners to find the topics
+DISCOVERY_TIME = 1.0  # [s] for listeners to find the topics, once one has
+MOST_DISCOVERY = 3.0  # [s] the same on a busy machine, or where nobody listens
 LAST_WAIT = 2.0  # [s] for reliable listeners to have everything in the end
 
 
@@ -44,7 +45,7 @@ class Player:
         Raises:
             ConfigError: If none can.
         """
-        self._bag, self._playback = bag, options
+        self._node, self._bag, self._playback = node, bag, options
         self._publishers: dict[str, Publisher] = {}
         for name in topics_to_play(bag, options, say):
             try:
@@ -119,6 +120,21 @@ class Player:
         message.clock.sec, message.clock.nanosec = divmod(stamp, NANOSECONDS)
         self._clock.publish(message)
 
+    def await_listeners(self) -> None:
+        """Wait until those who listen to the topics have found them."""
+        began = time.monotonic()
+        while (waited := time.monotonic() - began) < MOST_DISCOVERY:
+            if waited > DISCOVERY_TIME and self._is_heard():
+                return
+            time.sleep(0.05)
+
+    def _is_heard(self) -> bool:
+        """Whether somebody listens, and whoever is known to listen has met the topic."""
+        publishers = self._publishers.values()
+        met = [publisher.get_subscription_count() for publisher in publishers]
+        known = [self._node.count_subscribers(publisher.topic_name) for publisher in publishers]
+        return any(met) and all(a >= b for a, b in zip(met, known, strict=True))
+
     def finish(self) -> None:
         """Wait until reliable listeners have everything."""
         end = time.monotonic() + LAST_WAIT
@@ -173,7 +189,7 @@ def play_on_graph(
     node = rclpy.create_node("replay", enable_rosout=False, start_parameter_services=False)
     try:
         player = Player(node, bag, options, say)
-        time.sleep(DISCOVERY_TIME)
+        player.await_listeners()
         count = player.play(tell, is_stopped)
         while options.loops and not is_stopped():
             count += player.play(tell, is_stopped)
