@@ -103,7 +103,7 @@ def test_the_graph_does_what_the_bench_does(tmp_path: Path) -> None:
         assert report["robots"][name]["battery_least"] == pytest.approx(battery["least"], abs=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.timeout(1600)
 def test_twenty_robots_on_the_graph(tmp_path: Path) -> None:
     hall_with_chargers(tmp_path)
