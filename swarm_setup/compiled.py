@@ -14,12 +14,17 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from swarm_common.process.compiled_code import ROOT, SUFFIX, compiled_folder, compiled_folders
+from swarm_common.process.compiled_code import (
+    PACKAGES,
+    ROOT,
+    SUFFIX,
+    compiled_folder,
+    compiled_folders,
+)
 from swarm_setup.rosidl.compile import BuildError, run_tool
 from swarm_setup.rosidl.toolchain import find_compiler
 
@@ -47,7 +52,13 @@ kept = "name", "sources", "include_dirs", "extra_compile_args"
 extensions = [{key: getattr(extension, key) for key in kept} for extension in made]
 pathlib.Path(build, "extensions.json").write_text(json.dumps(extensions))
 """
-OPTIONS = ("--ignore-missing-imports", "--follow-imports=silent")  # with those of a checkout
+CONFIG = """
+[mypy]
+ignore_missing_imports = true
+follow_imports = silent
+[mypy-numba.*,scipy.*,shapely.*,trimesh.*,PIL.*]
+follow_imports = skip
+"""
 
 
 def ensure_compiled() -> bool:
@@ -62,7 +73,7 @@ def ensure_compiled() -> bool:
     compiled_folders().mkdir(parents=True, exist_ok=True)
     draft = Path(tempfile.mkdtemp(prefix="draft-", dir=compiled_folders()))
     try:
-        for extension in _translate(modules(), draft / "c"):
+        for extension in _translate(draft):
             _build(extension, draft / "c", draft / folder.name)
         with contextlib.suppress(OSError):  # another process was faster
             (draft / folder.name).rename(folder)
@@ -82,14 +93,20 @@ def modules() -> list[Path]:
     return [path for path in found if path.stem != "__init__" and "@njit" not in path.read_text()]
 
 
-def _translate(files: Sequence[Path], build: Path) -> list[dict[str, Any]]:
-    """Write C for Python modules; return what is to be built from it.
+def _translate(draft: Path) -> list[dict[str, Any]]:
+    """Write C for the modules; return what is to be built from it.
 
-    In a process of its own: mypyc changes setuptools, and ends its process where it finds errors.
+    From a copy of the sources: among installed packages mypy takes others for ours. In a process
+    of its own: mypyc changes setuptools, and ends its process where it finds errors.
     """
+    sources, build = draft / "sources", draft / "c"
+    for package in PACKAGES:
+        shutil.copytree(ROOT / package, sources / package, ignore=shutil.ignore_patterns("data"))
     build.mkdir()
-    command = [sys.executable, "-c", TRANSLATOR, str(build), *OPTIONS, *map(str, files)]
-    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    (sources / "mypy.ini").write_text(CONFIG)
+    names = [str(path.relative_to(ROOT)) for path in modules()]
+    command = [sys.executable, "-c", TRANSLATOR, str(build), *names]
+    result = subprocess.run(command, cwd=sources, capture_output=True, text=True, check=False)
     if result.returncode != 0:
         raise BuildError(f"mypyc failed:\n{(result.stdout + result.stderr)[-4000:]}")
     extensions: list[dict[str, Any]] = json.loads((build / "extensions.json").read_text())

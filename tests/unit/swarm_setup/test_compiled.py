@@ -76,6 +76,9 @@ def small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         (root / name).touch()
     (root / "swarm_nav/traffic/sums.py").write_text(ADD)
+    for package in compiled_code.PACKAGES:
+        (root / package).mkdir(exist_ok=True)
+    (root / "mypy_extensions.py").touch()  # as among installed packages, where mypy refuses it
     for module in (compiled_code, compiled):
         monkeypatch.setattr(module, "ROOT", root)
         monkeypatch.setattr(module, "compiled_folders", lambda: kept)
