@@ -47,6 +47,7 @@ test-style: .venv/.ready-test
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict --quiet
 
 test-kernels: .venv/.ready-test
+	.venv/bin/swarm-setup
 	.venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
 
 # What takes longest starts first, once the kernels are compiled that several tests need at once.

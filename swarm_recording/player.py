@@ -120,10 +120,14 @@ class Player:
         message.clock.sec, message.clock.nanosec = divmod(stamp, NANOSECONDS)
         self._clock.publish(message)
 
-    def await_listeners(self) -> None:
-        """Wait until those who listen to the topics have found them."""
+    def await_listeners(self, is_stopped: Callable[[], bool]) -> None:
+        """Wait until those who listen to the topics have found them.
+
+        Args:
+            is_stopped: Asked whether to stop.
+        """
         began = time.monotonic()
-        while (waited := time.monotonic() - began) < MOST_DISCOVERY:
+        while (waited := time.monotonic() - began) < MOST_DISCOVERY and not is_stopped():
             if waited > DISCOVERY_TIME and self._is_heard():
                 return
             time.sleep(0.05)
@@ -189,7 +193,7 @@ def play_on_graph(
     node = rclpy.create_node("replay", enable_rosout=False, start_parameter_services=False)
     try:
         player = Player(node, bag, options, say)
-        player.await_listeners()
+        player.await_listeners(is_stopped)
         count = player.play(tell, is_stopped)
         while options.loops and not is_stopped():
             count += player.play(tell, is_stopped)

@@ -74,7 +74,7 @@ def ensure_compiled() -> bool:
     draft = Path(tempfile.mkdtemp(prefix="draft-", dir=compiled_folders()))
     try:
         for extension in _translate(draft):
-            _build(extension, draft / "c", draft / folder.name)
+            _build(extension, draft / folder.name)
         with contextlib.suppress(OSError):  # another process was faster
             (draft / folder.name).rename(folder)
     finally:
@@ -113,7 +113,7 @@ def _translate(draft: Path) -> list[dict[str, Any]]:
     return extensions
 
 
-def _build(extension: dict[str, Any], build: Path, target: Path) -> None:
+def _build(extension: dict[str, Any], target: Path) -> None:
     """Compile and link one extension with all cores."""
     compiler = find_compiler("CC", "gcc", os.environ)
     folders = [*extension["include_dirs"], sysconfig.get_path("include")]

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 
 import pytest
 
-# Tests replace parts of what they test. The Makefile has those with real runs run compiled.
+# Tests replace parts of robots; the Makefile takes the compiled navigators for real runs.
 os.environ.setdefault("SWARM_INTERPRETED", "1")
 from swarm_common.middleware import ros_env
 from swarm_common.model.engines import NO_WHEELS

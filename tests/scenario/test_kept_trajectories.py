@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_common.process.compiled_code import SWITCH, is_compiled
+from swarm_common.process.compiled_code import SWITCH, compiled_folder, is_compiled
 from tests.kept_trajectories import KEPT, RUNS, libraries, trajectory
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -40,6 +40,7 @@ def test_a_run_gives_the_trajectories_that_are_kept(name):
 
 
 def test_compiled_navigators_and_their_sources_drive_alike():
+    assert compiled_folder().is_dir(), "not compiled from these sources: call swarm-setup"
     names = [name for name in RUNS if name not in OTHERS]
     other = {SWITCH: "1" if is_compiled() else "0"}
     assert in_another_process(other, *names) == {name: trajectory(name) for name in names}

@@ -61,6 +61,7 @@ def test_large_packs_need_larger_buffers() -> None:
             Level.ERROR,
             "g++",
         ),
+        ("navigators", {"is_compiled": False}, Level.WARNING, "swarm-setup"),
         ("compiled kernels", {"cache": None}, Level.WARNING, "NUMBA_CACHE_DIR"),
     ],
 )
