@@ -12,7 +12,7 @@ from swarm_nav.control.controller import Controller
 from swarm_nav.core.config import ControllerConfig
 from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
 from tests.fakes.decisions import step
-from tests.fakes.navigation import Unicycle, robot_in, room
+from tests.fakes.navigation import Squad, Unicycle, robot_in, room
 
 HALL = room(6.0, 6.0)
 MIDDLE = Pose(3.0, 3.0, 0.0)
@@ -58,6 +58,18 @@ def test_backing_up_goes_straight_back() -> None:
     assert body.pose.x == pytest.approx(2.7, abs=0.06)
     assert max(speeds) <= 0.0
     assert abs(body.pose.yaw) < 0.05
+
+
+def test_who_has_backed_up_does_not_turn_about() -> None:
+    """It turned by itself, to drive what was left of its path forwards."""
+    squad = Squad(HALL, [MIDDLE])
+    squad.send(0, kind=GoalKind.BACKUP, distance=0.3, speed=0.1)
+    squad.run_until(lambda: bool(squad.ended(0)), 100)
+    yaws = []
+    for _ in range(40):
+        squad.run(1)
+        yaws.append(squad.bodies[0].pose.yaw)
+    assert max(map(abs, yaws)) < 0.05
 
 
 def test_driving_on_goes_straight_ahead() -> None:
