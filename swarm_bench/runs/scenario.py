@@ -21,7 +21,7 @@ NAMES = (
     "actors",
     "dispatch",
 )  # texts as written
-MOST_ROBOTS = 200
+MOST_ROBOTS = 1000
 MOST_SECONDS = 604_800.0  # of a run: a week
 SUITE_SEEDS = 20
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,7 @@ from swarm_nav.planning import search_kernels as kernels
 from swarm_nav.planning.oblong import Slots
 
 HEAP_SHARE = 4  # entries of the heap per node
+MOST_LISTS = 4096  # of nodes of about the same cost; usually there are about 20
 
 
 class SearchSpace:
@@ -40,6 +43,7 @@ class SearchSpace:
             oblong_kernels.add_straight_moves(slots.axes, slots.room, moves)
         self._shape = base.shape
         self._ground = kernels.Ground(base, lane, heading, moves, step)
+        self._most_weight = float(np.max(base, initial=0.0, where=base < kernels.WALL))
         heap = HEAP_SHARE * base.size + 64
         self._work = kernels.Work(
             np.empty(base.size, np.float32),
@@ -57,9 +61,12 @@ class SearchSpace:
         Returns:
             (h, w) [m]; inf where there is no way to the goal.
         """
+        ground = self._ground
         cost = np.empty(self._shape, np.float32)
-        row, column = divmod(goal, self._shape[1])
-        kernels.cost_to_go(self._ground, row, column, self._work, cost)
+        most = kernels.LENGTHS.max() * ground.step * (self._most_weight + float(ground.lane.max()))
+        span = max(ground.step, most / MOST_LISTS)
+        heads = np.empty(math.ceil(most / span) + 3, np.int32)
+        kernels.cost_to_go(ground, goal, span, self._work, heads, cost.ravel())
         return cost
 
     def cheapest(

@@ -27,6 +27,8 @@ MOVES = np.array(
 )  # fmt: skip  # (row, column)
 LENGTHS = np.sqrt((MOVES**2).sum(axis=1).astype(np.float64))  # [cells] of each move
 WALL = np.float32(1e9)  # value of `base` or `extra` that no path may enter
+IN_NO_LIST = -2  # in place of the node before
+Costs = NDArray[np.float32]
 
 
 class Ground(NamedTuple):
@@ -190,60 +192,100 @@ def nearest_open(
 
 
 @njit(cache=True)
-def edge_cost(ground: Ground, i: int, j: int, m: int) -> float:
-    """Cost [m] of a move, without other robots: the equation at the top of this file.
-
-    Args:
-        ground: See the top of this file.
-        i: Row of the node where the move ends.
-        j: Column of the same.
-        m: Index into `MOVES`.
-    """
-    cells = LENGTHS[m]
-    heading = ground.heading
-    along = (MOVES[m, 1] * heading[i, j, 0] + MOVES[m, 0] * heading[i, j, 1]) / cells
-    return cells * ground.step * (ground.base[i, j] + ground.lane[i, j] * (1.0 - along) * 0.5)
+def _weight(base: Costs, lane: Costs, heading: NDArray[np.float32], node: int, m: int) -> float:
+    """Cost of a metre into a node by move `m`, without other robots: see the top of this file."""
+    if lane[node] == 0.0:  # on open floor there is nothing to divide
+        return np.float64(base[node])
+    along = (MOVES[m, 1] * heading[node, 0] + MOVES[m, 0] * heading[node, 1]) / LENGTHS[m]
+    return base[node] + lane[node] * (1.0 - along) * 0.5
 
 
 @njit(cache=True)
 def cost_to_go(
-    ground: Ground, goal_r: int, goal_c: int, work: Work, cost: NDArray[np.float32]
+    ground: Ground, goal: int, span: float, work: Work, heads: NDArray[np.int32], cost: Costs
 ) -> None:
-    """Dijkstra backwards from a goal: the cost of driving there from every node.
+    """Dijkstra backwards from a goal, on Dial's buckets: the cost of driving there from each node.
+
+    Nodes wait in lists by the cost so far, `span` metres to a list. A node that becomes cheaper
+    moves to another list, so each is there at most once. Costs are compared as they are stored:
+    otherwise rounding alone makes a node cheaper than itself, again and again.
+
+    Source: R. B. Dial, "Algorithm 360: Shortest-path forest with topological ordering", 1969.
 
     Args:
         ground: See the top of this file.
-        goal_r: Row of the goal.
-        goal_c: Column of the goal.
+        goal: Flat index.
+        span: [m] that a list covers; all of them together more than any move costs.
         work: See the top of this file.
-        cost: (h, w) receives the costs [m]; inf where the goal cannot be reached from.
+        heads: (lists,) first node of each list; overwritten.
+        cost: (h * w,) receives the costs [m]; inf where the goal cannot be reached from.
     """
-    base, moves = ground.base, ground.moves
-    keys, nodes = work.keys, work.nodes
-    height, width = base.shape
+    height, width = ground.base.shape
+    base, lane, moves = ground.base.ravel(), ground.lane.ravel(), ground.moves.ravel()
+    heading = ground.heading.reshape((base.size, 2))
+    after, before = work.nodes[: base.size], work.nodes[base.size : 2 * base.size]
+    ways = MOVES[:, 0] * width + MOVES[:, 1]
+    lists = len(heads)
+    per_span = 1.0 / span
     cost[:] = np.inf
-    capacity = keys.shape[0]
-    cost[goal_r, goal_c] = 0.0
-    size = heap_push(keys, nodes, 0, 0.0, goal_r * width + goal_c)
-    while size > 0:
-        key = keys[0]
-        node = nodes[0]
-        size = heap_pop(keys, nodes, size)
+    heads[:] = -1
+    cost[goal] = 0.0
+    heads[0] = goal
+    after[goal] = before[goal] = -1
+    k = empty = 0
+    while empty < lists:
+        node = heads[k]
+        if node < 0:
+            k = (k + 1) % lists
+            empty += 1
+            continue
+        empty = 0
+        heads[k] = after[node]
+        if after[node] >= 0:
+            before[after[node]] = -1
+        before[node] = IN_NO_LIST
         r = node // width
         c = node % width
-        if key > cost[r, c] + 1e-4:
-            continue
+        is_inside = 2 <= r < height - 2 and 2 <= c < width - 2
         for m in range(16):
-            i = r - MOVES[m, 0]
-            j = c - MOVES[m, 1]
-            if i < 0 or j < 0 or i >= height or j >= width or base[i, j] >= WALL:
+            if not is_inside:
+                i = r - MOVES[m, 0]
+                j = c - MOVES[m, 1]
+                if i < 0 or j < 0 or i >= height or j >= width:
+                    continue
+            other = node - ways[m]
+            if not moves[other] >> m & 1 or base[other] >= WALL:
                 continue
-            if not moves[i, j] >> m & 1:
+            length = LENGTHS[m] * ground.step
+            new = np.float32(cost[node] + length * _weight(base, lane, heading, node, m))
+            old = cost[other]
+            if new >= old:
                 continue
-            new = cost[r, c] + edge_cost(ground, r, c, m)
-            if new < cost[i, j] - 1e-6 and size < capacity:
-                cost[i, j] = new
-                size = heap_push(keys, nodes, size, new, i * width + j)
+            if old < np.inf and before[other] != IN_NO_LIST:
+                _unlink(other, after, before, heads, np.int64(old * per_span) % lists)
+            cost[other] = new
+            to = np.int64(new * per_span) % lists
+            after[other], before[other] = heads[to], -1
+            if heads[to] >= 0:
+                before[heads[to]] = other
+            heads[to] = other
+
+
+@njit(cache=True)
+def _unlink(
+    node: int,
+    after: NDArray[np.int32],
+    before: NDArray[np.int32],
+    heads: NDArray[np.int32],
+    k: int,
+) -> None:
+    """Take a node out of list `k`."""
+    if before[node] >= 0:
+        after[before[node]] = after[node]
+    else:
+        heads[k] = after[node]
+    if after[node] >= 0:
+        before[after[node]] = before[node]
 
 
 @njit(cache=True)
@@ -302,12 +344,9 @@ def astar(
             mark = marks[other]
             if mark == seen + 1 or extra[other] >= WALL or heuristic[other] == np.inf:
                 continue
-            cells = LENGTHS[m]
-            weight = np.float64(base[other])
-            if lane[other] != 0.0:  # as in `edge_cost`; on open floor there is nothing to divide
-                along = (MOVES[m, 1] * heading[other, 0] + MOVES[m, 0] * heading[other, 1]) / cells
-                weight = base[other] + lane[other] * (1.0 - along) * 0.5
-            new = cost[node] + cells * step * weight + cells * step * extra[other]
+            length = LENGTHS[m] * step
+            weight = _weight(base, lane, heading, other, m)
+            new = np.float32(cost[node] + length * weight + length * extra[other])
             if (mark != seen or new < cost[other]) and size < capacity:
                 cost[other] = new
                 parent[other] = node
@@ -378,7 +417,7 @@ def nearest_place(
         key = keys[0]
         node = nodes[0]
         size = heap_pop(keys, nodes, size)
-        if key > cost[node] + 1e-4:
+        if key > cost[node]:
             continue
         r = node // width
         c = node % width
@@ -394,8 +433,8 @@ def nearest_place(
             if extra[i, j] >= WALL:
                 continue
             other = i * width + j
-            new = cost[node] + LENGTHS[m] * step * (1.0 + extra[i, j])
-            if (marks[other] != seen or new < cost[other] - 1e-6) and size < capacity:
+            new = np.float32(cost[node] + LENGTHS[m] * step * (1.0 + extra[i, j]))
+            if (marks[other] != seen or new < cost[other]) and size < capacity:
                 cost[other] = new
                 parent[other] = node
                 marks[other] = seen
