@@ -61,13 +61,16 @@ class SearchSpace:
         Returns:
             (h, w) [m]; inf where there is no way to the goal.
         """
+        return self._costs_and_effort(goal)[0]
+
+    def _costs_and_effort(self, goal: int) -> tuple[NDArray[np.float32], int]:
         ground = self._ground
         cost = np.empty(self._shape, np.float32)
         most = kernels.LENGTHS.max() * ground.step * (self._most_weight + float(ground.lane.max()))
         span = max(ground.step, most / MOST_LISTS)
         heads = np.empty(math.ceil(most / span) + 3, np.int32)
-        kernels.cost_to_go(ground, goal, span, self._work, heads, cost.ravel())
-        return cost
+        taken = kernels.cost_to_go(ground, goal, span, self._work, heads, cost.ravel())
+        return cost, taken
 
     def cheapest(
         self, start: int, goal: int, extra: NDArray[np.float32], heuristic: NDArray[np.float32]

@@ -203,7 +203,7 @@ def _weight(base: Costs, lane: Costs, heading: NDArray[np.float32], node: int, m
 @njit(cache=True)
 def cost_to_go(
     ground: Ground, goal: int, span: float, work: Work, heads: NDArray[np.int32], cost: Costs
-) -> None:
+) -> int:
     """Dijkstra backwards from a goal, on Dial's buckets: the cost of driving there from each node.
 
     Nodes wait in lists by the cost so far, `span` metres to a list. A node that becomes cheaper
@@ -219,6 +219,9 @@ def cost_to_go(
         work: See the top of this file.
         heads: (lists,) first node of each list; overwritten.
         cost: (h * w,) receives the costs [m]; inf where the goal cannot be reached from.
+
+    Returns:
+        How often a node was taken from a list: hardly more than once each.
     """
     height, width = ground.base.shape
     base, lane, moves = ground.base.ravel(), ground.lane.ravel(), ground.moves.ravel()
@@ -232,7 +235,7 @@ def cost_to_go(
     cost[goal] = 0.0
     heads[0] = goal
     after[goal] = before[goal] = -1
-    k = empty = 0
+    k = empty = taken = 0
     while empty < lists:
         node = heads[k]
         if node < 0:
@@ -244,6 +247,7 @@ def cost_to_go(
         if after[node] >= 0:
             before[after[node]] = -1
         before[node] = IN_NO_LIST
+        taken += 1
         r = node // width
         c = node % width
         is_inside = 2 <= r < height - 2 and 2 <= c < width - 2
@@ -269,6 +273,7 @@ def cost_to_go(
             if heads[to] >= 0:
                 before[heads[to]] = other
             heads[to] = other
+    return taken
 
 
 @njit(cache=True)

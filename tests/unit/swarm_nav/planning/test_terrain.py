@@ -131,3 +131,15 @@ def test_every_station_of_the_factory_hall_is_reached_from_every_other() -> None
         for start in stations:
             row, column = divmod(here.lattice.node_of(start.x, start.y) or 0, cost.shape[1])
             assert np.isfinite(cost[row, column])
+
+
+def test_costs_of_driving_look_at_each_node_about_once_however_large_the_hall() -> None:
+    """Beyond 64 m rounding made nodes cheaper than themselves: up to 40 s in a hall of 130 m."""
+    racks = [(x, y, x + 12.0, y + 1.2) for x in range(9, 60, 16) for y in range(6, 89, 4)]
+    here = terrain(room(130.0, 95.0, *racks))
+    node = here.lattice.node_of(1.5, 2.0)
+    assert node is not None
+    costs, taken = here.search._costs_and_effort(node)
+    reached = int(np.isfinite(costs).sum())
+    assert costs[np.isfinite(costs)].max() > 128.0
+    assert reached <= taken < 1.01 * reached
