@@ -48,6 +48,7 @@ class Planner:
         if slots is not None:
             self._anywhere[~slots.room] = 0  # no robot waits in a slot
         self.expansions = 0  # of the last search
+        self._to_go: NDArray[np.float32] | None = None  # of the last goal; held, so kept for all
 
     def no_extra(self) -> NDArray[np.float32]:
         """Return an `extra` lattice that adds nothing."""
@@ -102,7 +103,7 @@ class Planner:
         given = goal
         goal_node, goal = self.goal_node(goal)
         sector = sector_of(yaw)
-        to_go = self.terrain.cost_to_go(goal_node, sector)
+        to_go = self._to_go = self.terrain.cost_to_go(goal_node, sector)
         with self.terrain.approach(goal_node, sector):
             nodes, self.expansions = self.terrain.search.cheapest(
                 start_node, goal_node, extra, to_go

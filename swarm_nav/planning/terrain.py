@@ -14,6 +14,7 @@ import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -197,7 +198,10 @@ class Terrain:
             self.lattice.slots,
         )
         self.most_goals = GOALS_MEMORY // self.lattice.base.nbytes + 1
-        self._cost_to_go = functools.lru_cache(self.most_goals)(self._compute_cost_to_go)
+        self._in_use: WeakValueDictionary[tuple[int, int], NDArray[np.float32]] = (
+            WeakValueDictionary()
+        )
+        self._cost_to_go = functools.lru_cache(self.most_goals)(self._find_cost_to_go)
         self._costs_in_order = functools.lru_cache(self.most_goals)(self._sort_costs)
         self._approach_weight = 2.0 * planner.lane_weight
 
@@ -267,7 +271,8 @@ class Terrain:
             sector: Direction of the last metre, see `sector_of`.
 
         Returns:
-            (h, w) [m], kept for the next call; inf where the goal cannot be reached from.
+            (h, w) [m], kept for the next calls, as long as somebody holds it; inf where the goal
+            cannot be reached from.
         """
         return self._cost_to_go(node, sector)
 
@@ -283,9 +288,12 @@ class Terrain:
         costs = self.cost_to_go(node)
         return np.sort(costs[np.isfinite(costs)])
 
-    def _compute_cost_to_go(self, node: int, sector: int) -> NDArray[np.float32]:
-        with self.approach(node, sector):
-            return self.search.cost_to_go(node)
+    def _find_cost_to_go(self, node: int, sector: int) -> NDArray[np.float32]:
+        costs = self._in_use.get((node, sector))
+        if costs is None:
+            with self.approach(node, sector):
+                costs = self._in_use[node, sector] = self.search.cost_to_go(node)
+        return costs
 
     @contextlib.contextmanager
     def approach(self, node: int, sector: int) -> Iterator[None]:
