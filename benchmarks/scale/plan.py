@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.scale.result import ScaleResult
-from swarm_bench.runs.scenario import MOST_ROBOTS, Scenario, check_size
+from swarm_bench.runs.scenario import Scenario, check_size
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
@@ -31,7 +31,7 @@ class Workload:
 
 WORKLOADS: dict[str, Workload] = {
     "hall": Workload("slim_blockage", "loading_route", 100),
-    "warehouse": Workload("warehouse", "warehouse_orders", MOST_ROBOTS),
+    "warehouse": Workload("warehouse", "warehouse_orders", 200),
     "pillars": Workload("pillars", "roam", 100),
 }
 
