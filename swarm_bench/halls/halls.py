@@ -99,11 +99,16 @@ def run_hall(options: RunOptions) -> RunResult:
     return Harness(options, stage=build_hall(options)).run()
 
 
-def load_hall_inputs(options: RunOptions) -> None:
-    """Check the parameters of one of `hall_runs`, and read its robots; the hall is drawn."""
+def load_hall_inputs(options: RunOptions) -> str:
+    """Check the parameters of one of `hall_runs`, and read its robots; the hall is drawn.
+
+    Returns:
+        Empty: in drawn halls nobody gives orders.
+    """
     for model in options.scenario.models(options.robots):
         nav_config(options, robot_named(model))
     robot_models(options)
+    return ""
 
 
 def hall_of(options: RunOptions) -> tuple[Hall, Grid]:

@@ -19,16 +19,17 @@ NOT_HASHED = (
 )  # fmt: skip
 
 
-def gathered(options: RunOptions, load: Callable[[RunOptions], object]) -> tuple[str, Gathered]:
+def gathered(options: RunOptions, load: Callable[[RunOptions], str]) -> tuple[str, Gathered]:
     """Return the hash of all inputs of a run but its seed, and the inputs.
 
     Args:
-        load: Loads what the run reads, like `load_inputs`.
+        load: Loads what the run reads and returns who gives orders, like `load_inputs`.
 
     Raises:
         SwarmError: If an input is unusable.
     """
-    found = gather(lambda: load(options), plugins_of(options))
+    giver: list[str] = []
+    found = gather(lambda: giver.append(load(options)), plugins_of(options, giver))
     scenario = options.scenario
     models = [robot_named(model) for model in scenario.models(options.robots)]
     plain = {name: value for name, value in _fields(scenario) if name not in NOT_HASHED}
@@ -39,15 +40,24 @@ def gathered(options: RunOptions, load: Callable[[RunOptions], object]) -> tuple
     return digest_of((found.digest, rest)), found
 
 
-def load_inputs(options: RunOptions) -> None:
-    """Check a run, and read all that it will read."""
+def load_inputs(options: RunOptions) -> str:
+    """Check a run, and read all that it will read.
+
+    Returns:
+        Who gives orders; empty without orders.
+    """
     check(options)
     robot_models(options)
+    return dispatch_of(options)
 
 
-def plugins_of(options: RunOptions) -> Iterator[str]:
-    """Yield the names module:Class in a run's method, parameters, scenario and mission."""
-    values = [options.method, *options.parameters.values(), dispatch_of(options)]
+def plugins_of(options: RunOptions, giver: list[str]) -> Iterator[str]:
+    """Yield the names module:Class in a run's method, parameters and scenario.
+
+    Args:
+        giver: Of orders; filled before the first name is asked for.
+    """
+    values = [options.method, *options.parameters.values(), *giver]
     values += [
         getattr(options.scenario, field.name) for field in dataclasses.fields(options.scenario)
     ]

@@ -41,7 +41,7 @@ class Sweep:
     executor: Executor = field(default_factory=LocalExecutor)
     ros: bool = False  # whether on the ROS graph
     runner: Runner = run  # runs one in the bench
-    load: Callable[[RunOptions], object] = load_inputs  # reads and checks what one is made from
+    load: Callable[[RunOptions], str] = load_inputs  # reads and checks what one is made from
     # gets the place of each run in `options` and what became of it; False ends the sweep
     watch: Callable[[int, Outcome], bool] = lambda *_: True
     failed: list[FailedRun] = field(default_factory=list)

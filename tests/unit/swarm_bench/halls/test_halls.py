@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import itertools
+import json
 import math
+from pathlib import Path
 
 import pytest
 
+from swarm_bench.cli import _load
 from swarm_bench.halls.hall_maker import DEAD_GAP, MISSIONS, HallRequest, make_hall
 from swarm_bench.halls.halls import DRAWN, SIZES, TROUBLES, build_hall, hall_of, hall_runs, run_hall
 from swarm_bench.halls.report import halls_markdown
@@ -122,3 +125,11 @@ def test_the_table_of_halls_tells_what_was_missed_and_whether_that_was_told_befo
     assert "- 2 (20 robots): 159 of 160 goals; **all conditions held**" in text
     assert "- 7 (20 robots): 9 of 160 goals, **1 contact** (Srobot1 hit Srobot2); told" in text
     assert "- 11 " not in text
+
+
+def test_the_command_runs_halls(tmp_path: Path) -> None:
+    """It looked for a world of the name `hall`."""
+    words = ["halls", "--seeds", "0", "--robots", "5", "--json", str(tmp_path / "halls.jsonl")]
+    _load()(words, standalone_mode=False)
+    (line,) = (tmp_path / "halls.jsonl").read_text(encoding="utf-8").splitlines()
+    assert json.loads(line)["scenario"] == "hall"
