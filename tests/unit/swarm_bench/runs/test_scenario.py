@@ -66,7 +66,7 @@ def test_a_fleet_is_dealt_in_turn() -> None:
         ("wrld: corridor", "unknown key 'wrld'.*'world'"),
         ("robots: 0", "robots is 0.*from 1 to"),
         ("robots: [-3]", "robots is -3"),
-        ("robots: 1000", "robots is 1000"),
+        ("robots: 1001", "robots is 1001"),
         ("robots: many", "robots is 'many'; expected an integer"),
         ("robots: []", "robots is empty"),
         ("loss: 1.0", "loss is 1.0"),
