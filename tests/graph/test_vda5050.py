@@ -20,6 +20,7 @@ import paho.mqtt.client as mqtt
 import psutil
 import pytest
 from paho.mqtt.enums import CallbackAPIVersion
+from shapely import LineString, Point
 from vda5050.validation import SchemaValidator
 
 from tests.fakes.fleet_orders import action, edge, header, node, nurbs
@@ -27,6 +28,7 @@ from tests.fakes.ros_domains import reserved_domain
 
 ROOT = Path(__file__).resolve().parents[2]
 WORLD = "hall_12"
+CORNER = ((4.5, -2.0), (0.0, -2.0))  # of the way round it
 LIMIT = 90.0  # [s] of wall time, on a busy machine
 COMMAND = "from swarm_commander.cli.main import {0}; {0}()"
 HAS_BROKER = shutil.which("mosquitto", path=os.environ["PATH"] + ":/usr/sbin") is not None
@@ -140,7 +142,7 @@ def round_the_corner(state: dict[str, Any]) -> Any:
     content = order_from(state, "corner", 0.0, -2.0)
     here = state["agvPosition"]
     content["edges"][0] |= {
-        "trajectory": nurbs((here["x"], here["y"]), (4.5, -2.0), (0.0, -2.0)),
+        "trajectory": nurbs((here["x"], here["y"]), *CORNER),
         "corridor": {"leftWidth": 0.5, "rightWidth": 0.5},
     }
     return content
@@ -199,6 +201,9 @@ def test_a_fleet_control_drives_the_swarm(swarm: tuple[Listener, int, Any, Any])
     listener.wait(lambda: listener.state("Srobot1")["orderId"] == "corner", "it takes the corridor")
     listener.wait(lambda: listener.state("Srobot1")["nodeStates"] == [], "it leaves the corridor")
     track = [m["agvPosition"] for m in listener.all("Srobot1", "visualization")[count:]]
+    corner = LineString([(state["agvPosition"]["x"], state["agvPosition"]["y"]), *CORNER])
+    far = [corner.distance(Point(at["x"], at["y"])) for at in track]
+    assert max(far) < 0.55, track  # half the corridor's width, and what the pose may err
     assert min(math.hypot(at["x"] - 2.5, at["y"] - 1.5) for at in track) > 1.2
     assert listener.state("Srobot1")["errors"] == []
     count = len(listener.all("Srobot2", "connection"))
