@@ -68,15 +68,17 @@ class OnDemand:
         self._add(Offer(self._full(topics), create, "subscribers"), False)
 
     def offer_input(self, topic: str, create: Callable[[], object]) -> None:
-        """Offer a subscription of a topic, before all offers so far; see `offer`.
+        """Offer a subscription of a topic, before all offers so far; in a small swarm it comes now.
 
-        What forbids places or speeds counts from the start, also after a restart.
+        What forbids places or speeds has to be known before a goal is, also after a restart.
 
         Args:
             topic: Name, relative to the node's namespace, of which a publisher asks for it.
         """
-        offers = self._soon if self._is_eager else self._offers
-        offers.appendleft(Offer(self._full([topic]), create, "publishers"))
+        if self._is_eager:
+            create()
+        else:
+            self._offers.appendleft(Offer(self._full([topic]), create, "publishers"))
 
     def _full(self, names: Sequence[str]) -> list[str]:
         name, space = self._node.get_name(), self._node.get_namespace()
