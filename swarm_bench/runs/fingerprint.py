@@ -28,8 +28,7 @@ def gathered(options: RunOptions, load: Callable[[RunOptions], str]) -> tuple[st
     Raises:
         SwarmError: If an input is unusable.
     """
-    giver: list[str] = []
-    found = gather(lambda: giver.append(load(options)), plugins_of(options, giver))
+    found = gather(lambda: load(options), lambda dispatch: plugins_of(options, dispatch))
     scenario = options.scenario
     models = [robot_named(model) for model in scenario.models(options.robots)]
     plain = {name: value for name, value in _fields(scenario) if name not in NOT_HASHED}
@@ -51,13 +50,9 @@ def load_inputs(options: RunOptions) -> str:
     return dispatch_of(options)
 
 
-def plugins_of(options: RunOptions, giver: list[str]) -> Iterator[str]:
-    """Yield the names module:Class in a run's method, parameters and scenario.
-
-    Args:
-        giver: Of orders; filled before the first name is asked for.
-    """
-    values = [options.method, *options.parameters.values(), *giver]
+def plugins_of(options: RunOptions, dispatch: str) -> Iterator[str]:
+    """Yield the names module:Class in a run's method, parameters and scenario, and `dispatch`."""
+    values = [options.method, *options.parameters.values(), dispatch]
     values += [
         getattr(options.scenario, field.name) for field in dataclasses.fields(options.scenario)
     ]

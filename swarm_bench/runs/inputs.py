@@ -80,24 +80,24 @@ class Gathered:
         return digest_of((values, sorted(self.modules.items())))
 
 
-def gather(load: Callable[[], object], plugins: Iterable[str] = ()) -> Gathered:
+def gather(load: Callable[[], T], plugins: Callable[[T], Iterable[str]] = lambda _: ()) -> Gathered:
     """Return what is read while something is loaded.
 
     Args:
         load: Loads a run; what was read before is not read again.
-        plugins: Names like module:Class; the source of modules outside of Python's own folders
-            is gathered, with that of modules which they import.
+        plugins: Returns names like module:Class from what was loaded; the source of modules
+            outside of Python's own folders is gathered, with that of modules which they import.
 
     Raises:
         SwarmError: As `load`; ConfigError for a plug-in that cannot be imported.
     """
     _open.append(set())
     try:
-        load()
+        loaded = load()
     finally:
         keys = _open.pop()
     modules: dict[str, str] = {}
-    for plugin in plugins:
+    for plugin in plugins(loaded):
         modules |= _sources(plugin)
     return Gathered({key: _values[key] for key in keys if key in _values}, modules)
 

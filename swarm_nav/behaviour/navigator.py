@@ -486,8 +486,8 @@ class Navigator:
         """Return the twist that follows the arbiter's decision, slowed down near people."""
         s, parts = self._s, self._parts
         # Whoever backed up and is done does not turn about for the rest of that path.
-        is_done = self._state is State.IDLE and s.tube.is_reverse
-        may_back = self._state is State.YIELDING or is_done or s.is_confined
+        has_backed_up = self._state is State.IDLE and s.tube.is_reverse
+        may_back = self._state is State.YIELDING or has_backed_up or s.is_confined
         twist = self._arbiter.follow(self._controller, may_back)
         parts.people = people_near(s)
         twist = limited(twist, parts.people, s.config.controller)

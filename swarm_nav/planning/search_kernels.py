@@ -52,7 +52,7 @@ class Work(NamedTuple):
     parent: NDArray[np.int32]  # (h * w,) node before, -1 for the start
     marks: NDArray[np.int32]  # (h * w,)
     keys: NDArray[np.float64]  # (capacity,) of the heap
-    nodes: NDArray[np.int32]  # (capacity,) of the heap
+    nodes: NDArray[np.int32]  # (capacity,) of the heap; in `cost_to_go` the links of its lists
     clock: NDArray[np.int32]  # (1,)
 
 

@@ -5,8 +5,8 @@ swarm, and never by most. Each of them costs every process that knows the robot,
 them all takes longer than everything else when a large swarm starts. What is wanted shows in the
 graph: a client announces itself, and then waits until its server is there.
 
-In a small swarm they all come, but one after the other once the swarm has begun, as together they
-take as long as all the rest of a robot's start.
+In a small swarm they all come, subscriptions at once, the others one after the other once the swarm
+has begun, as together they take as long as all the rest of a robot's start.
 """
 
 from __future__ import annotations
