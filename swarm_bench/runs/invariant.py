@@ -1,35 +1,59 @@
-"""The safety invariant: no two robots hold space nearer to each other than their radii."""
+"""The safety invariant: no two robots, nor what they hold, are nearer than their radii allow."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from swarm_bench.runs.invariant_kernels import smallest_gap
 from swarm_common.model.beacon import BeaconArray
+from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.core.config import NavConfig
+from swarm_nav.core.localisation_config import AMCL
+from swarm_nav.core.plugins import LOCALISER
+from swarm_nav.reservation.tube import TOLERANCE as BESIDE
 
+DEVIATION = BESIDE + 0.001  # [m] of a robot from what it holds: Margin in safety.md
 FAR = 1.2  # [m] gaps from here on are not looked at
 TOLERANCE = 1e-3  # [m] of the single-precision points in beacons
 
 
 @dataclass(frozen=True, slots=True)
 class Breach:
-    """Two tubes that came nearer than ever before in this run, and nearer than they may."""
+    """Two robots that came nearer than ever before in this run, and nearer than both radii."""
 
     tick: int  # when
     robots: tuple[int, int]  # ids
     slack: float  # [m] gap less the sum of the radii, negative
 
 
+def least_slack(drivers: Sequence[object]) -> float | None:
+    """Return the least slack [m] that is proved for some robots; None where nothing is.
+
+    It is proved for navigators that know where they are: docs/architecture/safety.md.
+
+    Args:
+        drivers: What decides for each robot.
+    """
+    configs = [driver.config for driver in drivers if isinstance(driver, Navigator)]
+    if not configs or len(configs) < len(drivers) or any(map(_is_corrected, configs)):
+        return None
+    return -(max(config.traffic.yield_slack for config in configs) + 2.0 * DEVIATION)
+
+
+def _is_corrected(config: NavConfig) -> bool:
+    return config.localisation.type == AMCL or LOCALISER.is_own(config.localiser.plugin)
+
+
 class Invariant:
     """Watches the beacons of a run.
 
     Attributes:
-        gap: [m] smallest distance between two held tubes so far.
-        slack: [m] smallest distance less the sum of the two radii so far. A published tube begins
-            at the true pose, so it may fall below 0 by actuation errors: the tests allow -0.06 m.
+        gap: [m] smallest distance so far between two robots with the space that they hold.
+        slack: [m] the same less the sum of the two radii; at least `least_slack`.
         breach: The worst so far.
     """
 
@@ -50,9 +74,11 @@ class Invariant:
             self._bounds = np.zeros((len(beacons), 4))
         best = self._best
         best[:] = FAR, math.inf, -1.0, -1.0
+        places = np.ascontiguousarray(beacons["pose"][:, :2])
         smallest_gap(
-            beacons["held"], beacons["held_size"], beacons["radius"], self._bounds, FAR, best
-        )
+            places, beacons["held"], beacons["held_size"], beacons["radius"], self._bounds, FAR,
+            best,
+        )  # fmt: skip
         if best[0] < min(self.gap, FAR):
             self.gap = float(best[0])
         if best[1] < self.slack:

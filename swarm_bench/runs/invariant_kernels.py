@@ -1,4 +1,4 @@
-"""The smallest gap between held tubes, for the check of the safety invariant in every tick."""
+"""The smallest gap between robots and what they hold: the safety invariant of every tick."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from swarm_common.process.numba_compat import njit
 
 @njit(cache=True)
 def smallest_gap(
+    places: NDArray[np.float32],
     held: NDArray[np.float32],
     sizes: NDArray[np.uint32],
     radii: NDArray[np.float32],
@@ -17,9 +18,10 @@ def smallest_gap(
     far: float,
     best: NDArray[np.float64],
 ) -> None:
-    """Find the pair of tubes with the smallest distance.
+    """Find the pair of robots whose bodies or tubes have the smallest distance.
 
     Args:
+        places: (n, 2) [m] of the robots.
         held: Points (n, p, 2) [m] of each tube.
         sizes: (n,) points in use; 0 for a robot that is left out.
         radii: (n,) [m] of each tube.
@@ -32,6 +34,9 @@ def smallest_gap(
     for i in range(count):
         bounds[i, 0] = bounds[i, 1] = np.inf
         bounds[i, 2] = bounds[i, 3] = -np.inf
+        if sizes[i] > 0:
+            bounds[i, 0] = bounds[i, 2] = places[i, 0]
+            bounds[i, 1] = bounds[i, 3] = places[i, 1]
         for k in range(sizes[i]):
             x, y = held[i, k, 0], held[i, k, 1]
             bounds[i, 0] = min(bounds[i, 0], x)
@@ -48,10 +53,11 @@ def smallest_gap(
             ):
                 continue
             nearest = far * far
-            for k in range(sizes[i]):
-                for m in range(sizes[j]):
-                    dx = held[i, k, 0] - held[j, m, 0]
-                    dy = held[i, k, 1] - held[j, m, 1]
+            for k in range(-1, sizes[i]):
+                at = places[i] if k < 0 else held[i, k]
+                for m in range(-1, sizes[j]):
+                    other = places[j] if m < 0 else held[j, m]
+                    dx, dy = at[0] - other[0], at[1] - other[1]
                     nearest = min(nearest, dx * dx + dy * dy)
             gap = np.sqrt(nearest)
             if gap < far:

@@ -106,10 +106,10 @@ class RunResult:
         first_miss: Who missed which goal and why; empty if nobody did.
         near_misses: Episodes nearer than 0.03 m to something without contact.
         min_clearance: [m] of any robot from anything.
-        min_held_gap: [m] smallest distance between two held tubes.
-        min_held_slack: [m] the same less the two safety radii. A published tube begins at the true
-            pose, so small negative values are expected; waffles touch at -0.09 m. For other methods
-            it is the gap between two bodies.
+        min_held_gap: [m] smallest distance between two robots with the space that they hold.
+        min_held_slack: [m] the same less the two safety radii; waffles touch at -0.094 m. For other
+            methods it is the gap between two bodies.
+        least_held_slack: [m] that is proved for it; None where nothing is.
         makespan: [s] until the last goal was reached; None if one was missed.
         throughput_per_minute: Goals.
         sim_time: [s] at the end.
@@ -190,16 +190,39 @@ class RunResult:
     origin: ResultOrigin | None = None
     orders: Mapping[str, Any] | None = None
     centre: Mapping[str, float] | None = None
+    least_held_slack: float | None = None
 
     @property
     def is_flawless(self) -> bool:
-        """Whether all goals were reached without a collision."""
-        return self.goals_reached == self.goals_sent and not (self.robot_robot + self.robot_world)
+        """Whether all goals were reached without a collision, and the invariant held."""
+        is_safe = not (self.robot_robot + self.robot_world) and self.keeps_apart
+        return self.goals_reached == self.goals_sent and is_safe
+
+    @property
+    def keeps_apart(self) -> bool:
+        """Whether no two robots came nearer than is proved."""
+        slack, least = self.min_held_slack, self.least_held_slack
+        return slack is None or least is None or slack >= least
+
+    @property
+    def breach(self) -> str:
+        """What broke the safety invariant, in words; empty for nothing."""
+        if self.keeps_apart:
+            return ""
+        return f"held space {self.min_held_slack:.3f} m, at least {self.least_held_slack:.3f}"
 
     def as_json(self) -> dict[str, Any]:
         """Return a dictionary for json.dump, with figures rounded to what they are worth."""
         data = dataclasses.asdict(self)
-        for name in ("zones", "orders", "ground_truth", "steady", "origin", "centre"):
+        for name in (
+            "zones",
+            "orders",
+            "ground_truth",
+            "steady",
+            "origin",
+            "centre",
+            "least_held_slack",
+        ):
             if data[name] is None:
                 del data[name]
         for robot in data["per_robot"].values():

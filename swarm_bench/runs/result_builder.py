@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from swarm_bench.runs.episode import Episode, RunOptions
-from swarm_bench.runs.invariant import Invariant
+from swarm_bench.runs.invariant import Invariant, least_slack
 from swarm_bench.runs.result import RobotResult, RunResult, Steady, finite
 from swarm_bench.runs.scenario import Scenario
 from swarm_bench.runs.steady import steady_of
@@ -69,6 +69,7 @@ def compose_result(
         throughput_per_minute=60.0 * len(reached) / last if last else 0.0,
         min_held_gap=finite(invariant.gap),
         min_held_slack=finite(invariant.slack),
+        least_held_slack=least_slack(stage.drivers),
         wall_time=wall_time,
         per_robot=robots,
         steady=_steady(stage, options.scenario, reached) if is_steady else None,

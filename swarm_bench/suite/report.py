@@ -176,7 +176,7 @@ def _flaws(rows: Sequence[Row]) -> str:
         f"- {row.label}, {run.robots} robots, seed {run.seed} ({run.engine}): "
         f"{contacts_text(run.robot_robot + run.robot_world)}, "
         f"goals {run.goals_reached}/{run.goals_sent}"
-        + "".join(f"; {note}" for note in (run.first_collision, run.first_miss) if note)
+        + "".join(f"; {note}" for note in (run.breach, run.first_collision, run.first_miss) if note)
         + "\n"
         for row in rows
         for run in row.runs

@@ -73,8 +73,8 @@ class Row:
 
     @property
     def is_flawless(self) -> bool:
-        """Whether all goals were reached without a collision."""
-        return self.collisions == 0 and self.goals_reached == self.goals_sent
+        """Whether each run was."""
+        return all(run.is_flawless for run in self.runs)
 
     @property
     def makespans(self) -> list[float]:

@@ -40,7 +40,7 @@ def run_line(result: RunResult) -> str:
     plugins = [
         f"{name} {value}" for name, value in result.conditions.items() if name.endswith("plugin")
     ]
-    notes = (*plugins, warning, result.first_collision, result.first_miss)
+    notes = (*plugins, warning, result.breach, result.first_collision, result.first_miss)
     return "; ".join([text, *filter(None, notes)])
 
 

@@ -117,7 +117,7 @@ class Obey:
     def _drive(self, robot: RobotState) -> Proposal:
         """Let the path go on as far as the centre lets it; begin it anew where it was given up."""
         command, tube = self.command, robot.tube
-        command.advance(robot.pose)
+        command.advance(tube.place)
         if command.last == 0:
             return STAND
         index, (x, y) = self._placed

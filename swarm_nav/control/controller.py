@@ -25,6 +25,8 @@ SETTLED = 0.02  # [rad] within which the drive is not asked for corrections that
 STANDING = 0.02  # [m/s]
 BACKWARDS = 1.9  # [rad] heading error from which a robot that makes way rather drives backwards
 FORWARDS = 1.3  # [rad] below which it drives forwards again
+BESIDE = 0.02  # [m] from the path, from where a way across a bend may lead out of the held space
+BACK_ON = 0.01  # [m] from the path
 
 
 class Controller:
@@ -38,6 +40,7 @@ class Controller:
         """
         self.configure(config)
         self._is_turning = False
+        self._returns = False  # to the path, since it found no way across a bend
 
     def configure(self, config: ControllerConfig) -> None:
         """Take new parameters, effective from the next tick.
@@ -111,7 +114,8 @@ class Controller:
 
     def _follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
         corner = tube.corner
-        ahead = _direction(tube, pose, corner)
+        self._returns = self._returns and tube.gap(pose) > BACK_ON
+        ahead = _direction(tube, pose, corner, 1 if self._returns else LOOKAHEAD)
         if ahead is None:
             return self._turn(0.0, pose, twist) if self._is_turning else Twist()
         error = wrap_angle(ahead - pose.yaw)
@@ -153,6 +157,8 @@ class Controller:
         )
         if v_limit < twist.vx - acc * CONTROL_PERIOD:  # as when acc_lim_x was lowered on the way
             v = 0.0  # as hard as the drive can
+        if v == 0.0 < v_limit and abs(twist.vx) < STANDING and tube.gap(pose) > BESIDE:
+            self._returns = True
         return Twist(float(v), 0.0, float(w))
 
 
@@ -187,9 +193,9 @@ def rate_that_stops(rest: float, rate: float, acceleration: float) -> float:
     return acceleration * (math.sqrt(room) - half) if room > half * half else 0.0
 
 
-def _direction(tube: Tube, pose: Pose, corner: int) -> float | None:
-    """Return the yaw towards the path ahead, None where there is none."""
-    k = min(tube.near + LOOKAHEAD, corner)
+def _direction(tube: Tube, pose: Pose, corner: int, points: int = LOOKAHEAD) -> float | None:
+    """Return the yaw towards the path so many points ahead, None where there is none."""
+    k = min(tube.near + points, corner)
     if k > tube.near and tube.gap_to(k, pose) > ARRIVED:
         return math.atan2(tube.points[k, 1] - pose.y, tube.points[k, 0] - pose.x)
     if k + 1 < len(tube.points):

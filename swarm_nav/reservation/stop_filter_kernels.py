@@ -11,7 +11,8 @@ from swarm_nav.reservation.tube_kernels import nearest_on
 STEP = 0.05  # [s] between the poses of a rollout that are checked
 RETURN = 0.999  # of its distance from the held space, left of one that is larger than tolerated
 LONGEST = 400  # steps of a rollout
-SHARES = (1.0, 0.5, 0.25)  # of a twist that are tried before the robot brakes
+SHARES = (0.5, 0.25)  # of a twist that are tried before the robot brakes
+SNAP = 1.0 - 1e-6  # of a segment, from which on its end is meant
 
 
 @njit(cache=True)
@@ -60,6 +61,31 @@ def room(field: Floats, frame: Frame, hits: Floats, spare: float, x: float, y: f
 
 
 @njit(cache=True)
+def advance(x, y, yaw, vx, vy, w, goal, drive):
+    """Return pose and twist after `STEP`, in which each speed changes towards its goal.
+
+    Args:
+        x: [m] in map, the pose.
+        y: [m] likewise.
+        yaw: [rad] likewise.
+        vx: [m/s] in base_footprint, the twist.
+        vy: [m/s] likewise.
+        w: [rad/s] likewise.
+        goal: (vx, vy, w), likewise.
+        drive: (x, y [m/s²], w [rad/s²]) accelerations.
+    """
+    next_x = towards(vx, goal[0], drive[0] * STEP)
+    next_y = towards(vy, goal[1], drive[1] * STEP)
+    next_w = towards(w, goal[2], drive[2] * STEP)
+    middle = yaw + 0.25 * (w + next_w) * STEP
+    ahead = 0.5 * (vx + next_x) * STEP
+    aside = 0.5 * (vy + next_y) * STEP
+    x += ahead * math.cos(middle) - aside * math.sin(middle)
+    y += ahead * math.sin(middle) + aside * math.cos(middle)
+    return x, y, yaw + 0.5 * (w + next_w) * STEP, next_x, next_y, next_w
+
+
+@njit(cache=True)
 def is_admitted(pose, now, wish, drive, held, around):
     """Whether the robot stays in its held space and off walls if it brakes after a twist.
 
@@ -78,29 +104,20 @@ def is_admitted(pose, now, wish, drive, held, around):
     """
     x, y, yaw = pose
     vx, vy, w = now
-    goal_x, goal_y, goal_w = wish
-    x_acc, y_acc, w_acc, period = drive
+    period = drive[3]
     points, first, last, tolerance = held
     field, frame, hits, spare, floor = around
     gap_now = gap_to_line(points, first, last, x, y)
     farthest = max(tolerance, gap_now) + 1e-9
     nearest = min(floor, room(field, frame, hits, spare, x, y) - 1e-9)
     gap = gap_now
+    goal = wish
     for k in range(LONGEST):
         if k * STEP >= period - 1e-9:
-            goal_x = goal_y = goal_w = 0.0
+            goal = (0.0, 0.0, 0.0)
             if vx == 0.0 and vy == 0.0:
                 break
-        next_x = towards(vx, goal_x, x_acc * STEP)
-        next_y = towards(vy, goal_y, y_acc * STEP)
-        next_w = towards(w, goal_w, w_acc * STEP)
-        middle = yaw + 0.25 * (w + next_w) * STEP
-        ahead = 0.5 * (vx + next_x) * STEP
-        aside = 0.5 * (vy + next_y) * STEP
-        x += ahead * math.cos(middle) - aside * math.sin(middle)
-        y += ahead * math.sin(middle) + aside * math.cos(middle)
-        yaw += 0.5 * (w + next_w) * STEP
-        vx, vy, w = next_x, next_y, next_w
+        x, y, yaw, vx, vy, w = advance(x, y, yaw, vx, vy, w, goal, drive)
         gap = gap_to_line(points, first, last, x, y)
         if gap > farthest or room(field, frame, hits, spare, x, y) < nearest:
             return False
@@ -108,20 +125,108 @@ def is_admitted(pose, now, wish, drive, held, around):
 
 
 @njit(cache=True)
-def largest_share(pose, now, wish, drive, held, around):
-    """Return the largest of `SHARES` of a twist that is admitted, 0.0 if none is.
+def brakes_within(pose, now, drive, points, first, last, farthest):
+    """Whether the robot, if it brakes now, is and stays in a part of its held space.
 
     Args:
-        pose: Arguments of `is_admitted`, as plain tuples.
+        pose: Arguments of `is_admitted`.
+        now: Likewise.
+        drive: Likewise.
+        points: Path (n, 2) [m] in map.
+        first: Index of the first point of the part.
+        last: Index of the last one.
+        farthest: [m] from it that counts as in it.
+    """
+    x, y, yaw = pose
+    vx, vy, w = now
+    for _ in range(LONGEST):
+        if gap_to_line(points, first, last, x, y) > farthest + 1e-9:
+            return False
+        if vx == 0.0 and vy == 0.0:
+            break
+        x, y, yaw, vx, vy, w = advance(x, y, yaw, vx, vy, w, (0.0, 0.0, 0.0), drive)
+    return True
+
+
+@njit(cache=True)
+def last_to_keep(pose, now, drive, held, last):
+    """Return the first point from `last` on up to which the robot can brake, or the last held one.
+
+    Args:
+        pose: Arguments of `is_admitted`.
+        now: Likewise.
+        drive: Likewise.
+        held: Likewise.
+        last: Index of the last point that is to stay held.
+    """
+    points, first, stop, tolerance = held
+    farthest = max(tolerance, gap_to_line(points, first, stop, pose[0], pose[1]))
+    while last < stop and not brakes_within(pose, now, drive, points, first, last, farthest):
+        last += 1
+    return last
+
+
+@njit(cache=True)
+def tail_on(points, tail, near, x, y):
+    """Return where on the held path behind the robot's nearest point the robot is.
+
+    Args:
+        points: Path (n, 2) [m] in map.
+        tail: Index of its first held point.
+        near: Index of the point nearest to the robot, not before `tail`.
+        x: [m] in map, of the robot.
+        y: [m] likewise.
+
+    Returns:
+        Index of the last point before that place, or at it, and the place (x, y).
+    """
+    for k in range(near - 1, tail - 1, -1):
+        ax = points[k + 1, 0] - points[k, 0]
+        ay = points[k + 1, 1] - points[k, 1]
+        share = ((x - points[k, 0]) * ax + (y - points[k, 1]) * ay) / max(ax * ax + ay * ay, 1e-12)
+        if share > SNAP:
+            return k + 1, points[k + 1, 0], points[k + 1, 1]
+        if share > 0.0:
+            return k, points[k, 0] + share * ax, points[k, 1] + share * ay
+    return tail, points[tail, 0], points[tail, 1]
+
+
+@njit(cache=True)
+def release_and_admit(pose, now, wish, drive, held, around):
+    """Give up the space behind that braking does not need; admit the largest share of a twist.
+
+    The first held point follows the robot along the path, up to the point nearest to it, unless
+    the robot could then not brake within what is left.
+
+    Args:
+        pose: Arguments of `is_admitted`.
         now: Likewise.
         wish: Likewise.
         drive: Likewise.
-        held: Likewise.
-        around: Likewise.
+        held: Path (n, 2) [m] in map, whose first held point is moved; indices of that point, of
+            the point nearest to the robot and of the last held one; the tolerated distance [m].
+        around: As of `is_admitted`.
+
+    Returns:
+        Index of the first held point, and the largest of `SHARES` that is admitted, 0.0 if none is.
     """
+    points, tail, near, stop, tolerance = held
+    farthest = max(tolerance, gap_to_line(points, tail, stop, pose[0], pose[1]))
+    first, x, y = tail_on(points, tail, near, pose[0], pose[1])
+    old_x, old_y = points[first, 0], points[first, 1]
+    points[first, 0], points[first, 1] = x, y
+    left = (points, first, stop, tolerance)
+    is_near = gap_to_line(points, first, stop, pose[0], pose[1]) <= farthest
+    if is_near and is_admitted(pose, now, wish, drive, left, around):
+        return first, 1.0
+    if not brakes_within(pose, now, drive, points, first, stop, farthest):
+        points[first, 0], points[first, 1] = old_x, old_y
+        first = tail
+        left = (points, first, stop, tolerance)
+        if is_admitted(pose, now, wish, drive, left, around):
+            return first, 1.0
     for share in SHARES:
-        if is_admitted(
-            pose, now, (share * wish[0], share * wish[1], share * wish[2]), drive, held, around
-        ):
-            return share
-    return 0.0
+        part = (share * wish[0], share * wish[1], share * wish[2])
+        if is_admitted(pose, now, part, drive, left, around):
+            return first, share
+    return first, 0.0

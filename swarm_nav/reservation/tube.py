@@ -1,11 +1,11 @@
 """Safety layer: the space that a robot holds, asks for and announces.
 
-The held tube H is the polyline from the pose to the committed stop; discs of the robot's safety
-radius around it belong to the robot. Motion happens inside H only. H grows point by point along
-the path, and only over points whose request all near neighbours have acknowledged and that none
-of them holds or requests with a better priority (`tube_kernels.extend`, rules G1..G5 of
-docs/architecture/safety.md).
-Shrinking it is always safe.
+The held tube H is the part of the path from the robot to the committed stop; discs of the robot's
+safety radius around it belong to the robot. Motion happens within `TOLERANCE` of H only. H grows
+point by point along the path, and only over points whose request all near neighbours have
+acknowledged and that none of them holds or requests with a better priority (`tube_kernels.extend`,
+rules G1..G5 of docs/architecture/safety.md). It shrinks at either end only as far as the robot can
+brake in the rest.
 """
 
 from __future__ import annotations
@@ -24,10 +24,18 @@ from swarm_nav.reservation import tube_kernels
 
 REMEMBERED = 32  # beacons whose requests are remembered
 ARRIVED = 0.03  # [m] from a corner or the end at which the robot stands on it
+TOLERANCE = 0.036  # [m] from the held polyline: see Margin in docs/architecture/safety.md
 
 
 class Tube:
-    """Path with the indices of the robot on it, of the end of the held part and of its corners."""
+    """Path with the indices of the robot on it, of both ends of the held part and of its corners.
+
+    Attributes:
+        points: (n, 2) [m] in map, the path.
+        tail: Index of the first held point, which follows the robot along the path.
+        near: Index of the point nearest to the robot, from `tail` to `stop`.
+        stop: Index of the last held point.
+    """
 
     def __init__(
         self, pose: Pose, confirmations: int, held_length: float, wanted_length: float
@@ -72,27 +80,34 @@ class Tube:
         That is not its pose: others acknowledged the space, and a place beside it would move
         farther off with each call.
         """
-        first = max(0, self.near - 1)
-        x, y = tube_kernels.nearest_on(self.points, first, self.stop, pose.x, pose.y)
+        x, y = tube_kernels.nearest_on(self.points, self.tail, self.stop, pose.x, pose.y)
         self.reset(Pose(x, y, pose.yaw))
+
+    def gap(self, pose: Pose) -> float:
+        """Return the distance [m] of the robot to the held polyline."""
+        x, y = tube_kernels.nearest_on(self.points, self.tail, self.stop, pose.x, pose.y)
+        return math.hypot(x - pose.x, y - pose.y)
 
     def reset(self, pose: Pose) -> None:
         """Drop path, claim and request; hold a place that others need not know."""
         self.points: FloatArray = np.array(((pose.x, pose.y),))
-        self.near = 0
-        self.stop = 0
+        self.tail = self.near = self.stop = 0
         self.corners: list[int] = []
         self.corner = 0  # that is driven to: the next bend or the end, by `track`
         self.is_withdrawn = False
         self.is_reverse = False
-        self._arrival = (0.0, 0.0)  # direction in which the robot comes to the path's first point
-        self.is_at_rest = self._is_standing = False
+        self.is_at_rest = False
         self.forget_requests()
 
     @property
     def stop_point(self) -> tuple[float, float]:
         """Where the robot is going to stand if nothing more is granted; plans start here."""
         return float(self.points[self.stop, 0]), float(self.points[self.stop, 1])
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """First held point (x, y) [m] in map."""
+        return float(self.points[self.tail, 0]), float(self.points[self.tail, 1])
 
     @property
     def is_complete(self) -> bool:
@@ -105,12 +120,7 @@ class Tube:
         Args:
             path: (n, 2) [m] in map; it starts at the stop point.
         """
-        self._arrival = self._direction()
-        kept = self.points[self.near : self.stop + 1]
-        rest = path_kernels.thinned(np.ascontiguousarray(path), ARRIVED)[1:]
-        self.stop -= self.near
-        self.near = 0
-        self._follow(kept, rest)
+        self._follow(self.tail, self.points[: self.stop + 1], path)
         self.forget_requests()
 
     def lengthen(self, path: FloatArray) -> None:
@@ -119,15 +129,15 @@ class Tube:
         Args:
             path: (n, 2) [m] in map; it starts at the end.
         """
-        first = max(0, self.near - 1)  # the point before tells where the robot comes from
-        self.near -= first
-        self.stop -= first
+        first = min(self.tail, max(0, self.near - 1))  # where the robot comes from tells of a bend
         self._log[:, 1] -= first
-        rest = path_kernels.thinned(np.ascontiguousarray(path), ARRIVED)[1:]
-        self._follow(self.points[first:], rest)
+        self._follow(first, self.points, path)
 
-    def _follow(self, kept: FloatArray, rest: FloatArray) -> None:
-        self.points = np.ascontiguousarray(np.vstack((kept, rest)))
+    def _follow(self, first: int, kept: FloatArray, path: FloatArray) -> None:
+        """Go on with a path behind the points that are kept, and forget those before `first`."""
+        rest = path_kernels.thinned(np.ascontiguousarray(path), ARRIVED)[1:]
+        self.points = np.ascontiguousarray(np.vstack((kept[first:], rest)))
+        self.tail, self.near, self.stop = self.tail - first, self.near - first, self.stop - first
         find = path_kernels.corners if self.slots is None else self.slots.corners
         self.corners = find(self.points, self.corner_angle).tolist()
 
@@ -144,24 +154,23 @@ class Tube:
             self.corners = [k for k in self.corners if k < self.stop]
             self.forget_requests()
 
-    def release_beyond(self, last: int, pose: Pose, way: float) -> None:
-        """Shrink the held part, but not to less than the robot needs to stop.
+    def release_beyond(self, last: int) -> None:
+        """Shrink the held part; the robot must be able to stop in the rest.
 
         Requests are forgotten then: what was held and is given up was not requested.
 
         Args:
-            last: Index of the last point that stays held.
-            way: [m] that it needs to stop.
+            last: Index of the last point that stays held, not before `near`.
         """
-        needed = tube_kernels.last_to_keep(self.points, self.near, self.stop, (pose.x, pose.y), way)
-        if max(last, needed) < self.stop:
-            self.stop = max(last, needed)
+        if last < self.stop:
+            self.stop = last
             self.forget_requests()
 
     @property
     def span(self) -> tuple[int, int, int]:
         """(stop, last point wanted now, last point requested in enough beacons)."""
-        last = min(self.near + self._held_points, len(self.points) - 1)
+        most = min(self.near + self._held_points, self.tail + HELD_POINTS - 2)  # fits a beacon
+        last = min(most, len(self.points) - 1)
         is_known = self._noted >= self._confirmations
         confirmed = int(self._log[self._logged - self._confirmations, 1]) if is_known else -1
         return self.stop, max(self.stop, last), confirmed
@@ -194,13 +203,8 @@ class Tube:
             end = min(self.stop + self._wanted_points, len(self.points) - 1)
             self._record_request(tick, end)
         held, wanted, intent = self._blocks
-        if self.near >= self.stop:
-            drives_there = not self.is_at_rest
-        else:
-            drives_there = not self._is_standing and (self.near == 0 or self.near in self.corners)
-        arrival = self._direction() if drives_there else (0.0, 0.0)
         sizes = tube_kernels.publish(
-            self.points, (pose.x, pose.y), arrival, (self.near, self.stop, end),
+            self.points, (pose.x, pose.y), (self.tail, self.stop, end), TOLERANCE,
             held, wanted, intent,
         )  # fmt: skip
         self.published_held, self.published_sizes = (held, sizes[0]), sizes
@@ -236,22 +240,16 @@ class Tube:
         self.near = tube_kernels.nearest_ahead(self.points, self.near, limit, pose.x, pose.y)
 
     def record_rest(self, pose: Pose, is_standing: bool) -> None:
-        """Note whether the robot stands on its stop: then it stays, and announces its pose only.
+        """Note whether the robot stands on its stop: then it stays, and holds that place only.
 
         Args:
             is_standing: Whether it has stopped.
         """
-        self._is_standing = is_standing
         x, y = self.stop_point
         is_there = self.near >= self.stop and math.hypot(x - pose.x, y - pose.y) < ARRIVED
         self.is_at_rest = is_standing and is_there
-
-    def _direction(self) -> tuple[float, float]:
-        """Return the direction, of any length, in which the robot comes to the nearest point."""
-        if self.near == 0:
-            return self._arrival
-        (from_x, from_y), (to_x, to_y) = self.points[self.near - 1 : self.near + 1].tolist()
-        return to_x - from_x, to_y - from_y
+        if self.is_at_rest:
+            self.tail = self.stop
 
     def next_corner(self) -> int:
         """Return the index of the next bend that is turned on the spot, or of the path's end."""

@@ -398,7 +398,7 @@ def nearest_on(points, first, last, x, y):
 
 
 @njit(cache=True)
-def last_to_keep(points, near, stop, position, way):
+def point_beyond(points, near, stop, position, way):
     """Return the first point of the held part that lies a way beyond the robot, or the stop.
 
     Args:
@@ -419,17 +419,15 @@ def last_to_keep(points, near, stop, position, way):
 
 
 @njit(cache=True)
-def publish(points, position, arrival, span, held, wanted, intent):
+def publish(points, position, span, tolerance, held, wanted, intent):
     """Fill the point blocks of a beacon, and the rest of each with zeros.
 
     Args:
         points: (n, 2) [m] in map, the path.
         position: (x, y) [m] of the robot, in map.
-        arrival: (x, y) direction in which the robot comes to `near`, if it drives to that point, a
-            bend or the stop; the held part has it, too, while it is ahead. (0, 0) if it passes by.
-        span: (near, stop, end): the held part goes from the robot's position over the points
-            behind `near` to `stop`, the request from there to `end`, the intent from `stop` on
-            with every second point.
+        span: (tail, stop, end): the held part goes from `tail` to `stop`, the request from there to
+            `end`, the intent from `stop` on with every second point.
+        tolerance: [m] from the held part beyond which the robot's position is put before it.
         held: (k, 2) float32, written.
         wanted: (k, 2) float32, written.
         intent: (k, 2) float32, written.
@@ -437,19 +435,20 @@ def publish(points, position, arrival, span, held, wanted, intent):
     Returns:
         The sizes (held, wanted, intent).
     """
-    near, stop, end = span
+    tail, stop, end = span
     held[:] = 0.0
     wanted[:] = 0.0
     intent[:] = 0.0
-    held[0, 0] = position[0]
-    held[0, 1] = position[1]
-    rest_x, rest_y = points[near, 0] - position[0], points[near, 1] - position[1]
-    is_ahead = rest_x * arrival[0] + rest_y * arrival[1] > 0.0
-    first = near if is_ahead else near + 1
-    held_size = min(max(stop - first, -1) + 2, held.shape[0])
-    for k in range(1, held_size):
-        held[k, 0] = points[first + k - 1, 0]
-        held[k, 1] = points[first + k - 1, 1]
+    x, y = position
+    near_x, near_y = nearest_on(points, tail, stop, x, y)
+    first = 0
+    if math.hypot(near_x - x, near_y - y) > tolerance:
+        held[0, 0], held[0, 1] = x, y
+        first = 1
+    held_size = min(first + stop - tail + 1, held.shape[0])
+    for k in range(first, held_size):
+        held[k, 0] = points[tail + k - first, 0]
+        held[k, 1] = points[tail + k - first, 1]
     wanted_size = min(end - stop, wanted.shape[0])
     for k in range(wanted_size):
         wanted[k, 0] = points[stop + 1 + k, 0]

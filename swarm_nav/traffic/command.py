@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 
 from swarm_common.model.central import SERIAL_BITS, TeamOrder
-from swarm_common.model.records import Pose
 
 Point = tuple[float, float]
 PASSED = 0.06  # [m] before a point at which it counts as left behind; robots stop a bit short
@@ -73,12 +72,16 @@ class Command:
         """Note that the robot stands, if there is a command."""
         self.is_joined = self._number > 0
 
-    def advance(self, pose: Pose) -> None:
-        """Leave points behind that the robot has passed; never the last one."""
+    def advance(self, place: Point) -> None:
+        """Leave points behind that the robot has passed; never the last one.
+
+        Args:
+            place: First point (x, y) [m] in map that it holds: only what is given up is passed.
+        """
         while self.passed < self.last:
             (x0, y0), (x, y) = self._points[self.passed - 1], self._points[self.passed]
             length = math.hypot(x - x0, y - y0)
-            rest = (x - pose.x) * (x - x0) + (y - pose.y) * (y - y0)
+            rest = (x - place[0]) * (x - x0) + (y - place[1]) * (y - y0)
             if length > 1e-6 and rest > PASSED * length:
                 return
             self._points.pop(self.passed - 1)

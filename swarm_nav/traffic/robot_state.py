@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from swarm_common.model.beacon import HELD_POINTS
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Twist
 from swarm_common.model.robot_names import RobotNames
@@ -22,7 +23,8 @@ from swarm_nav.planning.oblong import Oblong
 from swarm_nav.planning.planner import SPACING, Planner
 from swarm_nav.planning.terrain import Terrain, as_large_as, terrain_for
 from swarm_nav.reservation import tube_kernels
-from swarm_nav.reservation.tube import Tube
+from swarm_nav.reservation.stop_filter_kernels import last_to_keep
+from swarm_nav.reservation.tube import TOLERANCE, Tube
 from swarm_nav.traffic.patience import Patience
 
 MARGIN_STEP = 0.02  # [m] in which the announced margin grows: each step must be confirmed
@@ -255,7 +257,31 @@ class RobotState:
         Args:
             last: Index of the last path point that stays held.
         """
-        self.tube.release_beyond(last, self.pose, 0.0 if self.is_standing else self.braking_way)
+        self.tube.release_beyond(self._last_needed(self.tube.near, last))
+
+    def _last_needed(self, near: int, last: int) -> int:
+        """Return the first point from `last` on up to which the robot can stop, or the held end.
+
+        Args:
+            near: Index of the path point nearest to it.
+        """
+        tube, pose, limits = self.tube, self.pose, self.config.controller
+        if last >= tube.stop:
+            return tube.stop
+        if self.is_standing:
+            return max(last, near)
+        at, way = (pose.x, pose.y), self.braking_way
+        ahead = tube_kernels.point_beyond(tube.points, near, tube.stop, at, way)
+        now = self.velocity
+        return int(
+            last_to_keep(
+                (pose.x, pose.y, pose.yaw),
+                (now.vx, now.vy, now.wz),
+                (limits.acc_lim_x, limits.acc_lim_y, limits.acc_lim_theta, CONTROL_PERIOD),
+                (tube.points, tube.tail, tube.stop, TOLERANCE),
+                max(last, ahead),
+            )
+        )
 
     def points_kept_for(self, path: FloatArray) -> int | None:
         """Return how many points ahead stay held when the robot turns back; None if it does not.
@@ -282,15 +308,17 @@ class RobotState:
         at = self.pose.x, self.pose.y
         limit = min(tube.next_corner(), tube.stop)
         near = tube_kernels.nearest_ahead(tube.points, tube.near, limit, *at)
-        way = 0.0 if self.is_standing else self.braking_way
-        needed = tube_kernels.last_to_keep(tube.points, near, tube.stop, at, way)
-        return int(min(max(near + keep, needed), tube.stop))
+        return self._last_needed(near, near + keep)
 
     def hold_place(self) -> None:
         """Drop path, claim and request; hold the place, and ahead of it what it takes to stop.
 
-        For use between two ticks: the robot may have gone faster since its pose was taken.
+        A robot that stands in its held space keeps the point of it that is nearest. For use between
+        two ticks: the robot may have gone faster since its pose was taken.
         """
+        if self.is_standing and self.tube.gap(self.pose) <= TOLERANCE:
+            self.tube.shrink_to_place(self.pose)
+            return
         self.tube.reset(self.pose)
         if self.is_standing:
             return
@@ -299,8 +327,9 @@ class RobotState:
         yaw = self.pose.yaw + math.atan2(self.twist.vy, self.twist.vx)
         x, y = self.pose.x, self.pose.y
         line = [(x, y)]
-        while rest > 0.0:
-            step = min(rest, SPACING)
+        spacing = max(SPACING, rest / (HELD_POINTS - 2))  # so that it fits a beacon
+        while rest > 1e-9:
+            step = min(rest, spacing)
             yaw += 0.5 * wz * step / speed
             x, y = x + step * math.cos(yaw), y + step * math.sin(yaw)
             yaw += 0.5 * wz * step / speed

@@ -11,11 +11,12 @@ import math
 
 from swarm_common.model.records import CONTROL_PERIOD, Twist
 from swarm_nav.core.config import ControllerConfig
-from swarm_nav.reservation.stop_filter_kernels import largest_share
+from swarm_nav.reservation.stop_filter_kernels import release_and_admit
+from swarm_nav.reservation.tube import TOLERANCE
 from swarm_nav.traffic.robot_state import RobotState
 
-TOLERANCE = 0.037  # [m] from the held polyline: see Margin in docs/architecture/safety.md
 ROUNDING = 1e-9  # [m/s], [rad/s] by which a controller may exceed the limits of the drive
+STANDING = 0.02  # [m/s] below which a robot brakes within a fraction of a millimetre
 STANDSTILL = Twist()
 
 
@@ -32,7 +33,8 @@ def admitted(robot: RobotState, wish: Twist) -> Twist:
         return STANDSTILL
     limits = robot.config.controller
     twist = _within_limits(wish, limits)
-    if twist.vx != 0.0 or twist.vy != 0.0:  # a disc that turns on the spot needs no space
+    is_turn = twist.vx == 0.0 == twist.vy and robot.speed < STANDING
+    if not is_turn:  # a disc that turns on the spot needs no space
         twist = _in_held_space(robot, twist, limits)
     if robot.oblong is None:
         return twist
@@ -48,12 +50,12 @@ def admitted(robot: RobotState, wish: Twist) -> Twist:
 
 def _in_held_space(robot: RobotState, wish: Twist, limits: ControllerConfig) -> Twist:
     tube, terrain, pose, now = robot.tube, robot.terrain, robot.pose, robot.velocity
-    share = largest_share(
+    tube.tail, share = release_and_admit(
         (pose.x, pose.y, pose.yaw),
         (now.vx, now.vy, now.wz),
         (wish.vx, wish.vy, wish.wz),
         (limits.acc_lim_x, limits.acc_lim_y, limits.acc_lim_theta, CONTROL_PERIOD),
-        (tube.points, max(0, tube.near - 1), tube.stop, TOLERANCE),
+        (tube.points, tube.tail, tube.near, tube.stop, TOLERANCE),
         (
             terrain.distance,
             terrain.frame,

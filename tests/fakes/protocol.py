@@ -142,6 +142,7 @@ class Actor:
         tube = self.s.tube
         ahead = min(points, tube.stop - tube.near)
         tube.near += ahead
+        tube.tail = tube.near  # as the stop filter moves it
         self._moved_tick = self.s.tick if ahead else self._moved_tick
         x, y = tube.points[tube.near]
         self.s.pose = Pose(float(x), float(y), 0.0)

@@ -295,7 +295,7 @@ def test_a_beacon_is_sent_in_every_tick_whatever_happens() -> None:
         assert record is not None
         assert int(record["tick"]) == one.tick - 1
         here = one.robots[0].pose_map
-        assert np.allclose(record["held"][0], (here.x, here.y), atol=1e-6)
+        assert np.allclose(record["pose"][:2], (here.x, here.y), atol=1e-6)
 
 
 def test_a_parked_robot_keeps_its_way_to_a_refuge_from_the_first_tick() -> None:

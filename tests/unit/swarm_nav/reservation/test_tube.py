@@ -8,7 +8,7 @@ import pytest
 from swarm_common.model.beacon import HELD_POINTS, INTENT_POINTS, WANTED_POINTS
 from swarm_common.model.records import Pose
 from swarm_nav.core.config import TrafficConfig
-from swarm_nav.reservation.tube import REMEMBERED, Tube, padded
+from swarm_nav.reservation.tube import REMEMBERED, TOLERANCE, Tube, padded
 
 HOME = Pose(0.0, 0.0, 0.0)
 
@@ -52,7 +52,7 @@ def test_a_withdrawn_or_changed_request_starts_the_count_again(change: str) -> N
         case "cut":
             tube.cut()
         case "release":
-            tube.release_beyond(0, HOME, 0.0)
+            tube.release_beyond(0)
         case "reset":
             tube.reset(HOME)
     assert tube.span[2] == -1
@@ -71,9 +71,9 @@ def test_a_withdrawal_lasts_for_one_beacon() -> None:
 def test_a_plan_continues_from_the_stop_point_and_keeps_what_is_held() -> None:
     tube = tube_along_x()
     tube.stop = 5
-    tube.near = 2
+    tube.tail = tube.near = 2
     tube.adopt(np.array(((0.25, 0.0), (0.25, 0.05), (0.25, 0.1))))
-    assert (tube.near, tube.stop) == (0, 3)
+    assert (tube.tail, tube.near, tube.stop) == (0, 0, 3)
     assert np.allclose(tube.points[[0, 3, 5]], ((0.10, 0.0), (0.25, 0.0), (0.25, 0.1)))
     assert tube.stop_point == pytest.approx((0.25, 0.0))
 
@@ -89,29 +89,17 @@ def test_cutting_gives_up_what_is_not_held() -> None:
 def test_releasing_shrinks_and_never_grows() -> None:
     tube = tube_along_x()
     tube.near, tube.stop = 2, 9
-    tube.release_beyond(5, Pose(0.1, 0.0, 0.0), 0.0)
+    tube.release_beyond(5)
     assert tube.stop == 5
-    tube.release_beyond(32, Pose(0.1, 0.0, 0.0), 0.0)
+    tube.release_beyond(32)
     assert tube.stop == 5
 
 
-@pytest.mark.parametrize("x", [0.08, 0.1, 0.12, 0.17])
-def test_what_a_robot_needs_to_stop_is_not_given_up(x: float) -> None:
-    tube = tube_along_x()
-    tube.near, tube.stop = 1, 9  # the index may be that of a tick ago
-    tube.release_beyond(1, Pose(x, 0.01, 0.0), 0.12)
-    assert tube.points[tube.stop, 0] >= x + 0.12
-    assert tube.points[tube.stop - 1, 0] <= x + 0.12 + 0.03
-    tube.release_beyond(1, Pose(x, 0.01, 0.0), 0.0)
-    assert tube.stop == tube.near
-
-
-def test_the_beacon_starts_at_the_true_pose_and_fits_its_arrays() -> None:
+def test_the_beacon_has_the_held_path_and_fits_its_arrays() -> None:
     tube = tube_along_x(6.0)
-    tube.near, tube.stop = 3, 19
+    tube.tail, tube.near, tube.stop = 3, 3, 19
     held, wanted, intent = tube.publish(Pose(0.16, 0.01, 0.0), 0)
-    assert held[0] == pytest.approx((0.16, 0.01))
-    assert np.allclose(held[-1], (0.95, 0.0))
+    assert np.allclose(held, tube.points[3:20])
     assert np.allclose(wanted[0], (1.0, 0.0))
     assert len(held) <= HELD_POINTS
     assert len(wanted) <= WANTED_POINTS
@@ -119,58 +107,42 @@ def test_the_beacon_starts_at_the_true_pose_and_fits_its_arrays() -> None:
     assert np.allclose(np.diff(intent, axis=0), (0.1, 0.0))
 
 
-def test_a_robot_that_still_drives_to_its_stop_holds_the_stop() -> None:
+def test_a_robot_that_was_pushed_out_of_its_space_announces_where_it_is() -> None:
     tube = tube_along_x()
     tube.stop = 5
-    for x, is_short in ((0.23, True), (0.249, True), (0.26, False)):
-        pose = Pose(x, 0.02, 0.0)
-        tube.advance(pose, tube.stop)
-        assert tube.near == tube.stop
-        held, _, _ = tube.publish(pose, 0)
-        assert np.allclose(held, ((x, 0.02), (0.25, 0.0))[: 1 + is_short])
+    for aside, is_out in ((TOLERANCE - 0.001, False), (TOLERANCE + 0.001, True)):
+        held, _, _ = tube.publish(Pose(0.1, aside, 0.0), 0)
+        assert len(held) == 6 + is_out
+        assert np.allclose(held[-6:], tube.points[:6])
+    assert held[0] == pytest.approx((0.1, aside))
 
 
-def test_a_robot_that_still_drives_to_its_stop_holds_it_when_its_path_turns_there() -> None:
+def test_a_robot_that_stands_on_its_stop_holds_that_place_only() -> None:
     tube = tube_along_x()
-    tube.stop = 5
-    pose = Pose(0.23, 0.0, 0.0)
-    tube.advance(pose, tube.stop)
-    tube.adopt(np.array(((0.25, 0.0), (0.25, 0.05), (0.25, 0.1))))
-    for _ in range(2):
-        held, _, _ = tube.publish(pose, 0)
-        assert np.allclose(held, ((0.23, 0.0), (0.25, 0.0)))
-        tube.adopt(np.array(((0.25, 0.0), (0.2, 0.0), (0.15, 0.0))))
-
-
-def test_a_robot_that_stands_on_its_stop_stays_and_holds_its_place_only() -> None:
-    tube = tube_along_x()
-    tube.stop = 5
-    for x, is_there in ((0.23, True), (0.21, False)):
-        pose = Pose(x, 0.01, 0.0)
-        tube.near = 5
-        tube.record_rest(pose, is_standing=True)
-        assert tube.is_at_rest == is_there
-        held, _, _ = tube.publish(pose, 0)
-        assert np.allclose(held, ((x, 0.01), (0.25, 0.0))[: 2 - is_there])
+    tube.stop = tube.near = 5
+    tube.record_rest(Pose(0.21, 0.01, 0.0), is_standing=True)
+    assert not tube.is_at_rest
+    assert len(tube.publish(Pose(0.21, 0.01, 0.0), 0)[0]) == 6
     tube.record_rest(Pose(0.23, 0.01, 0.0), is_standing=False)
     assert not tube.is_at_rest
+    tube.record_rest(Pose(0.23, 0.01, 0.0), is_standing=True)
+    assert tube.is_at_rest
+    assert np.allclose(tube.publish(Pose(0.23, 0.01, 0.0), 0)[0], ((0.25, 0.0),))
 
 
-def test_a_robot_does_not_hold_the_points_that_it_passes_by() -> None:
+def test_a_place_that_is_put_anew_is_a_point_of_the_held_path() -> None:
     tube = tube_along_x()
-    tube.stop = 5
-    held, _, _ = tube.publish(Pose(-0.02, 0.02, 0.0), 0)
-    assert np.allclose(held[:2], ((-0.02, 0.02), (0.05, 0.0)))
+    tube.tail, tube.near, tube.stop = 1, 3, 5
+    tube.shrink_to_place(Pose(0.16, 0.03, 0.0))
+    assert np.allclose(tube.points, ((0.16, 0.0),))
+    tube.shrink_to_place(Pose(0.16, 0.06, 0.0))
+    assert np.allclose(tube.points, ((0.16, 0.0),))
 
 
-def test_a_robot_holds_the_bend_that_it_still_drives_to() -> None:
-    tube = Tube(HOME, 3, 0.35, 0.35)
-    there = np.column_stack((np.arange(0.0, 1.01, 0.05), np.zeros(21)))
-    tube.adopt(np.vstack((there, there[:-1][::-1])))  # and back again
-    tube.stop = 24
-    tube.advance(Pose(0.98, 0.0, 0.0), tube.corners[0])
-    held, _, _ = tube.publish(Pose(0.98, 0.0, 0.0), 0)
-    assert np.allclose(held[:3], ((0.98, 0.0), (1.0, 0.0), (0.95, 0.0)))
+def test_what_is_held_never_outgrows_the_beacon() -> None:
+    tube = tube_along_x()
+    tube.near = tube.stop = 20  # it stands, and does not give up what is behind it
+    assert tube.span[1] == HELD_POINTS - 2
 
 
 def test_the_longest_claim_that_parameters_allow_fits_the_beacon() -> None:

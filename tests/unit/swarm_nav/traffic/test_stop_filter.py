@@ -10,14 +10,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_nav.planning.distance_kernels import Frame
-from swarm_nav.reservation.stop_filter_kernels import SHARES, gap_to_line, largest_share
+from swarm_nav.reservation.stop_filter_kernels import (
+    SHARES,
+    gap_to_line,
+    last_to_keep,
+    release_and_admit,
+)
+from swarm_nav.reservation.tube import TOLERANCE
+from swarm_nav.reservation.tube_kernels import nearest_ahead
 
 OPEN = np.full((2, 2), 100.0)
 FRAME = Frame(-50.0, -50.0, 50.0)
 NOTHING = np.zeros((0, 2))
 AHEAD = np.column_stack((np.arange(0.0, 0.51, 0.05), np.zeros(11)))
 ACCELERATIONS = (1.0, 1.0, 3.2)
-TOLERANCE = 0.037
 MOST = 0.26
 speeds = st.floats(-MOST, MOST)
 rates = st.floats(-1.82, 1.82)
@@ -35,9 +41,9 @@ def share_of(
 ) -> float:
     """Return the share of a wish that passes on a straight held path along x."""
     around = (field, FRAME, hits, 0.0, floor)
-    return largest_share(
-        pose, now, wish, (*ACCELERATIONS, 0.1), (AHEAD, 0, held, TOLERANCE), around
-    )
+    space = (AHEAD.copy(), 0, 0, held, TOLERANCE)
+    share: float = release_and_admit(pose, now, wish, (*ACCELERATIONS, 0.1), space, around)[1]
+    return share
 
 
 def test_a_twist_along_the_held_space_passes_unchanged() -> None:
@@ -77,18 +83,108 @@ def test_a_robot_does_not_brake_into_what_is_ahead(what: str) -> None:
 def test_no_sequence_of_wishes_leads_out_of_the_held_space(
     wishes: list[tuple[float, float, float]], held: int
 ) -> None:
-    x = y = yaw = vx = vy = w = 0.0
+    drive = Drive()
     for wish in wishes:
-        share = share_of(wish, now=(vx, vy, w), pose=(x, y, yaw), held=held)
-        assert share in (*SHARES, 0.0)
-        for _ in range(20):  # the drive, ten times finer than the filter's rollout
+        share = share_of(wish, now=drive.twist, pose=drive.pose, held=held)
+        assert share in (1.0, *SHARES, 0.0)
+        drive.go((share * wish[0], share * wish[1], share * wish[2]))
+        for x, y in drive.track:
+            assert gap_to_line(AHEAD, 0, held, x, y) < TOLERANCE + 0.003
+
+
+Twist3 = tuple[float, float, float]
+
+
+class Drive:
+    """A drive that ramps, in steps ten times finer than the filter's rollout."""
+
+    def __init__(self, x: float = 0.0, y: float = 0.0, vx: float = 0.0) -> None:
+        self.pose: Twist3 = (x, y, 0.0)
+        self.twist: Twist3 = (vx, 0.0, 0.0)
+        self.track: list[tuple[float, float]] = []
+
+    def go(self, goal: Twist3) -> None:
+        """Drive towards a twist for a period."""
+        x, y, yaw = self.pose
+        vx, vy, w = self.twist
+        self.track = []
+        for _ in range(20):
             step = 0.005
-            changes = (a * step for a in ACCELERATIONS)
             vx, vy, w = (
-                min(max(share * goal, speed - most), speed + most)
-                for goal, speed, most in zip(wish, (vx, vy, w), changes, strict=True)
+                min(max(wish, speed - a * step), speed + a * step)
+                for wish, speed, a in zip(goal, (vx, vy, w), ACCELERATIONS, strict=True)
             )
             yaw += w * step
             x += (vx * math.cos(yaw) - vy * math.sin(yaw)) * step
             y += (vx * math.sin(yaw) + vy * math.cos(yaw)) * step
-            assert gap_to_line(AHEAD, 0, held, x, y) < TOLERANCE + 0.003
+            self.track.append((x, y))
+        self.pose, self.twist = (x, y, yaw), (vx, vy, w)
+
+
+class Space:
+    """A held path whose ends are given up as far as braking allows."""
+
+    def __init__(self, points: np.ndarray, stop: int) -> None:
+        self.points, self.tail, self.near, self.stop = points.copy(), 0, 0, stop
+
+    def filter(self, drive: Drive, wish: Twist3) -> Twist3:
+        """Return what of a wish is admitted, after what is behind was given up."""
+        self.near = nearest_ahead(self.points, self.near, self.stop, *drive.pose[:2])
+        held = (self.points, self.tail, self.near, self.stop, TOLERANCE)
+        around = (OPEN, FRAME, NOTHING, 0.0, 0.2)
+        limits = (*ACCELERATIONS, 0.1)
+        self.tail, share = release_and_admit(drive.pose, drive.twist, wish, limits, held, around)
+        return share * wish[0], share * wish[1], share * wish[2]
+
+    def release(self, drive: Drive, last: int) -> None:
+        """Give up what lies beyond a point, as far as braking allows."""
+        held = (self.points, self.tail, self.stop, TOLERANCE)
+        limits = (*ACCELERATIONS, 0.1)
+        self.stop = last_to_keep(drive.pose, drive.twist, limits, held, max(last, self.near))
+
+    def gap(self, x: float, y: float) -> float:
+        """Return the distance [m] of a place to what is held."""
+        return float(gap_to_line(self.points, self.tail, self.stop, x, y))
+
+
+def test_the_first_held_point_follows_the_robot_up_to_its_nearest_point() -> None:
+    for x, tail in ((0.12, (2, 0.10)), (0.135, (2, 0.135)), (0.15, (3, 0.15))):
+        space, drive = Space(AHEAD, 10), Drive(x, 0.01, MOST)
+        space.filter(drive, (MOST, 0.0, 0.0))
+        assert (space.tail, space.points[space.tail, 0]) == pytest.approx(tail)
+
+
+def test_a_robot_that_backs_gets_no_space_behind_it() -> None:
+    space, drive = Space(AHEAD, 10), Drive(0.2)
+    space.filter(drive, (0.0, 0.0, 0.0))
+    for _ in range(30):
+        drive.go(space.filter(drive, (-MOST, 0.0, 0.0)))
+    assert 0.2 - TOLERANCE - 0.003 < drive.pose[0] < 0.2
+
+
+def test_space_in_which_the_robot_brakes_is_not_given_up() -> None:
+    fast, way = 0.5, 0.125  # [m/s] and the way to stop
+    space, drive = Space(AHEAD, 10), Drive(0.3, 0.0, -fast)
+    space.filter(drive, (0.0, 0.0, 0.0))
+    assert space.tail == 0
+    drive = Drive(0.1, 0.0, fast)
+    space.release(drive, 0)
+    assert space.points[space.stop, 0] >= 0.1 + way - TOLERANCE
+    assert space.points[space.stop - 1, 0] < 0.1 + way + 0.03
+
+
+BEND = np.array([(0.05 * min(k, 6), 0.05 * max(0, k - 6)) for k in range(14)])
+deeds = st.tuples(speeds, speeds, rates, st.sampled_from((None, None, None, 0, 2)))
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(deeds, min_size=20, max_size=80), st.integers(0, 13), st.booleans())
+def test_no_sequence_of_wishes_and_releases_leads_out_of_what_is_left(
+    wishes: list[tuple[float, float, float, int | None]], stop: int, is_omni: bool
+) -> None:
+    space, drive = Space(BEND, stop), Drive()
+    for vx, vy, wz, keep in wishes:
+        if keep is not None:
+            space.release(drive, space.near + keep)
+        drive.go(space.filter(drive, (vx, vy if is_omni else 0.0, wz)))
+        assert max(space.gap(x, y) for x, y in drive.track) < TOLERANCE + 0.003
