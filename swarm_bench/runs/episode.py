@@ -16,6 +16,7 @@ from swarm_bench.runs.methods import Driver, load_method, load_team
 from swarm_bench.runs.orders import BenchOrders, demand_remarks, make_orders, measure_ways
 from swarm_bench.runs.scenario import Scenario
 from swarm_central.link import Centre, delay_ticks
+from swarm_central.movingai import check_program
 from swarm_commander.run.input.params import Overrides, load_overrides
 from swarm_commander.run.input.world_params import WorldParams
 from swarm_common.files.map_io import load_map, map_of_world
@@ -124,6 +125,8 @@ def check(options: RunOptions) -> list[str]:
     checked(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
     _actors(options.scenario.world, options.scenario.actors)
     load_method(options.method)
+    if options.central.get("solver"):
+        check_program(Path(options.central["solver"]))
     for number, spec in enumerate(specs, 1):
         check_plugins(nav_config(options, spec, number))
     return remarks
