@@ -22,6 +22,7 @@ hang        never ends, nor does its child, whose number is written to SOLVER_CO
 """
 
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -30,6 +31,7 @@ from collections import deque
 from pathlib import Path
 
 Cell = tuple[int, int]
+MOST_TURNS = 500
 
 
 def read(given: dict[str, str]) -> tuple[set[Cell], list[Cell], list[Cell]]:
@@ -58,15 +60,29 @@ def way(free: set[Cell], start: Cell, goal: Cell) -> list[Cell]:
 
 
 def in_turns(free: set[Cell], start: list[Cell], goals: list[Cell]) -> list[list[Cell]]:
-    """Return a plan in which one robot drives at a time; who is shut in tries again later."""
-    now, plan = list(start), [list(start)]
-    for _ in start:
+    """Return a plan in which one robot drives at a time.
+
+    Where none can reach its goal, the next one in turn goes anywhere, to make way.
+    """
+    now, plan, chance = list(start), [list(start)], random.Random(0)
+    for turn in range(MOST_TURNS):
+        plan_before = len(plan)
         for robot, goal in enumerate(goals):
-            others = set(now) - {now[robot]}
-            for cell in way(free - others, now[robot], goal):
-                now[robot] = cell
-                plan.append(list(now))
+            drive(plan, now, robot, way(free - set(now), now[robot], goal))
+        if now == goals:
+            break
+        if len(plan) == plan_before:
+            robot = turn % len(now)
+            aim = chance.choice(sorted(free))
+            drive(plan, now, robot, way(free - set(now), now[robot], aim))
     return plan
+
+
+def drive(plan: list[list[Cell]], now: list[Cell], robot: int, cells: list[Cell]) -> None:
+    """Let one robot drive along some cells."""
+    for cell in cells:
+        now[robot] = cell
+        plan.append(list(now))
 
 
 def at_once(free: set[Cell], start: list[Cell], goals: list[Cell]) -> list[list[Cell]]:
