@@ -41,6 +41,11 @@ class CentralConfig:
                 raise ConfigError(
                     f"central.{name} is {getattr(self, name)}; it must not be negative"
                 )
+        if self.solver and self.planner != "pibt":
+            raise ConfigError(
+                f"central.planner is {self.planner} and central.solver is {self.solver}; only one "
+                "of them can plan: leave the other out"
+            )
         if not 0.0 < self.solver_time <= MOST_SOLVER_TIME:
             raise ConfigError(
                 f"central.solver_time is {self.solver_time:g} s; it must be more than 0 and at "
