@@ -29,7 +29,7 @@ class CentralConfig:
     planner: str = "pibt"  # pibt; lacam: with pibt where it finds no plan in time
     expansions: int = 400  # of LaCAM* for one plan
     solver: str = ""  # path of an external solver in place of both; empty for none
-    solver_time: float = 1.0  # [s] of wall time that it gets for a plan; killed 2 s after that
+    solver_time: float = 1.0  # [s] of wall time that it gets for a plan; killed 10 s after that
     patience: int = 30  # ticks after which a robot that is not heard counts as standing for ever
     most_released: int = 45  # robots that go for their goals at once; the others make way
     most_queued: int = 10  # of these, at most, go for the same place

@@ -30,7 +30,7 @@ STEP = re.compile(r"(\d{1,9}):((?:\(\d{1,9},\d{1,9}\),?)+)", re.ASCII)
 PLACE = re.compile(r"\((\d+),(\d+)\)", re.ASCII)
 HEADER = re.compile(r"\w+=.*", re.ASCII)
 UNSOLVED = re.compile(r"solved=(0|false)", re.ASCII | re.IGNORECASE)
-GRACE = 2.0  # [s] beyond its time that a solver is waited for
+GRACE = 10.0  # [s] beyond its time that a solver is waited for: a busy machine must not end a run
 MOST_BYTES = 1 << 26  # of a result
 MOST_SHOWN = 60  # letters of a line
 FOLDER = "swarm-central-"  # begins the names of folders of files; the process id follows
