@@ -130,8 +130,7 @@ def traffic(
 ) -> None:
     """Run scenarios; without --ros each run is one process without the ROS graph.
 
-    Exit code: 0 every goal reached without a collision; 1 otherwise; 2 bad input, or a run that
-    was refused, as under a solver whose plan cannot be driven.
+    Exit code: 0 every goal reached without a collision; 1 otherwise; 2 bad input or a refused run.
     """
     options = select(
         scenario,
