@@ -11,6 +11,7 @@ from swarm_common.files.yaml_io import check_keys
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
 PLANNERS = ("pibt", "lacam")
+MOST_SOLVER_TIME = 600.0  # [s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,10 +26,10 @@ class CentralConfig:
     period: int = 5  # ticks between two plans
     least_period: int = 2  # ticks, likewise where a goal has changed
     horizon: int = 6  # steps that are planned ahead
-    planner: str = "pibt"  # pibt or lacam
+    planner: str = "pibt"  # pibt; lacam: with pibt where it finds no plan in time
     expansions: int = 400  # of LaCAM* for one plan
     solver: str = ""  # path of an external solver in place of both; empty for none
-    solver_time: float = 1.0  # [s] of wall time that it gets for a plan
+    solver_time: float = 1.0  # [s] of wall time that it gets for a plan; killed 10 s after that
     patience: int = 30  # ticks after which a robot that is not heard counts as standing for ever
     most_released: int = 45  # robots that go for their goals at once; the others make way
     most_queued: int = 10  # of these, at most, go for the same place
@@ -40,6 +41,16 @@ class CentralConfig:
                 raise ConfigError(
                     f"central.{name} is {getattr(self, name)}; it must not be negative"
                 )
+        if self.solver and self.planner != "pibt":
+            raise ConfigError(
+                f"central.planner is {self.planner} and central.solver is {self.solver}; only one "
+                "of them can plan: leave the other out"
+            )
+        if not 0.0 < self.solver_time <= MOST_SOLVER_TIME:
+            raise ConfigError(
+                f"central.solver_time is {self.solver_time:g} s; it must be more than 0 and at "
+                f"most {MOST_SOLVER_TIME:g} s"
+            )
         if self.planner not in PLANNERS:
             raise UnknownNameError("central.planner", self.planner, PLANNERS)
         for name in (

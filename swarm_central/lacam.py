@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -215,34 +214,6 @@ def _unit(roadmap: Roadmap) -> Roadmap:
     edges = np.where(neighbors >= 0, np.float32(1.0), NO_WAY).astype(np.float32)
     costs = Costs(neighbors, edges, np.zeros((4, 4), np.float32), np.float32(1.0))
     return Roadmap(roadmap.points, roadmap.cells, costs, roadmap.parking, roadmap.spacing)
-
-
-def fault_of(
-    steps: NDArray[np.int32], neighbors: NDArray[np.int32], *, may_rotate: bool = True
-) -> str:
-    """Return what is wrong with a plan; empty if it is valid.
-
-    Args:
-        steps: (k + 1, n) vertices.
-        neighbors: (V, 4) of the roadmap.
-        may_rotate: Whether circles of robots may move on at once.
-    """
-    for t, (before, after) in enumerate(pairwise(steps)):
-        moved = before != after
-        if len(np.unique(after)) < len(after):
-            return f"two robots at one vertex after step {t}"
-        if (moved & ~(neighbors[before] == after[:, None]).any(axis=1)).any():
-            return f"a move to no neighbour in step {t}"
-        into = {int(place): robot for robot, place in enumerate(before)}
-        for robot in np.flatnonzero(moved).tolist():
-            other = into.get(int(after[robot]), -1)
-            if other >= 0 and after[other] == before[robot]:
-                return f"robots {robot} and {other} change places in step {t}"
-            while not may_rotate and other >= 0 and moved[other]:
-                other = into.get(int(after[other]), -1)
-                if other == robot:
-                    return f"a circle of robots moves at once in step {t}"
-    return ""
 
 
 def lower_bound(roadmap: Roadmap, start: NDArray[np.int32], goals: NDArray[np.int32]) -> FloatArray:

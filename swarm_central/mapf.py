@@ -1,9 +1,10 @@
 """The centre: lifelong multi-agent path finding on a roadmap, executed in the plan's order.
 
-Every few ticks all robots are planned anew from where they will stop, some steps ahead, by PIBT or
-by LaCAM*. A robot is given the way to its next vertex when the dependency graph allows it, piece
-by piece, as far as it keeps off everything that others were given. What was given is never taken
-back: lost or late messages cost time, and a robot that hears nothing stops where its space ends.
+Every few ticks all robots are planned anew from where they will stop, some steps ahead: by PIBT, by
+LaCAM* with PIBT where that finds no plan, or by an external solver alone. A robot is given the way
+to its next vertex when the dependency graph allows it, piece by piece, as far as it keeps off
+everything that others were given. What was given is never taken back: lost or late messages cost
+time, and a robot that hears nothing stops where its space ends.
 """
 
 from __future__ import annotations
@@ -18,13 +19,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from swarm_central.config import CentralConfig
 from swarm_central.dependency_graph import DependencyGraph
 from swarm_central.grant_kernels import free_length
-from swarm_central.lacam import Lacam, fault_of
-from swarm_central.movingai import ExternalSolver
+from swarm_central.lacam import Lacam
+from swarm_central.movingai import ExternalSolver, SolverError
 from swarm_central.pibt_kernels import Wishes, roll_out
+from swarm_central.plan_check import first_fault
 from swarm_central.progress import Point, RobotProgress
 from swarm_central.roadmap import RoadmapError, Timing, build_roadmap
 from swarm_central.team import RobotReport, TeamOrder
@@ -118,6 +122,7 @@ class MapfCentre:
         self._fields: list[FloatArray] = []
         self._noise = np.random.default_rng(0)
         self._plans = self._failures = 0
+        self._by_pibt = 0  # of the plans
         self._forget_fields()
 
     def observe(self, tick: int, states: Sequence[RobotReport]) -> None:
@@ -141,7 +146,12 @@ class MapfCentre:
             self._admit()
 
     def decide(self) -> Sequence[TeamOrder]:
-        """Return the orders to send now."""
+        """Return the orders to send now.
+
+        Raises:
+            SolverError: If an external solver gives no plan that can be driven. Nothing else plans
+                in its place.
+        """
         if not self._robots:
             return ()
         self._close(list(self._robots.values()))
@@ -184,6 +194,7 @@ class MapfCentre:
         return {
             "plans": self._plans,
             "failed_plans": self._failures,
+            "plans_by_pibt": self._by_pibt,
             "vertices": len(self.roadmap.points),
         }
 
@@ -271,6 +282,7 @@ class MapfCentre:
                 order, start, headings, locked, places, self.roadmap.costs, wishes,
                 self.config.horizon,
             )  # fmt: skip
+            self._by_pibt += 1
         self._graph = DependencyGraph(plan)
         self._planned, self._is_stale = self._tick, False
         self._plans += 1
@@ -296,25 +308,39 @@ class MapfCentre:
             if place >= 0 and not locked[robot] and place not in taken:
                 goals[robot] = place
                 taken.add(place)
-        _move_aside(goals, start, locked, self.roadmap.costs.neighbors)
+        neighbors = self.roadmap.costs.neighbors
+        _move_aside(goals, start, locked, neighbors)
+        if self._solver is not None:
+            return self._solved(self._solver, start, goals, locked)
         if len(np.unique(goals)) < len(goals):
             return None
-        if self._solver is not None:
-            steps = self._solver.solve(start, goals)
-        else:
-            found = Lacam(
-                self.roadmap, start, goals, headings=headings, locked=locked, closed=self._closed,
-                may_rotate=False,
-            ).solve(self.config.expansions)  # fmt: skip
-            steps = None if found is None else found.steps
-        if steps is None or len(steps) < 2 or (steps[0] != start).any():
-            self._failures += 1
-            return None
-        is_valid = not fault_of(steps, self.roadmap.costs.neighbors, may_rotate=False)
-        if not is_valid or (steps[:, locked] != start[locked]).any():
+        found = Lacam(
+            self.roadmap, start, goals, headings=headings, locked=locked, closed=self._closed,
+            may_rotate=False,
+        ).solve(self.config.expansions)  # fmt: skip
+        steps = None if found is None else found.steps
+        if steps is None or len(steps) < 2 or first_fault(steps, neighbors, may_rotate=False):
             self._failures += 1
             return None
         return steps
+
+    def _solved(
+        self,
+        solver: ExternalSolver,
+        start: NDArray[np.int32],
+        goals: NDArray[np.int32],
+        locked: NDArray[np.bool_],
+    ) -> NDArray[np.int32]:
+        """Return the plan of an external solver; a robot without a way to its goal waits."""
+        closed = self._closed.copy()
+        closed[start[~locked]] = False
+        _wait_if_cut_off(goals, start, locked, closed, self.roadmap.costs.neighbors)
+        names = [f"id {robot_id}" for robot_id in self._robots]
+        try:
+            return solver.solve(start, goals, names=names, stays=locked, closed=closed)
+        except SolverError as error:
+            now = self._tick * CONTROL_PERIOD
+            raise SolverError(f"at {now:.1f} s of simulated time {error}") from error
 
     def _place(self, robot: RobotProgress) -> int:
         """Return the vertex of a robot's goal; -1 without a goal."""
@@ -494,3 +520,32 @@ def _move_aside(
                 goals[robot] = free[0]
                 taken.add(free[0])
                 break
+
+
+def _wait_if_cut_off(
+    goals: NDArray[np.int32],
+    start: NDArray[np.int32],
+    locked: NDArray[np.bool_],
+    closed: NDArray[np.bool_],
+    neighbors: NDArray[np.int32],
+) -> None:
+    """Let robots stay that have no way to their goals, or whose goals others will not leave.
+
+    Args:
+        goals: (n,) vertices; written to, and all different afterwards.
+        start: (n,) vertices, all different.
+        locked: (n,) robots that stay.
+        closed: (V,) vertices that nobody may enter.
+        neighbors: (V, 4) of the roadmap.
+    """
+    is_free = ~closed
+    is_free[start[locked]] = False
+    sources, directions = np.nonzero((neighbors >= 0) & is_free[:, None] & is_free[neighbors])
+    ends = neighbors[sources, directions]
+    graph = coo_matrix((np.ones(len(ends)), (sources, ends)), shape=(len(closed),) * 2)
+    _, part = connected_components(graph, directed=False)
+    goals[part[goals] != part[start]] = start[part[goals] != part[start]]
+    while len(np.unique(goals)) < len(goals):
+        vertices, counts = np.unique(goals, return_counts=True)
+        is_shared = np.isin(goals, vertices[counts > 1])
+        goals[is_shared] = start[is_shared]

@@ -24,7 +24,7 @@ from swarm_common.middleware import central_io, ros_env, ros_io
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.central import unpack_report
-from swarm_common.model.errors import SwarmError
+from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.process.messages import MISSION, CentreReported, Ready, Refused, RobotGone
 from swarm_common.process.pipes import EventWriter, MessageReader, child_options
 from swarm_common.robots.loading import load_robot
@@ -35,7 +35,11 @@ FIGURES_PERIOD = 0.5  # [s] of wall time
 
 
 class CentralNode:
-    """Takes the robots' reports, lets the team decide once they are all there, sends its orders."""
+    """Takes the robots' reports, lets the team decide once they are all there, sends its orders.
+
+    Attributes:
+        refusal: Why the centre cannot decide; empty while it can.
+    """
 
     def __init__(self, config: Mapping[str, Any], events: EventWriter) -> None:
         """Attach to the robots.
@@ -43,6 +47,7 @@ class CentralNode:
         Args:
             config: As `RunPlan.central_config` returns it.
         """
+        self.refusal = ""
         self._events = events
         self._numbers: dict[str, int] = config["robots"]
         self.executor = SafeExecutor()
@@ -90,10 +95,15 @@ class CentralNode:
 
     def _decide(self) -> None:
         """Decide on what has been heard of the present tick; what comes later waits."""
-        if not self._reports:
+        if not self._reports or self.refusal:
             return
         reports, self._reports = self._reports, []
-        for order in self._centre.step(self._tick, reports):
+        try:
+            orders = self._centre.step(self._tick, reports)
+        except ConfigError as error:  # an external solver's: nothing else plans in its name
+            self.refusal = str(error)
+            return
+        for order in orders:
             self._orders[order.robot_id].publish(central_io.wrapped(order.packed()))
 
     def forget(self, name: str) -> None:
@@ -136,7 +146,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     events.write(Ready())
     due = 0.0
-    while not stopping:
+    while not stopping and not node.refusal:
         node.executor.spin_once(timeout_sec=TURN_PERIOD)
         for command in commands.read():
             if isinstance(command, RobotGone):
@@ -145,6 +155,10 @@ def main(arguments: list[str] | None = None) -> int:
             due = time.monotonic() + FIGURES_PERIOD
             node.tell()
     node.tell()
+    if node.refusal:
+        events.write(Refused(node.refusal))
+        sys.stderr.write(f"{node.refusal}\n")
+        return 2
     return 0
 
 

@@ -22,13 +22,13 @@ from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.scenario import Scenario, load_scenario
 from swarm_bench.runs.steady import HOUR
 from swarm_bench.suite.command import (
-    MISSED,
     Cluster,
     Jobs,
     JsonLines,
     Settings,
     Shard,
     bench_app,
+    end_unless_flawless,
     keeping,
     new_console,
     world_as,
@@ -120,8 +120,7 @@ def sweep_command(
         finally:
             _report(study, console, outputs, compare=compare is not None)
     results = [run for found in study.results for run in found]
-    if study.failed or not all(run.is_flawless for run in results):
-        raise typer.Exit(MISSED)
+    end_unless_flawless(study.failed, results)
 
 
 def _variants(

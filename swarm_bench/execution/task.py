@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 from swarm_bench.runs.inputs import Pack, install
 from swarm_bench.runs.origin import ResultOrigin, here
-from swarm_common.model.errors import SwarmError
+from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.process import start
 from swarm_common.process.compile_watch import watched
 
@@ -33,6 +33,7 @@ class Done:
     value: Any = None  # what the runner returned
     origin: ResultOrigin | None = None  # without the inputs' hash; None where no process survived
     error: str = ""  # why there is no value
+    is_refused: bool = False  # whether the error is one of the user's input
 
 
 Runs = Generator[Done, None, None]  # to be closed by who leaves it early
@@ -63,7 +64,8 @@ def execute(runner: Runner, index: int, item: Any, pack: Pack | None = None) -> 
                 install(pack)
             return Done(index, runner(item), here())
         except SwarmError as error:
-            return Done(index, None, here(), str(error))
+            is_refused = isinstance(error, ConfigError)
+            return Done(index, None, here(), str(error), is_refused=is_refused)
         except Exception as error:  # a fault of a method or of ours stops no other run
             return Done(index, None, here(), _told(error))
 

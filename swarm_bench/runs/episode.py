@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from swarm_bench.runs.inputs import read_once
-from swarm_bench.runs.methods import Driver, load_method, load_team
+from swarm_bench.runs.methods import METHODS, OF_NAVIGATORS, Driver, load_method, load_team
 from swarm_bench.runs.orders import BenchOrders, demand_remarks, make_orders, measure_ways
 from swarm_bench.runs.scenario import Scenario
 from swarm_central.link import Centre, delay_ticks
+from swarm_central.movingai import check_program
 from swarm_commander.run.input.params import Overrides, load_overrides
 from swarm_commander.run.input.world_params import WorldParams
 from swarm_common.files.map_io import load_map, map_of_world
@@ -37,7 +38,7 @@ from swarm_mission.orders.courier import Courier
 from swarm_mission.orders.dispatch import load_dispatcher
 from swarm_mission.orders.radio import OrderRadio
 from swarm_nav.core.config import NavConfig, config_from_parameters
-from swarm_nav.core.plugins import check_plugins
+from swarm_nav.core.plugins import BRAIN, check_plugins, own_plugins
 from swarm_nav.traffic.conditions import Conditions, conditions
 from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
 from swarm_sim.maps.spawn import deal_places
@@ -124,9 +125,28 @@ def check(options: RunOptions) -> list[str]:
     checked(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
     _actors(options.scenario.world, options.scenario.actors)
     load_method(options.method)
+    if options.central.get("solver"):
+        check_program(Path(options.central["solver"]))
     for number, spec in enumerate(specs, 1):
-        check_plugins(nav_config(options, spec, number))
+        config = nav_config(options, spec, number)
+        check_plugins(config)
+        _check_use(options.method, config)
     return remarks
+
+
+def _check_use(method: str, config: NavConfig) -> None:
+    """Refuse plug-ins that a method makes no use of: the run would be named after them.
+
+    Raises:
+        ConfigError: For the first one.
+    """
+    takes_all = method not in METHODS and load_team(method) is None  # it gets the parameters
+    for parameter, name in own_plugins(config):
+        if method in OF_NAVIGATORS or (takes_all and parameter != BRAIN.parameter):
+            continue
+        raise ConfigError(
+            f"{parameter} is '{name}', and --method {method} does not use it; leave one of them out"
+        )
 
 
 def dispatch_of(options: RunOptions) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 from swarm_bench.runs.episode import RunOptions, check, dispatch_of, robot_models, robot_named
@@ -36,7 +37,9 @@ def gathered(options: RunOptions, load: Callable[[RunOptions], str]) -> tuple[st
         plain, scenario.limit_of(options.robots), models, options.robots, options.method,
         options.engine, options.realistic, sorted(options.parameters.items()),
     )  # fmt: skip
-    return digest_of((found.digest, rest)), found
+    solver = options.central.get("solver", "")
+    programs = [Path(solver).read_bytes()] if solver else []
+    return digest_of((found.digest, rest, *programs)), found
 
 
 def load_inputs(options: RunOptions) -> str:

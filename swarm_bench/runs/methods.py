@@ -69,6 +69,7 @@ METHODS = {
     "central-reservation": "swarm_bench.runs.methods:make_led",
     "central-with-fallback": "swarm_bench.runs.methods:make_led_or_alone",
 }
+OF_NAVIGATORS = ("ours", "central-reservation", "central-with-fallback")  # and their plug-ins
 TEAMS = {  # the centre of methods that have one
     "central-mapf": "swarm_central.mapf:MapfCentre",
     "central-reservation": "swarm_central.reservation:ReservationCentre",

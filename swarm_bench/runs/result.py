@@ -80,10 +80,14 @@ class FailedRun:
     conditions: Mapping[str, Any]
     error: str  # in one line
     origin: ResultOrigin | None = None
+    refused: bool = False  # whether the error is one of the user's input, such as a solver's plan
 
     def as_json(self) -> dict[str, Any]:
         """Return a dictionary for json.dump."""
-        return {"schema": 1, **rounded(dataclasses.asdict(self))}
+        data = dataclasses.asdict(self)
+        if not self.refused:
+            del data["refused"]
+        return {"schema": 1, **rounded(data)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -33,6 +33,7 @@ from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError
 
 MISSED = 1
+REFUSED = 2
 PIPE_WIDTH = 170  # columns of tables that nobody looks at on a terminal
 
 running = partial(typer.Option, rich_help_panel="Where it runs")
@@ -129,7 +130,7 @@ def traffic(
 ) -> None:
     """Run scenarios; without --ros each run is one process without the ROS graph.
 
-    Exit code: 0 every goal reached without a collision; 1 otherwise; 2 bad input.
+    Exit code: 0 every goal reached without a collision; 1 otherwise; 2 bad input or a refused run.
     """
     options = select(
         scenario,
@@ -211,6 +212,8 @@ def run_and_exit(
 ) -> None:
     """Check and run sweeps, print the table, and exit with `MISSED` unless all runs are flawless.
 
+    If a run was refused, the exit code is `REFUSED`.
+
     Runs of other methods than ours count as flawless where several sweeps are run. An interrupt
     ends it with the table of what is done.
 
@@ -219,7 +222,7 @@ def run_and_exit(
         write: Writes what else is made of the results.
 
     Raises:
-        typer.Exit: With `MISSED`.
+        typer.Exit: With `MISSED` or `REFUSED`.
     """
     for sweep in sweeps:
         sweep.check()
@@ -238,6 +241,18 @@ def run_and_exit(
     if len(sweeps) > 1:
         results = [result for result in results if result.method == "ours"]
         failed = [failure for failure in failed if failure.method == "ours"]
+    end_unless_flawless(failed, results)
+
+
+def end_unless_flawless(failed: Sequence[FailedRun], results: Sequence[RunResult]) -> None:
+    """Exit with what became of runs.
+
+    Raises:
+        typer.Exit: With `REFUSED` if one was refused, or with `MISSED` if one failed or is not
+            flawless.
+    """
+    if any(failure.refused for failure in failed):
+        raise typer.Exit(REFUSED)
     if failed or not all(result.is_flawless for result in results):
         raise typer.Exit(MISSED)
 

@@ -1,4 +1,4 @@
-"""The suite's tables as Markdown, for docs/traffic.md: from results and nothing else."""
+"""The suite's tables as Markdown, from results and nothing else."""
 
 from __future__ import annotations
 

@@ -15,6 +15,7 @@ from swarm_bench.runs.methods import METHODS, TEAMS, load_method
 from swarm_bench.runs.scenario import check_size, load_scenario, scenario_names
 from swarm_bench.suite.sweep import Sweep
 from swarm_central.config import central_from_texts
+from swarm_central.movingai import check_program
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_sim.world.world import ENGINES
@@ -172,9 +173,9 @@ def _central(settings: Sequence[str], solver: str) -> dict[str, Any]:
         texts[name] = text
     if solver:
         texts["solver"] = solver
-        if not Path(solver).is_file():
-            raise ConfigError(f"--central-solver is {solver}; there is no such program")
     config = central_from_texts(texts)
+    if config.solver:
+        check_program(Path(config.solver))
     return {name: getattr(config, name) for name in texts}
 
 
@@ -200,7 +201,7 @@ def check_jobs(jobs: int, *, ros: bool, method: str, cluster: str | None = None)
 def suite_sweeps(
     seeds: str, baseline_seeds: str, ros_seeds: str, ros_most: int, executor: Executor
 ) -> list[Sweep]:
-    """Return everything that docs/traffic.md is written from.
+    """Return everything that the suite's document is written from.
 
     Each sweep goes seed by seed, so that a killed one has something of every row.
 

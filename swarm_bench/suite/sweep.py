@@ -116,7 +116,7 @@ class Sweep:
         origin = dataclasses.replace(done.origin or here(), inputs=inputs)
         if done.error:
             named = identity(options) | ({"engine": ROS} if self.ros else {})
-            return FailedRun(**named, error=done.error, origin=origin)
+            return FailedRun(**named, error=done.error, origin=origin, refused=done.is_refused)
         result: RunResult = dataclasses.replace(done.value, origin=origin)
         return result
 

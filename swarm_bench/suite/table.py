@@ -62,7 +62,7 @@ def failure_line(failed: FailedRun) -> str:
     """Return one line about a run without a result."""
     return (
         f"{failed.scenario} {failed.method} {failed.engine} {failed.robots} robots "
-        f"seed {failed.seed}: failed: {failed.error}"
+        f"seed {failed.seed}: {'refused' if failed.refused else 'failed'}: {failed.error}"
     )
 
 

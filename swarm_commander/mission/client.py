@@ -1,7 +1,8 @@
 """`RobotCommander`: one robot of a swarm driven from Python, in the manner of BasicNavigator.
 
 Method names and units are those of Nav2's BasicNavigator. Unlike it, nothing here waits (except
-`waitUntilNav2Active` and `getPath`) and any number of robots share one node::
+`waitUntilNav2Active`) and any number of robots share one node. `send` sends goals of Nav2's other
+actions::
 
     rclpy.init()
     node = rclpy.create_node("operator")
@@ -17,26 +18,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import rclpy
-from builtin_interfaces.msg import Duration
-from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from lifecycle_msgs.srv import GetState
-from nav2_msgs.action import (
-    BackUp,
-    ComputePathToPose,
-    DriveOnHeading,
-    FollowPath,
-    FollowWaypoints,
-    NavigateThroughPoses,
-    NavigateToPose,
-    Spin,
-    Wait,
-)
-from nav_msgs.msg import Path
+from nav2_msgs.action import NavigateToPose
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
@@ -52,7 +41,6 @@ from swarm_common.middleware.ros_io import RELIABLE
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.pipes import EventWriter
 
-NANOSECONDS = 1_000_000_000
 TELL_AFTER = 2.0  # [s] of wall time after which a robot that is not seen is spoken of
 POLL_PERIOD = 0.2  # [s] of wall time between two questions
 
@@ -124,111 +112,6 @@ class RobotCommander:
         """
         goal = NavigateToPose.Goal(pose=pose, behavior_tree=behavior_tree)
         return self.send("navigate_to_pose", NavigateToPose, goal)
-
-    def goThroughPoses(self, poses: Sequence[PoseStamped], behavior_tree: str = "") -> Task:
-        """Drive through poses without stopping, to the last.
-
-        Args:
-            poses: At most 1000, each in a frame of `goToPose`.
-            behavior_tree: As of `goToPose`.
-
-        Returns:
-            The task under way.
-        """
-        goal = NavigateThroughPoses.Goal(poses=list(poses), behavior_tree=behavior_tree)
-        return self.send("navigate_through_poses", NavigateThroughPoses, goal)
-
-    def followWaypoints(self, poses: Sequence[PoseStamped]) -> Task:
-        """Drive to poses one after the other.
-
-        Args:
-            poses: At most 1000, each in a frame of `goToPose`.
-
-        Returns:
-            The task under way; its result lists the waypoints that were missed.
-        """
-        goal = FollowWaypoints.Goal(poses=list(poses))
-        return self.send("follow_waypoints", FollowWaypoints, goal)
-
-    def followPath(self, path: Path, controller_id: str = "", goal_checker_id: str = "") -> Task:
-        """Drive along a given path.
-
-        Args:
-            path: 1 to 20,000 poses; those without a frame of their own are in that of the path.
-            controller_id: Of Nav2's interface; has no effect.
-            goal_checker_id: Of Nav2's interface; has no effect.
-
-        Returns:
-            The task under way.
-        """
-        goal = FollowPath.Goal(
-            path=path, controller_id=controller_id, goal_checker_id=goal_checker_id
-        )
-        return self.send("follow_path", FollowPath, goal)
-
-    def spin(self, spin_dist: float = 1.57, time_allowance: float = 10) -> Task:
-        """Turn on the spot by an angle [rad].
-
-        Args:
-            spin_dist: [rad], counter-clockwise if positive; more than a full turn is possible.
-            time_allowance: [s] of simulated time after which it fails; 0 for no limit.
-
-        Returns:
-            The task under way.
-        """
-        goal = Spin.Goal(target_yaw=float(spin_dist), time_allowance=_duration(time_allowance))
-        return self.send("spin", Spin, goal)
-
-    def backup(
-        self, backup_dist: float = 0.15, backup_speed: float = 0.025, time_allowance: float = 10
-    ) -> Task:
-        """Drive backwards by a distance [m].
-
-        Args:
-            backup_dist: [m]; its sign does not count.
-            backup_speed: [m/s], at most; not 0. Its sign does not count.
-            time_allowance: [s] of simulated time after which it fails; 0 for no limit.
-
-        Returns:
-            The task under way; it fails at once if a wall of the map is in the way.
-        """
-        goal = BackUp.Goal(
-            target=Point(x=float(backup_dist)),
-            speed=float(backup_speed),
-            time_allowance=_duration(time_allowance),
-        )
-        return self.send("backup", BackUp, goal)
-
-    def driveOnHeading(
-        self, dist: float = 0.15, speed: float = 0.025, time_allowance: float = 10
-    ) -> Task:
-        """Drive straight on by a distance [m].
-
-        Args:
-            dist: [m]; backwards if negative.
-            speed: [m/s], at most; not 0, and of the sign of `dist`.
-            time_allowance: [s] of simulated time after which it fails; 0 for no limit.
-
-        Returns:
-            The task under way; it fails at once if a wall of the map is in the way.
-        """
-        goal = DriveOnHeading.Goal(
-            target=Point(x=float(dist)),
-            speed=float(speed),
-            time_allowance=_duration(time_allowance),
-        )
-        return self.send("drive_on_heading", DriveOnHeading, goal)
-
-    def wait(self, time: float) -> Task:
-        """Stand still for a time [s] of the simulation.
-
-        Args:
-            time: [s] of simulated time.
-
-        Returns:
-            The task under way.
-        """
-        return self.send("wait", Wait, Wait.Goal(time=_duration(time)))
 
     def send(
         self,
@@ -353,29 +236,6 @@ class RobotCommander:
         finally:
             self._node.destroy_client(client)
 
-    def getPath(
-        self, start: PoseStamped | None, goal: PoseStamped, timeout: float = 10.0
-    ) -> Path | None:
-        """Return the plan between two poses; waits, spinning the node.
-
-        Args:
-            start: In a frame of `goToPose`; None for where the robot is.
-            goal: In a frame of `goToPose`.
-            timeout: [s] of wall time for the answer.
-
-        Returns:
-            The path in the frame `map`; None if there is none, or no answer in time.
-        """
-        request = ComputePathToPose.Goal(goal=goal, use_start=start is not None)
-        if start is not None:
-            request.start = start
-        task = Task(self._client("compute_path_to_pose", ComputePathToPose), request)
-        deadline = time.monotonic() + timeout
-        while not task.is_complete and time.monotonic() < deadline:
-            task.look(is_busy=False)
-            rclpy.spin_once(self._node, timeout_sec=POLL_PERIOD)
-        return task.result.path if task.outcome is TaskResult.SUCCEEDED else None
-
     def _ask_state(self, client: Any) -> str:
         if not client.service_is_ready():
             rclpy.spin_once(self._node, timeout_sec=POLL_PERIOD)
@@ -401,8 +261,3 @@ class RobotCommander:
         self.status = message
         if self._on_status is not None:
             self._on_status(message)
-
-
-def _duration(seconds: float) -> Duration:
-    sec, nanosec = divmod(round(seconds * NANOSECONDS), NANOSECONDS)
-    return Duration(sec=int(sec), nanosec=int(nanosec))

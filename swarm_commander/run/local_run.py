@@ -481,6 +481,10 @@ class LocalRun(ProcessRun):
         if exit_.name == CENTRAL and CENTRAL in self._unmet:
             self._meet(CENTRAL)
 
+    def _may_resign(self, name: str) -> bool:
+        """The run is to be led by its centre: it ends if that refuses its input."""
+        return name != CENTRAL and super()._may_resign(name)
+
     def _revives(self, exit_: Exit) -> bool:
         known = (HOST, RUNNER, CENTRAL, *self._couriers)
         if exit_.name not in known or self._refusal is not None:

@@ -245,11 +245,15 @@ class ProcessRun:
             self._heartbeats.hear(name)
         for event in events:
             self.statistics.apply(event)
-            if isinstance(event, Refused) and name.split("_")[0] in self.onlookers:
+            if isinstance(event, Refused) and self._may_resign(name):
                 self._resigned.add(name)
                 self._fail(f"the {name} process gave up: {event.message}")
             else:
                 self._guard(partial(self._on_event, event))
+
+    def _may_resign(self, name: str) -> bool:
+        """Whether the run goes on if a process refuses its input."""
+        return name.split("_")[0] in self.onlookers
 
     def _on_event(self, event: Event) -> None:
         if isinstance(event, ProcessEvent):

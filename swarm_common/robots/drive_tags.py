@@ -22,7 +22,6 @@ MEANINGS: tuple[tuple[tuple[str, ...], str], ...] = (
     (("force", "based", "move"), "omni"),
     (("velocity", "control"), "omni"),
 )
-MOVERS = (("planar", "move"), ("force", "based", "move"), ("velocity", "control"))
 STEERED = ("ackermann", "tricycle", "bicycle", "steering", "swerve")
 
 
@@ -35,7 +34,6 @@ class DriveTags:
     left: tuple[str, ...] = ()  # joints
     right: tuple[str, ...] = ()
     values: dict[str, float] = field(default_factory=dict)
-    moves_body: bool = False  # as a whole, so that it works without turning wheels
     origins: dict[str, str] = field(default_factory=dict)  # of values that are from elsewhere
 
 
@@ -43,11 +41,6 @@ def drive_of(name: str) -> str | None:
     """Return the drive that a name of a plugin or controller means, None if it means none."""
     said = words(name)
     return next((drive for key, drive in MEANINGS if _holds(said, key)), None)
-
-
-def is_mover(name: str) -> bool:
-    """Return whether a plugin moves the body itself."""
-    return any(_holds(words(name), key) for key in MOVERS)
 
 
 def is_steered(name: str) -> bool:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from swarm_common.model.errors import RobotModelError, close_names
-from swarm_common.robots.drive_tags import DriveTags, drive_of, is_mover, is_steered
+from swarm_common.robots.drive_tags import DriveTags, drive_of, is_steered
 from swarm_common.robots.urdf_tree import number_in
 
 LEFT = (
@@ -89,7 +89,7 @@ def read_drive(root: ET.Element, where: str, notes: list[str]) -> DriveTags | No
         for value in [value for value, number in values.items() if number <= 0.0]:
             notes.append(f"plugin {name}: {value} is {values.pop(value):g}, which is not used")
         notes += _unknown(plugin, name)
-        found = DriveTags(drive, f"plugin {name}", left, right, values, is_mover(name))
+        found = DriveTags(drive, f"plugin {name}", left, right, values)
     return found
 
 

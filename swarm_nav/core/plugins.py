@@ -111,13 +111,16 @@ def check_plugins(config: NavConfig) -> None:
     Raises:
         ConfigError: If one is missing.
     """
+    for parameter, name in own_plugins(config):
+        _found(parameter, name)
+
+
+def own_plugins(config: NavConfig) -> list[tuple[str, str]]:
+    """Return the parameter and the name of each plug-in of a robot that is not a built-in one."""
     values = parameter_values(config)
-    for kind in KINDS:
-        if kind.is_own(name := values[kind.parameter]):
-            _found(kind.parameter, name)
-    for name in rule_names(config.traffic.rules):
-        if RULE.is_own(name):
-            _found(RULE.parameter, name)
+    named = [(kind, values[kind.parameter]) for kind in KINDS]
+    named += [(RULE, name) for name in rule_names(config.traffic.rules)]
+    return [(kind.parameter, name) for kind, name in named if kind.is_own(name)]
 
 
 def rule_names(rules: str) -> tuple[str, ...]:

@@ -8,7 +8,8 @@ import warnings
 import numpy as np
 import pytest
 
-from swarm_central.lacam import Lacam, fault_of, lower_bound
+from swarm_central.lacam import Lacam, lower_bound
+from swarm_central.plan_check import first_fault
 from swarm_central.roadmap import grid_roadmap
 
 MOST = 100_000  # expansions
@@ -59,7 +60,7 @@ def compare(count, seed, most=MOST, names=("lacam",)):
         passable, roadmap, start, goals = instance(rng, 6, int(rng.integers(2, 9)), 0.2)
         plan = Lacam(roadmap, start, goals).solve(most)
         if plan is not None:
-            assert fault_of(plan.steps, roadmap.costs.neighbors, may_rotate=True) == ""
+            assert first_fault(plan.steps, roadmap.costs.neighbors, may_rotate=True) is None
             assert (plan.steps[0] == start).all()
             assert (plan.steps[-1] == goals).all()
             solved["ours"] += 1

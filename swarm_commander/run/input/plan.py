@@ -283,10 +283,6 @@ class RunPlan:
             "seed": self.options.seed,
         }
 
-    @property
-    def _orders_file(self) -> str:
-        return self.copy_of(self.options.mission or "")
-
     def _radio(self) -> dict[str, float]:
         values = default_world_parameters() | dict(self.overrides.world.values)
         return {name: float(values[f"radio.{name}"]) for name in ("loss", "delay")}

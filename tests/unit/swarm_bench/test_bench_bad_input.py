@@ -70,6 +70,14 @@ def refusal(
         (["--jobs", "0"], ["--jobs is 0"]),
         (["--jobs", "2", "--ros"], ["--ros takes all cores"]),
         (["--ros", "--method", "dwa"], ["--method dwa needs the bench"]),
+        (
+            ["--method", "orca", "--set", "controller.plugin=tests.fakes.plugins:Pursuit"],
+            ["controller.plugin is 'tests.fakes.plugins:Pursuit'", "--method orca does not use it"],
+        ),
+        (
+            ["--method", "central-mapf", "--set", "planner.plugin=tests.fakes.plugins:Dijkstra"],
+            ["planner.plugin is", "--method central-mapf does not use it"],
+        ),
         (["--method", "mine:Driver"], ["cannot import mine", "'mine:Driver'"]),
         (["--method", "json:Driver"], ["unknown method 'Driver' in json"]),
         (["--robots", "9..4"], ["'9..4'", "FIRST..LAST:STEP"]),

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_central.lacam import Lacam, fault_of, lower_bound
+from swarm_central.lacam import Lacam, lower_bound
 from swarm_central.pibt_kernels import Wishes, roll_out
+from swarm_central.plan_check import first_fault
 from tests.oracles.joint_plans import best_cost
 from tests.oracles.pymapf_instances import compare, instance
 
@@ -21,7 +22,7 @@ def test_plans_are_valid_on_250_random_instances_each(may_rotate):
         if plan is None:
             continue
         solved += 1
-        assert fault_of(plan.steps, roadmap.costs.neighbors, may_rotate=may_rotate) == ""
+        assert first_fault(plan.steps, roadmap.costs.neighbors, may_rotate=may_rotate) is None
         assert (plan.steps[0] == start).all()
         assert (plan.steps[-1] == goals).all()
         assert plan.cost >= lower_bound(roadmap, start, goals).sum()
@@ -41,7 +42,7 @@ def test_pibt_steps_are_valid_and_without_circles_on_500_random_instances():
             np.arange(count), start, np.zeros(count, np.int32), np.zeros(count, np.bool_),
             np.full(count, -1, np.int32), roadmap.costs, wishes, 8,
         )  # fmt: skip
-        assert fault_of(plan, roadmap.costs.neighbors, may_rotate=False) == ""
+        assert first_fault(plan, roadmap.costs.neighbors, may_rotate=False) is None
 
 
 def test_the_best_plan_costs_what_exhaustive_search_finds():
