@@ -15,7 +15,7 @@ from rclpy.context import Context
 from sensor_msgs.msg import BatteryState, LaserScan
 from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
 
-from swarm_common.middleware import battery_state, cdr, courier_io, ros_io
+from swarm_common.middleware import battery_state, cdr, central_io, courier_io, ros_io
 from swarm_common.middleware.radio_check import read_neighbors
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
@@ -98,6 +98,7 @@ class NavigatorNode:
             has_courier=bool(settings.fixed["wait_for_courier"]),
         )
         self._courier: CourierLink | None = None
+        self._pending: TickInput | None = None  # of the present tick, while the centre is to speak
         self._clock = TickClock(self.node) if settings.fixed["use_sim_time"] else None
         self._on_demand = OnDemand(self.node, is_eager=not settings.fixed["on_demand"])
         self._parameters = Parameters(
@@ -149,10 +150,10 @@ class NavigatorNode:
         self._lifecycle_services = LifecycleServices(
             self.node, self.lifecycle, self.change_lifecycle, self._on_demand
         )
-        self._subscribe()
         is_led = self._config.traffic.coordination != Coordination.DECENTRAL
         if is_led and isinstance(brain, Navigator):
             self._centre = CentreLink(self.node, brain, settings.robot_id, self.rejections)
+        self._subscribe()
         if not settings.fixed["autostart"]:
             brain.deactivate()
         else:
@@ -172,6 +173,9 @@ class NavigatorNode:
             self._topics[battery_state.NAME] = self._hear(BatteryState, battery_state.NAME)
             takers[battery_state.NAME] = self._take_battery
         takers["neighbors"] = self._receive_neighbors  # which comes last
+        if self._centre is not None:
+            self._topics[central_io.ORDERS] = self._centre.topic
+            takers[central_io.ORDERS] = self._receive_orders
         if self._settings.fixed["wait_for_courier"]:
             self._courier = CourierLink(self.node, self.rejections)
             self._topics[courier_io.RELEASE] = self._courier.topic
@@ -218,6 +222,8 @@ class NavigatorNode:
         """
         if self._brain is None:
             return None
+        if self._pending is not None:
+            return self._topics[central_io.ORDERS]
         if not self._answers.is_withheld:
             return self._topics[self._inputs.missing]
         is_released = self._courier is None or self._missing_goals is not None
@@ -232,6 +238,7 @@ class NavigatorNode:
         if self._brain is None:
             return
         self._release()
+        self._decide()
         has_taken = True
         while has_taken:
             has_taken = False
@@ -253,6 +260,8 @@ class NavigatorNode:
             self._answers.repeat()
             if self._courier is not None and self._answers.is_withheld:
                 self._courier.repeat()
+            if self._centre is not None and self._pending is not None:
+                self._centre.repeat()
         return self._inputs.add_odom(odom)
 
     def _receive_scan(self, data: bytes) -> TickInput | None:
@@ -283,11 +292,24 @@ class NavigatorNode:
         if self._answers.is_withheld and self._missing_goals == []:
             self._answers.on_release()
 
+    def _receive_orders(self, data: bytes) -> None:
+        assert self._centre is not None
+        self._centre.receive(data)
+
     def _step(self, observed: TickInput | None) -> None:
-        """Decide on a tick that is complete."""
-        brain = self._brain
+        """Decide on a tick that is complete, or on one that waited for the centre."""
+        if observed is not None:
+            self._pending = observed
+        self._decide()
+
+    def _decide(self) -> None:
+        """Decide on the tick that is complete, unless the centre has to speak first."""
+        brain, observed = self._brain, self._pending
         if observed is None or brain is None:
             return
+        if self._centre is not None and not self._centre.has_spoken(time.monotonic()):
+            return
+        self._pending = None
         self.tick = tick = observed.tick
         assert observed.odom is not None
         assert observed.neighbors is not None
@@ -299,11 +321,9 @@ class NavigatorNode:
         if observed.battery is not None:
             brain.on_battery(observed.battery)
         brain.on_neighbors(observed.neighbors)
-        if self._centre is not None:
-            self._centre.receive()
         output = brain.tick(tick)
         if self._centre is not None:
-            self._centre.send()
+            self._centre.send(tick)
         ended = [event for event in output.events if isinstance(event, GoalEnded)]
         has_goal = brain.goal_id is not None
         self._answers.give(tick, output, has_goal=has_goal, has_ended=bool(ended))
