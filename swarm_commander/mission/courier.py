@@ -36,6 +36,7 @@ from swarm_common.middleware.courier_io import TickRelease, TickReport
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_io import RELIABLE, TICK_INPUT, pose_stamped, start_text, tick_of
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
+from swarm_common.model.palette import CHARGING
 from swarm_common.model.records import Pose
 from swarm_common.process.messages import (
     FloorReported,
@@ -91,7 +92,9 @@ class OrderRobot:
         """
         self.client = client
         self.courier = courier
-        self.senses = BidSenses(self._way_to, speed, self._charge)
+        self.senses = BidSenses(
+            self._way_to, speed, self._charge, self._reach, way_between=ways.between
+        )
         self.is_awaited = True
         self._ways = ways
         self._rejections = rejections
@@ -253,6 +256,13 @@ class OrderRobot:
             return self._report.battery
         status = self.client.status
         return math.nan if status is None else float(status.battery)
+
+    def _reach(self) -> float:
+        if self._report is not None:
+            return self._report.reach
+        status = self.client.status
+        is_charging = status is not None and status.state == CHARGING
+        return 0.0 if is_charging else math.inf
 
 
 class CourierProcess:

@@ -34,6 +34,7 @@ class TickReport(msgspec.Struct, frozen=True, array_like=True):
     x: float  # [m] in map
     y: float  # [m] in map
     battery: float  # charge by capacity; NaN without one
+    reach: float  # [m] that it can drive before it goes to charge
     goal: bytes  # id of the current or pending goal of navigate_to_pose; empty without one
     ended: list[EndedGoal]
 

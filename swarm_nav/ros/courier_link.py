@@ -64,7 +64,8 @@ class CourierLink:
         pose = status.pose_map
         x, y = (pose.x, pose.y) if pose is not None else (math.nan, math.nan)
         self._tick = tick
-        self._report = courier_io.packed(TickReport(tick, x, y, status.battery, goal, ended))
+        report = TickReport(tick, x, y, status.battery, status.reach, goal, ended)
+        self._report = courier_io.packed(report)
         self.repeat()
 
     def repeat(self) -> None:
