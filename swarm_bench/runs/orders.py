@@ -50,9 +50,7 @@ def make_orders(
     )
     robots = [OrderSenses(driver, ways) for driver in drivers]
     senses = [
-        BidSenses(
-            robot.way_to, spec.max_vel_x, robot.charge, robot.reach, way_between=ways.between
-        )
+        BidSenses(robot.way_to, spec.max_vel_x, robot.charge, robot.reach, way_between=ways.between)
         for robot, spec in zip(robots, specs, strict=True)
     ]
     return BenchOrders(run, robots, dict(zip(homes, senses, strict=True)))

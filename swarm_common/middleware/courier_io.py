@@ -13,7 +13,7 @@ import msgspec
 from swarm_common.middleware.central_io import KIND, unwrapped, wrapped
 from swarm_common.middleware.rejections import RejectedError
 
-__all__ = ["KIND", "REPORT", "RELEASE", "COURIER", "EndedGoal", "TickReport", "TickRelease"]
+__all__ = ["COURIER", "KIND", "RELEASE", "REPORT", "EndedGoal", "TickRelease", "TickReport"]
 
 REPORT, RELEASE = "tick_report", "tick_release"  # topics of a robot
 COURIER = "/courier_"  # how the names of couriers' nodes begin

@@ -68,9 +68,7 @@ class OrderBarrier:
         return [
             party
             for party, spoken in self._spoken.items()
-            if spoken < tick
-            and party not in self._left_out
-            and (among is None or party in among)
+            if spoken < tick and party not in self._left_out and (among is None or party in among)
         ]
 
     def is_complete(self, tick: int, now: float, among: Collection[str] | None = None) -> bool:

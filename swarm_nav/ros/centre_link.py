@@ -15,7 +15,6 @@ from swarm_common.middleware.ros_poll import SoleTopic
 from swarm_common.model.central import unpack_order
 from swarm_nav.behaviour.navigator import Navigator
 
-
 PATIENCE = 10.0  # [s] of wall time; the world waits longer for the robot
 
 

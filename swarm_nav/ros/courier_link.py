@@ -23,9 +23,7 @@ class CourierLink:
 
     def __init__(self, node: Node, rejections: Rejections) -> None:
         """Create the topics."""
-        self._reports = node.create_publisher(
-            courier_io.KIND, courier_io.REPORT, ros_io.RELIABLE
-        )
+        self._reports = node.create_publisher(courier_io.KIND, courier_io.REPORT, ros_io.RELIABLE)
         self.topic = SoleTopic(
             node,
             courier_io.KIND,
