@@ -61,7 +61,7 @@ class OrderChannel:
         """Create the topic.
 
         Args:
-            party: Name of this process.
+            party: Name of this process on the topic, for the others' barriers.
             parties: Names of all, with this one.
         """
         self.tick = 0

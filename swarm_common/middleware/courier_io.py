@@ -61,7 +61,7 @@ def read_report(data: bytes) -> TickReport:
     """Return a robot's report.
 
     Args:
-        data: In CDR.
+        data: Whole message as it was taken, with its encapsulation.
 
     Raises:
         RejectedError: If it is none.
@@ -73,7 +73,7 @@ def read_release(data: bytes) -> TickRelease:
     """Return a courier's release.
 
     Args:
-        data: In CDR.
+        data: Whole message as it was taken, with its encapsulation.
 
     Raises:
         RejectedError: If it is none.

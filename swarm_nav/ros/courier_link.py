@@ -48,7 +48,7 @@ class CourierLink:
         """Report that the robot has decided on a tick.
 
         Args:
-            status: After the decision.
+            status: Its pose, battery and reach once the tick is decided.
             goal: Id of the current or pending goal; empty without one.
             ended: Goals that ended in this tick.
             refusal_of: Returns why a goal was refused; None if it was not.
