@@ -17,7 +17,7 @@ from swarm_common.middleware import cdr, ros_io
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_mission.orders.messages import AnyMessage, Envelope
-from swarm_mission.orders.order_barrier import OrderBarrier
+from swarm_mission.orders.order_barrier import REPEATED, OrderBarrier
 from swarm_mission.orders.radio import OrderRadio
 
 TOPIC = "/orders"
@@ -92,8 +92,8 @@ class OrderChannel:
             return
         if not 0 <= batch.tick <= max(self.tick, self.barrier.begun) + AHEAD:
             raise ValueError(f"tick {batch.tick}; it is {self.tick}")
-        if not self.barrier.is_news(batch.party, batch.tick):
-            return  # repeated
+        if not self.barrier.accepts(batch.party, batch.tick):
+            return
         if self.barrier.hear(batch.party, batch.tick, is_in_step=batch.is_in_step):
             self._repeat_at = 0.0  # it may have missed what we said
         if batch.is_over:
@@ -139,7 +139,7 @@ class OrderChannel:
         batch = Batch(self.tick, list(envelopes), self._party, **flags)
         self._radio.send(self.tick, envelopes)  # robots of one process hear each other
         text = msgspec.json.encode(batch).decode()
-        self._said = [*self._said[-1:], text]
+        self._said = [*self._said, text][-REPEATED:]
         self._publisher.publish(String(data=text))
         self._period, self._repeat_at = REPEAT_PERIOD, time.monotonic() + REPEAT_PERIOD
 

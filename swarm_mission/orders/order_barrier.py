@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterable
 
 PATIENCE = 5.0  # [s] of wall time for a party's word on a tick that the world has left behind
 START_PATIENCE = 600.0  # [s] the same for its first word
+REPEATED = 2  # latest words of a party that it repeats while it waits
 
 
 class OrderBarrier:
@@ -46,9 +47,14 @@ class OrderBarrier:
         self._left_out.discard(party)
         return is_first
 
-    def is_news(self, party: str, tick: int) -> bool:
-        """Whether a party has not spoken of a tick before."""
-        return tick > self._spoken.get(party, tick - 1)
+    def accepts(self, party: str, tick: int) -> bool:
+        """Whether a party's word on a tick is new and none before it is missing.
+
+        At the start the first of two words may be lost, as DDS finds a sender between them. Both
+        are repeated; words further back never are.
+        """
+        gap = tick - self._spoken.get(party, tick - 1)
+        return gap == 1 or gap > REPEATED
 
     def see(self, tick: int) -> None:
         """Record a tick that the world has begun."""

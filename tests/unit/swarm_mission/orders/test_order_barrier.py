@@ -46,9 +46,13 @@ def test_a_party_may_take_long_to_start():
     assert barrier.is_complete(0, START_PATIENCE + 1.0)
 
 
-def test_what_was_said_before_is_no_news():
+def test_a_word_counts_once_and_only_after_the_one_before() -> None:
     barrier = OrderBarrier(["courier"])
-    assert barrier.is_news("courier", 0)
+    assert not barrier.accepts("courier", 1)  # the first was lost: both are repeated
+    assert barrier.accepts("courier", 0)
     barrier.hear("courier", 0, is_in_step=True)
-    assert not barrier.is_news("courier", 0)
-    assert barrier.is_news("an outsider", 0)
+    assert not barrier.accepts("courier", 0)
+    assert barrier.accepts("courier", 1)
+    assert not barrier.accepts("courier", 2)
+    assert barrier.accepts("courier", 3)  # what it said before is not repeated any more
+    assert barrier.accepts("an outsider", 0)
