@@ -39,7 +39,6 @@ class Centre:
         delay: Ticks, beyond the one that a message always takes.
         outage: First and last tick in which the centre does nothing; None for never.
         seed: Of the losses.
-        transport: Ticks that a report takes in any case, where nothing else carries it.
     """
 
     team: Team
@@ -48,7 +47,6 @@ class Centre:
     delay: int = 0
     outage: tuple[int, int] | None = None
     seed: int = 0
-    transport: int = 1
     usage: CentreUsage = field(default_factory=CentreUsage)
     _up: deque[tuple[int, list[RobotReport]]] = field(default_factory=deque)
     _down: deque[tuple[int, list[TeamOrder]]] = field(default_factory=deque)
@@ -65,7 +63,7 @@ class Centre:
         draws = np.random.default_rng((self.seed, tick)).random((2, self.robots + 1)).tolist()
         self.usage.bytes_up += sum(report.size for report in reports)
         self._up.append((tick, self._kept(reports, draws[0])))
-        arrived = list(_due(self._up, tick - self.delay - self.transport))
+        arrived = list(_due(self._up, tick - self.delay - 1))
         orders = self._decide(tick, arrived)
         self.usage.bytes_down += sum(order.size for order in orders)
         self._down.append((tick, self._kept(orders, draws[1])))

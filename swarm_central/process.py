@@ -25,7 +25,15 @@ from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.central import unpack_report
 from swarm_common.model.errors import ConfigError, SwarmError
-from swarm_common.process.messages import MISSION, CentreReported, Ready, Refused, RobotGone
+from swarm_common.process.messages import (
+    MISSION,
+    CentreReported,
+    Ready,
+    Refused,
+    RobotDead,
+    RobotGone,
+    RobotSilent,
+)
 from swarm_common.process.pipes import EventWriter, MessageReader, child_options
 from swarm_common.robots.loading import load_robot
 from swarm_nav.ros.settings import read_node_settings
@@ -59,13 +67,13 @@ class CentralNode:
         radio = config["radio"]
         delay = delay_ticks(radio["delay"])
         self._centre = Centre(
-            self._team, len(config["models"]), radio["loss"], delay, seed=config["seed"],
-            transport=0,
-        )  # fmt: skip
+            self._team, len(config["models"]), radio["loss"], delay, seed=config["seed"]
+        )
         self._team.rehearse()
-        self._tick = -1
-        self._reports: list[RobotReport] = []  # of the present tick
-        self._usual = 0  # reports of a tick
+        self._tick = self._decided = -1
+        self._reports: dict[int, RobotReport] = {}  # of the present tick, by robot
+        self._said: dict[int, bytes] = {}  # in the tick that was decided last, by robot
+        self._awaited = set(self._numbers.values())  # robots that report each tick
         self._orders: dict[int, Publisher] = {}
         for name, number in self._numbers.items():
             self._orders[number] = self._node.create_publisher(
@@ -85,31 +93,56 @@ class CentralNode:
         except ValueError as error:
             self._rejections.reject(central_io.REPORT, f"robot {number}", error)
             return
+        self._awaited.add(number)
+        if report.tick <= self._decided:
+            self._repeat(number, report.tick)
+            return
         if report.tick > self._tick:
-            self._usual = len(self._reports)
+            self._awaited &= {number, *self._reports} if self._reports else self._awaited
             self._decide()
             self._tick = report.tick
-        self._reports.append(report)
-        if len(self._reports) == self._usual:
+        self._reports[number] = report
+        self._decide_if_all()
+
+    def _decide_if_all(self) -> None:
+        if self._reports and self._awaited <= self._reports.keys():
             self._decide()
 
     def _decide(self) -> None:
-        """Decide on what has been heard of the present tick; what comes later waits."""
+        """Decide on what has been heard of the present tick, and speak to all who have reported."""
         if not self._reports or self.refusal:
             return
-        reports, self._reports = self._reports, []
+        reports, self._reports = self._reports, {}
+        self._decided = self._tick
+        orders: dict[int, list[bytes]] = {number: [] for number in reports}
         try:
-            orders = self._centre.step(self._tick, reports)
+            decided = self._centre.step(self._tick, [reports[number] for number in sorted(reports)])
         except ConfigError as error:  # an external solver's: nothing else plans in its name
             self.refusal = str(error)
             return
-        for order in orders:
-            self._orders[order.robot_id].publish(central_io.wrapped(order.packed()))
+        for order in decided:
+            orders.setdefault(order.robot_id, []).append(order.packed())
+        for number, packed in orders.items():
+            self._said[number] = central_io.orders_message(self._tick, packed)
+            self._orders[number].publish(self._said[number])
 
-    def forget(self, name: str) -> None:
-        """Take a robot for gone."""
-        if name in self._numbers:
+    def _repeat(self, number: int, tick: int) -> None:
+        """Speak again to a robot that has not heard it."""
+        if tick == self._decided and number in self._said:
+            self._orders[number].publish(self._said[number])
+
+    def forget(self, name: str, *, is_gone: bool) -> None:
+        """Do not wait for a robot until it reports again.
+
+        Args:
+            is_gone: Whether it is taken for gone.
+        """
+        if name not in self._numbers:
+            return
+        self._awaited.discard(self._numbers[name])
+        if is_gone:
             self._team.forget(self._numbers[name])
+        self._decide_if_all()
 
     def tell(self) -> None:
         """Report what the centre has cost, which is a sign of life, too."""
@@ -149,8 +182,8 @@ def main(arguments: list[str] | None = None) -> int:
     while not stopping and not node.refusal:
         node.executor.spin_once(timeout_sec=TURN_PERIOD)
         for command in commands.read():
-            if isinstance(command, RobotGone):
-                node.forget(command.robot)
+            if isinstance(command, RobotGone | RobotDead | RobotSilent):
+                node.forget(command.robot, is_gone=isinstance(command, RobotGone))
         if time.monotonic() >= due:
             due = time.monotonic() + FIGURES_PERIOD
             node.tell()

@@ -50,7 +50,7 @@ def make_orders(
     )
     robots = [OrderSenses(driver, ways) for driver in drivers]
     senses = [
-        BidSenses(robot.way_to, spec.max_vel_x, robot.charge)
+        BidSenses(robot.way_to, spec.max_vel_x, robot.charge, robot.reach, way_between=ways.between)
         for robot, spec in zip(robots, specs, strict=True)
     ]
     return BenchOrders(run, robots, dict(zip(homes, senses, strict=True)))
@@ -93,6 +93,10 @@ class OrderSenses:
     def charge(self) -> float:
         """Return the battery's charge by its capacity; NaN without one."""
         return self._now().battery
+
+    def reach(self) -> float:
+        """Return the way [m] that the robot can drive before it goes to charge."""
+        return self._now().reach
 
     def _now(self) -> Status:
         if self._status is None:

@@ -13,7 +13,7 @@ What a module imports of its folder stands above it:
     task         One action goal on its way, from the request to the result
     client       `RobotCommander`: one robot of a swarm driven from Python
     driver       Takes one robot through its itinerary: goals out, results and status in
-    order_channel  The topic `/orders`, which is the radio of orders between processes
+    order_channel  The topic `/orders`, which is the radio of orders, and the lockstep on it
     goal_news    Tells swarm-up, and the state log, what becomes of goals
     order_party  A process that takes part in orders: its node, its signs of life and its loop
     station      Process of one station with orders, or of a dispatcher

@@ -7,7 +7,7 @@ import json
 import os
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import rclpy
@@ -16,19 +16,25 @@ from rclpy.node import Node
 from swarm_commander.mission.order_channel import OrderChannel
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.rejections import Rejections
+from swarm_common.middleware.ros_poll import PolledTopic, Waiter, drain
 from swarm_common.process.messages import MISSION, Alive, MissionCommand
 from swarm_common.process.pipes import EventWriter, MessageReader, child_options
 from swarm_mission.orders.radio import OrderRadio
 
-TURN_PERIOD = 0.1  # [s] of wall time at most between two turns
+TURN_PERIOD = 0.05  # [s] of wall time at most between two turns, and between rare messages
+MOST_TOPICS = 64  # that are waited for at once
 BEAT_PERIOD = 2.0  # [s] of wall time between two signs of life
 
 
 class OrderParty(Protocol):
     """What such a process is about."""
 
+    @property
+    def topics(self) -> Sequence[PolledTopic]:
+        """Topics that bring what the present tick lacks."""
+
     def turn(self) -> None:
-        """Hear, decide, send and report."""
+        """Decide on each tick that may begin: hear, decide, send and report."""
 
     def beat(self) -> None:
         """Do what is to be done from time to time."""
@@ -59,21 +65,27 @@ def run_party(about: str, kind: str, make: Maker) -> None:
     executor = SafeExecutor()
     executor.add_node(node)
     rejections = Rejections(events, node.get_logger().warning)
-    radio = OrderRadio(config["loss"], config["delay"], config["seed"])
-    channel = OrderChannel(node, radio, rejections)
+    parties: dict[str, list[str]] = config["parties"]
+    senders = [name for names in parties.values() for name in names]
+    radio = OrderRadio(config["loss"], config["delay"], config["seed"], senders=senders)
+    channel = OrderChannel(node, radio, rejections, config["party"], parties)
     party = make(config, node, channel, events, rejections)
-    beat_at = 0.0
+    waiter = Waiter(node.context, MOST_TOPICS)
+    beat_at = rare_at = 0.0
     with contextlib.suppress(BrokenPipeError):
         while not stopping:
-            executor.spin_once(timeout_sec=TURN_PERIOD)
-            for command in commands.read():
-                party.obey(command)
+            waiter.wait(party.topics, TURN_PERIOD)
+            if time.monotonic() >= rare_at:
+                rare_at = time.monotonic() + TURN_PERIOD
+                drain(executor)
+                for command in commands.read():
+                    party.obey(command)
+                rejections.tell(time.monotonic())
             party.turn()
             if time.monotonic() - beat_at > BEAT_PERIOD:
                 beat_at = time.monotonic()
                 events.write(Alive())
                 party.beat()
-            rejections.tell(time.monotonic())
         party.beat()
         rejections.flush()
     os._exit(0)  # with all of its entities at once

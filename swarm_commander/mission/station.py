@@ -6,6 +6,7 @@ python -m swarm_commander.mission.station CONFIG.json --event-fd N --control-fd 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
@@ -13,14 +14,12 @@ import msgspec
 from swarm_commander.mission.order_channel import OrderChannel
 from swarm_commander.mission.order_party import run_party
 from swarm_common.files.sites_io import load_sites
+from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.process.messages import MissionCommand, OrdersReported, StationDone
 from swarm_common.process.pipes import EventWriter
 from swarm_mission.mission import load_mission
 from swarm_mission.orders.dispatch import DISPATCHER, DispatcherAgent, load_dispatcher
-from swarm_mission.orders.messages import Announcement, Envelope
 from swarm_mission.orders.station_agent import StationAgent
-
-HELLO_PERIOD = 0.5  # [s] of wall time between two announcements before the world runs
 
 
 class StationProcess:
@@ -41,7 +40,6 @@ class StationProcess:
         self._name: str = config["station"]
         self._channel = channel
         self._events = events
-        self._hello_at = 0.0
         self._is_done = False
         self._station: StationAgent | None = None
         self._dispatcher: DispatcherAgent | None = None
@@ -52,21 +50,28 @@ class StationProcess:
             is_central = dispatcher is not None
             self._station = StationAgent(self._name, orders, awaits_dispatcher=is_central)
 
+    @property
+    def topics(self) -> Sequence[PolledTopic]:
+        """Topics that bring what the present tick lacks."""
+        return self._channel.topics
+
     def turn(self) -> None:
-        """Hear, decide, send and report."""
-        now, channel = time.monotonic(), self._channel
-        if channel.tick == 0:
-            if self._station is not None and now - self._hello_at > HELLO_PERIOD:
-                self._hello_at = now
-                channel.send([Envelope(self._name, "", Announcement(self._name, ()))])
-            return
+        """Decide on each tick that may begin: hear, decide, send and report."""
+        self._channel.poll()
+        while self._channel.can_begin(time.monotonic()):
+            self._decide()
+
+    def _decide(self) -> None:
+        channel = self._channel
         party = self._station or self._dispatcher
         assert party is not None
         for message in channel.receive([self._name])[self._name]:
             party.receive(message, channel.tick)
-        channel.send(party.tick(channel.tick))
+        sent = party.tick(channel.tick)
         if self._station is not None:
             self._report(self._station)
+        channel.send(sent, is_over=self._station is None or self._station.is_over)
+        channel.tick += 1
 
     def beat(self) -> None:
         """Do nothing: `turn` reports at once."""

@@ -73,6 +73,11 @@ class Task:
         self._do(Action.SEND)
 
     @property
+    def goal_id(self) -> bytes:
+        """Id of the goal."""
+        return bytes(self._goal_id.uuid)
+
+    @property
     def is_complete(self) -> bool:
         """Whether it has ended."""
         return self._delivery.phase is Phase.ENDED

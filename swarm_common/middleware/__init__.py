@@ -17,6 +17,7 @@ What a module imports of its folder stands above it:
     simulation      Where messages of simulation_interfaces 1.x and 2.x differ
     dds_profile     DDS profiles of a swarm on several hosts: peers by unicast only
     central_io      Reports and orders of a centre, to and from ROS messages
+    courier_io      Reports of ticks to a courier, and their releases
     cdr_layout      Where the numbers of a CDR message are
     participants    DDS participants over which a process spreads the topics of a large swarm
     ros_poll        Topics that are polled instead of called back, every tick

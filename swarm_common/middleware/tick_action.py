@@ -218,6 +218,14 @@ class TickActionServer:
             goal.asked.append(header)
         return goal.response
 
+    def knows(self, goal_id: bytes) -> bool:
+        """Whether a goal has come, be it accepted or refused."""
+        return goal_id in self._goals or goal_id in self._refused
+
+    def refusal_of(self, goal_id: bytes) -> str | None:
+        """Return why a goal was refused; None if it was not."""
+        return self._refused.get(goal_id)
+
     # What the brain says
 
     @property

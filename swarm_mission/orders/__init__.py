@@ -10,6 +10,7 @@ What a module imports of its folder stands above it:
     demand         Whether stations and robots can serve the orders at all: said before a run
     messages       What stations and robots say to each other over the radio
     radio          Loses and delays these messages as the world's radio does beacons
+    order_barrier  Who has spoken in a tick, and when the next one may begin
     states         States of an order at its station, and of a robot with it
     station_agent  One station: announces its orders, grants each, takes it back, hands goods over
     robot_bidder   One robot: bids for orders, reports on those that it holds

@@ -139,6 +139,8 @@ class Courier:
     def tick(self, tick: int, senses: BidSenses) -> tuple[list[Envelope], NextGoal | None]:
         """Decide; return what to send, and a goal that replaces any other."""
         self._pass_time(tick)
+        if self.bidder.held and senses.reach() <= 0.0:  # it goes to charge
+            self.bidder.give_back()
         goal = self._decide(tick, senses)
         is_bidding = self.state in BIDDING and not self.has_goods
         return self.bidder.tick(tick, senses if is_bidding else None), goal

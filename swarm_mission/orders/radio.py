@@ -20,31 +20,44 @@ WORD = 2**64 - 1
 class OrderRadio:
     """Keeps the messages in transit."""
 
-    def __init__(self, loss: float = 0.0, delay: float = 0.0, seed: int = 0) -> None:
+    def __init__(
+        self,
+        loss: float = 0.0,
+        delay: float = 0.0,
+        seed: int = 0,
+        *,
+        senders: Sequence[str] = (),
+    ) -> None:
         """Begin with nothing in transit.
 
         Args:
             loss: Share of the messages that are lost, each receiver on its own.
             delay: [s] in addition to the one tick that a message always takes.
+            senders: In the order in which their messages of a tick count; those that are not
+                named follow, in the order in which they send.
         """
         self._loss, self._seed = loss, seed
         self._delay_ticks = 1 + math.ceil(delay / CONTROL_PERIOD - 1e-9)
-        self._transit: dict[int, list[tuple[int, int, Envelope]]] = defaultdict(list)
+        self._ranks = {name: rank for rank, name in enumerate(senders)}
+        self._transit: dict[int, list[Envelope]] = defaultdict(list)  # by tick of the sending
 
     def send(self, tick: int, envelopes: Iterable[Envelope]) -> None:
-        """Take what is sent at a tick."""
-        due = self._transit[tick + self._delay_ticks]
-        due += [(tick, number, envelope) for number, envelope in enumerate(envelopes, len(due))]
+        """Take what is sent at a tick; the order of the senders' calls does not matter."""
+        self._transit[tick] += envelopes
 
     def receive(self, tick: int, receivers: Sequence[str]) -> dict[str, list[AnyMessage]]:
         """Return what has arrived until a tick, by receiver; whatever nobody hears is gone."""
         heard: dict[str, list[AnyMessage]] = defaultdict(list)
-        due = [item for at in sorted(self._transit) if at <= tick for item in self._transit.pop(at)]
-        for sent, number, envelope in due:
-            for name in (envelope.receiver,) if envelope.receiver else receivers:
-                if name != envelope.sender and not self._is_lost(sent, number, envelope, name):
-                    heard[name].append(envelope.message)
+        for sent in sorted(sent for sent in self._transit if sent + self._delay_ticks <= tick):
+            envelopes = sorted(self._transit.pop(sent), key=self._rank)
+            for number, envelope in enumerate(envelopes):
+                for name in (envelope.receiver,) if envelope.receiver else receivers:
+                    if name != envelope.sender and not self._is_lost(sent, number, envelope, name):
+                        heard[name].append(envelope.message)
         return heard
+
+    def _rank(self, envelope: Envelope) -> int:
+        return self._ranks.get(envelope.sender, len(self._ranks))
 
     def _is_lost(self, tick: int, number: int, envelope: Envelope, receiver: str) -> bool:
         if not self._loss:

@@ -46,12 +46,19 @@ class BidSenses:
     way_to: Callable[[str], float]  # [m] to a station by name; inf if there is no way
     speed: float  # [m/s] at most
     charge: Callable[[], float] = lambda: math.nan  # by capacity; NaN without a battery
+    # [m] that it can drive before it goes to charge; 0 once it does
+    reach: Callable[[], float] = lambda: math.inf
+    way_between: Callable[[str, str], float] = lambda first, second: 0.0  # [m], of two stations
     is_on_duty: bool = True  # whether the robot takes further orders
 
     @property
     def is_fit(self) -> bool:
         """Whether duty and battery allow for another order."""
-        return self.is_on_duty and not self.charge() < LEAST_BATTERY
+        return self.is_on_duty and not self.charge() < LEAST_BATTERY and self.reach() > 0.0
+
+    def can_end(self, station: str, target: str) -> bool:
+        """Whether the robot can do an order before it goes to charge."""
+        return self.way_to(station) + self.way_between(station, target) <= self.reach()
 
     def cost(self, station: str, held: int) -> float:
         """Return what an order at a station costs [m] with so many orders held already."""
@@ -142,6 +149,11 @@ class RobotBidder:
             held.phase = HoldPhase.HERE
         held.told = -REPORT_TICKS
 
+    def give_back(self) -> None:
+        """Give all orders back that the robot is only on its way for."""
+        for order in [o for o, held in self.held.items() if held.phase is HoldPhase.COMING]:
+            self.release(order)
+
     def release(self, order: str) -> None:
         """Give an order back that is not loaded."""
         held = self.held.pop(order)
@@ -179,7 +191,7 @@ class RobotBidder:
             for station, (at, offered) in self._offers.items()
             if tick - at <= OFFER_LIFE
             for offer in offered
-            if offer.order not in self.held
+            if offer.order not in self.held and senses.can_end(station, offer.target)
         }
         if self._bids_for_all:
             for station, offer in offers.values():

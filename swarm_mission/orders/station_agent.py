@@ -243,6 +243,8 @@ class StationAgent:
             self._untold[unload.order] = unload.origin, tick - REPEAT_TICKS
             self._ends[unload.order] = tick + unload.ticks + REPEAT_TICKS
             self._note(What.RECEIVED, unload.order, tick, unload.robot)
+        # It asks again if it has not heard the answer; only then is it served.
+        self._busy_until = max(self._busy_until, tick + unload.ticks + REPEAT_TICKS)
         is_new = self._bringers[unload.order] == unload.robot
         self._reply(unload.robot, Received(self.name, unload.robot, unload.order, is_new))
 

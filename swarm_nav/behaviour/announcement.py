@@ -92,6 +92,7 @@ def compose_status(
     failure: str = "",
     is_on_trip: bool = False,
     battery: float = math.nan,
+    reach: float = math.inf,
 ) -> Status:
     """Return the status for the operator.
 
@@ -104,6 +105,7 @@ def compose_status(
         failure: Why the goal before was given up; empty if it was not.
         is_on_trip: Whether it goes to charge, or is charged.
         battery: Charge by capacity; NaN without a battery.
+        reach: [m] that it can drive before it goes to charge.
     """
     s, state = parts.robot, parts.state_machine.state
     name, detail, waits = state.value, "", s.awaited
@@ -143,6 +145,7 @@ def compose_status(
         deadlocks_resolved=counters.deadlocks_resolved,
         replans=counters.replans,
         battery=battery,
+        reach=reach,
     )
 
 

@@ -36,6 +36,8 @@ class ChargingTrip:
         reading: The newest of the battery; None before the first.
         charger: Where the robot goes to charge, or is charged, in map; None if it does not.
         plugged_tick: Tick at which it arrived there; 0 on its way.
+        reach: [m] that it can drive before it goes to charge; 0 once it does, inf if it has charged
+            enough or has no charging station.
     """
 
     def __init__(self, battery: BatterySpec, chargers: Sequence[Pose]) -> None:
@@ -52,6 +54,7 @@ class ChargingTrip:
         self.reading: BatteryReading | None = None
         self.charger: Pose | None = None
         self.plugged_tick = 0
+        self.reach = math.inf
 
     @property
     def is_plugged(self) -> bool:
@@ -60,7 +63,7 @@ class ChargingTrip:
 
     def begin(self, charger: Pose) -> None:
         """Set off for a station, also for another one than before."""
-        self.charger, self.plugged_tick = charger, 0
+        self.charger, self.plugged_tick, self.reach = charger, 0, 0.0
 
     def end(self) -> None:
         """Forget the station."""
@@ -90,11 +93,14 @@ class ChargingTrip:
             return None
         ways = self._ways(robot)
         if not ways:
+            self.reach = math.inf
             return None
         nearest = RESERVE * min(ways.values())
         speed = robot.config.controller.max_vel_x
-        spent_on_way = self._battery.share_of_way(nearest, speed)
-        if reading.share > robot.config.battery.low + spent_on_way:
+        spare = reading.share - robot.config.battery.low
+        reach = spare / self._battery.share_of_way(1.0, speed) - nearest
+        self.reach = math.inf if self.is_charged(robot) else max(0.0, reach)
+        if spare > self._battery.share_of_way(nearest, speed):
             return None
         return min(ways, key=lambda charger: self._time_to_turn(robot, charger, ways[charger]))
 

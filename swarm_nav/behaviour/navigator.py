@@ -586,5 +586,6 @@ class Navigator:
             failure=goal_manager.failure,
             is_on_trip=goal_manager.is_on_trip,
             battery=self._battery_share,
+            reach=math.inf if self._trip is None else self._trip.reach,
             is_by_hand=behavior is not None and behavior.goal.kind is GoalKind.TELEOP,
         )

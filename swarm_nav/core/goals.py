@@ -179,6 +179,7 @@ class Status:
     deadlocks_resolved: int
     replans: int
     battery: float = math.nan  # charge by capacity, 0 to 1; NaN without a battery
+    reach: float = math.inf  # [m] that it can drive before it goes to charge; 0 once it does
 
 
 @value_type

@@ -9,6 +9,7 @@ What a module imports of its folder stands above it:
     status          The state of a robot for its operator, as bytes
     answer          The answer to a tick on the node: beacon and command, sent at once or withheld
     centre_link     Reports to a centre, and its orders
+    courier_link    Reports of ticks to a courier, and which ticks it has released
     bare_node       The bare ROS node of a navigator, and its clock
     params          The ROS parameters of a navigator, some of which can be set while it runs
     node            Topics in, one call of the brain per tick, topics out

@@ -18,14 +18,16 @@ from swarm_nav.ros.answer_barrier import AnswerBarrier
 class Answers:
     """Sends the answer to each tick, and again when it is asked for; see `answer_barrier`."""
 
-    def __init__(self, node: Node, *, waits_for_mission: bool) -> None:
+    def __init__(self, node: Node, *, waits_for_mission: bool, has_courier: bool) -> None:
         """Take the node; `announce` has to follow before the first tick.
 
         Args:
             waits_for_mission: Whether a mission counts as active from the start.
+            has_courier: Whether a courier releases each tick.
         """
         self._node = node
-        self._answer_barrier = AnswerBarrier(waits_for_mission)
+        self._has_courier = has_courier
+        self._answer_barrier = AnswerBarrier(waits_for_mission, has_courier=has_courier)
         self._writer = CommandWriter("base_footprint")
         self._last: tuple[bytes, bytes] | None = None  # beacon and command
 
@@ -65,6 +67,16 @@ class Answers:
         if not self.is_withheld:
             self._send()
 
+    def on_goal(self) -> None:
+        """Send what was withheld until a goal came; a courier may have more to say."""
+        if not self._has_courier:
+            self.send_withheld()
+
+    def on_release(self) -> None:
+        """Send what was withheld until the courier released the tick."""
+        self._answer_barrier.on_release()
+        self.send_withheld()
+
     def send_withheld(self) -> None:
         """Send what was withheld, if anything."""
         if self.is_withheld:
@@ -84,9 +96,13 @@ class Answers:
         """
         if self._answer_barrier.has_expired(now):
             self._node.get_logger().warning(
-                f"tick {tick}: the mission sends no goal; going on without it"
+                f"tick {tick}: the {self._operator} is silent; going on without it"
             )
             self.send_withheld()
+
+    @property
+    def _operator(self) -> str:
+        return "courier" if self._has_courier else "mission"
 
     def _send(self) -> None:
         if self._last is not None:

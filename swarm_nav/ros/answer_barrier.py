@@ -4,6 +4,9 @@ The next goal of a mission comes from another process. Between the end of a goal
 no simulated time may pass, however slow the machine is: in lockstep, the world stands still while
 one robot does not answer. At the start it does so without limit, later for `wall_limit` of the
 world's settings, which must therefore be longer than `LIMIT`: then a withheld answer is never late.
+
+A robot with a courier withholds every answer until its courier releases the tick: the courier may
+say something in any of them.
 """
 
 from __future__ import annotations
@@ -15,13 +18,15 @@ START_LIMIT = 600.0  # [s] of wall time for the mission's first message, as swar
 class AnswerBarrier:
     """Follows the operator's Mission messages and the goals."""
 
-    def __init__(self, waits_for_mission: bool) -> None:
+    def __init__(self, waits_for_mission: bool, *, has_courier: bool = False) -> None:
         """Start without an answer that is withheld.
 
         Args:
             waits_for_mission: Whether a mission counts as active from the start.
+            has_courier: Whether a courier releases each tick, and counts as active from the start.
         """
-        self._is_active = waits_for_mission
+        self._has_courier = has_courier
+        self._is_active = waits_for_mission or has_courier
         self._since: float | None = None
         self._limit = LIMIT
         self._is_announced = False  # a Mission message has come
@@ -39,6 +44,8 @@ class AnswerBarrier:
             is_first: Whether this is the navigator's first answer.
             has_ended: Whether a goal ended in this tick.
         """
+        if self._has_courier:
+            return self._is_active
         return self._is_active and not has_goal and (is_first or has_ended)
 
     def hold(self, now: float, is_first: bool) -> None:
@@ -70,6 +77,10 @@ class AnswerBarrier:
         self._is_announced = True
         self._is_active = is_active
         return self.is_holding and not is_active
+
+    def on_release(self) -> None:
+        """The courier is there: it is waited for, also if it was silent for too long."""
+        self._is_announced = self._is_active = True
 
     def has_expired(self, now: float) -> bool:
         """Whether the operator has been silent for too long; then it counts as gone.

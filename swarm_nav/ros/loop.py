@@ -93,17 +93,20 @@ class TickLoop:
 
     def _wait(self) -> None:
         topics = []
-        idle = None
+        idle = []
         for slot in self._slots:
             if (topic := slot.node.awaited) is not None:
                 topics.append(topic)
-            elif idle is None:
-                idle = slot
-        if idle is None:
+            else:
+                idle.append(slot)
+        if not idle:
             self._waiter.wait(topics, self._request_period)
             return
+        first, *others = idle
         period = WAIT_SLICE if len(self._slots) == 1 else PACK_SLICE
-        self._try(idle, lambda: idle.executor.spin_once(timeout_sec=period))
+        self._try(first, lambda: first.executor.spin_once(timeout_sec=period))
+        for slot in others:
+            self._try(slot, lambda slot=slot: drain(slot.executor))  # type: ignore[misc]
 
     def _try(self, slot: Slot, work: Callable[[], object]) -> None:
         """Run the work of one navigator, so that its failure does not affect the others."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -15,7 +15,7 @@ from rclpy.context import Context
 from sensor_msgs.msg import BatteryState, LaserScan
 from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
 
-from swarm_common.middleware import battery_state, cdr, ros_io
+from swarm_common.middleware import battery_state, cdr, central_io, courier_io, ros_io
 from swarm_common.middleware.radio_check import read_neighbors
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
@@ -32,6 +32,7 @@ from swarm_nav.core.lifecycle import Lifecycle
 from swarm_nav.ros.answer import Answers
 from swarm_nav.ros.bare_node import TickClock, create_node
 from swarm_nav.ros.centre_link import CentreLink
+from swarm_nav.ros.courier_link import CourierLink
 from swarm_nav.ros.inputs import TickInput, TickInputs
 from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.goals import speed_limit_in
@@ -92,8 +93,12 @@ class NavigatorNode:
         self.node = create_node(settings, context)
         self.rejections = Rejections(events, self.node.get_logger().warning)
         self._answers = Answers(
-            self.node, waits_for_mission=bool(settings.fixed["wait_for_mission"])
+            self.node,
+            waits_for_mission=bool(settings.fixed["wait_for_mission"]),
+            has_courier=bool(settings.fixed["wait_for_courier"]),
         )
+        self._courier: CourierLink | None = None
+        self._pending: TickInput | None = None  # of the present tick, while the centre is to speak
         self._clock = TickClock(self.node) if settings.fixed["use_sim_time"] else None
         self._on_demand = OnDemand(self.node, is_eager=not settings.fixed["on_demand"])
         self._parameters = Parameters(
@@ -139,16 +144,16 @@ class NavigatorNode:
         self._answers.announce()
         self._status = self.node.create_publisher(RobotStatus, "status", ros_io.RELIABLE)
         self._views = Views(self.node, brain, self._on_demand)
-        self._tasks = Tasks(self, brain, self._answers.send_withheld, self._on_demand)
+        self._tasks = Tasks(self, brain, self._answers.on_goal, self._on_demand)
         self._plans = Plans(self, brain, self._on_demand)
         Services(self, brain, self._on_demand)
         self._lifecycle_services = LifecycleServices(
             self.node, self.lifecycle, self.change_lifecycle, self._on_demand
         )
-        self._subscribe()
         is_led = self._config.traffic.coordination != Coordination.DECENTRAL
         if is_led and isinstance(brain, Navigator):
             self._centre = CentreLink(self.node, brain, settings.robot_id, self.rejections)
+        self._subscribe()
         if not settings.fixed["autostart"]:
             brain.deactivate()
         else:
@@ -168,6 +173,13 @@ class NavigatorNode:
             self._topics[battery_state.NAME] = self._hear(BatteryState, battery_state.NAME)
             takers[battery_state.NAME] = self._take_battery
         takers["neighbors"] = self._receive_neighbors  # which comes last
+        if self._centre is not None:
+            self._topics[central_io.ORDERS] = self._centre.topic
+            takers[central_io.ORDERS] = self._receive_orders
+        if self._settings.fixed["wait_for_courier"]:
+            self._courier = CourierLink(self.node, self.rejections)
+            self._topics[courier_io.RELEASE] = self._courier.topic
+            takers[courier_io.RELEASE] = self._receive_release
         self._incoming = [(name, self._topics[name], take) for name, take in takers.items()]
         make = self.node.create_subscription
         kind, quality = PoseWithCovarianceStamped, ros_io.RELIABLE
@@ -208,9 +220,14 @@ class NavigatorNode:
         another order. Without a map, or while an answer is withheld, only the executor can bring
         what is missing.
         """
-        if self._brain is None or self._answers.is_withheld:
+        if self._brain is None:
             return None
-        return self._topics[self._inputs.missing]
+        if self._pending is not None:
+            return self._topics[central_io.ORDERS]
+        if not self._answers.is_withheld:
+            return self._topics[self._inputs.missing]
+        is_released = self._courier is None or self._missing_goals is not None
+        return None if is_released else self._topics[courier_io.RELEASE]
 
     def receive_inputs(self) -> None:
         """Take the messages of the tick that have arrived; decide if it is complete.
@@ -220,6 +237,8 @@ class NavigatorNode:
         """
         if self._brain is None:
             return
+        self._release()
+        self._decide()
         has_taken = True
         while has_taken:
             has_taken = False
@@ -239,6 +258,10 @@ class NavigatorNode:
         odom = self._odometry_reader.read(data)
         if self._inputs.is_repeat(odom.tick):
             self._answers.repeat()
+            if self._courier is not None and self._answers.is_withheld:
+                self._courier.repeat()
+            if self._centre is not None and self._pending is not None:
+                self._centre.repeat()
         return self._inputs.add_odom(odom)
 
     def _receive_scan(self, data: bytes) -> TickInput | None:
@@ -253,11 +276,40 @@ class NavigatorNode:
             self.rejections.reject("neighbors", "the world", reason)
         return self._inputs.add_neighbors(tick, beacons)
 
+    def _receive_release(self, data: bytes) -> None:
+        assert self._courier is not None
+        self._courier.receive(data)
+        self._release()
+
+    @property
+    def _missing_goals(self) -> Sequence[bytes] | None:
+        """Goals that the courier sent in this tick and that are on their way; None before that."""
+        courier = self._courier
+        return None if courier is None else courier.missing_goals(self._tasks.navigate.knows)
+
+    def _release(self) -> None:
+        """Answer the tick if the courier has released it and its goals are there."""
+        if self._answers.is_withheld and self._missing_goals == []:
+            self._answers.on_release()
+
+    def _receive_orders(self, data: bytes) -> None:
+        assert self._centre is not None
+        self._centre.receive(data)
+
     def _step(self, observed: TickInput | None) -> None:
-        """Decide on a tick that is complete."""
-        brain = self._brain
+        """Decide on a tick that is complete, or on one that waited for the centre."""
+        if observed is not None:
+            self._pending = observed
+        self._decide()
+
+    def _decide(self) -> None:
+        """Decide on the tick that is complete, unless the centre has to speak first."""
+        brain, observed = self._brain, self._pending
         if observed is None or brain is None:
             return
+        if self._centre is not None and not self._centre.has_spoken(time.monotonic()):
+            return
+        self._pending = None
         self.tick = tick = observed.tick
         assert observed.odom is not None
         assert observed.neighbors is not None
@@ -269,14 +321,17 @@ class NavigatorNode:
         if observed.battery is not None:
             brain.on_battery(observed.battery)
         brain.on_neighbors(observed.neighbors)
-        if self._centre is not None:
-            self._centre.receive()
         output = brain.tick(tick)
         if self._centre is not None:
-            self._centre.send()
+            self._centre.send(tick)
         ended = [event for event in output.events if isinstance(event, GoalEnded)]
         has_goal = brain.goal_id is not None
         self._answers.give(tick, output, has_goal=has_goal, has_ended=bool(ended))
+        if (courier := self._courier) is not None:
+            tasks = self._tasks
+            courier.report(
+                tick, brain.status(), tasks.goal, tasks.ended_of(ended), tasks.navigate.refusal_of
+            )
         self._tell(output, ended)
 
     def _rejoin(self, brain: RobotBrain, pose_odom: Pose) -> None:

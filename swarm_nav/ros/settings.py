@@ -34,6 +34,7 @@ FIXED: dict[str, Any] = {
     "map_sha256": "",
     "autostart": True,
     "wait_for_mission": False,
+    "wait_for_courier": False,
     "on_demand": False,
     "with_lidar": True,
 }
@@ -49,6 +50,7 @@ FIXED_EFFECTS = {
     "map_sha256": "digest of the only map that is taken at first; empty for any",
     "autostart": "be active as soon as there is a map",
     "wait_for_mission": "withhold the answers to ticks until a mission has given its goal",
+    "wait_for_courier": "withhold the answer to each tick until a courier has released it",
     "on_demand": "create what few clients use when the first of them appears",
     "with_lidar": "ticks bring scans",
 }

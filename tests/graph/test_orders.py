@@ -40,7 +40,12 @@ class Party(Runner):
     """The process of a station, or of a robot's courier."""
 
     def __init__(self, folder: Path, kind: str, number: int, **config: Any) -> None:
-        common = {"number": number, "mission": str(folder / "orders.yaml"), "sites": str(SITES)}
+        parties = {f"station_{i}": [name] for i, name in enumerate(STATIONS, 1)}
+        parties |= {f"courier_{i}": [f"Srobot{i}"] for i in range(1, COUNT + 1)}
+        common = {
+            "number": number, "mission": str(folder / "orders.yaml"), "sites": str(SITES),
+            "party": f"{kind}_{number}", "parties": parties, "ends_with": [],
+        }  # fmt: skip
         path = folder / f"{kind}_{number}.json"
         path.write_text(json.dumps(config | common | {"seed": 0, "loss": 0.1, "delay": 0.2}))
         super().__init__(path, f"swarm_commander.mission.{kind}")
@@ -52,7 +57,7 @@ def test_four_robots_do_every_order_once_though_one_falls_silent(tmp_path: Path)
     stations = [Party(tmp_path, "station", i, station=n) for i, n in enumerate(STATIONS, 1)]
     couriers = [
         Party(
-            tmp_path, "courier", number, map="", radius=0.2,
+            tmp_path, "courier", number, map="", radius=0.2, is_in_step=False,
             robots={f"Srobot{number}": {"home": [0.0, 0.0, 0.0], "speed": 0.26}},
         )
         for number in range(1, COUNT + 1)

@@ -38,6 +38,7 @@ from swarm_mission.leg import Stop
 from swarm_mission.mission import Mission, load_mission, mission_path
 from swarm_mission.orders.demand import check_demand
 from swarm_mission.orders.dispatch import CLAIM, DISPATCHER, load_dispatcher
+from swarm_mission.orders.order import OrderPlan
 from swarm_mission.orders.order_file import times_files
 from swarm_mission.orders.way_lengths import WayLengths
 
@@ -195,7 +196,8 @@ class RunPlan:
             map_sha256: Digest of the only map that it is to take from /map; empty for any.
         """
         name, member = self.options.robot_names[number - 1], self.fleet.members[number - 1]
-        waits = self.mission is not None and not self.options.free_run
+        is_led = self.mission is not None and not self.options.free_run
+        waits = {"wait_for_courier" if self.has_orders else "wait_for_mission": is_led}
         return self._parameters(name, number, member, initial_pose_map, waits, map_sha256)
 
     def parameter_file_of_newcomer(
@@ -216,7 +218,9 @@ class RunPlan:
         if known is not None and known.spec.is_same_model(spec):
             spec = known.spec  # it is back, with its battery
         member = Member(model, spec)
-        return self._parameters(name, number, member, initial_pose_map, False, map_sha256)
+        return self._parameters(
+            name, number, member, initial_pose_map, {"wait_for_mission": False}, map_sha256
+        )
 
     def _parameters(
         self,
@@ -224,13 +228,13 @@ class RunPlan:
         number: int,
         member: Member,
         initial_pose_map: Pose,
-        waits: bool,
+        waits: Mapping[str, bool],
         map_sha256: str,
     ) -> dict[str, Any]:
         names = self.options.names
         values = {
             "autostart": self.options.autostart,
-            "wait_for_mission": waits,
+            **waits,
             "on_demand": self.options.swarm_size > ros_env.FEW_ROBOTS,
             "frames": _frames_of(member.model, member.spec),
             **({"robot_names": str(names)} if names != RobotNames() else {}),
@@ -283,6 +287,11 @@ class RunPlan:
             "seed": self.options.seed,
         }
 
+    @property
+    def has_orders(self) -> bool:
+        """Whether the goals come from orders, not from a route."""
+        return self.mission is not None and self.mission.orders is not None
+
     def _radio(self) -> dict[str, float]:
         values = default_world_parameters() | dict(self.overrides.world.values)
         return {name: float(values[f"radio.{name}"]) for name in ("loss", "delay")}
@@ -291,21 +300,38 @@ class RunPlan:
         """Return the configurations of the stations' processes, and of a dispatcher's."""
         if self.mission is None or (orders := self.mission.orders) is None:
             return []
-        parties = [*orders.stations, *([] if orders.dispatch == CLAIM else [DISPATCHER])]
         return [
-            {"station": name, "number": number, **self._orders_config()}
-            for number, name in enumerate(parties, 1)
+            {
+                "station": name,
+                "number": number,
+                "party": f"station_{number}",
+                **self._orders_config(),
+            }
+            for number, name in enumerate(_station_parties(orders), 1)
         ]
 
     def _orders_config(self) -> dict[str, Any]:
         """Return what all processes that take part in orders need."""
+        assert self.mission is not None
+        assert self.mission.orders is not None
+        stations = enumerate(_station_parties(self.mission.orders), 1)
+        shares = enumerate(self._courier_shares(), 1)
+        parties = {f"station_{number}": [name] for number, name in stations}
+        ends_with = list(parties) if self.options.until_done else []
         values = default_world_parameters() | dict(self.overrides.world.values)
         return {
             "mission": self.copy_of(self.options.mission or ""),
             "sites": self.sites_file,
             "seed": self.options.seed,
+            "parties": {**parties, **{f"courier_{number}": share for number, share in shares}},
+            "ends_with": ends_with,  # when all of them are done
             **{name: float(values[f"radio.{name}"]) for name in ("loss", "delay")},
         }
+
+    def _courier_shares(self) -> list[list[str]]:
+        """Return the robots of each courier process."""
+        size = max(self.options.pack, -(-len(self.alive) // COURIERS))
+        return [self.alive[first : first + size] for first in range(0, len(self.alive), size)]
 
     def courier_configs(self, homes_map: Sequence[Pose], map_file: Path) -> list[dict[str, Any]]:
         """Return the configurations of the robots' couriers: a process each, up to `COURIERS`.
@@ -314,7 +340,7 @@ class RunPlan:
             homes_map: Where each robot starts, broken ones included.
             map_file: That the navigators use; ways to stations are measured on it.
         """
-        if self.mission is None or self.mission.orders is None:
+        if not self.has_orders:
             return []
         members, names = self.fleet.members, self.options.robot_names
         robots = {
@@ -325,13 +351,17 @@ class RunPlan:
         common = {
             "map": str(map_file),
             "radius": min(member.spec.inscribed_radius for member in members),
+            "is_in_step": not self.options.free_run,
             **self._orders_config(),
         }
-        size = max(self.options.pack, -(-len(robots) // COURIERS))
-        shares = [list(robots)[first : first + size] for first in range(0, len(robots), size)]
         return [
-            {"number": number, "robots": {name: robots[name] for name in share}, **common}
-            for number, share in enumerate(shares, 1)
+            {
+                "number": number,
+                "party": f"courier_{number}",
+                "robots": {name: robots[name] for name in share},
+                **common,
+            }
+            for number, share in enumerate(self._courier_shares(), 1)
         ]
 
     def runner_config(self, homes_map: list[Pose]) -> dict[str, Any]:
@@ -365,7 +395,7 @@ class RunPlan:
             "laps": options.laps,
             "goals_per_robot": options.goals_per_robot,
             "stand_still_at_end": options.until_done,
-            "has_orders": self.mission is not None and self.mission.orders is not None,
+            "has_orders": self.has_orders,
         }
 
     def vda5050_config(self, map_file: Path) -> dict[str, Any]:
@@ -391,6 +421,11 @@ class RunPlan:
             "sites": self.sites_file or None,
             "realistic": self.options.realistic,
         }
+
+
+def _station_parties(orders: OrderPlan) -> list[str]:
+    """Return who speaks of orders beside the robots."""
+    return [*orders.stations, *([] if orders.dispatch == CLAIM else [DISPATCHER])]
 
 
 @functools.cache  # by the spec, too: a file may be another one when a robot is spawned later

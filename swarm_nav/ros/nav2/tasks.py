@@ -13,6 +13,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from nav2_msgs.action import DockRobot, FollowGPSWaypoints, UndockRobot
 from std_msgs.msg import Empty
 
+from swarm_common.middleware.courier_io import EndedGoal
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import RELIABLE, unpacked
 from swarm_common.middleware.tick_action import GoalHandle, TickActionServer
@@ -64,7 +65,11 @@ class Running:
 
 
 class Tasks:
-    """All action servers of one navigator."""
+    """All action servers of one navigator.
+
+    Attributes:
+        navigate: The server of navigate_to_pose.
+    """
 
     def __init__(
         self,
@@ -86,7 +91,7 @@ class Tasks:
         self._last_id = 0
         self._tick = 0
         self._steered_at, self._steered_tick = 0.0, 0  # wall time and tick of the last wish
-        self._serve(GoalKind.NAVIGATE)
+        self.navigate = self._serve_one(GoalKind.NAVIGATE)
         single = [(kind,) for kind in ACTIONS if kind not in (GoalKind.NAVIGATE, *TOGETHER)]
         for kinds in (*single, TOGETHER):
             names = [kind.value for kind in kinds]
@@ -114,7 +119,7 @@ class Tasks:
         for kind in kinds:
             self._serve_one(kind)
 
-    def _serve_one(self, kind: GoalKind) -> None:
+    def _serve_one(self, kind: GoalKind) -> TickActionServer:
         if kind is GoalKind.TELEOP:
             make = self._node.create_subscription
             make(Twist, "cmd_vel_teleop", self._steer, RELIABLE, raw=True)
@@ -139,7 +144,9 @@ class Tasks:
             self._running[goal.goal_id] = Running(server, handle, goal, self._tick)
             self._start(goal)
 
-        TickActionServer(self._node, ACTIONS[kind], kind.value, is_sensible, begin, self._cancel)
+        return TickActionServer(
+            self._node, ACTIONS[kind], kind.value, is_sensible, begin, self._cancel
+        )
 
     def _parse(self, kind: GoalKind, request: Any) -> Goal:
         try:
@@ -186,6 +193,26 @@ class Tasks:
             if running.handle == handle and self._brain.goal_id == goal_id:
                 self._brain.cancel_goal()
 
+    @property
+    def goal(self) -> bytes:
+        """Id of the current or pending goal of navigate_to_pose; empty without one."""
+        running = self._running.get(self._brain.goal_id or 0)
+        is_navigating = running is not None and running.server is self.navigate
+        return _id_of(running) if running is not None and is_navigating else b""
+
+    def ended_of(self, ended: Sequence[GoalEnded]) -> list[EndedGoal]:
+        """Return which goals of navigate_to_pose have ended and how; call it before `report`."""
+        found = [(event, self._running.get(event.goal_id)) for event in ended]
+        return [
+            EndedGoal(
+                _id_of(running),
+                event.outcome is Outcome.SUCCEEDED,
+                f"error {int(event.error_code)}: {event.message}",
+            )
+            for event, running in found
+            if running is not None and running.server is self.navigate
+        ]
+
     def report(self, tick: int, ended: Sequence[GoalEnded]) -> None:
         """Send the results of the goals that ended at this tick, and feedback from time to time.
 
@@ -221,3 +248,7 @@ class Tasks:
         if feedback is not None:
             message = feedback_msg(running.goal, feedback, running.started_tick, tick)
             running.server.publish_feedback(running.handle, message)
+
+
+def _id_of(running: Running) -> bytes:
+    return bytes(running.handle.info.goal_id.uuid)

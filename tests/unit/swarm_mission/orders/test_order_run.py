@@ -121,6 +121,17 @@ def test_every_dispatch_serves_all_orders(dispatch: str, monkeypatch: pytest.Mon
     assert (results["created"], results["done"]) == (10, 10)
 
 
+def test_a_run_is_not_over_before_the_last_robot_has_been_unloaded() -> None:
+    for seed in range(60):
+        half = ServiceTime("constant", (0.5,))
+        plan = one_stream(Arrivals(listed=(0.0,)), half, half)
+        swarm = PointSwarm(
+            plan, STATIONS, {"r1": STATIONS["a"]}, speed=1.0, loss=0.4, delay=0.2, seed=seed
+        )
+        swarm.run_until(5000)
+        assert swarm.run.results(swarm.tick / 10.0)["done"] == 1, seed
+
+
 class Last:
     """A dispatcher of one's own: the last robot by name."""
 

@@ -31,6 +31,19 @@ def test_the_end_of_a_goal_is_withheld_until_the_mission_says_so():
     assert not answer_barrier.should_hold(**ENDED)
 
 
+def test_with_a_courier_every_answer_waits_until_it_has_been_silent_for_too_long():
+    answer_barrier = AnswerBarrier(False, has_courier=True)
+    driving = {"has_goal": True, "is_first": False, "has_ended": False}
+    assert answer_barrier.should_hold(**driving)
+    answer_barrier.on_release()
+    answer_barrier.hold(10.0, is_first=False)
+    assert answer_barrier.has_expired(10.0 + LIMIT)
+    answer_barrier.release()
+    assert not answer_barrier.should_hold(**driving)
+    answer_barrier.on_release()
+    assert answer_barrier.should_hold(**driving)
+
+
 def test_patience_ends_and_does_not_start_again_by_itself():
     answer_barrier = AnswerBarrier(True)
     answer_barrier.hold(10.0, is_first=False)

@@ -1,0 +1,88 @@
+"""What a robot and its courier tell each other in each tick, in `std_msgs/UInt8MultiArray`.
+
+The robot reports that it has decided on a tick, and answers the world when its courier releases
+the tick. So whatever the courier decides takes effect one tick later, on any machine.
+"""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import msgspec
+
+from swarm_common.middleware.central_io import KIND, unwrapped, wrapped
+from swarm_common.middleware.rejections import RejectedError
+
+__all__ = ["COURIER", "KIND", "RELEASE", "REPORT", "EndedGoal", "TickRelease", "TickReport"]
+
+REPORT, RELEASE = "tick_report", "tick_release"  # topics of a robot
+COURIER = "/courier_"  # how the names of couriers' nodes begin
+
+
+class EndedGoal(msgspec.Struct, frozen=True, array_like=True):
+    """A goal of navigate_to_pose that ended in a tick, or was refused before it."""
+
+    goal: bytes  # id
+    is_reached: bool
+    reason: str = ""  # why it was missed
+
+
+class TickReport(msgspec.Struct, frozen=True, array_like=True):
+    """A robot has decided on a tick."""
+
+    tick: int
+    x: float  # [m] in map
+    y: float  # [m] in map
+    battery: float  # charge by capacity; NaN without one
+    reach: float  # [m] that it can drive before it goes to charge
+    goal: bytes  # id of the current or pending goal of navigate_to_pose; empty without one
+    ended: list[EndedGoal]
+
+
+class TickRelease(msgspec.Struct, frozen=True, array_like=True):
+    """All is said for a tick."""
+
+    tick: int
+    goals: list[bytes]  # ids of the goals that were sent in it and have to be there first
+
+
+Told = TypeVar("Told", TickReport, TickRelease)
+_ENCODER = msgspec.msgpack.Encoder()
+_REPORTS = msgspec.msgpack.Decoder(TickReport)
+_RELEASES = msgspec.msgpack.Decoder(TickRelease)
+
+
+def packed(message: TickReport | TickRelease) -> bytes:
+    """Return a message in CDR."""
+    return wrapped(_ENCODER.encode(message))
+
+
+def read_report(data: bytes) -> TickReport:
+    """Return a robot's report.
+
+    Args:
+        data: Whole message as it was taken, with its encapsulation.
+
+    Raises:
+        RejectedError: If it is none.
+    """
+    return _read(data, _REPORTS)
+
+
+def read_release(data: bytes) -> TickRelease:
+    """Return a courier's release.
+
+    Args:
+        data: Whole message as it was taken, with its encapsulation.
+
+    Raises:
+        RejectedError: If it is none.
+    """
+    return _read(data, _RELEASES)
+
+
+def _read(data: bytes, decoder: msgspec.msgpack.Decoder[Told]) -> Told:
+    try:
+        return decoder.decode(unwrapped(data))
+    except msgspec.DecodeError as error:
+        raise RejectedError(str(error)) from error

@@ -1,0 +1,126 @@
+"""Whoever speaks in a tick takes part in lockstep: stations, couriers, dispatcher, centre."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from swarm_bench.runs.episode import RunOptions
+from swarm_bench.runs.harness import Harness
+from swarm_bench.runs.scenario import load_scenario
+from tests.fakes.ros_domains import reserved_domain
+
+ROOT = Path(__file__).resolve().parents[2]
+LOSS, DELAY = 0.2, 0.1
+HALL = """
+name: hall
+walls:
+  - {points: [[0, 0], [8, 0], [8, 6], [0, 6]], closed: true}
+stations: {in_1: [7, 1, 0], in_2: [7, 5, 0], out_1: [1, 1, 3.14], out_2: [1, 5, 3.14]}
+spawn: {x_min: 3, y_min: 1, x_max: 5, y_max: 5, pitch: 1.4, yaw: 0}
+"""
+ORDERS = """
+orders:
+  - {from: [in_1, in_2], to: [out_1, out_2], shifts: [{begin: 0, end: 6, every: 3}], service: 1.0}
+dispatch: DISPATCH
+"""
+RADIO = {"radio": {"loss": LOSS, "delay": DELAY}}
+SECONDS = 40.0  # of a run that does not end by itself
+TIMES = {"claim": {"duration": SECONDS}}  # others end with the last order
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a world and parameters."""
+    folder = tmp_path_factory.mktemp("hall")
+    (folder / "hall.yaml").write_text(HALL, encoding="utf-8")
+    command = "from swarm_map.cli import main; main()"
+    subprocess.run(
+        (sys.executable, "-c", command, "new", "hall.yaml"), env=environment(), cwd=folder,
+        check=False,
+    )  # fmt: skip
+    assert (folder / "hall" / "world.sdf").exists()
+    params = {"/world": {"ros__parameters": RADIO}}
+    (folder / "params.yaml").write_text(yaml.safe_dump(params), encoding="utf-8")
+    return folder
+
+
+def environment() -> dict[str, str]:
+    return os.environ | {"PYTHONPATH": str(ROOT)}
+
+
+def in_the_bench(folder: Path, method: str = "ours", robots: int = 3, **keys: object) -> str:
+    path = folder / "scenario.yaml"
+    common = {"robots": [robots], "with_lidar": True, "noise": 0.0, "loss": LOSS, "delay": DELAY}
+    path.write_text(yaml.safe_dump(common | keys), encoding="utf-8")
+    scenario = load_scenario(str(path))
+    options = RunOptions(scenario=scenario, robots=robots, seed=2, engine="bullet", method=method)
+    return Harness(options).run().trajectory_sha256
+
+
+def on_the_graph(folder: Path, *flags: str) -> str:
+    common = (
+        "--params", "params.yaml", "--seed", "2", "--headless", "--speed", "max", "--no-report",
+        "--run-dir", "run",
+    )  # fmt: skip
+    command = "from swarm_commander.cli.main import swarm_up; swarm_up()"
+    with reserved_domain() as domain:
+        result = subprocess.run(
+            (sys.executable, "-c", command, *common, *flags),
+            env=environment() | {"ROS_DOMAIN_ID": str(domain)},
+            cwd=folder, capture_output=True, text=True, timeout=240, check=False,
+        )  # fmt: skip
+    assert result.returncode == 0, result.stdout + result.stderr
+    report = json.loads((folder / "run" / "report.json").read_text(encoding="utf-8"))
+    assert report["late_ticks"] == 0
+    return str(report["trajectory_sha256"])
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize(
+    "dispatch",
+    [
+        "central",
+        pytest.param("claim", marks=pytest.mark.long),
+        pytest.param("fifo", marks=pytest.mark.long),
+        pytest.param("nearest", marks=pytest.mark.long),
+    ],
+)
+def test_orders_repeat_and_are_those_of_the_bench(folder: Path, dispatch: str) -> None:
+    mission = folder / f"{dispatch}.yaml"
+    mission.write_text(ORDERS.replace("DISPATCH", dispatch), encoding="utf-8")
+    times = TIMES.get(dispatch, {})
+    bench = in_the_bench(
+        folder, world=str(folder / "hall" / "world.sdf"), mission=str(mission), **times
+    )
+    end = ("--duration", str(times["duration"])) if times else ("--until-done",)
+    flags = ("--world", "hall", "--swarm-size", "3", "--mission", str(mission), *end)
+    graph = [on_the_graph(folder, *flags, "--pack", pack) for pack in ("1", "1", "3")]
+    assert graph == [bench] * 3
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize(
+    ("coordination", "method"),
+    [
+        ("central-with-fallback", "central-with-fallback"),
+        pytest.param("central", "central-reservation", marks=pytest.mark.long),
+    ],
+)
+def test_a_centre_repeats_and_is_that_of_the_bench(
+    folder: Path, coordination: str, method: str
+) -> None:
+    keys = {"world": "doorway", "mission": "change_rooms", "duration": SECONDS}
+    bench = in_the_bench(folder, method, 4, **keys)
+    flags = (
+        "--world", "doorway", "--swarm-size", "4", "--mission", "change_rooms",
+        "--duration", str(SECONDS), "--coordination", coordination,
+    )  # fmt: skip
+    graph = [on_the_graph(folder, *flags, "--pack", pack) for pack in ("1", "4")]
+    assert graph == [bench] * 2
