@@ -15,11 +15,13 @@ from pathlib import Path
 
 import pytest
 
+from swarm_common.middleware.other_ros import is_own_ros
 from tests.fakes.ros_domains import reserved_domain
 from tests.fakes.wheel_environment import ROOT, WheelEnvironment
 
 FOLDER = ROOT / "examples"
-LIMIT = 200.0  # [s] of wall time, on a busy machine
+LIMIT = 600.0  # [s] of wall time, on a busy machine
+pytestmark = pytest.mark.timeout(900)
 COMMANDS = sorted(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"])
 HALL = ("--world", "hall_12", "--headless", "--no-report")
 
@@ -40,9 +42,12 @@ ACTIONS = {  # what ends by itself, in this order, and what it says
     "swarm-doctor": (["--swarm-size", "2"], "compiled kernels"),
     "swarm-up": (["--swarm-size", "2", "--duration", "3", "--headless"], "report.html"),
     "swarm-report": (["runs/latest"], "report.html"),
-    "swarm-replay": (["runs/latest", "--info"], "/Srobot2/odom"),
-    "swarm-map": (["check", "--world", "hall_12"], ""),
-    "swarm-bench": (["traffic", "--scenario", "doorway", "--robots", "2", "--seeds", "0"], "100"),
+    "swarm-replay": (["runs/latest", "--info"], "/Srobot2/status"),
+    "swarm-map": (["check", "hall_12"], ""),
+    "swarm-bench": (
+        ["traffic", "--scenario", "doorway", "--robots", "2", "--seeds", "0"],
+        "goals 2/2",
+    ),
 }
 WITH_A_SWARM = {"ros2", "swarm-commander", "swarm-teleop", "swarm-view"}
 ORIGINS = """
@@ -102,6 +107,8 @@ class Shell:
 @pytest.fixture(scope="module")
 def shell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shell]:
     """Yield a terminal after `pip install` of the wheel and swarm-setup."""
+    if not is_own_ros():
+        pytest.skip("ROS 2 is not from PyPI, and no dependency of the wheel")
     folder = tmp_path_factory.mktemp("wheel")
     (folder / "work").mkdir()
     try:
@@ -144,7 +151,7 @@ def test_a_command_does_its_work(shell: Shell, command: str) -> None:
 
 def test_commands_work_with_a_swarm(shell: Shell) -> None:
     with shell.running("all robots are active", "swarm-up", "--swarm-size", "2", *HALL):
-        assert "/Srobot2/cmd_vel" in shell.run("ros2", "topic", "list")
+        assert "/Srobot2/status" in shell.run("ros2", "topic", "list")
         shell.run("swarm-commander", "Srobot1", "--goal", "-3.5", "3.5", "0.0")
         with shell.running("Srobot2 is yours", "swarm-teleop", "Srobot2"):
             pass
