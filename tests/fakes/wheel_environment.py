@@ -15,6 +15,8 @@ from swarm_setup.rosidl.install import MANIFEST
 
 ROOT = Path(__file__).parents[2]
 OURS = ("swarm_", "_editable_impl_swarm", "swarm-")
+# Plain nodes have no profile of ours; segments of shared memory would be found by other tests.
+NO_SEGMENTS = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
 KEPT = ("HOME", "LANG", "PATH", "TMPDIR", "ROS_AUTOMATIC_DISCOVERY_RANGE")  # of the tests' shell
 
 
@@ -39,7 +41,8 @@ class WheelEnvironment:
     def variables(self, **more: str) -> dict[str, str]:
         """Return those of a shell in which the environment is active, and the tests' is not."""
         kept = {name: os.environ[name] for name in KEPT if name in os.environ}
-        return kept | {"PATH": f"{self.prefix / 'bin'}:{kept['PATH']}", "MPLBACKEND": "Agg"} | more
+        path = f"{self.prefix / 'bin'}:{kept['PATH']}"
+        return kept | NO_SEGMENTS | {"PATH": path, "MPLBACKEND": "Agg"} | more
 
 
 def share_dependencies(source: Path, target: Path) -> None:

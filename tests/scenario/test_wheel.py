@@ -191,7 +191,8 @@ def test_a_fleet_control_of_the_examples_drives_a_swarm(shell: Shell) -> None:
             output, _ = up.communicate(timeout=LIMIT)
         finally:
             up.kill()
-    assert said.count("left: []") == 5
+    # one that had to let others pass is told to go again, and is done twice
+    assert len({line.split()[0] for line in said.splitlines() if "left: []" in line}) == 5
     assert up.returncode == 0, output
 
 
