@@ -18,14 +18,15 @@ robots := tests/scenario/test_own_robots.py
 worlds := tests/scenario/test_other_peoples_worlds.py
 hall := tests/scenario/test_factory_hall.py
 controllers := tests/scenario/test_any_controller.py
-runs := $(filter-out $(robots) $(worlds) $(hall) $(controllers),$(wildcard tests/scenario/test_*.py))
+wheel := tests/scenario/test_wheel.py
+runs := $(filter-out $(robots) $(worlds) $(hall) $(controllers) $(wheel),$(wildcard tests/scenario/test_*.py))
 commands := tests/unit/swarm_bench tests/unit/swarm_commander tests/unit/swarm_report $(controllers)
 pure := $(filter-out tests/graph $(faults) tests/scenario tests/unit,$(patsubst %/,%,$(wildcard tests/*/))) \
 	$(filter-out $(commands),$(patsubst %/,%,$(wildcard tests/unit/*/))) $(wildcard tests/unit/*.py)
 DEMO := --swarm-size 20 --world slim_blockage --mission loading_route --viewer
 
 .PHONY: help demo test test-style test-kernels test-live test-graph test-faults test-pure test-commands test-robots \
-	test-worlds test-hall test-runs setup docs clean
+	test-worlds test-hall test-runs test-wheel setup docs clean
 
 help:
 	@sed -n 's/^# \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
@@ -36,7 +37,7 @@ demo: .venv/.ready-run
 # Tests wait for processes, so three jobs at a time keep two cores busy.
 test: .venv/.ready-test
 	$(MAKE) --jobs=3 --output-sync=target --no-print-directory test-kernels test-style \
-		test-graph test-runs test-live test-pure test-commands test-faults test-hall test-robots \
+		test-wheel test-graph test-runs test-live test-pure test-commands test-faults test-hall test-robots \
 		test-worlds
 
 test-style: .venv/.ready-test
@@ -48,12 +49,11 @@ test-style: .venv/.ready-test
 
 test-kernels: .venv/.ready-test
 	.venv/bin/swarm-setup
+	.venv/bin/python -c "from swarm_common.process.compiled_code import is_compiled; is_compiled() or exit('navigators are not compiled')"
 	.venv/bin/python -c "from swarm_nav.launch.warm_up import warm_up; warm_up()"
 
-# What takes longest starts first, once the kernels are compiled that several tests need at once.
-# Real runs take the compiled navigators; tests that replace parts of a robot take the sources.
-test-live test-graph test-faults test-robots test-worlds test-hall test-runs: export SWARM_INTERPRETED = 0
-test-live test-graph test-faults test-pure test-commands test-robots test-worlds test-hall test-runs: test-%: test-kernels
+# What takes longest starts first, once navigators and kernels are compiled, as users have them.
+test-live test-graph test-faults test-pure test-commands test-robots test-worlds test-hall test-runs test-wheel: test-%: test-kernels
 	.venv/bin/pytest $($*)
 
 setup: .venv/.ready-run

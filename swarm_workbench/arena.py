@@ -123,7 +123,7 @@ class ShieldedArena:
         homes = [Pose(*pose) for pose in starts.tolist()]
         self._world = make_world(options, self._scene, self._specs, homes, None)
         config = nav_config(options, self._specs[0])
-        self._navigators = [
+        self._robots = [
             SteeredNavigator(config, spec, self._grid, self._scene.sites, number, home)
             for number, (spec, home) in enumerate(zip(self._specs, homes, strict=True), 1)
         ]
@@ -134,9 +134,9 @@ class ShieldedArena:
         """Steer with twists (n, 3) for a tick; return who began to touch something."""
         tick = self._world.tick
         outputs = []
-        for navigator, (vx, wz, vy) in zip(self._navigators, twists.tolist(), strict=True):
-            navigator.wish = Twist(vx, vy, wz)
-            outputs.append(navigator.tick(tick))
+        for robot, (vx, wz, vy) in zip(self._robots, twists.tolist(), strict=True):
+            robot.wish = Twist(vx, vy, wz)
+            outputs.append(robot.navigator.tick(tick))
         self._world.step([each.twist for each in outputs], [each.beacon for each in outputs])
         contacts = np.zeros(self._count, np.bool_)
         for collision in self._world.collisions[self._known :]:
@@ -147,7 +147,7 @@ class ShieldedArena:
 
     def _observe(self) -> None:
         for robot, seen in enumerate(self._world.observe()):
-            navigator = self._navigators[robot]
+            navigator = self._robots[robot].navigator
             navigator.on_odom(seen.odom)
             if seen.scan is not None:
                 navigator.on_scan(seen.scan)

@@ -90,7 +90,8 @@ class PolicyBrain:
     ) -> None:
         """Stand at a pose without a goal; `brain.plugin` is the path of the model."""
         self._policy = Policy(config.brain.plugin, spec)
-        self._navigator = SteeredNavigator(config, spec, grid, sites, robot_id, initial_pose_map)
+        self._steered = SteeredNavigator(config, spec, grid, sites, robot_id, initial_pose_map)
+        self._navigator = self._steered.navigator
         self._ranges = np.full(spec.lidar.rays, np.inf, np.float32)
         self._twist = Twist()
         self._others = Reception(np.zeros((0, 0), np.uint32), np.zeros(0, np.int64))
@@ -128,13 +129,13 @@ class PolicyBrain:
         """Decide."""
         goal = self._goal
         events: tuple[GoalEnded, ...] = ()
-        self._navigator.wish = Twist()
+        self._steered.wish = Twist()
         if goal is not None and goal.start_tick <= tick:
             pose, target = self._navigator.pose_map, goal.poses_map[0]
             if pose.distance(target) < REACHED:
                 events, self._goal = (GoalEnded(goal.goal_id, Outcome.SUCCEEDED, tick),), None
             else:
-                self._navigator.wish = self._decide(pose, target)
+                self._steered.wish = self._decide(pose, target)
         output = self._navigator.tick(tick)
         return Output(output.twist, output.beacon, events)
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any
 
 import numpy as np
 
-from swarm_common.model.records import FloatArray, Twist
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import FloatArray, Pose, RobotSpec, Twist
+from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import Goal, GoalKind
@@ -21,7 +22,6 @@ from swarm_nav.planning.planner import SPACING
 from swarm_nav.planning.terrain import NODE_MARGIN
 from swarm_nav.reservation.stop_filter_kernels import gap_to_line
 from swarm_nav.traffic.robot_state import RobotState
-from swarm_nav.traffic.speed_near_people import limited, people_near
 
 REACH = 12  # path points that are asked for ahead
 FEWEST = 8  # of them that are left before more are asked for
@@ -32,21 +32,34 @@ STANDING = 0.02  # [m/s]
 TURN = 0.4  # [rad] between two points of a way
 
 
-class SteeredNavigator(Navigator):
-    """Drives `wish` as its stop filter admits, on a path that it asks for where that leads.
+class SteeredNavigator:
+    """Drives `wish` as the stop filter admits, on a path that it asks for where that leads.
+
+    It is the pilot of a navigator (`swarm_nav.traffic.pilot`).
 
     Attributes:
         wish: Twist in base_footprint; a standstill at the start.
+        navigator: Receives observations, and decides each tick.
     """
 
-    def __init__(self, config: NavConfig, *rest: Any) -> None:
+    def __init__(
+        self,
+        config: NavConfig,
+        spec: RobotSpec,
+        grid: Grid,
+        sites: Sites,
+        robot_id: int,
+        initial_pose_map: Pose,
+    ) -> None:
         """Stand; the arguments are those of `Navigator`."""
         traffic = dataclasses.replace(config.traffic, rules="keep_apart stop_before_obstacle")
-        super().__init__(dataclasses.replace(config, traffic=traffic), *rest)
+        controller = dataclasses.replace(config.controller, corner_angle=math.pi)  # stops at none
+        config = dataclasses.replace(config, traffic=traffic, controller=controller)
         self.wish = Twist()
-        self._rules.append(self)
-        self._s.tube.corner_angle = math.pi  # it stops at none
-        self.set_goal(Goal(kind=GoalKind.TELEOP))  # it ranks as robots that drive
+        self.navigator = Navigator(
+            config, spec, grid, sites, robot_id, initial_pose_map, pilot=self
+        )
+        self.navigator.set_goal(Goal(kind=GoalKind.TELEOP))  # it ranks as robots that drive
 
     def propose(self, robot: RobotState) -> Proposal | None:
         """Return where the wish leads, unless the present path does; the last of its rules."""
@@ -70,6 +83,12 @@ class SteeredNavigator(Navigator):
         path = np.vstack((stop, rest)) if len(rest) else None
         return Proposal(keep_ahead=keep, drops_path=True, path=path)
 
+    def steer(self, robot: RobotState, stands: bool) -> Twist:
+        """Return the wish; where the robot must stand, its turn."""
+        if not stands:
+            return self.wish
+        return Twist(wz=self.wish.wz if robot.speed < STANDING else 0.0)
+
     def _way(self, robot: RobotState) -> FloatArray:
         """Return the points (n, 2) [m] in map to which the wish leads, up to a wall."""
         wish, pose = self.wish, robot.pose
@@ -83,12 +102,3 @@ class SteeredNavigator(Navigator):
         floor = robot.body_radius + NODE_MARGIN  # as planned paths: `TOLERANCE` beside it is free
         bad = np.flatnonzero(robot.terrain.clearances(way, floor)[1:] < floor)
         return way[: bad[0] + 1] if len(bad) else way
-
-    def _follow(self) -> Twist:
-        """Return the wish, slowed down near people and in zones; where it must stand, its turn."""
-        s = self._s
-        s.tube.track(s.pose)
-        wish = self.wish
-        if self._arbiter.winner.stands:
-            wish = Twist(wz=wish.wz if s.speed < STANDING else 0.0)
-        return self._speed_limits.limited(limited(wish, people_near(s), s.config.controller), s)

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import os
+import pkgutil
 import signal
+import sys
 from collections.abc import Iterator
 from importlib.util import find_spec
+from typing import Any
 
 import pytest
 
-# Tests replace parts of robots; the Makefile takes the compiled navigators for real runs.
-os.environ.setdefault("SWARM_INTERPRETED", "1")
 from swarm_common.middleware import ros_env
 from swarm_common.model.engines import NO_WHEELS
 from swarm_common.model.errors import ConfigError
 from swarm_common.process import start
+from swarm_common.process.compiled_code import SUFFIX, SWITCH, is_compiled
 from tests.fakes import ros_domains
 
 # What imports PyBullet itself is not even collected without it.
@@ -22,9 +24,45 @@ PYBULLETS_OWN = "unit/swarm_sim/physics/test_trial.py"
 collect_ignore = [] if find_spec("pybullet") else [PYBULLETS_OWN]
 
 start.prepare()
+# A shell's background jobs ignore SIGINT and SIGQUIT, those of nohup SIGHUP, and so would all that
+# tests start and end. Programs that are started lose a handler, so that nohup still protects us.
+for number, handler in (
+    (signal.SIGINT, signal.default_int_handler),
+    (signal.SIGQUIT, signal.SIG_DFL),
+    (signal.SIGHUP, lambda *_: None),
+):
+    if signal.getsignal(number) is signal.SIG_IGN:
+        signal.signal(number, handler)
 ros_env.set_defaults()
 RESERVATION = ros_domains.unix_socket()
 os.environ["ROS_DOMAIN_ID"] = str(ros_domains.of_this_run(RESERVATION))
+
+
+def pytest_report_header() -> str:
+    """Say which code the tests run."""
+    return f"navigators: {'compiled' if is_compiled() else 'as Python; swarm-setup compiles them'}"
+
+
+@pytest.fixture
+def monkeypatch(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+    """Refuse to replace what compiled callers go on to call: the test would prove nothing."""
+    replace = monkeypatch.setattr
+
+    def replace_unless_compiled(target: Any, *rest: Any, **options: Any) -> None:
+        owner, name = target, rest[0]
+        if isinstance(target, str):
+            path, _, name = target.rpartition(".")
+            owner = pkgutil.resolve_name(path)
+        is_class = isinstance(owner, type)
+        home = owner.__module__ if is_class else getattr(owner, "__name__", "")
+        file = getattr(sys.modules.get(home), "__file__", None) or ""
+        if file.endswith(SUFFIX) and (is_class or callable(getattr(owner, name, None))):
+            pytest.fail(f"{home}.{name} is compiled: hand the part in, or start a process with "
+                        f"{SWITCH}=1 and say why")  # fmt: skip
+        replace(target, *rest, **options)
+
+    monkeypatch.setattr = replace_unless_compiled  # type: ignore[method-assign, assignment]
+    return monkeypatch
 
 
 def _skipped_without_pybullet() -> Iterator[None]:

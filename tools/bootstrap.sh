@@ -55,7 +55,26 @@ name one: make PYTHON=/path/to/python3.11"
 install it, then call make again: sudo apt install $lacking"
 }
 
+has_broker() {
+    PATH=$PATH:/usr/sbin command -v mosquitto >/dev/null 2>&1
+}
+
+# The broker in the tests of VDA 5050. Nothing else needs it, so its lack does not end the set-up.
+install_broker() {
+    has_broker && return
+    if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
+        echo "installing with apt: mosquitto"
+        apt-get -qq update && DEBIAN_FRONTEND=noninteractive \
+            apt-get -qq -y install --no-install-recommends mosquitto >/dev/null || true
+    fi
+    has_broker || echo "this system lacks mosquitto: tests of VDA 5050 that need it are skipped
+install it with: sudo apt install mosquitto" >&2
+}
+
 install_missing
+case ",$extras," in
+    *,vda5050,*) install_broker ;;
+esac
 if ! .venv/bin/python -m pip --version >/dev/null 2>&1; then
     python=$(find_python)
     echo "making .venv with $python"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from typing import Any
 
 # In the message of a navigator's result whose reason is the map alone: no other try can succeed.
 ON_THIS_MAP = "on this map"
@@ -18,6 +19,18 @@ class SwarmError(Exception):
     """
 
     faults: tuple[SwarmError, ...] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Keep message and attributes, so that every error passes between processes.
+
+        `Exception` would call the class with the message alone, which many do not take.
+        """
+        return _restored, (type(self), self.args), self.__dict__
+
+
+def _restored(kind: type[SwarmError], args: tuple[Any, ...]) -> SwarmError:
+    """Return an error without a call of its `__init__`, which composes the message."""
+    return kind.__new__(kind, *args)
 
 
 class ConfigError(SwarmError):

@@ -45,6 +45,7 @@ from swarm_nav.traffic.gate import Gate, narrow_region
 from swarm_nav.traffic.held_space_rules import KeepApart, StopBeforeObstacle
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
+from swarm_nav.traffic.pilot import TwistPilot
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.robot_state import begin
 from swarm_nav.traffic.senses import Senses
@@ -74,6 +75,7 @@ class Navigator:
         robot_id: int,
         initial_pose_map: Pose,
         names: RobotNames | None = None,
+        pilot: TwistPilot | None = None,
     ) -> None:
         """Build all parts of an active robot without a goal.
 
@@ -83,6 +85,7 @@ class Navigator:
             robot_id: From 1.
             initial_pose_map: Of base_footprint, at the first odometry.
             names: Of all robots, for people; None for the usual ones.
+            pilot: Steers in place of the controller; None to follow goals.
 
         Raises:
             MapError: If the map has too many cells when it is divided into finer ones, or a zone
@@ -129,6 +132,9 @@ class Navigator:
             safety = [rule for rule in self._rules if isinstance(rule, SAFETY_RULES)]
             own = [rule for rule in self._rules if rule not in safety]
             self._rules = [*safety, self._obey, *own]
+        self._pilot = pilot
+        if pilot is not None:
+            self._rules.append(pilot)
         self._speed_limits = SpeedLimits(sites.zones)
 
     def _narrow_region(self) -> NDArray[np.int16] | None:
@@ -483,12 +489,15 @@ class Navigator:
         )
 
     def _follow(self) -> Twist:
-        """Return the twist that follows the arbiter's decision, slowed down near people."""
+        """Return the controller's or the pilot's twist, slowed down near people and in zones."""
         s, parts = self._s, self._parts
         # Whoever backed up and is done does not turn about for the rest of that path.
         has_backed_up = self._state is State.IDLE and s.tube.is_reverse
         may_back = self._state is State.YIELDING or has_backed_up or s.is_confined
-        twist = self._arbiter.follow(self._controller, may_back)
+        if self._pilot is None:
+            twist = self._arbiter.follow(self._controller, may_back)
+        else:
+            twist = self._arbiter.follow_pilot(self._pilot)
         parts.people = people_near(s)
         twist = limited(twist, parts.people, s.config.controller)
         return self._speed_limits.limited(twist, s)

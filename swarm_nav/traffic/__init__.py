@@ -16,6 +16,7 @@ What a module imports of its folder stands above it:
     lane_group           Connected single lanes, and how many robots may have goals there at a time
     conditions           Under which conditions every robot reaches every goal, before a run
     senses               What the robot sees and hears, and whether that is enough to drive on
+    pilot                Somebody who steers a robot in place of its controller
     arbiter              The only writer of path and held space; what rules propose
     held_space_rules     Rules that give up held space
     zone                 The floor that a robot at a station needs, for how many, in which order

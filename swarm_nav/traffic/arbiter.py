@@ -14,6 +14,7 @@ from swarm_common.model.records import FloatArray, Twist
 from swarm_nav.control.controller import Controller
 from swarm_nav.interfaces import Proposal
 from swarm_nav.reservation import tube_kernels
+from swarm_nav.traffic.pilot import TwistPilot
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
 
@@ -135,6 +136,11 @@ class Arbiter:
         twist = controller.follow(tube, s.pose, s.twist)
         speed = max(-winner.most_speed, min(winner.most_speed, twist.vx))
         return Twist(speed, twist.vy, twist.wz)
+
+    def follow_pilot(self, pilot: TwistPilot) -> Twist:
+        """Return the twist of somebody who steers in place of a controller."""
+        self._s.tube.track(self._s.pose)
+        return pilot.steer(self._s, self.winner.stands)
 
     def extend(self) -> None:
         """Let the held space grow along the path as far as the neighbours leave room."""

@@ -35,7 +35,3 @@ class RefusedError(SwarmError):
         """Keep the reason beside the message."""
         super().__init__(shown(message))
         self.reason = reason
-
-    def __reduce__(self) -> tuple[type[RefusedError], tuple[Reason, str]]:
-        """Support pickling, so that the error passes between processes."""
-        return RefusedError, (self.reason, str(self))

@@ -26,6 +26,7 @@ from swarm_common.robots.loading import load_robot
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.core.goals import Event, Goal, GoalEnded, GoalKind
+from swarm_nav.perception.dynamic_obstacles import WALK_TICKS
 from swarm_nav.reservation.tube import padded
 from swarm_nav.traffic.robot_state import RobotState, begin
 
@@ -102,6 +103,14 @@ def hear(s: RobotState, *beacons: np.void, tick: int | None = None) -> None:
     batch["heard"][:, 0] = s.robot_id << 16 | max(0, s.tick - 1)
     s.neighbors.receive(batch, s.pose.x, s.pose.y)
     s.neighbors.refresh(s.tick)
+
+
+def let_walk(s: RobotState, *places: tuple[float, float]) -> None:
+    """Have a robot's obstacle layer see people arrive at places, and walk there at its tick."""
+    history, marks = s.obstacles._dynamic_obstacles, np.array(places)
+    history.update(marks, marks[:0], marks, marks, s.tick - WALK_TICKS)
+    history.update(marks, marks, marks, marks, s.tick)
+    history.clear()  # they are gone, but for where they walked
 
 
 def seen(tick: int, *places: tuple[float, float]) -> list[np.void]:

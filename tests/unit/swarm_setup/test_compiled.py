@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from swarm_common.process import compiled_code
+from swarm_nav.reservation import tube
+from swarm_nav.traffic import gate
 from swarm_setup import compiled
 
 TRIAL = "import swarm_nav.traffic.arbiter as made; print(made.__file__)"
@@ -66,6 +68,15 @@ def test_the_switch_has_python_run_the_sources() -> None:
         (sys.executable, "-c", TRIAL), env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout.strip().endswith("arbiter.py")
+
+
+@pytest.mark.skipif(not compiled_code.is_compiled(), reason="the sources have changed")
+def test_a_test_cannot_replace_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compiled callers would go on to call the old one, and the test would pass whatever it is."""
+    for target in ((tube.Tube, "cut"), (gate, "narrow_region"), ("swarm_nav.traffic.gate.Gate",)):
+        with pytest.raises(pytest.fail.Exception, match=r"swarm_nav\..* is compiled"):
+            monkeypatch.setattr(*target, None)
+    monkeypatch.setattr(gate, "MOST_AREA", gate.MOST_AREA)  # a number is looked up each time
 
 
 @pytest.fixture

@@ -11,7 +11,6 @@ import pytest
 
 CODE = """
 import signal, sys
-signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a script's background
 from swarm_bench.runs import ros_run
 from swarm_bench.runs.scenario import load_scenario
 from swarm_bench.runs.episode import RunOptions

@@ -1,6 +1,7 @@
 """The adapter answers for a brain that has the required methods only."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,8 +45,14 @@ class Bold:
         return Output(Twist(0.2), beacon, events)
 
 
-class Complete(Navigator):
+class Complete:
     """Has everything that ours has."""
+
+    def __init__(self, *arguments: Any) -> None:
+        self._navigator = Navigator(*arguments)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._navigator, name)
 
 
 def adapter(name: str = "Bold") -> BrainAdapter:

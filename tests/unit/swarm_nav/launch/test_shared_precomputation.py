@@ -15,7 +15,6 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.launch import shared_precomputation
 from swarm_nav.launch.shared_precomputation import MANY_PROCESSES, prepare
 from swarm_nav.planning import terrain as terrain_module
-from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.ros.settings import FIXED, NodeSettings
 from swarm_nav.traffic.gate import narrow_region
@@ -51,9 +50,7 @@ def plans(robot: NodeSettings, grid: Grid) -> list[bytes]:
     return [way.tobytes() for way in ways]
 
 
-def test_ways_are_found_once_and_are_the_same(
-    grid: Grid, robots: list[NodeSettings], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ways_are_found_once_and_are_the_same(grid: Grid, robots: list[NodeSettings]) -> None:
     terrain = terrain_of(robots[0].config, robots[0].spec, grid)
     alone = Terrain(grid, robots[0].config.planner, robots[0].config.costmap, terrain.radius)
     fresh = begin(robots[0].config, robots[0].spec, grid, 1, STATIONS["a"]).planner
@@ -63,13 +60,13 @@ def test_ways_are_found_once_and_are_the_same(
     terrain._cost_to_go.cache_clear()
 
     prepare(robots, grid, MANY_PROCESSES)
-    count = terrain._cost_to_go.cache_info().misses
-    assert count == 2
-    monkeypatch.setattr(SearchSpace, "cost_to_go", None)  # nobody needs it any more
+    assert terrain._cost_to_go.cache_info().misses == 2
     assert plans(robots[2], grid) == expected
     planner = begin(robots[0].config, robots[0].spec, grid, 1, STATIONS["a"]).planner
     for field, pose in zip(fields, STATIONS.values(), strict=False):
         assert planner.cost_to_go((pose.x, pose.y), pose.yaw).tobytes() == field.tobytes()
+    assert planner.terrain is terrain
+    assert terrain._cost_to_go.cache_info().misses == 2, "nobody has had to find them again"
 
 
 def test_few_processes_find_their_own_ways(grid: Grid, robots: list[NodeSettings]) -> None:

@@ -145,14 +145,11 @@ def test_costs_of_driving_look_at_each_node_about_once_however_large_the_hall() 
     assert reached <= taken < 1.01 * reached
 
 
-def test_costs_that_somebody_holds_are_not_worked_out_again(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_costs_that_somebody_holds_are_not_worked_out_again() -> None:
     """A hundred robots in a large hall worked them out for each other, in turn."""
     here = terrain(room(5.0, 5.0))
     node = here.lattice.node_of(2.5, 2.5)
     assert node is not None
     costs = here.cost_to_go(node)
     here._cost_to_go.cache_clear()  # more goals than are kept
-    monkeypatch.setattr(type(here.search), "cost_to_go", None)
     assert here.cost_to_go(node) is costs

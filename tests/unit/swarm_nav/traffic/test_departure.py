@@ -13,7 +13,7 @@ from swarm_nav.traffic.gate import Gate, label_of
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.robot_state import RobotState
 from tests.fakes.decisions import leave
-from tests.fakes.navigation import beacon, hear, robot_in, room
+from tests.fakes.navigation import beacon, hear, let_walk, robot_in, room
 
 HALL = room(9.0, 9.0)
 
@@ -193,14 +193,12 @@ def test_a_region_is_left_for_who_asks_for_a_station_in_it(
 
 
 @pytest.mark.parametrize(("gap", "leaves"), [(0.6, True), (1.5, False)])
-def test_who_stands_in_the_way_of_people_leaves_it(
-    monkeypatch: pytest.MonkeyPatch, gap: float, leaves: bool
-) -> None:
+def test_who_stands_in_the_way_of_people_leaves_it(gap: float, leaves: bool) -> None:
     """A person was penned in between two robots, on the station of a third, in hall 25."""
     departure, gate, s = idle_robot(x=6.5)
     gate.region = None
-    way = np.column_stack((np.full(20, 6.5 + gap), np.linspace(2.5, 6.5, 20)))
-    monkeypatch.setattr(s.obstacles, "walked", lambda tick: way)
+    let_walk(s, *((6.5 + gap, y) for y in np.linspace(2.5, 6.5, 20)))
+    way = s.obstacles.walked(s.tick)
     assert wait(departure, s, s.config.traffic.wait_time + 0.5) is leaves
     if leaves:
         ends = np.hypot(*(way - s.tube.points[-1]).T)

@@ -9,12 +9,13 @@ import pytest
 
 from swarm_common.model.beacon import SIGHTED_ASKS
 from swarm_common.model.grid import Grid
-from swarm_common.model.records import Pose
+from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_nav.core.config import HoldingConfig
 from swarm_nav.core.rank import CLASS_HOLDING, base_priority
+from swarm_nav.perception.dynamic_obstacles import WALKED_TICKS
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.robot_state import RobotState
-from tests.fakes.navigation import beacon, config, hear, robot_in, room, seen
+from tests.fakes.navigation import beacon, config, hear, let_walk, robot_in, room, seen
 
 HALL = room(12.0, 12.0)
 STATION = (6.0, 1.0)
@@ -442,14 +443,16 @@ def test_somebody_who_walks_over_a_station_does_not_bar_it() -> None:
         assert not lease.is_barred(s)
 
 
-def test_who_walks_to_and_fro_on_a_station_does_not_bar_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_walks_to_and_fro_on_a_station_does_not_bar_it() -> None:
     """Somebody penned in between two robots was told to be something that does not move."""
     s = robot_in(HALL, NEAR, 1, config(holding__station_patience=20.0))
     lease = lease_of(s)
-    monkeypatch.setattr(s.obstacles, "walked", lambda tick: np.array((BESIDE_IT,)))
-    watch(s, lease, 30.0, ON_IT)
+    for _ in range(30):
+        let_walk(s, BESIDE_IT)
+        watch(s, lease, 1.0, ON_IT)
     assert not lease.is_barred(s)
-    monkeypatch.setattr(s.obstacles, "walked", lambda tick: np.zeros((0, 2)))
+    watch(s, lease, WALKED_TICKS * CONTROL_PERIOD, ON_IT)
+    assert not lease.is_barred(s)
     watch(s, lease, 21.0, ON_IT)
     assert lease.is_barred(s), "nobody has walked there for a while"
 

@@ -10,7 +10,7 @@ from swarm_common.model.records import Pose
 from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.robot_state import RobotState
-from tests.fakes.navigation import beacon, hear, robot_in, room
+from tests.fakes.navigation import beacon, hear, let_walk, robot_in, room
 
 HALL = room(8.0, 8.0)
 THERE = (5.0, 4.0)
@@ -75,9 +75,9 @@ def test_what_only_the_lidar_sees_costs_most() -> None:
     assert cost_at(s, traffic_costs.congestion(s), *THERE) == traffic_costs.BARRED
 
 
-def test_where_somebody_walked_lately_costs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_somebody_walked_lately_costs() -> None:
     s = robot()
-    monkeypatch.setattr(s.obstacles, "walked", lambda tick: np.array((THERE,)))
+    let_walk(s, THERE)
     costs = traffic_costs.congestion(s)
     assert cost_at(s, costs, THERE[0] + 0.3, THERE[1]) == traffic_costs.PASSING
     assert cost_at(s, costs, 6.5, 6.5) == 0.0
