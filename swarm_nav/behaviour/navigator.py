@@ -52,7 +52,6 @@ from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.speed_limits import SpeedLimits
 from swarm_nav.traffic.speed_near_people import limited, people_near
-from swarm_nav.traffic.stop_filter import admitted
 
 SAFETY_RULES = (KeepApart, StopBeforeObstacle)  # above what a centre wants
 
@@ -410,7 +409,7 @@ class Navigator:
         s = self._s
         s.tube.record_rest(s.pose, s.is_standing)
         if can_drive:
-            twist = admitted(s, self._follow())
+            twist = self._arbiter.guard(self._follow())
             self._arbiter.extend()
         else:
             twist = self._stand()

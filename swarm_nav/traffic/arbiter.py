@@ -17,6 +17,7 @@ from swarm_nav.reservation import tube_kernels
 from swarm_nav.traffic.pilot import TwistPilot
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
+from swarm_nav.traffic.stop_filter import clip_to_held_space
 
 WHY = {tube_kernels.ROBOT: "is in the way", tube_kernels.RIGHT_OF_WAY: "has the right of way"}
 NEVER = 1 << 30  # ticks
@@ -141,6 +142,11 @@ class Arbiter:
         """Return the twist of somebody who steers in place of a controller."""
         self._s.tube.track(self._s.pose)
         return pilot.steer(self._s, self.winner.stands)
+
+    def guard(self, wish: Twist) -> Twist:
+        """Return what the stop filter leaves of a twist; give up what lies behind the robot."""
+        twist, self._s.tube.tail = clip_to_held_space(self._s, wish)
+        return twist
 
     def extend(self) -> None:
         """Let the held space grow along the path as far as the neighbours leave room."""

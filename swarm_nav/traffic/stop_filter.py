@@ -20,25 +20,27 @@ STANDING = 0.02  # [m/s] below which a robot brakes within a fraction of a milli
 STANDSTILL = Twist()
 
 
-def admitted(robot: RobotState, wish: Twist) -> Twist:
+def clip_to_held_space(robot: RobotState, wish: Twist) -> tuple[Twist, int]:
     """Return the largest scaling of a twist from which the robot stops in its own space.
 
     Args:
-        wish: In base_footprint; one with a number that is not finite counts as a standstill.
+        wish: Twist in base_footprint; with a number that is not finite it counts as a standstill.
 
     Returns:
-        The twist to drive, within the limits of the drive.
+        The twist to drive, within the limits of the drive, and the index of the first path point
+        that stays held: what is behind is not needed any more.
     """
+    tail = robot.tube.tail
     if not math.isfinite(wish.vx + wish.vy + wish.wz):
-        return STANDSTILL
+        return STANDSTILL, tail
     limits = robot.config.controller
     twist = _within_limits(wish, limits)
     is_turn = twist.vx == 0.0 == twist.vy and robot.speed < STANDING
     if not is_turn:  # a disc that turns on the spot needs no space
-        twist = _in_held_space(robot, twist, limits)
+        twist, tail = _in_held_space(robot, twist, limits)
     if robot.oblong is None:
-        return twist
-    return robot.oblong.admitted(
+        return twist, tail
+    straight = robot.oblong.admitted(
         (robot.terrain.distance, robot.terrain.frame),
         robot.obstacle_points(),
         robot.pose,
@@ -46,11 +48,12 @@ def admitted(robot: RobotState, wish: Twist) -> Twist:
         twist,
         (limits.acc_lim_x, limits.acc_lim_theta),
     )
+    return straight, tail
 
 
-def _in_held_space(robot: RobotState, wish: Twist, limits: ControllerConfig) -> Twist:
+def _in_held_space(robot: RobotState, wish: Twist, limits: ControllerConfig) -> tuple[Twist, int]:
     tube, terrain, pose, now = robot.tube, robot.terrain, robot.pose, robot.velocity
-    tube.tail, share = release_and_admit(
+    tail, share = release_and_admit(
         (pose.x, pose.y, pose.yaw),
         (now.vx, now.vy, now.wz),
         (wish.vx, wish.vy, wish.wz),
@@ -65,8 +68,9 @@ def _in_held_space(robot: RobotState, wish: Twist, limits: ControllerConfig) -> 
         ),
     )
     if share == 1.0:
-        return wish
-    return Twist(share * wish.vx, share * wish.vy, share * wish.wz) if share else STANDSTILL
+        return wish, tail
+    part = Twist(share * wish.vx, share * wish.vy, share * wish.wz) if share else STANDSTILL
+    return part, tail
 
 
 def _within_limits(wish: Twist, limits: ControllerConfig) -> Twist:

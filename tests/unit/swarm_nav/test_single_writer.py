@@ -27,6 +27,11 @@ def changes_in(path: Path) -> list[str]:
             if is_space and node.func.attr in CHANGES | OUTSIDE:
                 found.append(ast.unparse(node.func))
         targets = node.targets if isinstance(node, ast.Assign) else []
+        targets = [
+            each
+            for target in targets
+            for each in (target.elts if isinstance(target, ast.Tuple) else [target])
+        ]
         if isinstance(node, ast.AugAssign):
             targets = [node.target]
         found += [
