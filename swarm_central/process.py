@@ -27,6 +27,7 @@ from swarm_common.model.central import unpack_report
 from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.process.messages import (
     MISSION,
+    Alive,
     CentreReported,
     Ready,
     Refused,
@@ -40,6 +41,7 @@ from swarm_nav.ros.settings import read_node_settings
 
 TURN_PERIOD = 0.05  # [s] of wall time between two looks at the pipe
 FIGURES_PERIOD = 0.5  # [s] of wall time
+MEETING = 30.0  # [s] of wall time that robots have to find the centre, before it goes on without
 
 
 class CentralNode:
@@ -84,6 +86,8 @@ class CentralNode:
                 ros_io.TICK_INPUT, raw=True,
             )  # fmt: skip
         self.executor.add_node(self._node)
+        self._is_met = False  # whether it and its robots hear each other
+        self._meets_until = time.monotonic() + MEETING
 
     def _receive(self, number: int, data: bytes) -> None:
         try:
@@ -145,9 +149,21 @@ class CentralNode:
         self._decide_if_all()
 
     def tell(self) -> None:
-        """Report what the centre has cost, which is a sign of life, too."""
-        self._events.write(CentreReported(self._centre.as_json(len(self._numbers))))
+        """Report what the centre has cost; before robots hear it only that it is alive."""
+        is_late = time.monotonic() > self._meets_until
+        self._is_met = self._is_met or is_late or self._hears_all()
+        figures = CentreReported(self._centre.as_json(len(self._numbers)))
+        self._events.write(figures if self._is_met else Alive())
         self._rejections.tell(time.monotonic())
+
+    def _hears_all(self) -> bool:
+        """Whether topics lead both ways between the centre and each robot."""
+        return all(
+            self._orders[number].get_subscription_count() > 0
+            and self._node.count_publishers(f"/{name}/{central_io.REPORT}") > 0
+            for name, number in self._numbers.items()
+            if number in self._awaited
+        )
 
 
 def _team(config: Mapping[str, Any]) -> ReservationCentre:
