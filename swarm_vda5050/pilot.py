@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import deque
 from collections.abc import Callable, Container
 from datetime import UTC, datetime
 from typing import Any
@@ -16,16 +17,19 @@ from nav2_msgs.action import FollowPath, NavigateThroughPoses, NavigateToPose
 from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import OccupancyGrid
 from rclpy.node import Node
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import BatteryState as BatteryMsg
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.mission.client import RobotCommander
-from swarm_commander.mission.driver import has_goal, is_for_good
+from swarm_commander.mission.driver import has_goal, is_final, is_for_good
 from swarm_commander.mission.status_check import StatusCheck
 from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.battery_state import read_battery
-from swarm_common.middleware.rejections import RejectedError
+from swarm_common.middleware.courier_io import EndedGoal, TickRelease, TickReport
+from swarm_common.middleware.rejections import RejectedError, Rejections
+from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.model.battery import BatteryReading, SupplyStatus
 from swarm_common.model.palette import BY_HAND
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, wrap_angle
@@ -44,11 +48,18 @@ from swarm_vda5050.messages import (
     VehicleState,
 )
 from swarm_vda5050.order_check import DrivingArea
+from swarm_vda5050.step_link import StepLink
 from swarm_vda5050.vehicle import DriveLeg, RobotSenses, Vehicle
 
 STATE_PERIOD = 30.0  # [s] of wall time between two states at the latest
 VISUAL_PERIOD = 1.0  # [s] of wall time between two messages for visualization
 CANCEL_PERIOD = 2.0  # [s] of wall time after which a robot that drives on is told again to stop
+STATUS_TICKS = 5  # between two looks in lockstep
+ACTIONS: dict[str, Any] = {
+    "navigate_to_pose": NavigateToPose,
+    "navigate_through_poses": NavigateThroughPoses,
+    "follow_path": FollowPath,
+}
 STILL = 0.02  # [m/s], [rad/s] below which a robot stands
 WAITING = ("waiting", "holding", "yielding")  # states in which `detail` says for whom
 OBSTACLE = "before an obstacle"  # how `detail` ends of a robot that stopped for somebody
@@ -70,6 +81,7 @@ class Pilot:
         is_realistic: bool,
         names: Container[str],
         note: Callable[[str], None],
+        rejections: Rejections | None = None,
     ) -> None:
         """Attach to a robot, and connect to the broker.
 
@@ -78,6 +90,7 @@ class Pilot:
             door: Of the statuses of all robots.
             names: Of all robots, for what is said of them; may change.
             is_realistic: Whether the robot estimates its pose; otherwise it knows it.
+            rejections: Of reports, in lockstep; None in free run.
         """
         self.name = identity.serial
         self.vehicle = Vehicle(ground, identity.offered, spec.circumscribed_radius)
@@ -112,8 +125,16 @@ class Pilot:
                 PoseWithCovarianceStamped, f"/{self.name}/amcl_pose", self._receive_pose,
                 ros_io.LATCHED,
             )  # fmt: skip
+        self._steps = None if rejections is None else StepLink(node, self.name, rejections)
+        self._messages: deque[BrokerEvent] = deque()  # that the next report finds
+        self._goals: list[bytes] = []  # sent for the present tick
+        self._cancelled: list[bytes] = []  # likewise cancelled
+        self._told: tuple[float | None, bytes] = None, b""  # speed limit and mask, likewise
+        self._is_ready = False
+        self._moved_from: tuple[int, Pose] | None = None  # tick and pose of the latest velocity
         self._task: Task | None = None
         self._goal: tuple[tuple[str, int], ...] = ()  # nodes that it leads to
+        self._sent_at = 0  # tick
         self._ended: Task | None = None  # until the status with the end is here
         self._cancelled_at = 0.0
         self._tick = 0
@@ -133,6 +154,9 @@ class Pilot:
         """The navigator died: the broker is to say so."""
         self._is_silent = True
         self._task = self._ended = None
+        self._area, self._speed_limit = ({}, []), 0.0  # the next one has heard of neither
+        if self._steps is not None:
+            self._steps.forget()
         self.robot.forgetTask()
         self._link.cut()
 
@@ -156,12 +180,12 @@ class Pilot:
         Args:
             now: Wall time [s].
         """
-        while not self._link.inbox.empty():
-            self._receive(self._link.inbox.get())
+        self._hear_broker()
         if self._is_silent:
             return
         self.robot.look()
-        self._drive(now)
+        if self._steps is None:
+            self._drive(now)
         requests = self.vehicle.take_requests()
         if requests.initial_pose_map is not None:
             pose = ros_io.pose_stamped(requests.initial_pose_map, self._tick)
@@ -169,6 +193,63 @@ class Pilot:
         if requests.factsheet:
             self._publish_factsheet()
         self._publish(now, is_asked=requests.state)
+
+    @property
+    def topic(self) -> PolledTopic | None:
+        """Where the robot reports its ticks; None in free run."""
+        return None if self._steps is None else self._steps.topic
+
+    def step(self) -> None:
+        """In lockstep, decide on the tick that the robot has reported, and release it."""
+        if self._steps is None or not (self._is_ready or self._find_robot()):
+            return
+        while (report := self._steps.take()) is not None:
+            self._hear_broker()
+            ended = [each for each in report.ended if self._is_mine(each.goal)]
+            if not self._is_silent and (ended or self._messages or report.tick % STATUS_TICKS == 0):
+                self._decide(report, ended)
+            limit, mask = self._told
+            self._steps.release(TickRelease(report.tick, self._goals, self._cancelled, limit, mask))
+            self._goals, self._cancelled, self._told = [], [], (None, b"")
+
+    def _find_robot(self) -> bool:
+        """Return whether goals would arrive."""
+        found = [self.robot.offers(name, kind) for name, kind in ACTIONS.items()]
+        self._is_ready = all(found)
+        return self._is_ready
+
+    def _is_mine(self, goal: bytes) -> bool:
+        return self._task is not None and self._task.goal_id == goal
+
+    def _decide(self, report: TickReport, ended: list[EndedGoal]) -> None:
+        """Take how the robot is and what the fleet control has sent, then drive."""
+        pose_map = Pose(report.x, report.y, report.yaw)
+        before = self._moved_from
+        if before is None or report.tick >= before[0] + STATUS_TICKS:
+            if before is not None:
+                passed = CONTROL_PERIOD * (report.tick - before[0])
+                self._velocity = _velocity(before[1], pose_map, passed)
+            self._moved_from = report.tick, pose_map
+        self._tick = report.tick
+        is_charging = None if self._spec.battery is None else report.is_charging
+        self._sense(pose_map, is_by_hand=report.is_by_hand, is_charging=is_charging)
+        for each in ended:
+            self._task, goal, self._goal = None, self._goal, ()
+            if each.is_reached:
+                self.vehicle.arrive(goal[-1])
+            else:
+                self.vehicle.fail_drive(each.reason, is_final(each.code, each.reason))
+        task = self._task
+        if task is not None and report.goal != task.goal_id and self._sent_at < report.tick:
+            self._task, self._goal = None, ()  # its navigator was started again
+        while self._messages:
+            event = self._messages.popleft()
+            self._receive_message(event.topic, event.payload)
+        self._drive(CONTROL_PERIOD * report.tick)
+
+    def _hear_broker(self) -> None:
+        while not self._link.inbox.empty():
+            self._receive(self._link.inbox.get())
 
     def _receive(self, arrival: BrokerEvent) -> None:
         if arrival.kind is BrokerEventKind.REFUSED:
@@ -182,6 +263,8 @@ class Pilot:
             self._link.publish(self._identity.topic("connection"), payload, is_kept=True)
             self._publish_factsheet()
             self._published = None
+        elif self._steps is not None:
+            self._messages.append(arrival)
         else:
             self._receive_message(arrival.topic, arrival.payload)
 
@@ -227,18 +310,27 @@ class Pilot:
         if has_changed:
             self._area = (zones.costs, corridors)
             mask = zones.mask(self._ground.grid, corridors)
-            self._keepout.publish(ros_io.grid_msg(mask, self._tick))
+            message = ros_io.grid_msg(mask, self._tick)
+            if self._steps is not None:
+                self._told = self._told[0], bytes(serialize_message(message))
+                return True
+            self._keepout.publish(message)
         is_free = not zones.costs and not corridors
+        if self._steps is not None:
+            return True
         return not has_changed and (is_free or self._keepout.get_subscription_count() > 0)
 
     def _drives_on(self, now: float) -> bool:
         """Whether the robot follows a goal of ours although it was told to stop."""
         task, status = self.robot.task, self.robot.status
-        if self._ended is not None or task is None or task.is_complete or status is None:
+        is_known = self._ended is not None or self._steps is not None  # to have ended
+        if is_known or task is None or task.is_complete or status is None:
             return False
         return has_goal(status) and now - self._cancelled_at > CANCEL_PERIOD
 
     def _stop(self) -> None:
+        if self._task is not None:
+            self._cancelled.append(self._task.goal_id)
         self._task = None
         self._goal = ()
         self.robot.cancelTask()
@@ -247,8 +339,9 @@ class Pilot:
         if (path := self.vehicle.path_of(leg)) is not None:
             self._send_path(leg, path)
             return
-        status = self.robot.status
-        before = (0.0, 0.0) if status is None else (status.pose.x, status.pose.y)
+        assert self.vehicle.senses is not None
+        here = self.vehicle.senses.pose_map
+        before = (here.x, here.y)
         poses = []
         for node in leg.nodes:
             position = node.node_position
@@ -260,11 +353,16 @@ class Pilot:
             poses.append(ros_io.pose_stamped(Pose(*before, wrap_angle(yaw)), self._tick))
         if len(poses) == 1:
             goal = NavigateToPose.Goal(pose=poses[0])
-            name, kind = "navigate_to_pose", NavigateToPose
+            self._begin("navigate_to_pose", goal)
         else:
-            goal = NavigateThroughPoses.Goal(poses=poses)
-            name, kind = "navigate_through_poses", NavigateThroughPoses
-        self._task = self.robot.send(name, kind, goal, self._receive_end)
+            self._begin("navigate_through_poses", NavigateThroughPoses.Goal(poses=poses))
+
+    def _begin(self, action: str, goal: Any) -> None:
+        """Send a goal."""
+        on_end = self._receive_end if self._steps is None else None
+        self._task = self.robot.send(action, ACTIONS[action], goal, on_end)
+        self._goals.append(self._task.goal_id)
+        self._sent_at = self._tick
 
     def _send_path(self, leg: DriveLeg, path: FloatArray) -> None:
         """Send a path to follow, from the point on that is nearest to the robot."""
@@ -275,12 +373,14 @@ class Pilot:
         if end is not None and end.theta is not None:
             last = Pose(float(path[-1, 0]), float(path[-1, 1]), end.theta)
             message.poses[-1] = ros_io.pose_stamped(last, self._tick)
-        goal = FollowPath.Goal(path=message)
-        self._task = self.robot.send("follow_path", FollowPath, goal, self._receive_end)
+        self._begin("follow_path", FollowPath.Goal(path=message))
 
     def _limit_speed(self, limit: float) -> None:
         if limit != self._speed_limit:
             self._speed_limit = limit
+            if self._steps is not None:
+                self._told = limit, self._told[1]
+                return
             self._speed.publish(SpeedLimit(speed_limit=limit, percentage=False))
 
     def _receive_end(self, task: Task) -> None:
@@ -302,6 +402,8 @@ class Pilot:
     # From the robot
 
     def _receive_status(self, status: RobotStatus) -> None:
+        if self._steps is not None:
+            return  # it reports
         tick = ros_io.tick_of(status.stamp)
         pose_map = Pose(status.pose.x, status.pose.y, status.pose.theta)
         before = self.vehicle.senses
@@ -310,17 +412,23 @@ class Pilot:
                 before.pose_map, pose_map, CONTROL_PERIOD * (tick - self._tick)
             )
         self._tick = tick
-        senses = RobotSenses(
-            now=CONTROL_PERIOD * tick,
-            pose_map=pose_map,
-            is_standing=self._task is None and self._ended is None and not self.is_driving,
-            is_by_hand=status.state == BY_HAND,
-            is_charging=self._is_charging,
-            utc=datetime.now(UTC),
-        )
-        self.vehicle.sense(senses)
+        is_by_hand = status.state == BY_HAND
+        self._sense(pose_map, is_by_hand=is_by_hand, is_charging=self._is_charging)
         if self._ended is not None:
             self._settle()
+
+    def _sense(self, pose_map: Pose, *, is_by_hand: bool, is_charging: bool | None) -> None:
+        """Tell the vehicle how the robot is."""
+        self.vehicle.sense(
+            RobotSenses(
+                now=CONTROL_PERIOD * self._tick,
+                pose_map=pose_map,
+                is_standing=self._task is None and self._ended is None and not self.is_driving,
+                is_by_hand=is_by_hand,
+                is_charging=is_charging,
+                utc=datetime.now(UTC),
+            )
+        )
 
     def _receive_battery(self, data: bytes) -> None:
         try:
@@ -373,7 +481,7 @@ class Pilot:
         self._link.publish(self._identity.topic(topic), payload)
 
     def _state(self) -> VehicleState | None:
-        vehicle, status = self.vehicle, self.robot.status
+        vehicle, status = self.vehicle, self._status
         if status is None:
             return None
         return VehicleState(
@@ -403,6 +511,17 @@ class Pilot:
             zone_requests=vehicle.zones.requests,
             maps=(MapState(map_id=self._ground.map_id, map_version="1", map_status="ENABLED"),),
         )
+
+    @property
+    def _status(self) -> RobotStatus | None:
+        """Its latest status; before the first, what it has reported of itself."""
+        senses = self.vehicle.senses
+        if self.robot.status is not None or senses is None:
+            return self.robot.status
+        status = RobotStatus(robot=self.name, state="idle")
+        here = senses.pose_map
+        status.pose.x, status.pose.y, status.pose.theta = here.x, here.y, here.yaw
+        return status
 
     def _position(self, status: RobotStatus) -> AgvPosition:
         deviation = self._deviation

@@ -21,6 +21,7 @@ from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.rejections import Rejections
+from swarm_common.middleware.ros_poll import Waiter, drain
 from swarm_common.model.battery import BatterySpec
 from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.model.grid import OCCUPIED
@@ -45,6 +46,7 @@ from swarm_vda5050.order_check import DrivingArea
 from swarm_vda5050.pilot import Pilot
 
 BROKER_PERIOD = 1.0  # [s] of wall time between two looks at our broker
+MOST_TOPICS = 64  # that are waited for at once
 MOST_UNKNOWN = 20  # names of robots that do not exist, of which the user is told
 TURN_PERIOD = 0.05  # [s] of wall time between two looks at MQTT
 
@@ -63,11 +65,12 @@ class VehicleFleet:
         self._node = rclpy.create_node(
             "vda5050", enable_rosout=False, start_parameter_services=False
         )
-        rejections = Rejections(events, self._node.get_logger().warning)
-        self._door = StatusCheck(rejections)
+        self._rejections = Rejections(events, self._node.get_logger().warning)
+        self._door = StatusCheck(self._rejections)
         self._ground = ground_of(config)
         self._address = Address(**config["broker"])
         self._pilots: dict[str, Pilot] = {}
+        self._waiter = Waiter(self._node.context, MOST_TOPICS)
         self.executor = SafeExecutor()
         self.executor.add_node(self._node)
         every = Identity(config["manufacturer"], "+", config["version"])
@@ -78,8 +81,19 @@ class VehicleFleet:
         for robot in config["robots"]:
             self._attach(robot["name"], robot["model"], robot.get("battery"))
 
+    def wait(self) -> None:
+        """Wait for robots to report, and decide on the ticks that they have reported."""
+        topics = [pilot.topic for pilot in self._pilots.values() if pilot.topic is not None]
+        if not topics:
+            self.executor.spin_once(timeout_sec=TURN_PERIOD)
+            return
+        self._waiter.wait(topics[:MOST_TOPICS], TURN_PERIOD)
+        for pilot in self._pilots.values():
+            pilot.step()
+
     def turn(self) -> None:
         """Do what is due."""
+        drain(self.executor)
         now = time.monotonic()
         for pilot in self._pilots.values():
             pilot.turn(now)
@@ -128,6 +142,7 @@ class VehicleFleet:
             self._node, identity, spec, self._ground, self._address,
             door=self._door, is_realistic=self._config["realistic"], names=self._pilots,
             note=lambda text: self._events.write(Note(text)),
+            rejections=self._rejections if self._config["is_in_step"] else None,
         )  # fmt: skip
 
 
@@ -170,7 +185,7 @@ def main(arguments: list[str] | None = None) -> int:
     events.write(Note(f"VDA 5050: {len(config['robots'])} robots at {Address(**config['broker'])}"))
     due = broker_due = 0.0
     while not stopping:
-        fleet.executor.spin_once(timeout_sec=TURN_PERIOD)
+        fleet.wait()
         if time.monotonic() >= due:
             due = time.monotonic() + TURN_PERIOD
             for command in commands.read():

@@ -286,8 +286,17 @@ def is_for_good(result: Any) -> bool:
     Args:
         result: Of a NavigateToPose; None if the goal was refused.
     """
-    is_off = getattr(result, "error_code", 0) in OFF_THE_MAP
-    return is_off or ON_THIS_MAP in getattr(result, "error_msg", "")
+    return is_final(getattr(result, "error_code", 0), getattr(result, "error_msg", ""))
+
+
+def is_final(code: int, reason: str) -> bool:
+    """Return whether another try of a goal would end alike.
+
+    Args:
+        code: Nav2's error code.
+        reason: In words.
+    """
+    return code in OFF_THE_MAP or ON_THIS_MAP in reason
 
 
 def _settled_goals(status: RobotStatus) -> int:

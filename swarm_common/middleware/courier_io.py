@@ -13,18 +13,19 @@ import msgspec
 from swarm_common.middleware.central_io import KIND, unwrapped, wrapped
 from swarm_common.middleware.rejections import RejectedError
 
-__all__ = ["COURIER", "KIND", "RELEASE", "REPORT", "EndedGoal", "TickRelease", "TickReport"]
+__all__ = ["KIND", "RELEASE", "REPORT", "SPEAKERS", "EndedGoal", "TickRelease", "TickReport"]
 
 REPORT, RELEASE = "tick_report", "tick_release"  # topics of a robot
-COURIER = "/courier_"  # how the names of couriers' nodes begin
+SPEAKERS = "/courier_", "/vda5050"  # how the names of nodes begin that release ticks
 
 
 class EndedGoal(msgspec.Struct, frozen=True, array_like=True):
-    """A goal of navigate_to_pose that ended in a tick, or was refused before it."""
+    """An action's goal that ended in a tick, or was refused before it."""
 
     goal: bytes  # id
     is_reached: bool
     reason: str = ""  # why it was missed
+    code: int = 0  # Nav2's error code
 
 
 class TickReport(msgspec.Struct, frozen=True, array_like=True):
@@ -35,8 +36,11 @@ class TickReport(msgspec.Struct, frozen=True, array_like=True):
     y: float  # [m] in map
     battery: float  # charge by capacity; NaN without one
     reach: float  # [m] that it can drive before it goes to charge
-    goal: bytes  # id of the current or pending goal of navigate_to_pose; empty without one
+    goal: bytes  # id of the current or pending goal of an action; empty without one
     ended: list[EndedGoal]
+    yaw: float = 0.0  # [rad] in map
+    is_by_hand: bool = False  # whether somebody drives it
+    is_charging: bool = False  # whether current flows into its battery
 
 
 class TickRelease(msgspec.Struct, frozen=True, array_like=True):
@@ -44,6 +48,9 @@ class TickRelease(msgspec.Struct, frozen=True, array_like=True):
 
     tick: int
     goals: list[bytes]  # ids of the goals that were sent in it and have to be there first
+    cancelled: list[bytes] = []  # goals whose cancellation has to be there first
+    speed_limit: float | None = None  # [m/s] from now on; 0 for none, None for the one before
+    keepout: bytes = b""  # filter mask from now on, an OccupancyGrid; empty for the one before
 
 
 Told = TypeVar("Told", TickReport, TickRelease)

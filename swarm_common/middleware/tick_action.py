@@ -222,6 +222,11 @@ class TickActionServer:
         """Whether a goal has come, be it accepted or refused."""
         return goal_id in self._goals or goal_id in self._refused
 
+    def is_cancelled(self, goal_id: bytes) -> bool:
+        """Whether a goal does not go on: it has ended, its client wants that, or it is unknown."""
+        goal = self._goals.get(goal_id)
+        return goal is None or not goal.is_active or goal.is_cancel_requested
+
     def refusal_of(self, goal_id: bytes) -> str | None:
         """Return why a goal was refused; None if it was not."""
         return self._refused.get(goal_id)

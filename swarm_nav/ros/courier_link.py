@@ -11,6 +11,7 @@ from swarm_common.middleware import courier_io, ros_io
 from swarm_common.middleware.courier_io import EndedGoal, TickRelease, TickReport
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_poll import SoleTopic
+from swarm_common.model.palette import BY_HAND
 from swarm_nav.core.goals import Status
 
 
@@ -29,7 +30,7 @@ class CourierLink:
             courier_io.KIND,
             courier_io.RELEASE,
             ros_io.TICK_INPUT,
-            lambda who: who.startswith(courier_io.COURIER),
+            lambda who: who.startswith(courier_io.SPEAKERS),
             lambda who: rejections.reject(courier_io.RELEASE, who, "another node is heard here"),
         )
         self._report = b""
@@ -44,6 +45,8 @@ class CourierLink:
         goal: bytes,
         ended: list[EndedGoal],
         refusal_of: Callable[[bytes], str | None],
+        *,
+        is_charging: bool,
     ) -> None:
         """Report that the robot has decided on a tick.
 
@@ -52,6 +55,7 @@ class CourierLink:
             goal: Id of the current or pending goal; empty without one.
             ended: Goals that ended in this tick.
             refusal_of: Returns why a goal was refused; None if it was not.
+            is_charging: Whether current flows into its battery.
         """
         refused = [(each, refusal_of(each)) for each in self._awaited]
         self._awaited = []
@@ -60,9 +64,12 @@ class CourierLink:
             *ended,
         ]
         pose = status.pose_map
-        x, y = (pose.x, pose.y) if pose is not None else (math.nan, math.nan)
+        x, y, yaw = (pose.x, pose.y, pose.yaw) if pose is not None else (math.nan,) * 3
         self._tick = tick
-        report = TickReport(tick, x, y, status.battery, status.reach, goal, ended)
+        report = TickReport(
+            tick, x, y, status.battery, status.reach, goal, ended, yaw,
+            is_by_hand=status.state == BY_HAND, is_charging=is_charging,
+        )  # fmt: skip
         self._report = courier_io.packed(report)
         self.repeat()
 
@@ -80,12 +87,26 @@ class CourierLink:
         if self._release.tick == self._tick:
             self._awaited = self._release.goals
 
-    def missing_goals(self, knows: Callable[[bytes], bool]) -> Sequence[bytes] | None:
-        """Return the goals that have to come before the tick is released; None without a release.
+    @property
+    def release(self) -> TickRelease | None:
+        """The release of the present tick; None before it has come."""
+        known = self._release
+        return known if known is not None and known.tick == self._tick else None
+
+    def missing_goals(
+        self, knows: Callable[[bytes], bool], is_cancelled: Callable[[bytes], bool]
+    ) -> Sequence[bytes] | None:
+        """Return the goals that have to come, or to be cancelled, before the tick is released.
 
         Args:
             knows: Whether a goal has come.
+            is_cancelled: Whether a goal does not go on.
+
+        Returns:
+            Their ids; None without a release.
         """
-        if self._release is None or self._release.tick != self._tick:
+        release = self.release
+        if release is None:
             return None
-        return [goal for goal in self._release.goals if not knows(goal)]
+        late = [goal for goal in release.cancelled if not is_cancelled(goal)]
+        return [*late, *(goal for goal in release.goals if not knows(goal))]

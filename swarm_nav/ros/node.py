@@ -16,9 +16,11 @@ from sensor_msgs.msg import BatteryState, LaserScan
 from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
 
 from swarm_common.middleware import battery_state, cdr, central_io, courier_io, ros_io
+from swarm_common.middleware.courier_io import TickRelease
 from swarm_common.middleware.radio_check import read_neighbors
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
+from swarm_common.model.battery import SupplyStatus
 from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import MapError
 from swarm_common.model.grid import Grid
@@ -89,6 +91,7 @@ class NavigatorNode:
         self._inputs = TickInputs(scan_rate, has_battery=settings.spec.battery is not None)
         self._last_status = 0.0  # wall time
         self._was_pausing = False
+        self._is_charging = False
         self._status_writer = StatusWriter(settings.name)
         self.node = create_node(settings, context)
         self.rejections = Rejections(events, self.node.get_logger().warning)
@@ -285,12 +288,24 @@ class NavigatorNode:
     def _missing_goals(self) -> Sequence[bytes] | None:
         """Goals that the courier sent in this tick and that are on their way; None before that."""
         courier = self._courier
-        return None if courier is None else courier.missing_goals(self._tasks.navigate.knows)
+        tasks = self._tasks
+        return None if courier is None else courier.missing_goals(tasks.knows, tasks.is_cancelled)
 
     def _release(self) -> None:
         """Answer the tick if the courier has released it and its goals are there."""
         if self._answers.is_withheld and self._missing_goals == []:
+            assert self._courier is not None
+            assert self._courier.release is not None
+            self._obey(self._courier.release)
             self._answers.on_release()
+
+    def _obey(self, release: TickRelease) -> None:
+        """Take the limits that were told with a release."""
+        assert self._brain is not None
+        if release.speed_limit is not None:
+            self._brain.on_speed_limit(release.speed_limit, is_percentage=False)
+        if release.keepout:
+            self._take_keepout_mask(release.keepout)
 
     def _receive_orders(self, data: bytes) -> None:
         assert self._centre is not None
@@ -320,6 +335,7 @@ class NavigatorNode:
             brain.on_scan(observed.scan)
         if observed.battery is not None:
             brain.on_battery(observed.battery)
+            self._is_charging = observed.battery.status is SupplyStatus.CHARGING
         brain.on_neighbors(observed.neighbors)
         output = brain.tick(tick)
         if self._centre is not None:
@@ -330,8 +346,9 @@ class NavigatorNode:
         if (courier := self._courier) is not None:
             tasks = self._tasks
             courier.report(
-                tick, brain.status(), tasks.goal, tasks.ended_of(ended), tasks.navigate.refusal_of
-            )
+                tick, brain.status(), tasks.goal, tasks.ended_of(ended), tasks.refusal_of,
+                is_charging=self._is_charging,
+            )  # fmt: skip
         self._tell(output, ended)
 
     def _rejoin(self, brain: RobotBrain, pose_odom: Pose) -> None:

@@ -126,6 +126,12 @@ def kill_broker(up: subprocess.Popen[bytes]) -> None:
     broker.kill()
 
 
+def is_online_again(robot: str, listener: Listener) -> bool:
+    """Whether a robot whose connection broke has another one; what is sent before is lost."""
+    told = [message["connectionState"] for message in listener.all(robot, "connection")]
+    return "CONNECTIONBROKEN" in told and told[-1] == "ONLINE"
+
+
 def order_from(state: dict[str, Any], order_id: str, x: float, y: float, *actions: Any) -> Any:
     """Return an order from where a robot is to a place."""
     here = state["agvPosition"]
@@ -195,6 +201,7 @@ def test_a_fleet_control_drives_the_swarm(swarm: tuple[Listener, int, Any, Any])
         ),
         "it arrives although its navigator was killed",
     )
+    listener.wait(lambda: is_online_again("Srobot1", listener), "it is heard again")
     state = listener.state("Srobot1")
     count = len(listener.all("Srobot1", "visualization"))
     listener.send("Srobot1", "order", round_the_corner(state))

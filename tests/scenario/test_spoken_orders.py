@@ -1,7 +1,8 @@
-"""Whoever speaks in a tick takes part in lockstep: stations, couriers, dispatcher, centre."""
+"""Whoever speaks in a tick takes part in lockstep: orders, charging, a centre."""
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import yaml
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.scenario import load_scenario
+from tests.fakes.charging import waffle_with_battery
 from tests.fakes.ros_domains import reserved_domain
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -20,7 +22,8 @@ HALL = """
 name: hall
 walls:
   - {points: [[0, 0], [8, 0], [8, 6], [0, 6]], closed: true}
-stations: {in_1: [7, 1, 0], in_2: [7, 5, 0], out_1: [1, 1, 3.14], out_2: [1, 5, 3.14]}
+stations:
+  {in_1: [7, 1, 0], in_2: [7, 5, 0], out_1: [1, 1, 3.14], out_2: [1, 5, 3.14], dock: [4, 5.4, 0]}
 spawn: {x_min: 3, y_min: 1, x_max: 5, y_max: 5, pitch: 1.4, yaw: 0}
 """
 ORDERS = """
@@ -53,12 +56,14 @@ def environment() -> dict[str, str]:
     return os.environ | {"PYTHONPATH": str(ROOT)}
 
 
-def in_the_bench(folder: Path, method: str = "ours", robots: int = 3, **keys: object) -> str:
+def in_the_bench(
+    folder: Path, method: str = "ours", robots: int = 3, engine: str = "bullet", **keys: object
+) -> str:
     path = folder / "scenario.yaml"
     common = {"robots": [robots], "with_lidar": True, "noise": 0.0, "loss": LOSS, "delay": DELAY}
     path.write_text(yaml.safe_dump(common | keys), encoding="utf-8")
     scenario = load_scenario(str(path))
-    options = RunOptions(scenario=scenario, robots=robots, seed=2, engine="bullet", method=method)
+    options = RunOptions(scenario=scenario, robots=robots, seed=2, engine=engine, method=method)
     return Harness(options).run().trajectory_sha256
 
 
@@ -102,6 +107,36 @@ def test_orders_repeat_and_are_those_of_the_bench(folder: Path, dispatch: str) -
     flags = ("--world", "hall", "--swarm-size", "3", "--mission", str(mission), *end)
     graph = [on_the_graph(folder, *flags, "--pack", pack) for pack in ("1", "1", "3")]
     assert graph == [bench] * 3
+
+
+@pytest.fixture(scope="module")
+def charging(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """A folder like the other with a charging station and robots that need it; the bench's hash."""
+    own = tmp_path_factory.mktemp("charging")
+    shutil.copytree(folder / "hall", own / "hall")
+    shutil.copy(folder / "params.yaml", own)
+    with (own / "hall" / "sites.yaml").open("a", encoding="utf-8") as file:
+        file.write("\ncharging: [dock]\n")
+    robot = waffle_with_battery(own, "tired", capacity=0.5, initial=[0.3, 0.5])
+    (own / "orders.yaml").write_text(ORDERS.replace("DISPATCH", "central"), encoding="utf-8")
+    world, mission = str(own / "hall" / "world.sdf"), str(own / "orders.yaml")
+    return own, in_the_bench(own, engine="planar", world=world, mission=mission, robot=str(robot))
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("pack", [pytest.param("1", id="once"), pytest.param("1", id="again"), "3"])
+def test_charging_between_orders_repeats_and_is_that_of_the_bench(
+    charging: tuple[Path, str], pack: str
+) -> None:
+    folder, bench = charging
+    flags = (
+        "--world", "hall", "--swarm-size", "3", "--mission", "orders.yaml", "--until-done",
+        "--robot", str(folder / "tired"), "--drive", "planar", "--pack", pack,
+    )  # fmt: skip
+    assert on_the_graph(folder, *flags) == bench
+    report = json.loads((folder / "run" / "report.json").read_text(encoding="utf-8"))
+    assert all(robot["battery_charges"] >= 1 for robot in report["robots"].values())
 
 
 @pytest.mark.slow

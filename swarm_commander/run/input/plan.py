@@ -198,7 +198,14 @@ class RunPlan:
         name, member = self.options.robot_names[number - 1], self.fleet.members[number - 1]
         is_led = self.mission is not None and not self.options.free_run
         waits = {"wait_for_courier" if self.has_orders else "wait_for_mission": is_led}
+        if self._has_pilots:
+            waits = {"wait_for_courier": True}
         return self._parameters(name, number, member, initial_pose_map, waits, map_sha256)
+
+    @property
+    def _has_pilots(self) -> bool:
+        """Whether vehicles of VDA 5050 release the ticks of their robots."""
+        return self.options.vda5050 is not None and not self.options.free_run
 
     def parameter_file_of_newcomer(
         self, name: str, number: int, model: str, initial_pose_map: Pose, map_sha256: str = ""
@@ -219,7 +226,12 @@ class RunPlan:
             spec = known.spec  # it is back, with its battery
         member = Member(model, spec)
         return self._parameters(
-            name, number, member, initial_pose_map, {"wait_for_mission": False}, map_sha256
+            name,
+            number,
+            member,
+            initial_pose_map,
+            {"wait_for_courier": self._has_pilots},
+            map_sha256,
         )
 
     def _parameters(
@@ -420,6 +432,7 @@ class RunPlan:
             "map_id": self.world.parent.name,
             "sites": self.sites_file or None,
             "realistic": self.options.realistic,
+            "is_in_step": self._has_pilots,
         }
 
 

@@ -65,11 +65,7 @@ class Running:
 
 
 class Tasks:
-    """All action servers of one navigator.
-
-    Attributes:
-        navigate: The server of navigate_to_pose.
-    """
+    """All action servers of one navigator."""
 
     def __init__(
         self,
@@ -87,11 +83,12 @@ class Tasks:
         self._node = body.node
         self._brain = brain
         self._on_goal = on_goal
+        self._servers: list[TickActionServer] = []
         self._running: dict[int, Running] = {}
         self._last_id = 0
         self._tick = 0
         self._steered_at, self._steered_tick = 0.0, 0  # wall time and tick of the last wish
-        self.navigate = self._serve_one(GoalKind.NAVIGATE)
+        self._serve(GoalKind.NAVIGATE)
         single = [(kind,) for kind in ACTIONS if kind not in (GoalKind.NAVIGATE, *TOGETHER)]
         for kinds in (*single, TOGETHER):
             names = [kind.value for kind in kinds]
@@ -119,7 +116,7 @@ class Tasks:
         for kind in kinds:
             self._serve_one(kind)
 
-    def _serve_one(self, kind: GoalKind) -> TickActionServer:
+    def _serve_one(self, kind: GoalKind) -> None:
         if kind is GoalKind.TELEOP:
             make = self._node.create_subscription
             make(Twist, "cmd_vel_teleop", self._steer, RELIABLE, raw=True)
@@ -144,8 +141,10 @@ class Tasks:
             self._running[goal.goal_id] = Running(server, handle, goal, self._tick)
             self._start(goal)
 
-        return TickActionServer(
-            self._node, ACTIONS[kind], kind.value, is_sensible, begin, self._cancel
+        self._servers.append(
+            TickActionServer(
+                self._node, ACTIONS[kind], kind.value, is_sensible, begin, self._cancel
+            )
         )
 
     def _parse(self, kind: GoalKind, request: Any) -> Goal:
@@ -195,22 +194,35 @@ class Tasks:
 
     @property
     def goal(self) -> bytes:
-        """Id of the current or pending goal of navigate_to_pose; empty without one."""
+        """Id of the current or pending goal of an action; empty without one."""
         running = self._running.get(self._brain.goal_id or 0)
-        is_navigating = running is not None and running.server is self.navigate
-        return _id_of(running) if running is not None and is_navigating else b""
+        return b"" if running is None else _id_of(running)
+
+    def knows(self, goal_id: bytes) -> bool:
+        """Whether a goal has come, be it accepted or refused."""
+        return any(server.knows(goal_id) for server in self._servers)
+
+    def is_cancelled(self, goal_id: bytes) -> bool:
+        """Whether a goal has ended, or its client wants that."""
+        return all(server.is_cancelled(goal_id) for server in self._servers)
+
+    def refusal_of(self, goal_id: bytes) -> str | None:
+        """Return why a goal was refused; None if it was not."""
+        reasons = (server.refusal_of(goal_id) for server in self._servers)
+        return next((reason for reason in reasons if reason is not None), None)
 
     def ended_of(self, ended: Sequence[GoalEnded]) -> list[EndedGoal]:
-        """Return which goals of navigate_to_pose have ended and how; call it before `report`."""
+        """Return which goals of actions have ended and how; call it before `report`."""
         found = [(event, self._running.get(event.goal_id)) for event in ended]
         return [
             EndedGoal(
                 _id_of(running),
                 event.outcome is Outcome.SUCCEEDED,
                 f"error {int(event.error_code)}: {event.message}",
+                int(event.error_code),
             )
             for event, running in found
-            if running is not None and running.server is self.navigate
+            if running is not None
         ]
 
     def report(self, tick: int, ended: Sequence[GoalEnded]) -> None:
