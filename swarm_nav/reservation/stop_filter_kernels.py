@@ -167,20 +167,20 @@ def last_to_keep(pose, now, drive, held, last):
 
 
 @njit(cache=True)
-def tail_on(points, tail, near, x, y):
-    """Return where on the held path behind the robot's nearest point the robot is.
+def tail_on(points, tail, ahead, x, y):
+    """Return where on the held path the robot is.
 
     Args:
         points: Path (n, 2) [m] in map.
         tail: Index of its first held point.
-        near: Index of the point nearest to the robot, not before `tail`.
+        ahead: Index of a held point that the robot has not passed yet, not before `tail`.
         x: [m] in map, of the robot.
         y: [m] likewise.
 
     Returns:
         Index of the last point before that place, or at it, and the place (x, y).
     """
-    for k in range(near - 1, tail - 1, -1):
+    for k in range(ahead - 1, tail - 1, -1):
         ax = points[k + 1, 0] - points[k, 0]
         ay = points[k + 1, 1] - points[k, 1]
         share = ((x - points[k, 0]) * ax + (y - points[k, 1]) * ay) / max(ax * ax + ay * ay, 1e-12)
@@ -195,8 +195,8 @@ def tail_on(points, tail, near, x, y):
 def release_and_admit(pose, now, wish, drive, held, around):
     """Give up the space behind that braking does not need; admit the largest share of a twist.
 
-    The first held point follows the robot along the path, up to the point nearest to it, unless
-    the robot could then not brake within what is left.
+    The first held point follows the robot along the path, unless the robot could then not brake
+    within what is left.
 
     Args:
         pose: Arguments of `is_admitted`.
@@ -212,7 +212,7 @@ def release_and_admit(pose, now, wish, drive, held, around):
     """
     points, tail, near, stop, tolerance = held
     farthest = max(tolerance, gap_to_line(points, tail, stop, pose[0], pose[1]))
-    first, x, y = tail_on(points, tail, near, pose[0], pose[1])
+    first, x, y = tail_on(points, tail, min(near + 1, stop), pose[0], pose[1])
     old_x, old_y = points[first, 0], points[first, 1]
     points[first, 0], points[first, 1] = x, y
     left = (points, first, stop, tolerance)

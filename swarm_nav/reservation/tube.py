@@ -33,7 +33,6 @@ class Tube:
     Attributes:
         points: (n, 2) [m] in map, the path.
         tail: Index of the first held point, which follows the robot along the path.
-        near: Index of the point nearest to the robot, from `tail` to `stop`.
         stop: Index of the last held point.
     """
 
@@ -91,7 +90,8 @@ class Tube:
     def reset(self, pose: Pose) -> None:
         """Drop path, claim and request; hold a place that others need not know."""
         self.points: FloatArray = np.array(((pose.x, pose.y),))
-        self.tail = self.near = self.stop = 0
+        self.tail = self._near = self.stop = 0
+        self._origin = pose.x, pose.y
         self.corners: list[int] = []
         self.corner = 0  # that is driven to: the next bend or the end, by `track`
         self.is_withdrawn = False
@@ -137,7 +137,7 @@ class Tube:
         """Go on with a path behind the points that are kept, and forget those before `first`."""
         rest = path_kernels.thinned(np.ascontiguousarray(path), ARRIVED)[1:]
         self.points = np.ascontiguousarray(np.vstack((kept[first:], rest)))
-        self.tail, self.near, self.stop = self.tail - first, self.near - first, self.stop - first
+        self.tail, self._near, self.stop = self.tail - first, self._near - first, self.stop - first
         find = path_kernels.corners if self.slots is None else self.slots.corners
         self.corners = find(self.points, self.corner_angle).tolist()
 
@@ -237,7 +237,37 @@ class Tube:
 
     def advance(self, pose: Pose, limit: int) -> None:
         """Move the robot's index to the nearest point from here on."""
-        self.near = tube_kernels.nearest_ahead(self.points, self.near, limit, pose.x, pose.y)
+        self.near = self.nearest(pose, limit)
+
+    def nearest(self, pose: Pose, limit: int) -> int:
+        """Return the index of the nearest point from the robot's index on.
+
+        That point itself counts where it was before it began to follow the robot.
+
+        Args:
+            limit: Largest index.
+        """
+        x, y = self._origin
+        gap = math.hypot(x - pose.x, y - pose.y)
+        return int(
+            tube_kernels.nearest_ahead(self.points, self.near, gap, limit, pose.x, pose.y)
+        )
+
+    def follow_robot(self, tail: int) -> None:
+        """Give up what lies before a point."""
+        self.tail = tail
+        self.near = max(self.near, tail)
+
+    @property
+    def near(self) -> int:
+        """Index of the point nearest to the robot, from `tail` to `stop`."""
+        return self._near
+
+    @near.setter
+    def near(self, index: int) -> None:
+        if index != self._near:
+            self._near = index
+            self._origin = float(self.points[index, 0]), float(self.points[index, 1])
 
     def record_rest(self, pose: Pose, is_standing: bool) -> None:
         """Note whether the robot stands on its stop: then it stays, and holds that place only.

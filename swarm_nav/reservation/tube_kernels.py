@@ -345,7 +345,7 @@ def first_overlap(
 
 
 @njit(cache=True)
-def nearest_ahead(points, first, limit, x, y):
+def nearest_ahead(points, first, gap, limit, x, y):
     """Return the index of the path point nearest to a place, from an index on.
 
     The path may pass the same place again: it is the first local minimum.
@@ -353,12 +353,12 @@ def nearest_ahead(points, first, limit, x, y):
     Args:
         points: (n, 2) [m].
         first: Index where the search begins.
+        gap: [m] from the place to that point.
         limit: Largest index.
         x: [m] of the place.
         y: [m] of the place.
     """
     k = first
-    gap = math.hypot(points[k, 0] - x, points[k, 1] - y)
     while k < limit:
         ahead = math.hypot(points[k + 1, 0] - x, points[k + 1, 1] - y)
         if ahead > gap:

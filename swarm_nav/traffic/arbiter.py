@@ -145,7 +145,8 @@ class Arbiter:
 
     def guard(self, wish: Twist) -> Twist:
         """Return what the stop filter leaves of a twist; give up what lies behind the robot."""
-        twist, self._s.tube.tail = clip_to_held_space(self._s, wish)
+        twist, tail = clip_to_held_space(self._s, wish)
+        self._s.tube.follow_robot(tail)
         return twist
 
     def extend(self) -> None:

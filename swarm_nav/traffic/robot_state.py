@@ -305,9 +305,7 @@ class RobotState:
 
     def _stop_after_release(self, keep: int) -> int:
         tube = self.tube
-        at = self.pose.x, self.pose.y
-        limit = min(tube.next_corner(), tube.stop)
-        near = tube_kernels.nearest_ahead(tube.points, tube.near, limit, *at)
+        near = tube.nearest(self.pose, min(tube.next_corner(), tube.stop))
         return self._last_needed(near, near + keep)
 
     def hold_place(self) -> None:

@@ -139,6 +139,18 @@ def test_a_place_that_is_put_anew_is_a_point_of_the_held_path() -> None:
     assert np.allclose(tube.points, ((0.16, 0.0),))
 
 
+def test_the_nearest_point_is_that_of_the_path_also_while_it_follows_the_robot() -> None:
+    tube = tube_along_x()
+    tube.stop = 5
+    for x, near in ((0.02, 0), (0.03, 1), (0.07, 1), (0.08, 2)):
+        pose = Pose(x, 0.0, 0.0)
+        tube.advance(pose, tube.stop)
+        assert tube.near == near
+        tail = int(x / 0.05)
+        tube.points[tail] = (x, 0.0)  # as the stop filter does
+        tube.follow_robot(tail)
+
+
 def test_what_is_held_never_outgrows_the_beacon() -> None:
     tube = tube_along_x()
     tube.near = tube.stop = 20  # it stands, and does not give up what is behind it

