@@ -249,9 +249,7 @@ class Tube:
         """
         x, y = self._origin
         gap = math.hypot(x - pose.x, y - pose.y)
-        return int(
-            tube_kernels.nearest_ahead(self.points, self.near, gap, limit, pose.x, pose.y)
-        )
+        return int(tube_kernels.nearest_ahead(self.points, self.near, gap, limit, pose.x, pose.y))
 
     def follow_robot(self, tail: int) -> None:
         """Give up what lies before a point."""
