@@ -1,4 +1,4 @@
-"""What an operator asks of a navigator, and what the navigator tells it in return."""
+"""Goals that an operator sends to a navigator, and the navigator's answers."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ class Status:
 
 @value_type
 class Output:
-    """What one tick produces: the command, the beacon (record of BEACON_DTYPE) and events."""
+    """Result of one tick: the command, the beacon (record of BEACON_DTYPE) and events."""
 
     twist: Twist
     beacon: np.void

@@ -80,7 +80,7 @@ def parameter_name(group: str, field: str) -> str:
 
     Args:
         group: Field of `NavConfig`.
-        field: Of the class of that group.
+        field: Field of the class of that group.
     """
     is_bare = group == "controller" and field != "plugin"
     return field if is_bare else f"{group}.{field}"

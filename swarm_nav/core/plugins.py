@@ -28,7 +28,7 @@ Report = Callable[[ErrorCode, str], None]  # takes a fault: its code and a messa
 
 
 def ignore(code: ErrorCode, message: str) -> None:
-    """Take a fault that nobody waits for; it was printed."""
+    """Ignore a fault that nobody waits for; it was printed."""
 
 
 @dataclass(frozen=True, slots=True)

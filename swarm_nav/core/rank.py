@@ -88,7 +88,7 @@ def above(priority: int, hops: int = 0) -> int:
     above both.
 
     Args:
-        priority: Of a robot that waits, of any class.
+        priority: Priority of a robot that waits, of any class.
         hops: How many robots that push one another on its behalf rank above those that inherit the
             same priority with none: who goes out has some, who goes in none.
     """
