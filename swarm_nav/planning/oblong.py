@@ -79,7 +79,7 @@ class Oblong:
 
         Args:
             obstacles_map: LiDAR hits (n, 2) [m] that the map does not explain.
-            acceleration: Of the drive, [m/s²] and [rad/s²].
+            acceleration: Accelerations of the drive, [m/s²] and [rad/s²].
 
         Returns:
             The scaled wish; a standstill if no scaling is clear. A robot that is too near already
@@ -106,7 +106,7 @@ def cover(corners: FloatArray, gap: float) -> FloatArray:
     A point outside polygon and discs is at least √(gap² - (RIM_SPACING / 2)²) from the polygon.
 
     Args:
-        corners: Of a convex polygon (n, 2) [m], counter-clockwise.
+        corners: Corners (n, 2) [m] of a convex polygon, counter-clockwise.
         gap: [m] to keep, at least half of `RIM_SPACING` less a centimetre.
     """
     rows: list[tuple[float, float, float]] = []

@@ -23,14 +23,14 @@ class Smoothing(NamedTuple):
 
 
 class WallClearance(NamedTuple):
-    """What a smoothed path keeps clear of."""
+    """Walls and the distance that a smoothed path keeps from them."""
 
     field: Field
     floor: float  # [m] from a wall below which a point may not come nearer to it
 
 
 class Blocked(NamedTuple):
-    """What other robots add per metre; a point may not move to a dearer cell."""
+    """Costs that other robots add per metre; a point may not move to a dearer cell."""
 
     extra: NDArray[np.float32]  # (h, w)
     frame: Frame
@@ -91,7 +91,7 @@ def cell_value(grid: NDArray[np.float32], frame: Frame, x: float, y: float) -> f
 
     Args:
         grid: (h, w).
-        frame: Of the grid.
+        frame: Position of the grid's cells in map.
         x: [m] in map.
         y: [m] in map.
     """
@@ -355,7 +355,7 @@ def corners(points: Floats, angle: float) -> NDArray[np.int64]:
 
 @njit(cache=True)
 def _bend(points: Floats, k: int, arm: int) -> float:
-    """Angle [rad] between the chords of `arm` points before and after a point of a path."""
+    """Return the angle [rad] between the chords of `arm` points before and after point `k`."""
     ax = points[k, 0] - points[k - arm, 0]
     ay = points[k, 1] - points[k - arm, 1]
     bx = points[k + arm, 0] - points[k, 0]

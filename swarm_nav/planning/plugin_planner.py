@@ -45,7 +45,7 @@ class PluginPlanner(Planner):
         """Plan with the walls of a terrain and the given parameters.
 
         Args:
-            terrain: Of the map, for this size of robot.
+            terrain: Terrain of the map, for this size of robot.
             planner: `planner.` parameters.
         """
         super().__init__(terrain, planner)
