@@ -97,10 +97,10 @@ def add(
 
     Args:
         absent: With room for them.
-        count: Of the absent ones until now.
+        count: Number of robots that are absent until now.
         words: (n, words); robots that are absent already are left out.
         has_parted: (n,) whether each was driving out of range.
-        fate: Of all of them.
+        fate: Fate that is recorded for all of them.
 
     Returns:
         How many are absent now.
@@ -120,7 +120,7 @@ def add(
 def hear(
     known: PlainSightings, absent: PlainAbsentees, batch: Words, rows: NDArray[np.int64]
 ) -> tuple[int, bool]:
-    """Take where the robots are that are heard, and those that they tell of, and who is back.
+    """Update the places of robots that are heard or sighted; find out which absent ones are back.
 
     Args:
         known: Fields of `Sightings`, updated with what is newer.
@@ -168,8 +168,8 @@ def tell(known: PlainSightings, own_id: int, tick: int, out: Words) -> None:
 
     Args:
         known: Fields of `Sightings`.
-        own_id: Of this robot.
-        tick: Of the beacon; it decides whose turn it is.
+        own_id: Id of this robot.
+        tick: Tick of the beacon; it decides whose turn it is.
         out: (4 * SIGHTINGS,) words of the beacon from `sighted_id` on; written.
     """
     ticks, places, asks = known
@@ -207,7 +207,7 @@ def judge(
 
     Args:
         absent: Robots that fell silent; changed.
-        count: Of them.
+        count: Number of these robots.
         known: Sightings of all robots.
         own: Where this robot is.
         edge: [m] within which a robot that lives is heard.
@@ -246,11 +246,11 @@ def judge(
 def sort_out(
     absent: Absentees, count: int, silent: Words, left: NDArray[np.int64]
 ) -> tuple[int, int, int]:
-    """Take out the robots of which it is known what became of them.
+    """Remove the robots whose fate is known.
 
     Args:
         absent: Robots that fell silent; changed.
-        count: Of them.
+        count: Number of these robots.
         silent: (count, words) written: beacons of those found silent where they were; they stay.
         left: (count,) written: ids of those that are not where they were thought to be.
 

@@ -1,4 +1,4 @@
-"""What a robot knows of the others, from their beacons alone."""
+"""The other robots, as known from their beacons alone."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class NeighborTable:
         self._show(0)
 
     def configure(self, config: TrafficConfig) -> None:
-        """Take new parameters, effective from the next tick.
+        """Apply new parameters, effective from the next tick.
 
         Args:
             config: `traffic.` parameters.
@@ -115,7 +115,7 @@ class NeighborTable:
         self._hearing = (edge, config.radio_range)
 
     def receive(self, beacons: BeaconArray, x: float, y: float) -> None:
-        """Take beacons for the next `refresh`.
+        """Receive beacons for the next `refresh`.
 
         Args:
             beacons: (n,) the radio's batch of a tick.
@@ -125,7 +125,7 @@ class NeighborTable:
         self.take(reception_of(beacons), x, y)
 
     def take(self, reception: Reception, x: float, y: float) -> None:
-        """Take beacons for the next `refresh`, without a copy.
+        """Receive beacons for the next `refresh`, without a copy.
 
         Args:
             reception: The radio's batch of a tick; it must not change until then.
@@ -190,7 +190,7 @@ class NeighborTable:
         return is_larger
 
     def _ask_for_absent(self, inbox: list[Heard], tick: int) -> None:
-        """Take back robots that seem not to have left, with the next batch, until they have."""
+        """Restore robots that seem not to have left, with the next batch, until they have."""
         if self._has_silent:  # before anything of their space is given up
             self._fetch()
             words = self._words[: self._count][self.gone]
@@ -309,7 +309,6 @@ class NeighborTable:
         return self.heads
 
     def _fetch(self) -> None:
-        """Complete the beacons in the table."""
         kernels.fetch(self._words, self._links, self._count, self._air)
 
     def claims(self) -> tuple[NDArray[np.generic], ...]:
@@ -336,7 +335,7 @@ class NeighborTable:
         """Return where robots were last, for a beacon: its words from `sighted_id` on.
 
         Args:
-            tick: Of the beacon. The next call overwrites what is returned.
+            tick: Tick of the beacon. The next call overwrites what is returned.
         """
         return self._absence.tell(tick)
 
@@ -358,7 +357,7 @@ class NeighborTable:
         """Return the row of the highest robot that this one has blocked for a while.
 
         Args:
-            priority: That it must rank above; it must not make way for this robot either.
+            priority: Priority that it must exceed; it must not make way for this robot either.
             patience: Ticks for which it has been blocked, at least.
 
         Returns:

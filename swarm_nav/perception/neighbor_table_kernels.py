@@ -147,8 +147,8 @@ def move_row(words: Words, notes: FloatArray, links: Ints, row: int, to: int) ->
         words: (rows, words).
         notes: (rows, 2).
         links: (rows, 4).
-        row: That is copied.
-        to: That is written.
+        row: Index of the row that is copied.
+        to: Index of the row that is written.
     """
     words[to] = words[row]
     notes[to] = notes[row]
@@ -184,7 +184,7 @@ def copy_points(words: Words, links: Ints, row: int, air: Words) -> None:
     Args:
         words: (rows, words) the table.
         links: (rows, 4), see `merge`.
-        row: Of the beacon.
+        row: Row of the beacon.
         air: (k, words) beacons as they were heard.
     """
     k = links[row, PLACE]
@@ -236,7 +236,7 @@ def receive_batch(
         left: See `refresh`.
 
     Returns:
-        As of `refresh`.
+        The values that `refresh` returns.
     """
     words, floats, notes, links = table
     count = merge(words, floats, notes, links, count, heard, before, own)
@@ -502,7 +502,7 @@ def look(
     limits: tuple[float, float, int],
     footprint: Words,
 ) -> None:
-    """Take away the places of silent robots that two scans in a row have seen through.
+    """Clear the places of silent robots that two scans in a row have seen through.
 
     This concerns robots with our footprint: their LiDARs are at our height, so that ours sees them.
 
@@ -693,8 +693,8 @@ def queue(
         gone: (n,) whether each is silent.
         priorities: (n,) as published.
         stations: (k, 2) [m] in map, for any of which the requests count.
-        tick: Of the own request.
-        own_id: Of this robot.
+        tick: Tick of the robot's own request.
+        own_id: Id of this robot.
         same: [m] within which two stations are the same.
 
     Returns:

@@ -42,9 +42,9 @@ def unexplained(
 
     Args:
         ranges: (n,) [m].
-        beam: Of the LiDAR.
-        pose: Of the LiDAR.
-        limits: Of the hits that count.
+        beam: Directions of the LiDAR's rays.
+        pose: Pose of the LiDAR in map.
+        limits: Limits of the hits that count.
         walls: Distances to mapped walls.
         robots: Centres (k, 2) [m] in map of discs.
         reach: Radii (k,) [m] of these.
@@ -88,7 +88,7 @@ def ray_at(beam: Beam, rays: int, bearing: float) -> int:
     """Return the index of the ray nearest to a bearing, -1 outside the field of view.
 
     Args:
-        beam: Of the LiDAR.
+        beam: Directions of the LiDAR's rays.
         rays: How many there are.
         bearing: [rad] in the LiDAR's frame, any multiple of 2π.
     """
@@ -114,8 +114,8 @@ def still_there(
     Args:
         points: (n, 2) [m] in map.
         ranges: (m,) [m].
-        beam: Of the LiDAR.
-        pose: Of the LiDAR.
+        beam: Directions of the LiDAR's rays.
+        pose: Pose of the LiDAR in map.
         max_range: [m] up to which rays count.
         robots: Centres (k, 2) [m] in map of discs.
         reach: Radii (k,) [m] of these.

@@ -1,4 +1,4 @@
-"""Obstacle layer: what the LiDAR sees that neither the map nor a beacon explains."""
+"""Obstacle layer: hits of the LiDAR that neither the map nor a beacon explains."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class ObstacleLayer:
         self._dynamic_obstacles = DynamicObstacles(CELL)
 
     def configure(self, config: CostmapConfig) -> None:
-        """Take new parameters, effective from the next scan.
+        """Apply new parameters, effective from the next scan.
 
         Args:
             config: `costmap.` parameters.
