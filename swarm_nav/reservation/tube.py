@@ -62,7 +62,7 @@ class Tube:
         self.reset(pose)
 
     def configure(self, confirmations: int, held_length: float, wanted_length: float) -> None:
-        """Take new parameters; all space must be confirmed again.
+        """Apply new parameters; all space must be confirmed again.
 
         Args:
             confirmations: Beacons in which space is requested before it is taken.
@@ -134,7 +134,6 @@ class Tube:
         self._follow(first, self.points, path)
 
     def _follow(self, first: int, kept: FloatArray, path: FloatArray) -> None:
-        """Go on with a path behind the points that are kept, and forget those before `first`."""
         rest = path_kernels.thinned(np.ascontiguousarray(path), ARRIVED)[1:]
         self.points = np.ascontiguousarray(np.vstack((kept[first:], rest)))
         self.tail, self.near, self.stop = self.tail - first, self.near - first, self.stop - first

@@ -192,7 +192,7 @@ def acknowledged(requests, tick):
 
     Args:
         requests: (k, 2) ticks and last points, in order of ticks.
-        tick: Of the beacon that a neighbour has acknowledged.
+        tick: Tick of the beacon that a neighbour has acknowledged.
 
     Returns:
         The index of the point, -1 if the request is older than those remembered.
@@ -322,7 +322,7 @@ def first_overlap(
         columns: `Columns` of the neighbours as a plain tuple.
 
     Returns:
-        That index, stop + 1 if no point is too near.
+        The index; stop + 1 if no point is too near.
     """
     others = Columns(*columns)
     held, held_size = others.held, others.held_size
