@@ -85,7 +85,7 @@ class Trust(NamedTuple):
 
 
 class ParticleCounts(NamedTuple):
-    """Of the set of particles (KLD sampling, Fox 2003)."""
+    """Size of the set of particles (KLD sampling, Fox 2003)."""
 
     fewest: int
     most: int
@@ -201,7 +201,7 @@ def likelihood(
     Args:
         distance: (h, w) [m] from the nearest wall, negative inside.
         sigma: [m].
-        weights: Of the beam model.
+        weights: Weights of the beam model.
         most: [m] up to which distances count.
         out: (h, w) to fill.
     """
@@ -231,10 +231,10 @@ def beams(
 
     Args:
         ranges: (n,) [m].
-        beam: Of the LiDAR.
-        offset: Of the first ray in its sector.
+        beam: Directions of the LiDAR's rays.
+        offset: Index of the first ray in its sector.
         lidar: Pose of the LiDAR in base_footprint.
-        pose: Of the robot in map.
+        pose: Pose of the robot in map.
         robots: Centres (m, 2) [m] in map of discs.
         reach: Radii (m,) [m] of these.
         out: Receives points (k, 2) [m] in base_footprint.
@@ -285,7 +285,7 @@ def weigh(
         particles: Poses (n, 3) in map.
         points: Hits (b, 2) [m] in base_footprint.
         field: (h, w) log likelihood, see `likelihood`.
-        frame: Of the field.
+        frame: Position of the field's cells in map.
         skip: Which hits are left out.
         trust: How far the scan is believed.
         scores: Scratch (n, b).
@@ -388,10 +388,10 @@ def fit(
     """Return the mean over hits of exp(-d² / 2σ²) at a pose: 1 if all lie on mapped walls.
 
     Args:
-        pose: Of the robot in map.
+        pose: Pose of the robot in map.
         points: Hits (b, 2) [m] in base_footprint.
         field: (h, w) log likelihood, see `likelihood`.
-        frame: Of the field.
+        frame: Position of the field's cells in map.
         weights: With which the field was made.
     """
     hit, other = weights.hit, weights.other
@@ -456,10 +456,10 @@ def resample(
     Args:
         particles: Poses (n, 3) in map.
         weights: (n,), their sum is 1.
-        sizes: Of the set.
+        sizes: Limits of the number of particles.
         fresh: Which are drawn around the centre instead.
-        center: Of the fresh ones.
-        state: Of the random numbers, changed; see `uniform`.
+        center: Pose in map around which the fresh ones are drawn.
+        state: State (1,) of the random numbers, changed; see `uniform`.
         out: Receives poses (k, 3).
     """
     fewest, most, error, z = sizes.fewest, sizes.most, sizes.error, sizes.z

@@ -54,7 +54,7 @@ class OdometryLocaliser:
         """Maps do not enter dead reckoning."""
 
     def initialise(self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION) -> None:
-        """Take a pose for the present odometry.
+        """Set the pose for the present odometry.
 
         Args:
             deviation: Standard deviations of x and y [m], and of yaw [rad].
@@ -64,7 +64,7 @@ class OdometryLocaliser:
         self._driven = 0.0
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the newest odometry."""
+        """Receive the newest odometry."""
         self._driven += self._pose_odom.distance(odom.pose_odom)
         self._pose_odom = odom.pose_odom
         if self._pending is not None:

@@ -32,7 +32,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What the particles stand for: a pose in map, and the variances [m²], [rad²] around it."""
+    """Estimate of the particles: a pose in map, and the variances [m²], [rad²] around it."""
 
     pose_map: Pose
     variances: tuple[float, float, float]
@@ -54,7 +54,7 @@ class ParticleFilter:
         self.configure(config)
 
     def configure(self, config: LocalisationConfig) -> None:
-        """Take new parameters, effective from the next scan.
+        """Apply new parameters, effective from the next scan.
 
         Args:
             config: `localisation.` parameters.
@@ -83,7 +83,7 @@ class ParticleFilter:
         """Return the particles after a motion, without noise.
 
         Args:
-            motion: Of base_footprint, in its frame before the motion.
+            motion: Motion of base_footprint, in its frame before the motion.
 
         Returns:
             (k, 3) x, y [m], yaw [rad] in map.
