@@ -42,7 +42,7 @@ class Inside(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """Of the drive, [m/s], [rad/s], [m/s²] and [rad/s²]."""
+    """Limits of the drive, [m/s], [rad/s], [m/s²] and [rad/s²]."""
 
     v_max: float
     w_max: float
@@ -126,7 +126,7 @@ def stops_inside(
     period.
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot in map.
         speed: [m/s] now.
         v: [m/s] at the end of the period.
         w: [rad/s].
@@ -326,11 +326,11 @@ def best_twist(
     come first; PathDist is only added up while the sum can still be the best.
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot in map.
         twist: Present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
         inside: Where the robot must be able to stop.
-        limits: Of the drive.
+        limits: Limits of the drive.
         samples: Twists that are tried.
         scales: Weights of the critics.
         arc: Receives the poses (steps, 3) of the best rollout.

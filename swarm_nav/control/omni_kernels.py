@@ -30,7 +30,7 @@ class PlanarVelocity(NamedTuple):
 
 
 class InsideTowards(NamedTuple):
-    """As `dwa_kernels.Inside`, and a point that one sample leads straight to."""
+    """Limits as in `dwa_kernels.Inside`, and a point that one sample leads straight to."""
 
     v_limit: float  # [m/s]
     held: int
@@ -40,7 +40,7 @@ class InsideTowards(NamedTuple):
 
 
 class PlanarLimits(NamedTuple):
-    """Of the drive, [m/s], [rad/s], [m/s²] and [rad/s²]."""
+    """Limits of the drive, [m/s], [rad/s], [m/s²] and [rad/s²]."""
 
     vx_max: float
     vy_max: float
@@ -60,7 +60,7 @@ class PlanarSamples(NamedTuple):
 
 
 class PlanarScales(NamedTuple):
-    """As `dwa_kernels.Scales`; the facing [rad] is added to the path's direction."""
+    """Weights as in `dwa_kernels.Scales`; the facing [rad] is added to the path's direction."""
 
     path: float
     goal: float
@@ -115,12 +115,12 @@ def stop_gap(
     Either component brakes by itself, as the drive does: s = (now + v) / 2 T + v |v| / (2 acc).
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot in map.
         now: Present velocity.
         vx: [m/s] at the end of the period, in base_footprint.
         vy: [m/s] likewise.
         w: [rad/s].
-        limits: Of the drive.
+        limits: Limits of the drive.
         path: (n, 2) [m] in map.
         held: Index of the last point that is held.
     """
@@ -161,11 +161,11 @@ def straight_to(
     """Return (vx, vy) that leads straight to a point, no faster than the drive goes that way.
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot in map.
         aim_x: [m] in map.
         aim_y: [m] in map.
         speed: [m/s] at most.
-        limits: Of the drive.
+        limits: Limits of the drive.
     """
     bearing = math.atan2(aim_y - pose.y, aim_x - pose.x) - pose.yaw
     vx = speed * math.cos(bearing)
@@ -191,11 +191,11 @@ def best_velocity(
     brakes.
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot in map.
         velocity: Present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
         inside: Where the robot must be able to stop, and what it aims at.
-        limits: Of the drive.
+        limits: Limits of the drive.
         samples: Velocities that are tried.
         scales: Weights of the critics.
         arc: Receives the poses (steps, 3) of the best rollout.
