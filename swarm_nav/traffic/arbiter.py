@@ -72,7 +72,7 @@ class Arbiter:
 
     @property
     def why(self) -> str:
-        """What the rule that won in this tick says to people, empty for nothing."""
+        """Reason that the rule that won in this tick gives to people; empty for none."""
         why = self.winner.why
         return why if isinstance(why, str) else why()
 

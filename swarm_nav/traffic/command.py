@@ -1,4 +1,4 @@
-"""What a centre has told a robot: the way that it may take, and whether that still counts.
+"""Orders of a centre: the way that a robot may take, and whether its command still counts.
 
 A robot comes under command by an order of a new command: it stops, and says so once it stands.
 Then the centre gives it points, which it never takes back.
@@ -42,7 +42,7 @@ class Command:
         self.passed, self.last = 1, 0
 
     def take(self, order: TeamOrder, tick: int) -> None:
-        """Take an order, unless a newer one came first or its command has lapsed."""
+        """Receive an order, unless a newer one came first or its command has lapsed."""
         number = order.number >> SERIAL_BITS
         if number == self._left:
             return

@@ -35,7 +35,7 @@ PLACES_PER_ROBOT = 4  # one that stands between four places takes them all
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """What a map has room for."""
+    """Room that a map has for robots."""
 
     robots: int  # number asked for
     places: int  # where two robots can pass, on connected floor with goals or starts
@@ -68,8 +68,8 @@ def conditions(
     Only the floor is that of the smallest: where the largest does not fit is a single lane.
 
     Args:
-        starts: Of each robot: (x, y) [m] in map.
-        goals: Of each robot: all places (x, y) [m] in map where it may be told to go.
+        starts: Start of each robot, (x, y) [m] in map.
+        goals: Goals of each robot: all places (x, y) [m] in map to which it may be sent.
 
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones.
@@ -171,7 +171,6 @@ class _Floor:
         return sum(places), findings
 
     def _nodes(self, points: Sequence[Point]) -> list[int]:
-        """Return the nodes of those points that are on open floor."""
         found = (self._lattice.node_of(x, y) for x, y in points)
         return [node for node in found if node is not None]
 
@@ -213,7 +212,6 @@ class _Floor:
 
 
 def _visitors(part: Mask, nodes: Sequence[Sequence[int]]) -> int:
-    """Return how many robots have a goal in a part of the floor."""
     flat = part.ravel()
     return sum(any(flat[node] for node in each) for each in nodes)
 

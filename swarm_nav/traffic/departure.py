@@ -30,7 +30,7 @@ PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where the
 
 
 class Departure:
-    """Takes a robot without a goal to a place outside, once it keeps others out.
+    """Moves a robot without a goal to a place outside, once it keeps others out.
 
     That is a parking place, or, where none is free, one where two robots pass each other.
 

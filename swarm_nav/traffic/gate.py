@@ -218,7 +218,6 @@ class Gate:
             self._part_area = float(cells) * lattice.step**2
 
     def _floor(self, lattice: Lattice) -> NDArray[np.int16]:
-        """Return the region without the cells in walls."""
         assert self.region is not None
         return np.where(lattice.base < search_kernels.WALL, self.region, np.int16(0))
 
@@ -233,7 +232,7 @@ class Gate:
         """Return the lattice cells (h, w) of the region and before it, None without a region.
 
         Args:
-            lattice: Of the map that the region is of.
+            lattice: Lattice of the map to which the region belongs.
             depth: [m] from the region.
         """
         if self.region is None:

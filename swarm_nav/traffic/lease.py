@@ -47,7 +47,7 @@ class Cover:
     looked: int = 0  # tick at which it was looked at
 
     def update(self, robot: RobotState, station: tuple[float, float], is_covered: bool) -> None:
-        """Take what is known in this tick.
+        """Update the station with what is known in this tick.
 
         Args:
             station: (x, y) [m] in map.
@@ -101,7 +101,7 @@ class Lease:
     _alone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # (1, 2) the station
 
     def aim(self, robot: RobotState, station: tuple[float, float] | None) -> None:
-        """Take a new target; the old lease is given back, on single lanes once they are left.
+        """Set a new target; the old lease is given back, on single lanes once they are left.
 
         Args:
             station: (x, y) [m] in map; None for no station.
@@ -223,7 +223,7 @@ class Lease:
         return self._lane_there[1]
 
     def _is_near(self, robot: RobotState, distance: float) -> bool:
-        """Whether the station is within `distance` [m], and not behind a wall."""
+        """Report whether the station is within `distance` [m], and not behind a wall."""
         assert self.station is not None
         if robot.distance_to(*self.station) > distance:
             return False

@@ -1,4 +1,4 @@
-"""What all parts of one navigator share: the robot's state at the present tick."""
+"""State of the robot at the present tick, which all parts of one navigator share."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ FEWEST_BRAKE_POINTS = 2  # path points kept ahead of a robot that gives up its c
 
 @dataclass(slots=True)
 class Counters:
-    """What the report sums up."""
+    """Counts that the report sums up."""
 
     goals_reached: int = 0
     goals_failed: int = 0
@@ -104,7 +104,7 @@ class RobotState:
     has_grown: bool = False  # in the last tick
 
     def load_map(self, grid: Grid) -> None:
-        """Take another map; the path on the old one ends at the stop point.
+        """Replace the map; the path on the old one ends at the stop point.
 
         Args:
             grid: Occupancy, in the same map frame.
@@ -122,7 +122,7 @@ class RobotState:
         self.record_bodies()
 
     def configure(self, config: NavConfig) -> None:
-        """Take new parameters and hand them to every layer."""
+        """Apply new parameters, and hand them to every layer."""
         old, self.config = self.config, config
         traffic = config.traffic
         self.radius = self.usual_radius
@@ -415,7 +415,7 @@ def begin(
     Args:
         robot_id: From 1.
         stations: (x, y) [m] in map that many robots go to.
-        names: Of all robots, for people; None for the usual ones.
+        names: Names of all robots, for people; None for the usual ones.
 
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones.

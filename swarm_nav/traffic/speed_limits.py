@@ -31,7 +31,7 @@ class SpeedLimits:
         self._limit, self._is_percentage = 0.0, False  # of the topic; 0 for none
 
     def set(self, limit: float, *, is_percentage: bool) -> None:
-        """Take a limit that counts everywhere.
+        """Set a limit that counts everywhere.
 
         Args:
             limit: [m/s], or [%] of the largest speed of the controller; 0 for none.
