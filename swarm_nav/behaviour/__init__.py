@@ -1,4 +1,4 @@
-"""What a robot does, tick by tick: goals, states, recoveries, and what it announces.
+"""Behaviour of a robot, tick by tick: goals, states, recoveries and announcements.
 
 What a module imports of its folder stands above it:
 
@@ -10,7 +10,7 @@ What a module imports of its folder stands above it:
     charging           When the robot goes to charge, to which station, and until when
     goal_manager       Begins goals, goes from target to target, recovers, and ends them
     parts              The parts of one robot: rules decide with them, announcements tell of them
-    announcement       What a robot tells the other robots and the operator
+    announcement       Its beacon to the other robots, its status to the operator
     route              The route to the current target: when and from where it is replanned
     plugin_rule        A rule that a user brings, asked among the built-in ones
     rules              The rules in the order in which the arbiter asks them

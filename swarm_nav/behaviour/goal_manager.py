@@ -103,7 +103,7 @@ class GoalManager:
         return s.pose.distance(place) <= s.config.goal_checker.xy_goal_tolerance
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal for its start tick; the current one ends as canceled (preempted).
+        """Accept a goal for its start tick; the current one ends as canceled (preempted).
 
         Args:
             goal: With the tick from which it counts.
@@ -243,7 +243,6 @@ class GoalManager:
             self._s.counters.goals_failed += 1
 
     def _aim(self, task: GoalProgress) -> None:
-        """Point the lease at the present target."""
         self._arbiter.drop_path()
         if task.goal.kind is GoalKind.FOLLOW_PATH or task.is_passing:
             self._lease.aim(self._s, None)

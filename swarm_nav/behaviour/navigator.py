@@ -81,8 +81,8 @@ class Navigator:
             grid: The map, upright.
             sites: Stations, circuits and zones of the world, in the same map frame.
             robot_id: From 1.
-            initial_pose_map: Of base_footprint, at the first odometry.
-            names: Of all robots, for people; None for the usual ones.
+            initial_pose_map: Pose of base_footprint at the first odometry.
+            names: Names of all robots, for people; None for the usual ones.
 
         Raises:
             MapError: If the map has too many cells when it is divided into finer ones, or a zone
@@ -180,21 +180,21 @@ class Navigator:
         return self._localiser.particles()
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry of this tick."""
+        """Receive the odometry of this tick."""
         self._localiser.on_odom(odom)
         self._s.velocity = odom.twist
         self._s.twist = self._controller.course(odom.twist)
         self._s.pose = self._localiser.pose_map
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan."""
+        """Receive a scan."""
         scan = scan.from_above(self.spec.lidar)
         if scan.tick - self._s.listening_since > self._s.config.traffic.listen_ticks // 2:
             self._localiser.on_scan(scan)  # only then are the robots around known by radio
         self._senses.on_scan(scan)
 
     def on_neighbors(self, beacons: BeaconArray) -> None:
-        """Take the radio's batch of this tick, which may be empty.
+        """Receive the radio's batch of this tick, which may be empty.
 
         Args:
             beacons: (n,) by ascending id.
@@ -202,7 +202,7 @@ class Navigator:
         self._senses.on_neighbors(beacons)
 
     def on_reception(self, reception: Reception) -> None:
-        """Take the radio's batch of this tick where it is, without a copy.
+        """Receive the radio's batch of this tick where it is, without a copy.
 
         Args:
             reception: Beacons as words, and the rows that are heard.
@@ -210,14 +210,14 @@ class Navigator:
         self._senses.on_reception(reception)
 
     def on_battery(self, reading: BatteryReading) -> None:
-        """Take a reading of the battery, one a second; without any it does not count."""
+        """Receive a reading of the battery, one a second; without any it does not count."""
         if self._trip is not None:
             self._trip.reading = reading
 
     def on_initial_pose(
         self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION
     ) -> None:
-        """Take a pose from the operator, known to within `deviation` [m], [rad].
+        """Set the pose that the operator states, known to within `deviation` [m], [rad].
 
         Args:
             deviation: Standard deviations of position [m] and heading [rad].
@@ -226,7 +226,7 @@ class Navigator:
         self._adopt_pose()
 
     def _adopt_pose(self) -> None:
-        """Go on from a pose that is elsewhere; claims made at the old one are dropped."""
+        """Continue from a pose that is elsewhere; claims made at the old one are dropped."""
         s, pose = self._s, self._localiser.pose_map
         if pose.distance(s.pose) > s.config.traffic.safety_margin:
             self._senses.listen_anew()  # the owner of the space there is not known yet
@@ -234,7 +234,7 @@ class Navigator:
         s.hold_place()
 
     def load_map(self, grid: Grid) -> None:
-        """Take another map.
+        """Replace the map.
 
         Args:
             grid: Occupancy, in the same map frame.
@@ -247,7 +247,7 @@ class Navigator:
         self._localiser.load_map(self._s.terrain)
 
     def on_keepout_mask(self, mask: Grid) -> None:
-        """Take a filter mask of places where the robot must not be, besides those of the world.
+        """Set the filter mask of places where the robot must not be, besides those of the world.
 
         Args:
             mask: Upright; 100 is forbidden, 1 to 99 costs more.
@@ -259,7 +259,7 @@ class Navigator:
         self._mark(replace(self._s.terrain.grid, keepout=None))
 
     def _mark(self, grid: Grid) -> None:
-        """Take a map, with zones and mask."""
+        """Apply a map, with zones and mask."""
         grid = self.sites.zones.mark(grid)
         if self._keepout_mask is not None:
             grid = with_mask(grid, self._keepout_mask)
@@ -268,13 +268,13 @@ class Navigator:
         self._gate.region = self._narrow_region()
 
     def reconfigure(self, config: NavConfig) -> None:
-        """Take new parameters, effective from the next tick."""
+        """Apply new parameters, effective from the next tick."""
         self._controller.configure(config.controller)
         self._s.configure(config)
         self._localiser.configure(config.localisation)
 
     def on_speed_limit(self, limit: float, *, is_percentage: bool) -> None:
-        """Take a speed limit from the operator, which counts beside those of zones.
+        """Set the operator's speed limit, which counts beside those of zones.
 
         Args:
             limit: [m/s], or [%] of the largest speed of the controller; 0 for none.
@@ -309,10 +309,10 @@ class Navigator:
         self._s.obstacles.clear_square(centre.x, centre.y, half, is_except)
 
     def steer(self, twist: Twist) -> None:
-        """Take the twist that an operator wants in the current assisted teleoperation.
+        """Receive the twist that an operator wants in the current assisted teleoperation.
 
         Args:
-            twist: That is asked for; it is limited to what is free.
+            twist: The twist that is asked for; it is limited to what is free.
         """
         if self._goal_manager.behavior is not None:
             self._goal_manager.behavior.steer(twist, self._s.tick)
@@ -346,7 +346,7 @@ class Navigator:
         return all(terrain.clearance(x, y) >= radius for x, y in points.tolist())
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal; the current one ends as canceled (preempted).
+        """Accept a goal; the current one ends as canceled (preempted).
 
         Args:
             goal: With the tick from which it counts.
@@ -354,7 +354,7 @@ class Navigator:
         self._goal_manager.set_goal(goal)
 
     def take_order(self, order: TeamOrder) -> None:
-        """Take an order of the centre; without `traffic.coordination` it does not count."""
+        """Receive an order of the centre; without `traffic.coordination` it does not count."""
         if self._obey is not None:
             self._obey.command.take(order, self._s.tick)
 
@@ -414,7 +414,7 @@ class Navigator:
         yield Output(twist, beacon, self._state_machine.pop_events())
 
     def _begin(self, tick: int) -> None:
-        """Take the time; after a gap in it the other robots no longer respect the old space."""
+        """Set the time; after a gap in it the other robots no longer respect the old space."""
         s = self._s
         is_first, passed = s.tick == 0, tick - s.tick
         s.tick = tick
@@ -437,7 +437,7 @@ class Navigator:
         return is_lost
 
     def _sense(self, is_lost: bool) -> bool:
-        """Take in what the neighbours said; return whether the robot knows enough to drive."""
+        """Update the neighbours; return whether the robot knows enough to drive."""
         s = self._s
         if s.neighbors.refresh(s.tick):
             s.record_bodies()
@@ -462,12 +462,11 @@ class Navigator:
 
     @property
     def _battery_share(self) -> float:
-        """Charge by capacity; NaN without a battery, and before its first reading."""
+        """Return charge by capacity; NaN without a battery, and before its first reading."""
         reading = self._trip.reading if self._trip is not None else None
         return math.nan if reading is None else reading.share
 
     def _driving_priority(self) -> int:
-        """Return the robot's priority while it drives, with what it inherits for its lease."""
         own = base_priority(CLASS_DRIVING, self._rank_tick, self._s.robot_id)
         return max(own, self._s.donations.station)
 
@@ -494,7 +493,6 @@ class Navigator:
         return self._speed_limits.limited(twist, s)
 
     def _stand(self) -> Twist:
-        """Release the space that is not needed for stopping, and stop."""
         self._arbiter.retract()
         if self._task is not None:
             self._task.record_progress(self._s, True)  # it cannot be expected to move
@@ -514,7 +512,6 @@ class Navigator:
         return compose_beacon(self._parts, self.spec, self.is_active, is_pausing=self.is_pausing)
 
     def _count_waiting(self) -> None:
-        """Count the time spent in a queue and behind other robots, for the report."""
         s, state = self._s, self._state_machine.state
         if state is State.HOLDING:
             s.counters.hold_ticks += 1

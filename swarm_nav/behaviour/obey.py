@@ -96,7 +96,7 @@ class Obey:
             p.state_machine.switch(Event.RECOVERED)
 
     def _check_patience(self, robot: RobotState, task: GoalProgress) -> None:
-        """Give a target up to which the centre finds no way."""
+        """Reject a target to which the centre has found no way for too long."""
         task.record_progress(robot, True)
         patience = robot.config.traffic.patience
         if robot.tick - task.moved_tick > robot.ticks(patience):
@@ -133,7 +133,6 @@ class Obey:
 
 
 def _points_on(corners: list[Point]) -> FloatArray:
-    """Return points (n, 2) [m] on straight lines, as far apart as those of plans."""
     pieces = [np.array(corners[:1])]
     for start, end in itertools.pairwise(corners):
         count = max(1, round(math.dist(start, end) / SPACING))

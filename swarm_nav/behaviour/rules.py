@@ -43,7 +43,7 @@ class MakeWay:
 
 
 class Leave:
-    """Takes a robot without a goal out of the way of those who want to go where it stands."""
+    """Moves a robot without a goal out of the way of those who want to go where it stands."""
 
     def __init__(self, parts: Parts) -> None:
         self._p = parts
@@ -193,7 +193,6 @@ class WaitForTurn:
         return f"{where}, waits until {station} is free"
 
     def _kept_free(self) -> NDArray[np.bool_] | None:
-        """Return the lattice cells (h, w) where a robot that waits must not park."""
         gate = self._p.gate
         region = gate.region if gate.is_closed else None
         return self._p.lease.kept_free(self._p.robot) if region is None else region > 0
