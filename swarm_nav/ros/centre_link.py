@@ -49,7 +49,7 @@ class CentreLink:
         self._is_gone = False
 
     def receive(self, data: bytes) -> None:
-        """Take the orders of a tick.
+        """Receive the orders of a tick.
 
         Raises:
             RejectedError: If they are none.

@@ -71,7 +71,7 @@ class CourierLink:
         self._reports.publish(self._report)
 
     def receive(self, data: bytes) -> None:
-        """Take a release.
+        """Receive a release.
 
         Raises:
             RejectedError: If it is none.

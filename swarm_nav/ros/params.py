@@ -107,7 +107,7 @@ def describe(found: ParameterDescriptor, spec: RobotSpec) -> ParameterDescriptor
     """Return what there is to know of a parameter beside its name and type.
 
     Args:
-        spec: Of the robot, whose limits are those of its controller.
+        spec: Description of the robot, whose limits are those of its controller.
     """
     told = ParameterDescriptor(
         name=found.name,

@@ -58,7 +58,7 @@ FIXED_EFFECTS = {
 
 @dataclass(frozen=True, slots=True)
 class NodeSettings:
-    """What one navigator node is started with."""
+    """Settings with which one navigator node is started."""
 
     name: str  # namespace
     config: NavConfig  # parameters of the brain, changeable while it runs
@@ -72,7 +72,7 @@ class NodeSettings:
 
     @property
     def names(self) -> RobotNames:
-        """Of all robots."""
+        """Names of all robots."""
         return RobotNames.parse(str(self.fixed["robot_names"]))
 
     @property
@@ -104,7 +104,7 @@ def read_node_settings(name: str, path: str | Path) -> NodeSettings:
     """Return the settings of a robot's navigator in a ROS 2 parameter file.
 
     Args:
-        name: Of the robot, like Srobot3; sections of other robots are ignored.
+        name: Name of the robot, like Srobot3; sections of other robots are ignored.
 
     Raises:
         SwarmError: If the file cannot be read, or a parameter is missing, unknown, of the wrong

@@ -1,4 +1,4 @@
-"""What a navigator shows to viewers, sent only while they subscribe."""
+"""Topics that a navigator shows to viewers, sent only while they subscribe."""
 
 from __future__ import annotations
 
