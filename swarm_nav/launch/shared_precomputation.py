@@ -1,4 +1,4 @@
-"""What all robots would work out of the map and its stations, worked out once before the fork.
+"""Results from map and stations that all robots share, computed once before the fork.
 
 It lies in the caches of the modules that use it; processes forked afterwards share its memory.
 """
