@@ -27,7 +27,7 @@ class DependencyGraph:
     """The moves that are left of a plan."""
 
     def __init__(self, plan: NDArray[np.int32]) -> None:
-        """Take the moves of a plan.
+        """Store the moves of a plan.
 
         Args:
             plan: (steps + 1, n) vertices of n robots.

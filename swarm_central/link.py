@@ -19,7 +19,7 @@ M = TypeVar("M", RobotReport, TeamOrder)
 
 @dataclass(slots=True)
 class CentreUsage:
-    """What a centre cost so far."""
+    """Costs of a centre so far."""
 
     seconds: float = 0.0  # of CPU
     longest: float = 0.0  # [s] of wall time of one decision
@@ -38,7 +38,7 @@ class Centre:
         loss: Share of the messages that are lost, in each direction.
         delay: Ticks, beyond the one that a message always takes.
         outage: First and last tick in which the centre does nothing; None for never.
-        seed: Of the losses.
+        seed: Seed of the losses.
     """
 
     team: Team
@@ -55,7 +55,7 @@ class Centre:
         """Let the team hear, decide and speak.
 
         Args:
-            reports: That robots sent in this tick.
+            reports: Reports that robots sent in this tick.
 
         Returns:
             The orders that arrive now.
@@ -101,6 +101,6 @@ def delay_ticks(delay: float) -> int:
 
 
 def _due(waves: deque[tuple[int, list[M]]], last: int) -> Iterator[M]:
-    """Take the messages off that were sent in a tick or before."""
+    """Yield the messages that were sent in a tick or before, and remove them."""
     while waves and waves[0][0] <= last:
         yield from waves.popleft()[1]

@@ -46,7 +46,7 @@ def step(
     Args:
         order: (n,) robots by priority, the first first.
         moves: Filled in.
-        costs: Of the roadmap.
+        costs: Costs [s] of the roadmap's moves.
         wishes: Where robots want to go.
         may_rotate: Whether a circle of robots may move on at once.
 
@@ -179,7 +179,7 @@ def roll_out(
         headings: (n,) directions.
         locked: (n,) robots that stay.
         places: (n,) vertices where robots stay once they are there; -1 for none.
-        costs: Of the roadmap.
+        costs: Costs [s] of the roadmap's moves.
         wishes: Where robots want to go.
         steps: Number of steps.
     """

@@ -43,7 +43,7 @@ FIGURES_PERIOD = 0.5  # [s] of wall time
 
 
 class CentralNode:
-    """Takes the robots' reports, lets the team decide once they are all there, sends its orders.
+    """Receives the robots' reports, lets the team decide once they are all there, sends its orders.
 
     Attributes:
         refusal: Why the centre cannot decide; empty while it can.
@@ -53,7 +53,7 @@ class CentralNode:
         """Attach to the robots.
 
         Args:
-            config: As `RunPlan.central_config` returns it.
+            config: Configuration from `RunPlan.central_config`.
         """
         self.refusal = ""
         self._events = events
@@ -127,7 +127,6 @@ class CentralNode:
             self._orders[number].publish(self._said[number])
 
     def _repeat(self, number: int, tick: int) -> None:
-        """Speak again to a robot that has not heard it."""
         if tick == self._decided and number in self._said:
             self._orders[number].publish(self._said[number])
 

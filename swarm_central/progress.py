@@ -1,4 +1,4 @@
-"""What the centre knows of one robot, and how far it let it drive."""
+"""State of one robot as the centre knows it, and how far the centre let it drive."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class RobotProgress:
         """Know where a robot is.
 
         Args:
-            vertex: Of the roadmap, that it is to drive to first.
+            vertex: Vertex of the roadmap to which it is to drive first.
             heading: The nearest direction of the roadmap.
         """
         self.report = report
@@ -47,7 +47,7 @@ class RobotProgress:
         self._number = report.heard
 
     def take(self, report: RobotReport) -> bool:
-        """Take a report if it is newer; return whether the goal has changed."""
+        """Receive a report if it is newer; return whether the goal has changed."""
         if report.tick <= self.report.tick and self._number:
             return False
         has_changed = report.goal_id != self.report.goal_id
@@ -107,7 +107,7 @@ class RobotProgress:
         """Send the robot back to the vertex that it left for one that it cannot reach.
 
         Args:
-            point: Of the vertex that it left.
+            point: Point of the vertex that it left, (x, y) [m] in map.
         """
         self.end_here()
         self.vertex = self.left

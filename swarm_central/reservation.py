@@ -66,7 +66,7 @@ class ReservationCentre(MapfCentre):
         self._refused = 0
 
     def observe(self, tick: int, states: Sequence[RobotReport]) -> None:
-        """Take the reports that arrived in a tick.
+        """Receive the reports that arrived in a tick.
 
         Args:
             states: At most one per robot.
