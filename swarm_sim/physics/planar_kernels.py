@@ -14,7 +14,7 @@ from swarm_sim.scene.polygon_kernels import distance, overlap, place
 
 
 class Walls(NamedTuple):
-    """What robots can touch beside each other."""
+    """Outlines and discs that robots can touch, other than each other."""
 
     polygons: FloatArray  # (m, k, 2) [m] convex outlines, padded with repeated corners
     bounds: FloatArray  # (m, 4) [m] x_min, y_min, x_max, y_max of each
@@ -22,7 +22,7 @@ class Walls(NamedTuple):
 
 
 class Notes(NamedTuple):
-    """What happened in a control period; steps of first contact are -1 for none."""
+    """First contacts and motions of a control period; steps of first contact are -1 for none."""
 
     robots: IntArray  # (n, n) step in which a robot met another, at the smaller index first
     polygons: IntArray  # (n, m) step in which it met a polygon
