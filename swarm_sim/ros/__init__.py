@@ -9,7 +9,7 @@ What a module imports of its folder stands above it:
     build       From the settings to a world: everything that can be refused is refused here
     robots      The robots' topics on the side of the world, and the lockstep with their navigators
     trace       Light time series of the truth for the report: where everybody was, once a second
-    report      What the world says of a run: twice a second while it goes on, and at its end
+    report      Reports on a run: twice a second while it goes on, and at its end
     world_node  The world as a node: what happens between two ticks, and in one
     node        The world's process
 

@@ -1,4 +1,4 @@
-"""What the world says of a run: twice a second while it goes on, and at its end."""
+"""Reports of the world on a run: twice a second while it goes on, and at its end."""
 
 from __future__ import annotations
 

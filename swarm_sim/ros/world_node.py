@@ -139,7 +139,7 @@ class WorldNode:
         self._is_stopped = True
 
     def listen(self, control_fd: int) -> None:
-        """Take commands from a pipe."""
+        """Receive commands from a pipe."""
         self._control = MessageReader(control_fd, WORLD)
 
     def run(self) -> None:
@@ -306,7 +306,6 @@ class WorldNode:
             )
 
     def _publish_clock(self, share: float = 0.0) -> None:
-        """Publish the time of the present tick, or a time up to one tick later."""
         clock = ros_io.time_msg(self._tick)
         later = clock.nanosec + round(1e9 * CONTROL_PERIOD * share)
         clock.sec, clock.nanosec = clock.sec + later // 10**9, later % 10**9
@@ -344,7 +343,7 @@ class WorldNode:
         self._reporter.report(self._tick, count, is_paused=self._state.is_paused)
 
     def _on_fault(self, error: Exception) -> None:
-        """Go on although a callback failed: whatever was sent, it must not end the world."""
+        """Continue although a callback failed: whatever was sent, it must not end the world."""
         self._rejections.reject("callback", "unknown", self._faults.note(error))
 
     def _obey(self, command: WorldCommand) -> None:

@@ -124,7 +124,7 @@ class Moves:
 
         Args:
             commands: One per robot; those of robots that do not know are replaced by a stop.
-            beacons: Likewise, by None.
+            beacons: One per robot; those of robots that do not know are replaced by None.
 
         Returns:
             Those that know better since this tick.

@@ -16,7 +16,7 @@ LONGEST = 1.0  # [s] so that a link that comes back is used soon
 
 
 class RoundTrip:
-    """Of one robot.
+    """Round trip to one robot.
 
     Attributes:
         limit: [s] after which its answer is asked for again.

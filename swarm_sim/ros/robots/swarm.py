@@ -107,7 +107,7 @@ class Links:
         return self._links[robot].name
 
     def move_out(self, host: str, names: Sequence[str], run: str, secret: str) -> None:
-        """Take note that the navigators of some robots are on another host.
+        """Record that the navigators of some robots are on another host.
 
         Args:
             names: Robots that are not here are ignored.
@@ -202,7 +202,7 @@ class Links:
         self._waiter.wait([middle.awaited], min(timeout, max(due - now, SHORTEST)))
 
     def receive_answers(self) -> None:
-        """Take what has come from robots whose answer is not whole, also from the late."""
+        """Receive what has come from robots whose answer is not whole, also from the late."""
         for robot, link in enumerate(self._links):
             if link.has_answered:
                 continue

@@ -33,7 +33,7 @@ class _Job:
 
 
 class ModelLoader:
-    """Takes requests, and returns models when they are there. It never waits.
+    """Receives requests, and returns models when they are there. It never waits.
 
     The reader is started at the first request. It is started by exec, not by fork alone, since this
     process has threads of DDS and numba.
