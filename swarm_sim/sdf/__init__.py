@@ -9,7 +9,7 @@ What a module imports of its folder stands above it:
     frames       Frames of an SDF file: `relative_to`, `<frame>`, and names inside nested models
     shapes       Geometry of collisions and visuals in an SDF file, and the colours of materials
     source       SDF files as elements: parsing, versions, missing files
-    grammar      What may stand where in an SDF file
+    grammar      Rules for the elements of an SDF file
     actors       Actors with a script: walkers, or vehicles if they have a box
     models       The tree of models: models in models, and included ones
     state        The `<state>` of a world: poses when it was saved

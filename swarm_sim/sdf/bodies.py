@@ -51,7 +51,6 @@ def bodies_of(models: list[Model], scope: Scope, state: WorldState, source: Sour
 
 
 def _whole(model: Model, scope: Scope, state: WorldState, source: Source) -> list[Body]:
-    """Return the bodies of a model of the world, those that joints hold together as one."""
     own = list(_bodies(model, scope, None, state, source))
     if not model.is_static:
         own = _joined(own, _joints(model, model.name), source)

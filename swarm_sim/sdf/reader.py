@@ -34,7 +34,7 @@ SITES_FILE = "sites.yaml"
 
 @dataclass(frozen=True, slots=True)
 class WorldFile:
-    """What is in an SDF file."""
+    """Content of an SDF file."""
 
     bodies: tuple[Body, ...]  # all links of all models, in file order
     actors: Actors  # actors with a script

@@ -28,7 +28,7 @@ XACRO_ENDING = ".xacro"
 
 @dataclass(slots=True)
 class Source:
-    """What is found out while a world file and the files that it includes are read."""
+    """Findings while a world file and the files that it includes are read."""
 
     path: Path  # the world file
     paths: ModelPaths  # where further files are searched
