@@ -24,7 +24,7 @@ STANDING = 0.02, 0.1  # [m/s], [rad/s] up to which a robot stands
 
 @dataclass(frozen=True, slots=True)
 class BatteryVerdict:
-    """What became of a robot's battery."""
+    """Charge and use of a robot's battery in a run."""
 
     least: float  # smallest charge, as a share of the capacity
     final: float  # charge at the end, likewise
@@ -66,7 +66,7 @@ class Batteries:
         return len(self._robots)
 
     def add(self, robot: int, spec: BatterySpec | None) -> None:
-        """Take another robot."""
+        """Add a robot."""
         if spec is None:
             return
         low, high = spec.initial
@@ -89,7 +89,7 @@ class Batteries:
         self._is_present = np.append(self._is_present, True)
 
     def set_present(self, robot: int, is_present: bool) -> None:
-        """Take note that a robot was taken out of the world, or has come back as it went."""
+        """Record that a robot was taken out of the world, or has come back as it went."""
         if robot in self._rows:
             self._is_present[self._rows[robot]] = is_present
 

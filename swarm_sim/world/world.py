@@ -86,7 +86,7 @@ class WorldConfig:
 
 @value_type
 class Observation:
-    """What one robot senses at a tick."""
+    """Readings of one robot's sensors at a tick."""
 
     odom: Odometry  # every tick
     scan: Scan | None  # when a revolution of its LiDAR ends at this tick, else None
