@@ -89,6 +89,6 @@ def _base(variable: str, usual: str) -> Path:
 
 
 def _is_installation_ours() -> bool:
-    """Whether compiled kernels can be kept beside their sources."""
+    """Report whether compiled kernels can be kept beside their sources."""
     sources = PACKAGES.glob("swarm_*/**/__init__.py")
     return all(can_be_written(path.parent / "__pycache__") for path in sources)

@@ -18,7 +18,7 @@ DRAW = "draw its walls as a floor plan (docs/creating.md), or as a picture, and 
 
 
 class YamlKind(enum.Enum):
-    """What a YAML file describes; the value completes "FILE is ..."."""
+    """Kind of content of a YAML file; the value completes "FILE is ..."."""
 
     PLAN = "a floor plan"
     NAV2_MAP = "a map of Nav2's"
