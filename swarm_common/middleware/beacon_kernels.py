@@ -123,7 +123,7 @@ def sift(words: NDArray[np.uint32], now: int, own_id: int) -> tuple[int, int]:
     Args:
         words: (n, words); changed.
         now: Tick.
-        own_id: Of the receiver.
+        own_id: Id of the receiver.
 
     Returns:
         The last fault found, and how many beacons are sound.

@@ -70,7 +70,7 @@ def read_stamp(data: bytes) -> tuple[int, int]:
 
 
 class Layout:
-    """Of the messages of a topic: a stamp, strings, numbers."""
+    """Layout of the messages of a topic: a stamp, strings, numbers."""
 
     def __init__(self, strings: int, alignment: int, numbers: str) -> None:
         """Know no message yet.

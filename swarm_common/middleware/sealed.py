@@ -28,7 +28,7 @@ class ForgedError(SwarmError):
 
 @dataclass(frozen=True, slots=True)
 class Letter:
-    """What a sealed message says."""
+    """Content of a sealed message."""
 
     run: str  # of the swarm
     sender: str  # different for each process that ever speaks

@@ -50,7 +50,7 @@ class GoalHandle:
     """
 
     def __init__(self, request: Any, info: GoalInfo, accepted_at: int) -> None:
-        """Take it as executing: goals begin when they are accepted."""
+        """Start the goal as executing: goals begin when they are accepted."""
         self.request = request
         self.info = info
         self.status = GoalStatus.STATUS_EXECUTING
@@ -199,7 +199,6 @@ class TickActionServer:
         return response
 
     def _why_not(self, goal_id: bytes) -> int:
-        """Return why a goal cannot be canceled."""
         if (goal := self._goals.get(goal_id)) is None:
             return int(CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID)
         if goal.is_active:  # it is being canceled
@@ -264,7 +263,6 @@ class TickActionServer:
         return int(self._node.get_clock().now().nanoseconds)
 
     def _forget(self) -> None:
-        """Forget results that nobody asks for any more."""
         oldest = self._now() - round(1e9 * RESULT_TIMEOUT)
         old = [key for key, goal in self._goals.items() if not goal.is_active]
         for key in old:
