@@ -42,7 +42,7 @@ Spawn = SpawnArea | SpawnAreas | SpawnCircle
 
 @dataclass(frozen=True, slots=True)
 class Sites:
-    """What `worlds/<name>/sites.yaml` says.
+    """Content of `worlds/<name>/sites.yaml`.
 
     Attributes:
         stations: Pose in the map frame of each station by name, in file order.
