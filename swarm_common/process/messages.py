@@ -44,7 +44,6 @@ def decode(line: bytes, decoder: msgspec.json.Decoder[Kind]) -> Kind:
 
 
 def _plain(value: Any) -> Any:
-    """Return a number of numpy as one of Python."""
     return value.item()
 
 
@@ -95,7 +94,7 @@ class ForeignPublisher(EventBase, frozen=True, tag="foreign"):
 
 
 class ConditionsChecked(EventBase, frozen=True, tag="conditions"):
-    """What the map has room for, by the navigators; `findings` are conditions that do not hold."""
+    """Room on the map, reported by the navigators; `findings` are conditions that do not hold."""
 
     text: str
     guaranteed: bool
@@ -206,7 +205,7 @@ class Alive(EventBase, frozen=True, tag="alive"):
 
 
 class CentreReported(EventBase, frozen=True, tag="centre"):
-    """What the centre has cost since it started."""
+    """Cost of the centre since its start."""
 
     figures: dict[str, float]
 
@@ -258,7 +257,7 @@ class MissionDone(EventBase, frozen=True, tag="done"):
 
 
 class StatusReported(EventBase, frozen=True, tag="status"):
-    """What swarm-up adds up of a robot's status message; `goal_map` is where it is to go."""
+    """Totals that swarm-up keeps of a robot's status message; `goal_map` is its goal."""
 
     robot: str
     state: str
@@ -278,7 +277,7 @@ class StatusReported(EventBase, frozen=True, tag="status"):
 
 
 class OrdersReported(EventBase, frozen=True, tag="orders"):
-    """What happened to orders, see `swarm_mission.orders.order_book.OrderEvent`."""
+    """Events of orders, see `swarm_mission.orders.order_book.OrderEvent`."""
 
     events: list[dict[str, Any]]
 
@@ -440,7 +439,7 @@ class NetworkFault(EventBase, frozen=True, tag="network_fault"):
 
 
 class NetworkFigures(EventBase, frozen=True, tag="network"):
-    """What the probes of the network found, for the report."""
+    """Findings of the network's probes, for the report."""
 
     figures: dict[str, float]
 
@@ -576,7 +575,7 @@ class ServeHost(CommandBase, frozen=True, tag="host"):
 
 
 class Figures(msgspec.Struct, frozen=True):
-    """What the robots' hosts show of the world."""
+    """Figures of the world that the robots' hosts show."""
 
     sim_time: float
     real_time_factor: float

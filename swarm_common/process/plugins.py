@@ -62,7 +62,7 @@ def load_plugin(
     """Return the class or function that a parameter names; the working directory is searched too.
 
     Args:
-        group: Of entry points, like `controllers`.
+        group: Group of entry points, like `controllers`.
         name: `module:Class`, a built-in name, that of an entry point of an installed package, or a
             file with a built-in suffix.
         built_in: `module:Class` of the built-in ones by name, and by suffix like `.onnx`.
