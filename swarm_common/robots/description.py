@@ -120,7 +120,6 @@ def parse_urdf(
 
 @functools.cache
 def _code() -> list[bytes]:
-    """Return the code that makes a model of a tree."""
     modules = (
         sys.modules[name] for name in (__name__, Part.__module__, estimated_inertia.__module__)
     )

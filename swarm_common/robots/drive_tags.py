@@ -1,4 +1,4 @@
-"""What a plugin or a controller states about a robot's drive."""
+"""Statements of a plugin or a controller on a robot's drive."""
 
 from __future__ import annotations
 

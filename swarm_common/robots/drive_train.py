@@ -319,7 +319,6 @@ def _in_the_air(model: RobotModel, wheels: dict[str, _Wheel]) -> str:
 
 
 def _sides(rolling: Sequence[_Wheel]) -> tuple[list[_Wheel], list[_Wheel]]:
-    """Return the left and the right ones of wheels."""
     middle = np.mean([w.place[1] for w in rolling]) if rolling else 0.0
     left = [w for w in rolling if w.place[1] - middle > OFF_CENTER]
     return left, [w for w in rolling if w.place[1] - middle < -OFF_CENTER]

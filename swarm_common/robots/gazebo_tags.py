@@ -1,4 +1,4 @@
-"""What the `<gazebo>` elements of a URDF say about drive and LiDAR, of Classic and of Sim."""
+"""Drive and LiDAR in the `<gazebo>` elements of a URDF, of Classic and of Sim."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class RobotSource:
 
     @property
     def where(self) -> str:
-        """What errors in the description are about."""
+        """Name of the description in error messages."""
         return str(self.urdf or self.settings.parent)
 
     def finder(self) -> PackageFinder:

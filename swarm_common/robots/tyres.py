@@ -23,7 +23,7 @@ SAME = 1e-4  # [m] by which the tyre's middle is off the joint all the same
 
 @dataclass(frozen=True, slots=True)
 class Tyre:
-    """What of a turning group rolls on the ground."""
+    """Part of a turning group that rolls on the ground."""
 
     radius: float  # [m]
     offset: (
