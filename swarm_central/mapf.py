@@ -355,7 +355,7 @@ class MapfCentre:
         return self.roadmap.in_reach(x, y, self._terrain, self._room)
 
     def _is_locked(self, robot: RobotProgress, place: int) -> bool:
-        """Report whether a robot stays: at its goal, or on its way to a place beside the roadmap."""
+        """Report whether a robot stays: at its goal, or on its way to a place off the roadmap."""
         if self._is_silent(robot):
             return True
         return bool(robot.queue) or robot.report.has_arrived or robot.vertex == place
