@@ -46,7 +46,7 @@ from swarm_nav.traffic.held_space_rules import KeepApart, StopBeforeObstacle
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
-from swarm_nav.traffic.robot_state import begin
+from swarm_nav.traffic.robot_state import initial_state
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.speed_limits import SpeedLimits
@@ -97,7 +97,7 @@ class Navigator:
         self._controller = make_controller(spec, config.controller, self._receive_fault)
         stations = [(p.x, p.y) for p in sites.stations.values()]
         make_planner = planner_maker(config.planner.plugin, spec)
-        self._s = s = begin(
+        self._s = s = initial_state(
             config, spec, grid, robot_id, initial_pose_map, tuple(stations), names, make_planner
         )
         self._localiser = make_localiser(

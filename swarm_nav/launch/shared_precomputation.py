@@ -14,7 +14,7 @@ from swarm_nav.planning.planner import Planner
 from swarm_nav.ros.settings import NodeSettings
 from swarm_nav.traffic.conditions import Conditions, Point, conditions
 from swarm_nav.traffic.gate import narrow_region
-from swarm_nav.traffic.robot_state import begin
+from swarm_nav.traffic.robot_state import initial_state
 from swarm_nav.traffic.single_lanes import single_lanes
 
 MANY_PROCESSES = 10  # from here on, ways to all stations cost less than each process's own
@@ -43,7 +43,7 @@ def prepare(
     grid = robots[0].sites.zones.mark(grid.refined())
     seen = set()
     for navigator in robots:
-        robot = begin(
+        robot = initial_state(
             navigator.config, navigator.spec, grid, navigator.robot_id, navigator.initial_pose_map
         )
         key = robot.terrain, robot.radius, str(navigator.fixed["sites"])

@@ -400,7 +400,7 @@ def terrain_of(config: NavConfig, spec: RobotSpec, grid: Grid) -> Terrain:
     return terrain_for(grid, config.planner, config.costmap, body, Oblong.of(spec))
 
 
-def begin(
+def initial_state(
     config: NavConfig,
     spec: RobotSpec,
     grid: Grid,

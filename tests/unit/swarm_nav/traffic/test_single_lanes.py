@@ -14,7 +14,7 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.core.rank import OWN_DEPTH
 from swarm_nav.planning import search_kernels
 from swarm_nav.traffic import single_lane_kernels as kernels
-from swarm_nav.traffic.robot_state import RobotState, begin
+from swarm_nav.traffic.robot_state import RobotState, initial_state
 from swarm_nav.traffic.single_lanes import SingleLanes, rooms, single_lanes
 from tests.fakes.navigation import beacon, hear, robot_in, room
 
@@ -65,7 +65,7 @@ def test_where_two_smooth_paths_do_not_fit_beside_each_other_is_a_single_lane(
 ) -> None:
     """Paths keep 0.3 m from walls: in an aisle of 0.85 m all small robots drove in the middle."""
     grid = room(6.0, 6.0, (0.0, 0.0, 6.0, 2.0), (0.0, 2.0 + width, 6.0, 6.0))
-    s = begin(NavConfig(), load_robot("turtlebot3_burger"), grid, 1, Pose(3.0, 2.4, 0.0))
+    s = initial_state(NavConfig(), load_robot("turtlebot3_burger"), grid, 1, Pose(3.0, 2.4, 0.0))
     is_open = s.planner.lattice.base < search_kernels.WALL
     assert bool(rooms(*s.passing)[is_open].any()) is is_room
 
