@@ -97,7 +97,7 @@ class Departure:
         """Whether the way out goes on; where there is no other, until it is barred for good."""
         left = self._lease.left
         has_one_way = left is not None and left.room > 0
-        waited = robot.vain_ticks if has_one_way else robot.waited_ticks
+        waited = robot.unproductive_ticks if has_one_way else robot.waited_ticks
         if self._target is None or waited > robot.wait_ticks:
             return False
         x, y = robot.tube.points[-1]

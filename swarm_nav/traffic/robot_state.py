@@ -193,7 +193,7 @@ class RobotState:
         return "for the centre" if self.led_standing > WAITING_TICKS else ""
 
     @property
-    def vain_ticks(self) -> int:
+    def unproductive_ticks(self) -> int:
         """Ticks waited for what makes no way: a silent robot, a served one, or an obstacle."""
         row = self.neighbors.row(self.blocked_by) if self.blocked_ticks else None
         neighbors = self.neighbors
