@@ -81,7 +81,7 @@ def passed_on(priority: int) -> int:
     return priority - 1
 
 
-def above(priority: int, hops: int = 0) -> int:
+def inherited_by_holder(priority: int, hops: int = 0) -> int:
     """Return what a robot that waits passes on to the one it waits for: as it drives, just above.
 
     Waiting robots are parked, below all driving ones; the robot that keeps them waiting must rank

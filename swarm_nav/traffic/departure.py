@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
-from swarm_nav.core.rank import OUT_OF_LANES, above
+from swarm_nav.core.rank import OUT_OF_LANES, inherited_by_holder
 from swarm_nav.interfaces import Proposal
 from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.gate import Gate, label_of
@@ -169,7 +169,7 @@ class Departure:
         if way is not None and len(way) >= 2:
             self._target = robot.tube.end_of(way)
             self._has_left = True
-            self._inherit(robot, above(highest, hops) if highest else 0)
+            self._inherit(robot, inherited_by_holder(highest, hops) if highest else 0)
         return way
 
 

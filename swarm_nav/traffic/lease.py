@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from swarm_common.model.records import FloatArray
 from swarm_common.model.sites import Sites
 from swarm_nav.core.config import HoldingConfig
-from swarm_nav.core.rank import OUT_OF_LANES, above
+from swarm_nav.core.rank import OUT_OF_LANES, inherited_by_holder
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.zone import MOUTH_GAP, WAITING_GAP, Zone, is_large, lane_at
@@ -167,7 +167,9 @@ class Lease:
                     highest = max(highest, robot.own_priority)
                 # never less while it has its turn: a change would delay all requests
                 hops = OUT_OF_LANES if self.is_leaving else 0
-                robot.donations.station = max(robot.donations.station, above(highest, hops))
+                robot.donations.station = max(
+                    robot.donations.station, inherited_by_holder(highest, hops)
+                )
 
     def _hold_lanes_here(self, robot: RobotState) -> None:
         """Hold the single lanes where the robot gets its goal, if that lies elsewhere."""
