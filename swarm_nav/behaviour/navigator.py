@@ -51,7 +51,7 @@ from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.speed_limits import SpeedLimits
 from swarm_nav.traffic.speed_near_people import limited, people_near
-from swarm_nav.traffic.stop_filter import admitted
+from swarm_nav.traffic.stop_filter import clip_to_held_space
 
 SAFETY_RULES = (KeepApart, StopBeforeObstacle)  # above what a centre wants
 
@@ -404,7 +404,7 @@ class Navigator:
         s = self._s
         s.tube.record_rest(s.pose, s.is_standing)
         if can_drive:
-            twist = admitted(s, self._follow())
+            twist = clip_to_held_space(s, self._follow())
             self._arbiter.extend()
         else:
             twist = self._stand()

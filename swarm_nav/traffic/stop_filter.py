@@ -20,7 +20,7 @@ STANDING = 0.02  # [m/s] below which a robot brakes within a fraction of a milli
 STANDSTILL = Twist()
 
 
-def admitted(robot: RobotState, wish: Twist) -> Twist:
+def clip_to_held_space(robot: RobotState, wish: Twist) -> Twist:
     """Return the largest scaling of a twist from which the robot stops in its own space.
 
     Args:
