@@ -21,7 +21,7 @@ from swarm_nav.planning.planner import SPACING
 from swarm_nav.planning.terrain import NODE_MARGIN
 from swarm_nav.reservation.stop_filter_kernels import gap_to_line
 from swarm_nav.traffic.robot_state import RobotState
-from swarm_nav.traffic.speed_near_people import limited, people_near
+from swarm_nav.traffic.speed_near_people import people_near, slow_near_people
 
 REACH = 12  # path points that are asked for ahead
 FEWEST = 8  # of them that are left before more are asked for
@@ -91,4 +91,6 @@ class SteeredNavigator(Navigator):
         wish = self.wish
         if self._arbiter.winner.stands:
             wish = Twist(wz=wish.wz if s.speed < STANDING else 0.0)
-        return self._speed_limits.limited(limited(wish, people_near(s), s.config.controller), s)
+        return self._speed_limits.limited(
+            slow_near_people(wish, people_near(s), s.config.controller), s
+        )

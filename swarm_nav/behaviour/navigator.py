@@ -50,7 +50,7 @@ from swarm_nav.traffic.robot_state import initial_state
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.speed_limits import SpeedLimits
-from swarm_nav.traffic.speed_near_people import limited, people_near
+from swarm_nav.traffic.speed_near_people import people_near, slow_near_people
 from swarm_nav.traffic.stop_filter import clip_to_held_space
 
 SAFETY_RULES = (KeepApart, StopBeforeObstacle)  # above what a centre wants
@@ -489,7 +489,7 @@ class Navigator:
         may_back = self._state is State.YIELDING or has_backed_up or s.is_confined
         twist = self._arbiter.follow(self._controller, may_back)
         parts.people = people_near(s)
-        twist = limited(twist, parts.people, s.config.controller)
+        twist = slow_near_people(twist, parts.people, s.config.controller)
         return self._speed_limits.limited(twist, s)
 
     def _stand(self) -> Twist:
