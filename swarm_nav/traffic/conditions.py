@@ -26,7 +26,7 @@ from swarm_nav.planning.terrain import Lattice, Terrain, as_large_as
 from swarm_nav.traffic import single_lane_kernels
 from swarm_nav.traffic.lane_group import grown, lane_group
 from swarm_nav.traffic.robot_state import terrain_of
-from swarm_nav.traffic.single_lanes import Mask, parts, rooms
+from swarm_nav.traffic.single_lanes import Mask, parts, passing_areas
 
 Point = tuple[float, float]
 MOST_NAMED = 6  # findings that are told one by one
@@ -146,7 +146,7 @@ class _Floor:
         self._lattice: Lattice = terrain.lattice
         self._gap = 2.0 * radius / self._lattice.step  # cells between two robots
         self._open: Mask = self._lattice.base < search_kernels.WALL
-        self._wide: Mask = rooms(terrain, radius)
+        self._wide: Mask = passing_areas(terrain, radius)
         self._lanes: Mask = self._open & ~self._wide
         self._standing: Mask = self._wide & (standing.lattice.base < search_kernels.WALL)
 

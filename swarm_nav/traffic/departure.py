@@ -24,7 +24,7 @@ from swarm_nav.traffic.gate import Gate, label_of
 from swarm_nav.traffic.holding import ARRIVED, parking_path
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.robot_state import RobotState
-from swarm_nav.traffic.single_lanes import rooms
+from swarm_nav.traffic.single_lanes import passing_areas
 
 PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where they walk it parks
 
@@ -152,7 +152,7 @@ class Departure:
         """Return the way to a parking place, else to where others get past."""
         way = self._parking_way(robot, highest, closed, hops)
         if way is None:
-            way = self._parking_way(robot, highest, closed, hops, rooms(*robot.passing))
+            way = self._parking_way(robot, highest, closed, hops, passing_areas(*robot.passing))
         return way
 
     def _parking_way(

@@ -34,7 +34,7 @@ from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
 from swarm_nav.traffic import gate_kernels
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import label_at
-from swarm_nav.traffic.single_lanes import parts, rooms, with_rim
+from swarm_nav.traffic.single_lanes import parts, passing_areas, with_rim
 
 NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
 LEAST_AREA = 16.0  # [m²] of a region; fewer robots than that has room for are led by the lease
@@ -76,7 +76,7 @@ def narrow_region(
             aisles &= ~part
     region = np.zeros(narrow.shape, np.int16)
     count = 0
-    for floor, starts in ((aisles, aisles & rooms(terrain, radius)), (narrow, narrow)):
+    for floor, starts in ((aisles, aisles & passing_areas(terrain, radius)), (narrow, narrow)):
         for node in at_stations:
             if starts.flat[node] and not region.flat[node]:
                 part = _component(lattice, floor, node)

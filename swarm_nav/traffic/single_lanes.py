@@ -34,7 +34,7 @@ Mask = NDArray[np.bool_]
 
 
 @functools.lru_cache(maxsize=4)
-def rooms(terrain: Terrain, radius: float) -> Mask:
+def passing_areas(terrain: Terrain, radius: float) -> Mask:
     """Return the lattice cells (height, width) of the floor on which two robots pass each other.
 
     Args:
@@ -96,7 +96,7 @@ def single_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16] | None:
     """
     lattice = terrain.lattice
     is_free = lattice.base < search_kernels.WALL
-    is_single = is_free & ~rooms(terrain, radius)
+    is_single = is_free & ~passing_areas(terrain, radius)
     if not is_single.any():
         return None
     labels = label(is_single)
