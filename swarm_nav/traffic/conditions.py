@@ -26,7 +26,7 @@ from swarm_nav.planning.terrain import Lattice, Terrain, as_large_as
 from swarm_nav.traffic import single_lane_kernels
 from swarm_nav.traffic.lane_group import grown, lane_group
 from swarm_nav.traffic.robot_state import terrain_of
-from swarm_nav.traffic.single_lanes import Mask, parts, passing_areas
+from swarm_nav.traffic.single_lanes import Mask, connected_components, passing_areas
 
 Point = tuple[float, float]
 MOST_NAMED = 6  # findings that are told one by one
@@ -156,7 +156,11 @@ class _Floor:
         """Return the number of places, and a sentence for each condition that does not hold."""
         nodes = [self._nodes(each) for each in goals]
         stays = [[*self._nodes([start]), *each] for start, each in zip(starts, nodes, strict=True)]
-        used = [(part, count) for part in parts(self._open) if (count := _visitors(part, stays))]
+        used = [
+            (part, count)
+            for part in connected_components(self._open)
+            if (count := _visitors(part, stays))
+        ]
         places = [self._places(part & self._standing) for part, _ in used]
         findings: list[str] = []
         for (part, count), room in zip(used, places, strict=True):
@@ -165,7 +169,7 @@ class _Floor:
                 findings.append(
                     f"room for {_robots(room // PLACES_PER_ROBOT)}{here}; {count} asked for"
                 )
-        for number, lane in enumerate(parts(self._lanes), 1):
+        for number, lane in enumerate(connected_components(self._lanes), 1):
             room = lane_group(self._terrain, self._radius, number).capacity
             findings += self._check_lane(lane, room, nodes)
         return sum(places), findings
@@ -183,7 +187,7 @@ class _Floor:
         """
         robots = len(nodes)
         around = grown(lane) & self._open & ~lane
-        sides = [side for side in parts(self._open & ~lane) if (side & around).any()]
+        sides = [side for side in connected_components(self._open & ~lane) if (side & around).any()]
         here = self._spot(lane)
         guests = _visitors(lane, nodes)
         if guests > room:

@@ -34,7 +34,7 @@ from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
 from swarm_nav.traffic import gate_kernels
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import label_at
-from swarm_nav.traffic.single_lanes import parts, passing_areas, with_rim
+from swarm_nav.traffic.single_lanes import connected_components, passing_areas, with_rim
 
 NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
 LEAST_AREA = 16.0  # [m²] of a region; fewer robots than that has room for are led by the lease
@@ -71,7 +71,7 @@ def narrow_region(
     at_stations = [node for xy in stations if (node := lattice.node_of(*xy)) is not None]
     reach = _reachable(lattice, at_stations)
     narrow, aisles = (_narrow(lattice, reach, gap) for gap in (HALL_DISTANCE, HALL_DISTANCE / 2))
-    for part in parts(narrow):
+    for part in connected_components(narrow):
         if part.sum() * lattice.step**2 <= MOST_AREA:
             aisles &= ~part
     region = np.zeros(narrow.shape, np.int16)

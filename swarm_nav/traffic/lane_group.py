@@ -19,7 +19,7 @@ from swarm_nav.planning.cells import distance_cells, label
 from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic import single_lane_kernels
-from swarm_nav.traffic.single_lanes import Mask, parts, passing_areas, with_rim
+from swarm_nav.traffic.single_lanes import Mask, connected_components, passing_areas, with_rim
 
 
 @functools.lru_cache(maxsize=4)
@@ -101,7 +101,7 @@ class LaneGroup:
 
     @functools.cached_property
     def _mouths(self) -> int:
-        return len(list(parts(grown(self.cells) & self._is_open & ~self.cells)))
+        return len(list(connected_components(grown(self.cells) & self._is_open & ~self.cells)))
 
     def _blind_ends(self) -> int:
         """Return the number of blind ends, each with room for a robot."""

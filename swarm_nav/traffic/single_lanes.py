@@ -47,14 +47,14 @@ def passing_areas(terrain: Terrain, radius: float) -> Mask:
     kept = max(terrain.radius + NODE_MARGIN + lattice.step / 2, terrain.wall_clearance)
     least = kept + radius
     wide = np.asarray((lattice.base < search_kernels.WALL) & (half >= least), np.bool_)
-    for part in parts(wide):
+    for part in connected_components(wide):
         places = single_lane_kernels.places(part, 2.0 * radius / lattice.step, FEWEST_PLACES)
         if places < FEWEST_PLACES:
             wide &= ~part
     return wide
 
 
-def parts(mask: Mask) -> Iterator[Mask]:
+def connected_components(mask: Mask) -> Iterator[Mask]:
     """Yield the parts of a mask that hang together, one by one.
 
     Args:
