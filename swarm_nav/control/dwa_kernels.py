@@ -33,7 +33,7 @@ class Velocity(NamedTuple):
     w: float
 
 
-class Inside(NamedTuple):
+class StopConstraint(NamedTuple):
     """Where a twist must be able to stop."""
 
     v_limit: float  # [m/s] largest speed
@@ -312,7 +312,7 @@ def best_twist(
     pose: Place,
     twist: Velocity,
     path: Floats,
-    inside: Inside,
+    inside: StopConstraint,
     limits: Limits,
     samples: Samples,
     scales: Scales,
@@ -411,7 +411,7 @@ def choose_twist(
         pose: (x, y, yaw) [m], [rad] in map.
         twist: Fields of `Velocity`, the present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
-        inside: Fields of `Inside`: where the robot must be able to stop.
+        inside: Fields of `StopConstraint`: where the robot must be able to stop.
         limits: Fields of `Limits`: those of the drive.
         samples: Fields of `Samples`: twists that are tried.
         scales: Fields of `Scales`: weights of the critics.
@@ -424,7 +424,7 @@ def choose_twist(
         Place(*pose),
         Velocity(*twist),
         path,
-        Inside(*inside),
+        StopConstraint(*inside),
         Limits(*limits),
         Samples(*samples),
         Scales(*scales),

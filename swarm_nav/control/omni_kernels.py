@@ -30,7 +30,7 @@ class PlanarVelocity(NamedTuple):
 
 
 class InsideTowards(NamedTuple):
-    """Limits as in `dwa_kernels.Inside`, and a point that one sample leads straight to."""
+    """Limits as in `dwa_kernels.StopConstraint`, and a point that one sample leads straight to."""
 
     v_limit: float  # [m/s]
     held: int
