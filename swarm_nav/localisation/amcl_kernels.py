@@ -69,7 +69,7 @@ class Rays(NamedTuple):
     range_max: float  # [m]
 
 
-class Skip(NamedTuple):
+class BeamSkipping(NamedTuple):
     """Which hits are left out."""
 
     agreement: float  # log likelihood from which a particle agrees with a hit
@@ -274,7 +274,7 @@ def weigh(
     points: Floats,
     field: NDArray[np.float32],
     frame: Frame,
-    skip: Skip,
+    skip: BeamSkipping,
     trust: Trust,
     scores: Floats,
     weights: Floats,

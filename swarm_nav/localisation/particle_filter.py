@@ -129,7 +129,7 @@ class ParticleFilter:
         weights = self._weights[: len(self._particles)]
         may_skip = config.do_beamskip and not is_searching
         share = config.beam_skip_threshold if may_skip else 0.0
-        skip = amcl_kernels.Skip(field.agreement, share, config.beam_skip_error_threshold)
+        skip = amcl_kernels.BeamSkipping(field.agreement, share, config.beam_skip_error_threshold)
         trust = amcl_kernels.Trust(power, EFFECTIVE * len(weights))
         amcl_kernels.weigh(
             self._particles, hits, field.log, field.frame, skip, trust, self._scores, weights
