@@ -258,7 +258,7 @@ class NeighborTable:
         )  # fmt: skip
         return discs[:count], radii[:count], is_fresh[:count]
 
-    def look(
+    def clear_empty_places(
         self,
         ranges: NDArray[np.float32],
         beam: tuple[float, float, float],
@@ -279,7 +279,7 @@ class NeighborTable:
             self._fetch()
             footprint, radius = body
             limits = (reach, radius, self._dead_ticks)
-            kernels.look(*self._places(), (ranges, beam, pose), limits, footprint)
+            kernels.clear_empty_places(*self._places(), (ranges, beam, pose), limits, footprint)
 
     def passed_by(self) -> None:
         """Give up the places of silent robots on which another robot is now."""

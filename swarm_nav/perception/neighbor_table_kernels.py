@@ -492,7 +492,7 @@ def is_through(
 
 
 @njit(cache=True)
-def look(
+def clear_empty_places(
     words: Words,
     floats: Floats,
     links: Ints,

@@ -108,7 +108,7 @@ class ObstacleLayer:
         pose = Place(lidar.x, lidar.y, lidar.yaw)
         beam = obstacle_kernels.Beam(scan.angle_min, scan.angle_increment, scan.range_min)
         ranges = np.array(scan.ranges, np.float32)  # a message's buffer may be read-only
-        neighbors.look(ranges, beam, pose, config.raytrace_max_range, self._body)
+        neighbors.clear_empty_places(ranges, beam, pose, config.raytrace_max_range, self._body)
         robots, reach, is_fresh = neighbors.masks(
             lidar.x, lidar.y, config.raytrace_max_range, margin
         )
