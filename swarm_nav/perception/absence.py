@@ -101,7 +101,7 @@ class Absence:
         Args:
             tick: Tick of the beacon. The next call overwrites what is returned.
         """
-        kernels.tell(self._plain_sightings, self._own_id, tick, self._told)
+        kernels.write_sightings(self._plain_sightings, self._own_id, tick, self._told)
         return self._told
 
     def listen(

@@ -163,7 +163,7 @@ def hear(
 
 
 @njit(cache=True)
-def tell(known: PlainSightings, own_id: int, tick: int, out: Words) -> None:
+def write_sightings(known: PlainSightings, own_id: int, tick: int, out: Words) -> None:
     """Write the sightings that are due in a beacon: all of other robots, in turn.
 
     Args:
