@@ -14,7 +14,7 @@ What a module imports of its folder stands above it:
     route              The route to the current target: when and from where it is replanned
     plugin_rule        A rule that a user brings, asked among the built-in ones
     rules              The rules in the order in which the arbiter asks them
-    obey               The rule of a robot for which a centre decides
+    follow_centre      The rule of a robot for which a centre decides
     plugin_priority    A rule of who goes first that a user brings
     navigator          The brain: observations in, one twist and one beacon per tick out. No I/O
     brain_adapter      A brain that a user brings, with the face that bench and ROS node need

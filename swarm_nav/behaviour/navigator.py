@@ -23,9 +23,9 @@ from swarm_nav.behaviour.announcement import compose_beacon, compose_feedback, c
 from swarm_nav.behaviour.behaviors import BehaviorEnd
 from swarm_nav.behaviour.charging import ChargingTrip
 from swarm_nav.behaviour.costmap import Costmap
+from swarm_nav.behaviour.follow_centre import FollowCentre
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
-from swarm_nav.behaviour.obey import Obey
 from swarm_nav.behaviour.parts import Parts
 from swarm_nav.behaviour.plugin_priority import PluginPriority
 from swarm_nav.behaviour.rules import rules_of
@@ -123,12 +123,12 @@ class Navigator:
             lease, self._gate, holding, self._senses, arbiter,
         )  # fmt: skip
         self._rules = rules_of(self._parts, spec, self._receive_fault)
-        self._obey: Obey | None = None
+        self._follow_centre: FollowCentre | None = None
         if config.traffic.coordination != Coordination.DECENTRAL:
-            self._obey = Obey(self._parts)
+            self._follow_centre = FollowCentre(self._parts)
             safety = [rule for rule in self._rules if isinstance(rule, SAFETY_RULES)]
             own = [rule for rule in self._rules if rule not in safety]
-            self._rules = [*safety, self._obey, *own]
+            self._rules = [*safety, self._follow_centre, *own]
         self._speed_limits = SpeedLimits(sites.zones)
 
     def _narrow_region(self) -> NDArray[np.int16] | None:
@@ -355,12 +355,12 @@ class Navigator:
 
     def take_order(self, order: TeamOrder) -> None:
         """Receive an order of the centre; without `traffic.coordination` it does not count."""
-        if self._obey is not None:
-            self._obey.command.take(order, self._s.tick)
+        if self._follow_centre is not None:
+            self._follow_centre.command.take(order, self._s.tick)
 
     def report(self) -> RobotReport | None:
         """Return what the centre is to know after a tick; None where each robot decides alone."""
-        return None if self._obey is None else self._obey.report(self._s)
+        return None if self._follow_centre is None else self._follow_centre.report(self._s)
 
     def cancel_goal(self) -> None:
         """End the current goal, if any."""

@@ -28,7 +28,7 @@ FAR = 0.1  # [m] of it, at least
 NOTHING: tuple[int, Point] = 0, (math.nan, math.nan)
 
 
-class Obey:
+class FollowCentre:
     """Stands above the robot's own rules as long as the centre's word counts.
 
     What the robot holds, and how it takes more, stays as it is: so does the proof of safety.
