@@ -173,7 +173,7 @@ class GoalManager:
         if not self._right.is_yielding:
             self._arbiter.stop_short()
 
-    def see_to_battery(self) -> None:
+    def update_charging(self) -> None:
         """Put the goal off for a trip to charge when it is due, and go on with it afterwards."""
         trip, s = self._trip, self._s
         if trip is None:

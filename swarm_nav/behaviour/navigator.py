@@ -451,7 +451,7 @@ class Navigator:
         if self._faults:
             self._give_up()
         if self.is_active:
-            goal_manager.see_to_battery()
+            goal_manager.update_charging()
         self._lease.update(s)
         self._gate.update(
             s,
