@@ -121,7 +121,7 @@ class Controller(Protocol):
         space (`length` is 0): it may turn then. Heading at the goal is not its matter.
 
         Args:
-            path: Where to go.
+            path: Path (n, 2) [m] in map to follow.
             pose_map: Pose of base_footprint now.
             twist: Measured, in base_footprint.
             limits: Limits of the drive; each part of the result is clipped to its own.
@@ -349,7 +349,7 @@ class Rule(Protocol):
         """
 
     def propose(self, state: RuleState) -> Proposal | None:
-        """Return what the rule asks for in this tick, None for nothing.
+        """Return the request of the rule in this tick, None for nothing.
 
         Args:
             state: State of the robot now.

@@ -7,7 +7,7 @@ What a module imports of its folder stands above it:
     costmap            Costmaps with Nav2's cost scale, composed on request
     given_path         A path that the operator gave (FollowPath), and the way along it
     goal_progress      The current goal: its sequence of targets, and when each counts as reached
-    charging           When the robot goes to charge, to which station, and until when
+    charging           Trips to charge: when, to which station, and until when
     goal_manager       Begins goals, goes from target to target, recovers, and ends them
     parts              The parts of one robot: rules decide with them, announcements tell of them
     announcement       Its beacon to the other robots, its status to the operator

@@ -30,7 +30,7 @@ DRIVE_COLLISIONS = {GoalKind.BACKUP: ErrorCode.BACKUP_COLLISION_AHEAD}
 
 @dataclass(frozen=True, slots=True)
 class BehaviorEnd:
-    """How a behaviour ended; NONE is success."""
+    """Result of a behaviour; NONE is success."""
 
     code: ErrorCode = ErrorCode.NONE
     message: str = ""
@@ -74,7 +74,7 @@ class Behavior:
         self._is_pathed = False
 
     def propose(self, robot: RobotState) -> Proposal:
-        """Return what the robot is to do in this tick; `end` tells when the behaviour is over."""
+        """Return the motion of this tick; `end` tells when the behaviour is over."""
         self.angle_traveled += wrap_angle(robot.pose.yaw - self._last_yaw)
         self._last_yaw = robot.pose.yaw
         self._traveled = self.distance_traveled(robot)

@@ -70,7 +70,7 @@ def make_brain(
     initial_pose_map: Pose,
     names: RobotNames | None = None,
 ) -> RobotBrain:
-    """Return what decides for a robot, by `brain.plugin`.
+    """Return the brain of a robot, by `brain.plugin`.
 
     Args:
         grid: The map, upright.
@@ -378,7 +378,7 @@ class BrainAdapter:
         """Return a path (n, 2) through the goals from `start` (None: the robot's pose).
 
         Args:
-            start: Where it begins; None for the pose of the robot.
+            start: Start of the plan; None for the pose of the robot.
 
         Raises:
             PlanError: If there is none.

@@ -44,7 +44,7 @@ class FollowCentre:
         self._placed = NOTHING  # end of the path that was given, and its index
 
     def propose(self, robot: RobotState) -> Proposal | None:
-        """Return what the centre wants; None where the robot's own rules decide."""
+        """Return the proposal of the centre; None where the robot's own rules decide."""
         command, manager = self.command, self._p.goal_manager
         is_busy = self._p.state_machine.state is State.BEHAVING
         was_led, robot.is_led = robot.is_led, command.counts(robot.tick) and not is_busy
@@ -68,7 +68,7 @@ class FollowCentre:
         return self._arrive.propose(robot) or self._begin_anew(robot) or self._drive(robot)
 
     def report(self, robot: RobotState) -> RobotReport:
-        """Return what the centre is to know."""
+        """Return the robot's report to the centre."""
         manager = self._p.goal_manager
         task, command = manager.task, self.command
         is_busy = manager.is_pausing or self._p.state_machine.state is State.BEHAVING

@@ -23,7 +23,7 @@ class GoalManager:
     """The current or pending goal, at most one.
 
     Attributes:
-        task: What the robot drives to: the current navigation goal, or a charging station.
+        task: Progress of the current navigation goal, or of a trip to a charging station.
         behavior: The current behaviour, asked for or (`is_recovery`) in aid of the task.
         last_goal_tick: Tick at which the last target was reached.
         failure: Why the goal before was given up; empty if it was not.
@@ -334,6 +334,6 @@ class GoalManager:
         self.drop_recovery()
 
     def replan(self) -> None:
-        """Have the way to the target planned anew."""
+        """Request a new plan to the target."""
         if self.task is not None:
             self.task.is_planned = False

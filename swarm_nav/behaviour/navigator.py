@@ -359,7 +359,7 @@ class Navigator:
             self._follow_centre.command.take(order, self._s.tick)
 
     def report(self) -> RobotReport | None:
-        """Return what the centre is to know after a tick; None where each robot decides alone."""
+        """Return the report to the centre after a tick; None where each robot decides alone."""
         return None if self._follow_centre is None else self._follow_centre.report(self._s)
 
     def cancel_goal(self) -> None:
@@ -530,7 +530,7 @@ class Navigator:
         """Return a path (n, 2) through the goals from `start` (None: the robot's pose).
 
         Args:
-            start: Where the path begins; None for the pose of the robot.
+            start: Start of the path; None for the pose of the robot.
 
         Raises:
             PlanError: With Nav2's code, if there is none.

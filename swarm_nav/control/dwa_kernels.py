@@ -34,7 +34,7 @@ class Velocity(NamedTuple):
 
 
 class StopConstraint(NamedTuple):
-    """Where a twist must be able to stop."""
+    """Places in which a twist must be able to stop."""
 
     v_limit: float  # [m/s] largest speed
     held: int  # index of the last point of the path that the robot holds
@@ -216,7 +216,7 @@ def advance(pose: Place, pace: float, headings: Floats, path: Floats, track: Flo
     """Drive along given headings; return the index of the path point that is reached.
 
     Args:
-        pose: Where it starts.
+        pose: Pose in map at the start.
         pace: [m] per step.
         headings: (steps, 2) unit vectors.
         path: (n, 2) [m] in map.
@@ -266,7 +266,7 @@ def predict(pose: Place, v: float, w: float, arc: Floats) -> None:
     """Fill the poses `arc` (steps, 3) under a constant twist.
 
     Args:
-        pose: Where it starts.
+        pose: Pose in map at the start.
         v: [m/s]
         w: [rad/s]
         arc: (steps, 3) receives x, y [m], yaw [rad].
@@ -329,7 +329,7 @@ def best_twist(
         pose: Pose of the robot in map.
         twist: Present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
-        inside: Where the robot must be able to stop.
+        inside: Places in which the robot must be able to stop.
         limits: Limits of the drive.
         samples: Twists that are tried.
         scales: Weights of the critics.

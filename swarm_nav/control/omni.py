@@ -36,7 +36,7 @@ def make_controller(
 
     Args:
         config: Limits of the drive, samples and critics.
-        report: Takes faults of a plug-in.
+        report: Receives faults of a plug-in.
 
     Raises:
         ConfigError: If the plug-in is missing.

@@ -22,7 +22,7 @@ from swarm_nav.planning.distance_kernels import Floats, Place
 
 
 class PlanarVelocity(NamedTuple):
-    """In base_footprint, [m/s] and [rad/s]."""
+    """Velocity in base_footprint, [m/s] and [rad/s]."""
 
     vx: float
     vy: float
@@ -76,7 +76,7 @@ def sample(low: float, high: float, index: int, count: int) -> float:
     Args:
         low: First sample.
         high: Last sample.
-        index: Which one, from 0 on.
+        index: Index of the sample, from 0 on.
         count: Number of samples, at least 2.
     """
     return low + (high - low) * index / (count - 1)
@@ -137,7 +137,7 @@ def predict(pose: Place, vx: float, vy: float, w: float, arc: Floats) -> None:
     """Fill the poses `arc` (steps, 3) under a constant velocity in base_footprint.
 
     Args:
-        pose: Where it starts.
+        pose: Pose in map at the start.
         vx: [m/s]
         vy: [m/s]
         w: [rad/s]
@@ -194,7 +194,7 @@ def best_velocity(
         pose: Pose of the robot in map.
         velocity: Present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
-        inside: Where the robot must be able to stop, and what it aims at.
+        inside: Places in which the robot must be able to stop, and its aim.
         limits: Limits of the drive.
         samples: Velocities that are tried.
         scales: Weights of the critics.

@@ -22,7 +22,7 @@ class PluginController(Controller):
         """Make the plug-in that the parameters name.
 
         Args:
-            report: Takes faults of the plug-in; the robot stands meanwhile.
+            report: Receives faults of the plug-in; the robot stands meanwhile.
 
         Raises:
             ConfigError: If it is missing.

@@ -10,7 +10,7 @@ What a module imports of its folder stands above it:
     states               The navigator's states as a table
     localisation_config  Parameters of localisation, named as AMCL's
     config               Parameters of a navigator: each field is a ROS parameter
-    plugins              Which plug-ins a navigator takes, and the built-in ones
+    plugins              Plug-ins of a navigator, and the built-in ones
     parameter_table      Unit, effect and range of each parameter
 
 May import swarm_common only.

@@ -27,7 +27,7 @@ class GoalKind(enum.Enum):
 
 
 class Outcome(enum.Enum):
-    """How a goal ended."""
+    """Result of a goal."""
 
     SUCCEEDED = "succeeded"
     ABORTED = "aborted"
@@ -102,7 +102,7 @@ class PlanError(SwarmError):
     """
 
     def __init__(self, code: ErrorCode, message: str, *, is_final: bool = False) -> None:
-        """Say why there is no plan.
+        """Start with the reason for which there is no plan.
 
         Args:
             code: Nav2 error code, for the result of the action.

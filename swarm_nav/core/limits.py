@@ -106,7 +106,7 @@ def check(config: Any) -> None:
 
 
 def takes(group: Any, field: str, value: float) -> bool:
-    """Tell whether a group of parameters takes a value, the others being as they are."""
+    """Report whether a group of parameters accepts a value, the others being as they are."""
     try:
         dataclasses.replace(group, **{field: value})
     except ConfigError:

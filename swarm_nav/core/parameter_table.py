@@ -86,7 +86,7 @@ def field_comments(config_class: type) -> dict[str, str]:
 
 
 def unit_and_effect(comment: str) -> tuple[str, str]:
-    """Return what a comment like `[m/s] largest speed` says: unit and effect.
+    """Return unit and effect from a comment like `[m/s] largest speed`.
 
     Args:
         comment: Behind a field, without the `#`.

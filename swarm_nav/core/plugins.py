@@ -1,4 +1,4 @@
-"""Which plug-ins a navigator takes: their parameters, entry points, and the built-in ones."""
+"""Plug-ins of a navigator: their parameters, entry points, and the built-in ones."""
 
 from __future__ import annotations
 

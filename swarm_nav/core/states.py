@@ -78,7 +78,7 @@ TRANSITIONS: dict[State, dict[Event, State]] = {
 
 
 class MakingWay(enum.Enum):
-    """How far a robot is with making way for another one, or with stepping back."""
+    """Progress of a robot in making way for another one, or in stepping back."""
 
     FREE = "own way"
     LEAVING = "to a refuge"

@@ -34,7 +34,7 @@ def prepare(
             be told to go to every station.
 
     Returns:
-        What the map has room for.
+        Room on the map.
 
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones, or a zone

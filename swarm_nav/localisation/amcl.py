@@ -214,7 +214,7 @@ class AmclLocaliser:
         self._filter.draw(weights, self._estimate, fresh, is_searching=is_searching)
 
     def _judge(self, hits: FloatArray, best: Pose) -> None:
-        """Note how well a scan fits the map at the best pose."""
+        """Record how well a scan fits the map at the best pose."""
         config = self._config
         if len(hits) * JUDGING_SHARE < len(self._hits):
             return  # it may as well be people or robots

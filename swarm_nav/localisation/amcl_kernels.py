@@ -70,7 +70,7 @@ class Rays(NamedTuple):
 
 
 class BeamSkipping(NamedTuple):
-    """Which hits are left out."""
+    """Hits that are left out."""
 
     agreement: float  # log likelihood from which a particle agrees with a hit
     share: float  # of particles that must agree
@@ -78,7 +78,7 @@ class BeamSkipping(NamedTuple):
 
 
 class Trust(NamedTuple):
-    """How far a scan is believed."""
+    """Trust in a scan."""
 
     power: float  # how much of a new view the scan is, 0 to 1
     fewest: float  # particles that are to matter in effect; else the power is reduced
@@ -286,8 +286,8 @@ def weigh(
         points: Hits (b, 2) [m] in base_footprint.
         field: (h, w) log likelihood, see `likelihood`.
         frame: Position of the field's cells in map.
-        skip: Which hits are left out.
-        trust: How far the scan is believed.
+        skip: Hits that are left out.
+        trust: Trust in the scan.
         scores: Scratch (n, b).
         weights: (n,) to fill.
     """
@@ -457,7 +457,7 @@ def resample(
         particles: Poses (n, 3) in map.
         weights: (n,), their sum is 1.
         sizes: Limits of the number of particles.
-        fresh: Which are drawn around the centre instead.
+        fresh: Particles that are drawn around the centre instead.
         center: Pose in map around which the fresh ones are drawn.
         state: State (1,) of the random numbers, changed; see `uniform`.
         out: Receives poses (k, 3).

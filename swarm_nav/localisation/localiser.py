@@ -1,4 +1,4 @@
-"""Where the robot is in the map: dead reckoning, or Monte Carlo localisation (`amcl`)."""
+"""Localisation in the map: dead reckoning, or Monte Carlo localisation (`amcl`)."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def make_localiser(
     Args:
         config: `localisation.` parameters.
         plugin: `localiser.plugin`.
-        report: Takes faults of a plug-in.
+        report: Receives faults of a plug-in.
 
     Raises:
         ConfigError: If the plug-in is missing.

@@ -111,18 +111,18 @@ class ParticleFilter:
         amcl_kernels.move(self._particles, motion, noise, self._state)
 
     def unweighed(self) -> Estimate:
-        """Return what the particles stand for as they are."""
+        """Return the estimate of the particles as they are."""
         count = len(self._particles)
         return self._estimate(np.full(count, 1.0 / count))
 
     def weigh(
         self, hits: FloatArray, field: LikelihoodField, power: float, *, is_searching: bool
     ) -> tuple[Estimate, FloatArray]:
-        """Return what the particles stand for after a scan, and their weights for `draw`.
+        """Return the estimate of the particles after a scan, and their weights for `draw`.
 
         Args:
             hits: Points (k, 2) in base_footprint.
-            power: How much of a new view the scan is, 0 to 1.
+            power: Weight of the scan as a new view, 0 to 1.
             is_searching: Whether most particles may be wrong, so that all hits count.
         """
         config = self._config

@@ -32,7 +32,7 @@ class PluginLocaliser:
         Args:
             config: Its margins and `lost_deviation` count.
             terrain: Terrain of the map that counts at the start.
-            report: Takes faults; the robot is lost meanwhile.
+            report: Receives faults; the robot is lost meanwhile.
 
         Raises:
             ConfigError: If the plug-in is missing.

@@ -40,7 +40,7 @@ class Absence:
     of them knows of a robot that is out of hearing reaches all that it meets.
 
     Attributes:
-        sightings: Where each robot was last; a row per id.
+        sightings: Last known place of each robot; a row per id.
     """
 
     def __init__(self, own_id: int) -> None:
@@ -72,7 +72,7 @@ class Absence:
         self._use_sightings(known)
 
     def _have_room(self, rows: int, ids: int) -> None:
-        """Have room for absent robots, with ids below `ids`."""
+        """Make room for absent robots, with ids below `ids`."""
         old = self._absent
         if rows <= len(old.words) and ids <= len(old.rows):
             return

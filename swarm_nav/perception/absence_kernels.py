@@ -49,7 +49,7 @@ class Absentees(NamedTuple):
 
 
 class Sightings(NamedTuple):
-    """Where each robot was last, as far as this one knows from anybody; a row per id."""
+    """Last place of each robot, as far as this one knows it from anybody; a row per id."""
 
     ticks: NDArray[np.int64]  # of the beacon that said so, NEVER for none
     places: NDArray[np.float32]  # (ids, 2) [m] in map
@@ -103,7 +103,7 @@ def add(
         fate: Fate that is recorded for all of them.
 
     Returns:
-        How many are absent now.
+        Number of robots that are absent now.
     """
     for k in range(words.shape[0]):
         robot = words[k, ID]
@@ -209,7 +209,7 @@ def judge(
         absent: Robots that fell silent; changed.
         count: Number of these robots.
         known: Sightings of all robots.
-        own: Where this robot is.
+        own: Place of this robot.
         edge: [m] within which a robot that lives is heard.
         tick: Now.
     """
@@ -255,7 +255,7 @@ def sort_out(
         left: (count,) written: ids of those that are not where they were thought to be.
 
     Returns:
-        How many are absent still, and how many are in `silent` and in `left`.
+        Number of robots that are absent still, and numbers of rows in `silent` and in `left`.
     """
     kept, silent_count, left_count = 0, 0, 0
     for m in range(count):

@@ -113,7 +113,7 @@ class DynamicObstacles:
         Args:
             marks: All of them (n, 2).
             old: Those that were kept (m, 2), in order.
-            hits: What the new ones come from (k, 2).
+            hits: Hits (k, 2) [m] in map from which the new ones come.
             arrivals: (j, 2) those of the hits that have come lately.
         """
         births = np.empty(len(marks), np.int64)

@@ -179,7 +179,7 @@ class NeighborTable:
         return is_larger
 
     def _record_bodies(self) -> bool:
-        """Look how large the robots are that are heard; return whether one is larger than all."""
+        """Update the sizes of the robots that are heard; return whether the largest has grown."""
         corners = self.beacons["footprint"].astype(np.float64)
         reaches = np.hypot(corners[:, :, 0], corners[:, :, 1]).max(axis=1, initial=0.0)
         plausible = reaches[reaches <= MOST_BODY]
@@ -341,7 +341,7 @@ class NeighborTable:
 
     @property
     def sightings(self) -> Sightings:
-        """Where each robot was last, as far as this one knows from anybody."""
+        """Last place of each robot, as far as this one knows it from anybody."""
         return self._absence.sightings
 
     def radius(self, row: int) -> float:
@@ -370,7 +370,7 @@ class NeighborTable:
         return row if row >= 0 else None
 
     def queue(self, stations: NDArray[np.float64], tick: int, same: float) -> tuple[int, int, int]:
-        """Look at the robots that asked for one of some stations.
+        """Return the requests of other robots for one of some stations.
 
         Args:
             stations: (k, 2) [m] in map.

@@ -167,7 +167,7 @@ def heard_entry(batch: Words, k: int, own_id: int, known: int, lost_ticks: int) 
         batch: (k, words) beacons.
         k: Row.
         own_id: Id of this robot.
-        known: What the sender's beacon before this one said, 0 for nothing.
+        known: Acknowledgement in the sender's beacon before this one, 0 for nothing.
         lost_ticks: For which the sender remembers us.
     """
     for word in range(HEARD, LAST_HEARD + 1):
@@ -221,7 +221,7 @@ def receive_batch(
     out: Words,
     left: tuple[Words, Ints],
 ) -> tuple[int, int, bool, bool, bool, float]:
-    """Do `merge` and `refresh` in one call, as they are done together in almost every tick.
+    """Compute `merge` and `refresh` in one call, as almost every tick needs both.
 
     Args:
         table: (words, floats, notes, links) as of `merge`.
@@ -681,7 +681,7 @@ def queue(
     own_id: int,
     same: float,
 ) -> tuple[int, int, int]:
-    """Look at the robots that asked for a station: those before (tick, own_id), and the highest.
+    """Compare the requests for a station: those before (tick, own_id), and the highest.
 
     Requests are in lexicographic order of tick and id. Only priorities of their own count, told by
     the id in them: one that was inherited may come from the very robot that asks, and would go

@@ -21,7 +21,7 @@ class Beam(NamedTuple):
 
 
 class HitLimits(NamedTuple):
-    """Which hits may be obstacles."""
+    """Limits of the hits that may be obstacles."""
 
     max_range: float  # [m]
     static_tolerance: float  # [m] from a mapped wall within which a hit is one of the wall
@@ -89,7 +89,7 @@ def ray_at(beam: Beam, rays: int, bearing: float) -> int:
 
     Args:
         beam: Directions of the LiDAR's rays.
-        rays: How many there are.
+        rays: Number of rays in the scan.
         bearing: [rad] in the LiDAR's frame, any multiple of 2π.
     """
     index = round(((bearing - beam.angle_min) % (2.0 * math.pi)) / beam.angle_increment)

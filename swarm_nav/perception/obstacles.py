@@ -34,7 +34,7 @@ class ObstacleLayer:
         """Start without marks.
 
         Args:
-            lidar: Where it is and how it sees.
+            lidar: Place and properties of the LiDAR.
             footprint: [m] in base_footprint; robots with the same one are seen by their LiDARs.
         """
         self._config = config

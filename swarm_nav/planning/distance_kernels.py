@@ -16,7 +16,7 @@ Floats = NDArray[np.float64] | NDArray[np.float32]
 
 
 class Frame(NamedTuple):
-    """Where the cells of a grid lie in map.
+    """Position of a grid's cells in map.
 
     The centre of cell (r, c) is at (origin_x + (c + 0.5) step, origin_y + (r + 0.5) step).
     """

@@ -126,7 +126,7 @@ def cover(corners: FloatArray, gap: float) -> FloatArray:
 
 
 class Slots:
-    """Where on a lattice a long robot drives straight through.
+    """Places on a lattice through which a long robot drives straight.
 
     Attributes:
         axes: (height, width) int8, index of the line of a slot, -1 elsewhere.
@@ -141,7 +141,7 @@ class Slots:
         frame: Frame,
         room: float,
     ) -> None:
-        """Look for slots.
+        """Find the slots.
 
         Args:
             clearance: (height, width) the same on the lattice.

@@ -49,7 +49,7 @@ class TwistChange(NamedTuple):
 
 
 class Ramp(NamedTuple):
-    """How twists change, [m/s²], [rad/s²] and [s]."""
+    """Rates at which twists change, [m/s²], [rad/s²] and [s]."""
 
     v_acc: float
     w_acc: float
@@ -101,7 +101,7 @@ def fitting_axes(
 
     Args:
         clearance: (h, w) [m] of the lattice; nodes outside of the limits have no bits.
-        lattice: Where the nodes lie.
+        lattice: Position of the lattice's nodes in map.
         field: Distances to walls.
         discs: (k, 3) of the polygon.
         limits: Limits of the clearance.

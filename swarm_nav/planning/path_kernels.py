@@ -15,7 +15,7 @@ CHORD_POINTS = 2  # path points on either side over which a bend is measured
 
 
 class Smoothing(NamedTuple):
-    """How a path is smoothed, see `smooth_path` and `lift_off_walls`."""
+    """Parameters by which a path is smoothed, see `smooth_path` and `lift_off_walls`."""
 
     passes: int  # of the moving average
     reach: int  # points on either side that are averaged
@@ -49,8 +49,8 @@ def smooth_path(
         points: (n, 2) [m] in map.
         passes: Times that it is averaged.
         reach: Points on either side that are averaged.
-        walls: What it keeps clear of.
-        others: What other robots add per metre.
+        walls: Walls from which the path keeps clear.
+        others: Costs per metre that other robots add.
         out: (n, 2) receives the path.
     """
     field, frame = walls.field.distance, walls.field.frame
@@ -108,7 +108,7 @@ def lift_off_walls(points: Floats, walls: WallClearance, rounds: int) -> None:
 
     Args:
         points: (n, 2) [m] in map; changed.
-        walls: What they keep clear of.
+        walls: Walls from which the points keep clear.
         rounds: A centimetre each.
     """
     field, frame = walls.field.distance, walls.field.frame
@@ -219,7 +219,7 @@ def with_ends(
         points: (n, 2) [m].
         ends: (2, 2) [m].
         gap: [m] that the points keep from both ends.
-        walls: What a straight way past an end of the path keeps clear of.
+        walls: Walls from which a straight way past an end of the path keeps clear.
 
     Returns:
         (m, 2) [m], from the first end to the last.
@@ -277,9 +277,9 @@ def drivable(
     Args:
         points: (n, 2) [m] in map.
         spacing: [m] of the result.
-        smoothing: How it is smoothed.
-        walls: What it keeps clear of.
-        others: What other robots add per metre.
+        smoothing: Parameters of the smoothing.
+        walls: Walls from which the path keeps clear.
+        others: Costs per metre that other robots add.
     """
     path = resampled(points, spacing)
     if path.shape[0] < 3:

@@ -221,7 +221,7 @@ def cost_to_go(
         cost: (h * w,) receives the costs [m]; inf where the goal cannot be reached from.
 
     Returns:
-        How often a node was taken from a list: hardly more than once each.
+        Number of times that a node was taken from a list: hardly more than once each.
     """
     height, width = ground.base.shape
     base, lane, moves = ground.base.ravel(), ground.lane.ravel(), ground.moves.ravel()

@@ -101,7 +101,7 @@ class Tube:
 
     @property
     def stop_point(self) -> tuple[float, float]:
-        """Where the robot is going to stand if nothing more is granted; plans start here."""
+        """Place at which the robot will stand if nothing more is granted; plans start here."""
         return float(self.points[self.stop, 0]), float(self.points[self.stop, 1])
 
     @property
@@ -239,7 +239,7 @@ class Tube:
         self.near = tube_kernels.nearest_ahead(self.points, self.near, limit, pose.x, pose.y)
 
     def record_rest(self, pose: Pose, is_standing: bool) -> None:
-        """Note whether the robot stands on its stop: then it stays, and holds that place only.
+        """Record whether the robot stands on its stop: then it stays, and holds that place only.
 
         Args:
             is_standing: Whether it has stopped.

@@ -22,7 +22,7 @@ class CentreLink:
     """Carries what robot and centre tell each other.
 
     Attributes:
-        topic: Where orders arrive.
+        topic: Topic on which orders arrive.
     """
 
     def __init__(self, node: Node, brain: Navigator, robot_id: int, rejections: Rejections) -> None:

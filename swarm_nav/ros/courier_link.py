@@ -18,7 +18,7 @@ class CourierLink:
     """Reports each tick, and knows which one the courier has released.
 
     Attributes:
-        topic: Where releases arrive.
+        topic: Topic on which releases arrive.
     """
 
     def __init__(self, node: Node, rejections: Rejections) -> None:

@@ -357,7 +357,7 @@ class NavigatorNode:
         self._views.publish(self.tick)
 
     def look_around(self, now: float) -> None:
-        """Look for clients, for plans that wait, and for a mission that is silent for too long.
+        """Check for clients, for plans that wait, and for a mission that has been silent too long.
 
         Args:
             now: [s] of wall time.

@@ -67,7 +67,7 @@ class NodeSettings:
 
     @property
     def robot_id(self) -> int:
-        """From 1, in beacons."""
+        """Number of the robot in beacons, from 1."""
         return int(self.fixed["robot_id"])
 
     @property
@@ -88,7 +88,7 @@ class NodeSettings:
 
     @property
     def initial_pose_map(self) -> Pose:
-        """Where the robot stood when its odometry began."""
+        """Pose of the robot in map when its odometry began."""
         return Pose(*(float(self.fixed[f"initial_pose.{name}"]) for name in ("x", "y", "yaw")))
 
 
@@ -123,7 +123,7 @@ def parse_node_settings(name: str, values: Mapping[str, Any], where: str) -> Nod
     Args:
         values: By flat name: those of `FIXED`, of the brain, and of the robot model with its
             prefix.
-        where: Where the values come from, for messages.
+        where: Origin of the values, for messages.
 
     Raises:
         SwarmError: If a parameter is missing, unknown, of the wrong type or impossible.

@@ -10,9 +10,9 @@ What a module imports of its folder stands above it:
     stop_filter          The last thing before a command leaves, whoever made it
     speed_limits         Limits of speed zones and of the topic `speed_limit`: the lowest counts
     speed_near_people    A person may walk into a driving robot, but not into a standing one
-    traffic_costs        How other robots enter the search lattice: as costs, or as walls
+    traffic_costs        Costs of other robots on the search lattice, or walls in their places
     gate                 Admission control of a narrow region with stations (perimeter control)
-    single_lanes         Which direction goes first through a door too narrow for two robots
+    single_lanes         Direction that goes first through a door too narrow for two robots
     lane_group           Connected single lanes, and how many robots may have goals there at a time
     conditions           Under which conditions every robot reaches every goal, before a run
     senses               Scans and beacons received, and whether they suffice to drive on
@@ -20,7 +20,7 @@ What a module imports of its folder stands above it:
     held_space_rules     Rules that give up held space
     zone                 The floor that a robot at a station needs, for how many, in which order
     lease                Leases of stations, in the order of request
-    holding              Where a robot waits until it is its turn at a station
+    holding              Waiting place of a robot until it is its turn at a station
     right_of_way         Liveness layer: which robot has right of way, makes way, or steps back
     departure            Leaving the place of the last goal when others want to go there
 

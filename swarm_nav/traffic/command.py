@@ -69,7 +69,7 @@ class Command:
         return self._heard if self.is_joined else 0
 
     def join(self) -> None:
-        """Note that the robot stands, if there is a command."""
+        """Record that the robot stands, if there is a command."""
         self.is_joined = self._number > 0
 
     def advance(self, place: Point) -> None:

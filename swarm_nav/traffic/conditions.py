@@ -63,7 +63,7 @@ def conditions(
     starts: Sequence[Point],
     goals: Sequence[Sequence[Point]],
 ) -> Conditions:
-    """Return what holds on a map for a swarm, as if all robots were as large as the largest.
+    """Return the conditions that hold for a swarm, as if all robots were as large as the largest.
 
     Only the floor is that of the smallest: where the largest does not fit is a single lane.
 
@@ -91,7 +91,7 @@ def conditions(
 
 
 class _OwnFloor:
-    """Where a robot of one kind can stand, and between which places it can drive."""
+    """Floor on which a robot of one kind can stand, and the places between which it can drive."""
 
     def __init__(self, spec: RobotSpec, config: NavConfig, grid: Grid) -> None:
         self.terrain = terrain_of(config, spec, grid)

@@ -198,7 +198,7 @@ class Gate:
         return False
 
     def _look_at(self, robot: RobotState) -> None:
-        """Note how large the region is where the way ahead enters it, and as a whole."""
+        """Record how large the region is where the way ahead enters it, and as a whole."""
         tube, lattice = robot.tube, robot.planner.lattice
         way = tube.points[tube.near : tube.near + WAY_POINTS]
         x, y = way[max(0, gate_kernels.entry(self.region, lattice.frame, way))]
@@ -209,7 +209,7 @@ class Gate:
         self._area = int(cells) * lattice.step**2
 
     def _choose_part(self, robot: RobotState, x: float, y: float) -> None:
-        """Note in which part of the region a point lies, and how large that is."""
+        """Record in which part of the region a point lies, and how large that part is."""
         lattice = robot.planner.lattice
         part = int(label_at(self.region, lattice.frame, x, y))
         if part != self._part or self.region is not self._measured:

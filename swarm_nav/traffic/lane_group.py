@@ -96,7 +96,7 @@ class LaneGroup:
 
     @functools.cached_property
     def capacity(self) -> int:
-        """How many robots that have goals there have room, from 1."""
+        """Number of robots with goals there for which there is room, from 1."""
         return max(1, self._blind_ends() + self._mouths - 1)
 
     @functools.cached_property

@@ -36,7 +36,7 @@ QUEUE_STEP = 1.5  # [m] beyond its place in the queue from where a parked robot 
 
 @dataclass(slots=True)
 class Cover:
-    """Since when something has been on a station; another try of the goal does not wait anew.
+    """Time since when something has been on a station; another try of the goal does not wait anew.
 
     A station out of the LiDAR's reach counts as free, unless a silent robot is known to be on it.
     """

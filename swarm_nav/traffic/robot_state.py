@@ -185,7 +185,7 @@ class RobotState:
 
     @property
     def awaited(self) -> str:
-        """In words, what the robot has stood before for a while; empty for nothing."""
+        """Description of what the robot has stood before for a while; empty for nothing."""
         if self.blocked_ticks > WAITING_TICKS:
             return f"for {self.names.name_of(self.blocked_by)}, which {self.blocked_why}"
         if self.obstacle_ticks > WAITING_TICKS:
@@ -201,7 +201,7 @@ class RobotState:
         return max(self.obstacle_ticks, self.blocked_ticks if is_immovable else 0)
 
     def record_bodies(self) -> None:
-        """Tell by the largest robot heard so far where two robots pass each other.
+        """Set where two robots pass each other, by the largest robot heard so far.
 
         Where robots of one swarm do not agree, small ones wait in a queue on what large ones take
         for a single lane.
@@ -341,7 +341,7 @@ class RobotState:
 
     @property
     def stop_point(self) -> tuple[float, float]:
-        """Where plans start."""
+        """Committed stop point, from which plans start."""
         return self.tube.stop_point
 
     @property
@@ -391,7 +391,7 @@ class RobotState:
 
 
 def terrain_of(config: NavConfig, spec: RobotSpec, grid: Grid) -> Terrain:
-    """Return what a robot makes of a map; equal ones in one process share it.
+    """Return the terrain that a robot derives from a map; equal ones in one process share it.
 
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones.

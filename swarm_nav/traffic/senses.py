@@ -13,7 +13,8 @@ class Senses:
     """Receives scans and the radio's batches; without data it stops, after a silence it listens.
 
     Attributes:
-        missing: What keeps the robot from driving (no scans, no radio), empty if nothing.
+        missing: Missing input that keeps the robot from driving (no scans, no radio), empty if
+            nothing.
         is_deaf: Whether nothing was heard for so long that all must be listened to anew.
     """
 

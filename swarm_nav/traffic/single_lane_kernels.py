@@ -89,7 +89,7 @@ def flood(mask: Mask, values: NDArray[np.signedinteger[Any]], unknown: int, step
         mask: (height, width) cells that can be passed.
         values: (height, width); changed.
         unknown: Their value where nothing is known.
-        step: What a value grows by with each cell.
+        step: Growth of a value with each cell.
     """
     height, width = mask.shape
     queue = np.empty((height * width, 2), np.int64)
@@ -164,7 +164,7 @@ def ends_within(
         labels: (height, width).
         frame: Position of the labels' cells in map.
         points: (n, 2) [m] in map.
-        size: How many of the points count.
+        size: Number of the points that count.
         wanted: Label of the passage.
 
     Returns:

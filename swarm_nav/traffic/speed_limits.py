@@ -24,7 +24,7 @@ from swarm_nav.traffic.robot_state import RobotState
 
 
 class SpeedLimits:
-    """Which speed a robot must not exceed, here and on the way that it needs to brake."""
+    """Speed limits of a robot, here and on the way that it needs to brake."""
 
     def __init__(self, zones: Zones) -> None:
         self._zones = zones

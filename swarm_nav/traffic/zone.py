@@ -96,7 +96,7 @@ class Zone:
     """
 
     def __init__(self, robot: RobotState, station: tuple[float, float]) -> None:
-        """Look at the floor around a station; one without a way to it lies on no single lane.
+        """Derive the floor around a station; one without a way to it lies on no single lane.
 
         Args:
             station: (x, y) [m] in map.

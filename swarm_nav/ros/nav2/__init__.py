@@ -3,7 +3,7 @@
 What a module imports of its folder stands above it:
 
     demand              Servers and topics that exist only once somebody looks for them
-    map_bounds          How far from the map a place, a path or an odometry reading can be
+    map_bounds          Largest distances from the map of a place, a path or an odometry reading
     costmaps            A costmap on Nav2's topics: whole and in parts, as occupancy and raw
     goals               Nav2's action goals, feedback and results, to and from the brain's
     lifecycle_services  Nav2's nodes as the graph shows them: names with lifecycle services

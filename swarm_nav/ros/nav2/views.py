@@ -31,7 +31,7 @@ class Views:
 
         Args:
             brain: Whose plans, costmaps and poses are shown.
-            on_demand: Takes the topics that few listen to.
+            on_demand: Receives the topics that few listen to.
         """
         self._brain = brain
         make = node.create_publisher
