@@ -1,4 +1,4 @@
-"""Where a map disagrees with the world that it should show: counted, named and drawn."""
+"""Differences between a map and the world that it should show: counted, named and drawn."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where robots start: on a lattice away from walls, stations and circuits, or on a circle."""
+"""Starts of robots: on a lattice away from walls, stations and circuits, or on a circle."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ CODE = (
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """Where something that is made of a body is not as the body's triangles are."""
+    """Difference between something that is made of a body and the body's triangles."""
 
     body: str  # its name
     what: str  # "the map", "the LiDAR" or "the physics engine", and whether it lacks or invents it

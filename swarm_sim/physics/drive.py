@@ -59,7 +59,7 @@ class CommandBuffer:
 
 
 class Wheels:
-    """How fast a robot's driven wheels turn when it moves, and how it moves when they turn."""
+    """Relation between the rates of a robot's driven wheels and its motion, in both directions."""
 
     def __init__(self, spec: RobotSpec) -> None:
         """Lay out the wheels: the left ones from front to rear, then the right ones."""

@@ -67,7 +67,7 @@ class Objects:
         del self._places[index]
 
     def place(self, index: int, world_from_body: Transform) -> None:
-        """Note where a loose body is now."""
+        """Update where a loose body is."""
         self._places[index] = world_from_body
 
     def place_of(self, index: int) -> Transform:
@@ -94,7 +94,7 @@ class Objects:
         return packed
 
     def section(self, height: float) -> Section:
-        """Return what a plane at a height cuts."""
+        """Return the section of the objects at a height."""
         return section_between(self.bodies(), height, height)
 
 

@@ -71,14 +71,14 @@ def hits(
     notes: Notes,
     step: int,
 ) -> bool:
-    """Note which robots and walls a robot's placed hull meets; return whether any.
+    """Record which robots and walls a robot's placed hull meets; return whether any.
 
     Args:
         robot: Its index.
         state: (n, 6), see `move`.
         limits: (n, 4), see `move`.
         placed: (n, k, 2) [m] footprints in map.
-        walls: What can be touched.
+        walls: Walls that can be touched.
         notes: Receives first contacts.
         step: Its number within the control period.
     """
@@ -191,7 +191,7 @@ def move_on(
         walls: Fields of `Walls`.
         notes: Fields of `Notes`; changed.
         period: [s] of a step.
-        steps: How many, numbered from 0.
+        steps: Number of steps, which are numbered from 0.
     """
     any_touch = False
     for step in range(steps):

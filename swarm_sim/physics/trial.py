@@ -130,7 +130,7 @@ def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
 
 
 def _sideways(trial: Trial) -> str:
-    """Return what an omnidirectional robot did sideways."""
+    """Return the sideways motion of an omnidirectional robot."""
     if trial.side == 0.0:
         return ""
     return (

@@ -36,7 +36,7 @@ class Trace:
 
         Args:
             names: The list may grow while the run goes on.
-            ticks: Takes the poses of every tick; None for nobody.
+            ticks: Receives the poses of every tick; None for nobody.
         """
         self._journal = journal
         self._ticks = ticks

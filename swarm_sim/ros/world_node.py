@@ -204,7 +204,7 @@ class WorldNode:
         self._events.write(RobotRemoved(name, self._world.sim_time))
 
     def on_move(self, robot: int, pose_map: Pose) -> None:
-        """Tell a robot that it was put elsewhere; it stands until its beacon says so, too."""
+        """Send a robot the pose at which it was put; it stands until its beacon confirms it."""
         speaks = self._world.last_beacons[robot] is not None  # a foreign navigator does not
         patience = LIMIT if self._barrier.expects(robot) else 0.0
         self._moves.tell(
@@ -320,7 +320,7 @@ class WorldNode:
             self._clock_rate = Rate(HEARD_CLOCK_PERIOD if is_heard else CLOCK_PERIOD)
 
     def _look_around(self, now: float) -> None:
-        """Do what is due on the wall clock: requests, reports, control pipe, viewers."""
+        """Do the work that is due on the wall clock: requests, reports, control pipe, viewers."""
         if self._request_rate.is_due(now):
             drain(self._executor, on_fault=self._on_fault)
             self._services.poll_steps()

@@ -103,7 +103,7 @@ def _placed(mesh: Mesh, place: tuple[float, ...]) -> PlacedMesh:
 
 
 def _shadows(corners: FloatArray, low: float, high: float) -> NDArray[Any]:
-    """Return what the parts of triangles (n, 3, 3) inside a slab cover: polygons, lines, points.
+    """Return the shadows of triangles (n, 3, 3) inside a slab: polygons, lines, points.
 
     The part of a triangle between two planes is the hull of its corners there and of where its
     edges meet the planes.

@@ -1,4 +1,4 @@
-"""From the models of an SDF world to bodies: links with their shapes, where `<state>` has them."""
+"""Bodies from the models of an SDF world: links with their shapes, where `<state>` has them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MAX_SCALE = 1e4  # of a mesh
 
 @dataclass(frozen=True, slots=True)
 class BodyPlace:
-    """Where a model is while its bodies are made."""
+    """Place of a model while its bodies are made."""
 
     world_from_model: Transform  # its pose
     name: str  # full name, as Gazebo puts it

@@ -1,4 +1,4 @@
-"""How uncertain a robot's odometry is, by the error model that its readings are drawn from."""
+"""Uncertainty of a robot's odometry, by the error model from which its readings are drawn."""
 
 from __future__ import annotations
 

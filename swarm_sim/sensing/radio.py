@@ -76,7 +76,7 @@ class Radio:
         self._farewells[robot_id] = tick + FAREWELL_TICKS
 
     def welcome(self, robot_id: int) -> None:
-        """Say nothing more of a robot that is there again."""
+        """Stop the farewells of a robot that is there again."""
         self._farewells.pop(robot_id, None)
 
     def send(self, tick: int, beacons: Sequence[np.void | None], positions: FloatArray) -> None:

@@ -136,7 +136,7 @@ class Batteries:
         )
 
     def readings(self, tick: int) -> dict[int, BatteryReading]:
-        """Return what each robot with a battery reads, by its index."""
+        """Return the reading of each robot with a battery, by its index."""
         return {robot: self._reading(row, tick) for robot, row in self._rows.items()}
 
     def _reading(self, row: int, tick: int) -> BatteryReading:
@@ -149,7 +149,7 @@ class Batteries:
         )
 
     def verdict(self, robot: int) -> BatteryVerdict | None:
-        """Return what became of a robot's battery; None without one."""
+        """Return the verdict on a robot's battery; None without one."""
         row = self._rows.get(robot)
         if row is None:
             return None

@@ -114,7 +114,7 @@ class ChangingWorld(World):
             self._lidars.forget(robot, place)
 
     def mute(self, robot_id: int) -> None:
-        """Tell all that a robot no longer holds the space at its former place."""
+        """Announce to all that a robot no longer holds the space at its former place."""
         self._radio.forget(robot_id, self.tick)
 
     def unmute(self, robot_id: int) -> None:

@@ -49,7 +49,7 @@ class CloseCalls:
         self._names.append(name)
 
     def touch(self, key: Key, time: float) -> None:
-        """Note a contact: the episode is a collision, and no near miss."""
+        """Record a contact: the episode is a collision, and no near miss."""
         self._last_touch[key] = time
         self._open.pop(key, None)
 

@@ -77,7 +77,7 @@ class Contacts:
         self.clearances: FloatArray = np.full((count, 2), np.inf)
 
     def add(self, spec: RobotSpec, body: int) -> None:
-        """Look at another robot, too; `measure` has to follow."""
+        """Add a robot; `measure` has to follow."""
         self._robots.append(body)
         hull = pad_polygon(np.array(spec.footprint), MAX_CORNERS)
         self.hulls = np.concatenate([self.hulls, hull[None]])

@@ -41,7 +41,7 @@ class Supports:
 
 
 def find_supports(base: RigidGroup, wheels: Sequence[RigidGroup], spec: RobotSpec) -> Supports:
-    """Return what a robot stands on."""
+    """Return the supports of a robot."""
     level, centers = _wheel_balls(wheels, spec.wheel_radius)
     casters, hull = _split_base(base, level, spec.wheel_radius)
     return Supports(level, centers, casters + _props(base, wheels, casters, spec, level), hull)

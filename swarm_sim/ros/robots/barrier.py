@@ -60,7 +60,7 @@ class Barrier:
         self._newcomers.add(robot)
 
     def answer(self, robot: int) -> None:
-        """Note a robot's whole answer to the present tick; lockstep waits for it from now on."""
+        """Record a robot's whole answer to the present tick; lockstep waits for it from now on."""
         self._answered[robot] = True
         self._newcomers.discard(robot)
         self._expected[robot] = self._expects

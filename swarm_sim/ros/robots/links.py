@@ -51,7 +51,7 @@ class RobotLink:
         beacon: Beacon of that answer.
         newest_tick: Newest tick that a command of the robot has answered.
         is_gone: Whether the robot was taken out of the world.
-        trip: How long its answers take.
+        trip: Round trip of its answers.
     """
 
     def __init__(

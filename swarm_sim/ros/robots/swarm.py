@@ -69,7 +69,7 @@ class Links:
 
     @property
     def meeting_ports(self) -> dict[str, list[int]]:
-        """Where the navigator of each robot meets the world."""
+        """Ports on which the navigator of each robot meets the world."""
         ports = self._hubs.ports(self.names)
         return {name: [*self._hubs.own_ports, port] for name, port in ports.items()}
 
@@ -241,7 +241,7 @@ class Links:
         return any([link.poll_viewers() for link in self._links])
 
     def check_foreign_publishers(self) -> None:
-        """Look for foreign publishers on topics of robots; a few robots at each call."""
+        """Check for foreign publishers on topics of robots; a few robots at each call."""
         seats = [
             (self._hubs.node_of(robot), link.name)
             for robot, link in enumerate(self._links)
