@@ -8,11 +8,11 @@ What a module imports of its folder stands above it:
     roadmap           Vertices, lanes and costs made from a map
     pibt_kernels      Priority inheritance with backtracking: one step of all robots
     lacam             LaCAM*: a whole plan for all robots
-    plan_check        Which joint plans can be driven, and what is wrong with the others
+    plan_check        Checks whether a joint plan can be driven, and names its fault if not
     program           A program of others, for a limited time
     movingai          Maps, scenarios and paths of other solvers
     dependency_graph  In which order robots enter each vertex, whatever their delays
-    grant_kernels     How far a robot may drive, by where the others may be
+    grant_kernels     Distance that a robot may drive, by where the others may be
     progress          State of one robot as the centre knows it, and how far it may drive
     mapf              The centre: plans, and lets robots drive as far as the plan's order allows
 

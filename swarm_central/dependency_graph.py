@@ -59,7 +59,7 @@ class DependencyGraph:
         return action.target
 
     def begin(self, robot: int) -> None:
-        """Note that a robot begins its next move and leaves the vertex where it was."""
+        """Record that a robot begins its next move and leaves the vertex where it was."""
         self._begun[robot] += 1
 
     @property

@@ -33,7 +33,7 @@ class Centre:
     """Carries messages between a team and its robots, with loss and delay at any distance.
 
     Attributes:
-        team: What decides.
+        team: Team that decides.
         robots: Highest id of a robot whose messages may be lost.
         loss: Share of the messages that are lost, in each direction.
         delay: Ticks, beyond the one that a message always takes.
@@ -84,7 +84,7 @@ class Centre:
         return orders
 
     def as_json(self, robots: int) -> dict[str, float]:
-        """Return what the centre cost, for a result."""
+        """Return the cost of the centre, for a result."""
         share = 1.0 / max(1.0, robots * self.usage.ticks * CONTROL_PERIOD)
         return {
             "cpu_ms_per_robot_second": 1e3 * self.usage.seconds * share,

@@ -104,10 +104,10 @@ class MapfCentre:
             )
 
     def begin(self, robots: int) -> None:
-        """Know nothing of any robot.
+        """Start without a report of any robot.
 
         Args:
-            robots: How many there are to be.
+            robots: Number of robots in the run.
         """
         self._tick = 0
         self._began = -1  # tick

@@ -29,7 +29,7 @@ class JointStep(NamedTuple):
 
 
 class Wishes(NamedTuple):
-    """Where robots want to go."""
+    """Goals of the robots, and the costs of the ways to them."""
 
     fields: NDArray[np.floating]  # (k, V, 4) [s] to go, by vertex and heading
     goals: NDArray[np.int32]  # (n,) row of `fields` of each robot
@@ -47,7 +47,7 @@ def step(
         order: (n,) robots by priority, the first first.
         moves: Filled in.
         costs: Costs [s] of the roadmap's moves.
-        wishes: Where robots want to go.
+        wishes: Goals of the robots, and the costs of the ways to them.
         may_rotate: Whether a circle of robots may move on at once.
 
     Returns:
@@ -180,7 +180,7 @@ def roll_out(
         locked: (n,) robots that stay.
         places: (n,) vertices where robots stay once they are there; -1 for none.
         costs: Costs [s] of the roadmap's moves.
-        wishes: Where robots want to go.
+        wishes: Goals of the robots, and the costs of the ways to them.
         steps: Number of steps.
     """
     count, vertices = len(start), costs.neighbors.shape[0]

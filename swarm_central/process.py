@@ -131,7 +131,7 @@ class CentralNode:
             self._orders[number].publish(self._said[number])
 
     def forget(self, name: str, *, is_gone: bool) -> None:
-        """Do not wait for a robot until it reports again.
+        """Stop waiting for a robot until it reports again.
 
         Args:
             is_gone: Whether it is taken for gone.

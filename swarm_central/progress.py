@@ -16,7 +16,7 @@ class RobotProgress:
     """One robot: what it last reported, and the space that it may drive on.
 
     Attributes:
-        vertex: Where the robot will be once it has driven all that was given.
+        vertex: Vertex at which the robot will be once it has driven all that was given.
         left: The vertex before that.
         heading: Direction in which it arrives there.
         points: Everything that it was given, in order; the first is where it stood at the start.
@@ -29,7 +29,7 @@ class RobotProgress:
     """
 
     def __init__(self, report: RobotReport, vertex: int, heading: int) -> None:
-        """Know where a robot is.
+        """Start with the first report of a robot.
 
         Args:
             vertex: Vertex of the roadmap to which it is to drive first.
@@ -115,7 +115,7 @@ class RobotProgress:
         self.queue = [point]
 
     def order(self) -> TeamOrder | None:
-        """Return what the robot has not confirmed; None if it has heard everything."""
+        """Return the order that the robot has not confirmed; None if it has heard everything."""
         if self.report.heard == self._number:
             return None
         first = max(0, self.report.passed - 1)
