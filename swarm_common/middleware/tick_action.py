@@ -121,7 +121,7 @@ class TickActionServer:
                 is sent elsewhere.
 
         Returns:
-            What sends a response to the one with a header.
+            Function that sends a response to the request with a header.
         """
         service = self._node.create_service(
             kind, name, lambda request, _: request, qos_profile=BURST

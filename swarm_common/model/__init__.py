@@ -3,7 +3,7 @@
 What a module imports of its folder stands above it:
 
     engines   The default physics engine: PyBullet is not available for all versions of Python
-    coordination  Who coordinates the robots' traffic
+    coordination  Parties that coordinate the traffic of the robots
     central   Messages between robots and a centre that decides for them
     breaches   Breaches in a run: collisions, and goals that are not reached
               reached

@@ -6,7 +6,7 @@ What a module imports of its folder stands above it:
     compile_watch  Tells how far numba has compiled, so that a first start does not look like a hang
     last_resort    Faults of our own, or of a library, that must not end a process
     browser        The user's browser
-    compiled_code  Where the navigators' modules come from: compiled, or their sources
+    compiled_code  Source of the navigators' modules: compiled code, or Python
     late_interrupt  Ctrl-C waits while a library is loaded
     libm   exp, log and arctan2 of arrays, with the same last bits on every processor
     lifetime       Lifetime of processes: they end with their parent, and interrupt nobody

@@ -118,7 +118,7 @@ class CollisionCounts(msgspec.Struct, frozen=True):
 
 
 class WorldProgress(EventBase, frozen=True, tag="progress"):
-    """How the world is, twice a second; a robots' host reports what its world's host says."""
+    """State of the world, twice a second; a robots' host reports what its world's host says."""
 
     sim_time: float
     real_time_factor: float
@@ -283,7 +283,7 @@ class OrdersReported(EventBase, frozen=True, tag="orders"):
 
 
 class FloorReported(EventBase, frozen=True, tag="floor"):
-    """How a courier's robots use floor and time so far, see `swarm_mission.orders.floor_use`."""
+    """Use of floor and time by a courier's robots so far, see `swarm_mission.orders.floor_use`."""
 
     courier: int  # number of its process
     figures: dict[str, Any]
@@ -583,7 +583,7 @@ class Figures(msgspec.Struct, frozen=True):
 
 
 class ShowFigures(CommandBase, frozen=True, tag="figures"):
-    """Tell the robots' hosts how the world is."""
+    """Send the state of the world to the robots' hosts."""
 
     figures: Figures
 
@@ -616,7 +616,7 @@ class RestartNavigator(RobotCommand, frozen=True, tag="restart"):
 
 
 class KernelsCompiled(CommandBase, frozen=True, tag="compiled"):
-    """For those who look on: how many kernels of a first start are ready, of how many."""
+    """Progress of a first start, for viewers: how many kernels are ready, of how many."""
 
     ready: int
     known: int

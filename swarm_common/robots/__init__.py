@@ -16,10 +16,10 @@ What a module imports of its folder stands above it:
     xacro_compat  The private parts of xacro that we use, all in one place
     xacro_io      Expansion of xacro files, with errors that name file and line
     sdf_robot     A robot described in SDF: its links and joints as a URDF tree
-    tyres         Where a wheel meets the ground: the radius of its tyre, and where that is
-    drive_train   Which joints drive a robot, and what follows from where its wheels are
-    lidar_choice  Which of a description's ray sensors is the LiDAR, and how it is mounted
-    source        Where a robot comes from: our folder, or the user's files
+    tyres         Contact of a wheel with the ground: the radius of its tyre, and its place
+    drive_train   Joints that drive a robot, and properties that follow from its wheels
+    lidar_choice  Choice of the LiDAR among a description's sensors, and how it is mounted
+    source        Source of a robot: our folder, or the user's files
     derived       Facts in a robot's description, as far as it has them
     spec          A `RobotSpec` from values by name, each checked
     loading       Robot models, from `robot.yaml` and the description

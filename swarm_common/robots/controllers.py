@@ -62,7 +62,7 @@ class _Found:
 def read_controllers(
     root: ET.Element, given: Sequence[Path], finder: PackageFinder, directory: Path
 ) -> Controllers:
-    """Return what the parameter files of ros2_control say that a robot names."""
+    """Return the facts in the parameter files of ros2_control that a robot names."""
     found = _Found()
     for path in given:
         _take(read_yaml(path, RobotModelError), path, found)

@@ -71,7 +71,7 @@ class Asked:
 
 
 def describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | None:
-    """Return what follows from a description; None if something of it is unusable."""
+    """Return the facts that follow from a description; None if something of it is unusable."""
     try:
         return _describe(source, asked, faults)
     except SwarmError as error:
@@ -137,7 +137,7 @@ def _stated_drive(
     notes: list[str],
     faults: Faults,
 ) -> tuple[DriveTags | None, str | None]:
-    """Return what a plugin or a controller states of the drive, and which steers wheels."""
+    """Return the drive that a plugin or a controller states, and which one steers wheels."""
     plugin: DriveTags | None = None
     controllers = Controllers()
     with faults.caught():

@@ -68,7 +68,7 @@ class RaySensor:
 
 
 def read_drive(root: ET.Element, where: str, notes: list[str]) -> DriveTags | None:
-    """Return what the first drive plugin says, None if there is none."""
+    """Return the statements of the first drive plugin, None if there is none."""
     found: DriveTags | None = None
     for plugin in root.findall("gazebo//plugin"):
         name = plugin_name(plugin)

@@ -1,4 +1,4 @@
-"""Where a wheel meets the ground: the radius of its tyre, and where on its axle that is.
+"""Contact of a wheel with the ground: the radius of its tyre, and where on its axle that is.
 
 A wheel's link has more shapes than its tyre (hub, rim, motor), and its joint need not be in the
 middle of the tyre.
