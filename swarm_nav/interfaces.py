@@ -127,7 +127,7 @@ class Controller(Protocol):
             limits: Limits of the drive; each part of the result is clipped to its own.
 
         Returns:
-            In base_footprint; vy counts for omnidirectional drives only.
+            The twist in base_footprint; vy counts for omnidirectional drives only.
         """
 
 

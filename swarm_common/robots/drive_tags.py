@@ -49,5 +49,4 @@ def is_steered(name: str) -> bool:
 
 
 def _holds(said: tuple[str, ...], key: tuple[str, ...]) -> bool:
-    """Return whether words hold others next to each other."""
     return any(said[start : start + len(key)] == key for start in range(len(said)))

@@ -169,7 +169,6 @@ class GoalManager:
             self._state_machine.switch(Event.FINISHED)
 
     def _stop_short(self) -> None:
-        """Give up the way ahead, unless the robot makes way on it."""
         if not self._right.is_yielding:
             self._arbiter.stop_short()
 

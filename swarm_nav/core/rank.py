@@ -89,8 +89,8 @@ def inherited_by_holder(priority: int, hops: int = 0) -> int:
 
     Args:
         priority: Priority of a robot that waits, of any class.
-        hops: How many robots that push one another on its behalf rank above those that inherit the
-            same priority with none: who goes out has some, who goes in none.
+        hops: Number of robots, each pushed by the one before on its behalf, that rank above those
+            that inherit the same priority with none: who goes out has some, who goes in none.
     """
     driving = CLASS_DRIVING << (TICK_BITS + ID_BITS + DEPTH_BITS)
     return driving | (priority & SENIORITY & ~TOP_DEPTH) | (OWN_DEPTH + 1 + hops)

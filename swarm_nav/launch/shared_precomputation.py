@@ -68,7 +68,6 @@ def prepare(
 
 
 def _find_ways(planner: Planner, navigator: NodeSettings) -> None:
-    """Find the ways to all stations, as far as they can be kept."""
     most = planner.terrain.most_goals // 2  # the rest is for goals that are not known yet
     for pose in list(navigator.sites.stations.values())[:most]:
         with contextlib.suppress(PlanError):  # no robot can go there, and each will say so

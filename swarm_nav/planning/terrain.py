@@ -426,7 +426,6 @@ def _distances(occupied: NDArray[np.bool_], frame: Frame) -> Field:
 
 
 def _with_slots(lattice: Lattice, oblong: Oblong, field: Field) -> Lattice:
-    """Return the lattice of a long robot: slots are open, and cost more."""
     room = oblong.radius + NODE_MARGIN
     slots = Slots(oblong, field, lattice.clearance, lattice.frame, room)
     base = np.where(slots.axes >= 0, np.float32(SLOT_COST), lattice.base)

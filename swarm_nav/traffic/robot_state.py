@@ -194,7 +194,7 @@ class RobotState:
 
     @property
     def unproductive_ticks(self) -> int:
-        """Ticks waited for what makes no way: a silent robot, a served one, or an obstacle."""
+        """Ticks of waiting for what makes no way: a silent robot, a served one, or an obstacle."""
         row = self.neighbors.row(self.blocked_by) if self.blocked_ticks else None
         neighbors = self.neighbors
         is_immovable = row is not None and bool(neighbors.immovable[row] | neighbors.served[row])
@@ -410,7 +410,7 @@ def initial_state(
     names: RobotNames | None = None,
     make_planner: PlannerMaker = Planner,
 ) -> RobotState:
-    """Return the robot of a robot that stands at a pose and knows of no other robot yet.
+    """Return the state of a robot that stands at a pose and knows of no other robot yet.
 
     Args:
         robot_id: From 1.

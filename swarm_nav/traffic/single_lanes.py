@@ -55,13 +55,13 @@ def passing_areas(terrain: Terrain, radius: float) -> Mask:
 
 
 def connected_components(mask: Mask) -> Iterator[Mask]:
-    """Yield the parts of a mask that hang together, one by one.
+    """Yield the connected components of a mask, one by one.
 
     Args:
         mask: (h, w); cells hang together across edges and corners.
 
     Yields:
-        (h, w), one part each, in the order of their first cells.
+        (h, w), one component each, in the order of their first cells.
     """
     labels = label(mask)
     for number in range(1, int(labels.max(initial=0)) + 1):

@@ -109,7 +109,7 @@ def travelled(before: FloatArray, after: FloatArray) -> FloatArray:
         after: Pose x, y, yaw [m, rad], less than half a turn later.
 
     Returns:
-        In the frame of the robot halfway between the two.
+        The way in the frame of the robot halfway between the two.
     """
     turned = after[2] - before[2]
     turned -= 2.0 * np.pi * np.round(turned / (2.0 * np.pi))

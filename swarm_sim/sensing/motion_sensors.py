@@ -150,7 +150,6 @@ class MotionSensors:
         return Imu(tick, float(self._imu_yaws[robot]), float(self._imu_rates[robot]), (x, y, z))
 
     def _accelerate(self, twists: FloatArray) -> None:
-        """Compute the accelerations along the robots' axes from the change of speed."""
         changes = (twists - self._twists) / CONTROL_PERIOD
         self._accelerations[:, 0] = changes[:, 0] - twists[:, 1] * twists[:, 2]
         self._accelerations[:, 1] = changes[:, 2] + twists[:, 1] * twists[:, 0]

@@ -127,7 +127,7 @@ class Moves:
             beacons: One per robot; those of robots that do not know are replaced by None.
 
         Returns:
-            Those that know better since this tick.
+            Robots that know their place since this tick.
         """
         settled = []
         for robot, pose_map in list(self._unsure.items()):
