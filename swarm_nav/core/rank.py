@@ -28,7 +28,7 @@ SENIORITY = (1 << (TICK_BITS + ID_BITS + DEPTH_BITS)) - 1  # mask of all but the
 
 
 class Rank(NamedTuple):
-    """Priority of a robot, by its parts."""
+    """Priority and id of a robot, and the robot that it makes way for."""
 
     priority: int
     id: int
