@@ -2,18 +2,18 @@
 
 What a module imports of its folder stands above it:
 
-    team              What a method that decides for all robots is, and its messages
+    team              Interface of a method that decides for all robots, and its messages
     config            Parameters of the centre
     roadmap_kernels   Times from all vertices to a goal
     roadmap           Vertices, lanes and costs made from a map
     pibt_kernels      Priority inheritance with backtracking: one step of all robots
     lacam             LaCAM*: a whole plan for all robots
-    plan_check        Which joint plans can be driven, and what is wrong with the others
+    plan_check        Checks whether a joint plan can be driven, and names its fault if not
     program           A program of others, for a limited time
     movingai          Maps, scenarios and paths of other solvers
     dependency_graph  In which order robots enter each vertex, whatever their delays
-    grant_kernels     How far a robot may drive, by where the others may be
-    progress          What the centre knows of one robot, and how far it let it drive
+    grant_kernels     Distance that a robot may drive, by where the others may be
+    progress          State of one robot as the centre knows it, and how far it may drive
     mapf              The centre: plans, and lets robots drive as far as the plan's order allows
 
     reservation       A centre over our own navigators: it gives each its way

@@ -16,7 +16,7 @@ MOST_SOLVER_TIME = 600.0  # [s]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CentralConfig:
-    """How the centre plans and how near it lets robots come."""
+    """Parameters of the centre: how it plans, and how near robots may come."""
 
     margin: float = 0.01  # [m] that each robot keeps beyond its circumscribed radius
     wall_margin: float = 0.04  # [m] likewise towards walls

@@ -27,7 +27,7 @@ class DependencyGraph:
     """The moves that are left of a plan."""
 
     def __init__(self, plan: NDArray[np.int32]) -> None:
-        """Take the moves of a plan.
+        """Store the moves of a plan.
 
         Args:
             plan: (steps + 1, n) vertices of n robots.
@@ -59,7 +59,7 @@ class DependencyGraph:
         return action.target
 
     def begin(self, robot: int) -> None:
-        """Note that a robot begins its next move and leaves the vertex where it was."""
+        """Record that a robot begins its next move and leaves the vertex where it was."""
         self._begun[robot] += 1
 
     @property

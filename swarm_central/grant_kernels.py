@@ -1,4 +1,4 @@
-"""How far a robot may drive along a straight line, by where the others may be."""
+"""Distance that a robot may drive along a straight line, by where the others may be."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ Bound = tuple[tuple[int, int], ...]  # robots and the vertices that they must ta
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
-    """What the search found.
+    """Result of the search.
 
     Attributes:
         steps: (k + 1, n) vertices of all robots, step by step.
@@ -75,7 +75,7 @@ class Lacam:
             locked: (n,) robots that stay where they are; None for none.
             closed: (V,) vertices that nobody may enter; None for none.
             may_rotate: Whether a circle of robots may move on at once.
-            seed: Of the choice among equals.
+            seed: Seed of the choice among equals.
         """
         count, vertices = len(start), len(roadmap.points)
         self._goals = goals

@@ -19,7 +19,7 @@ M = TypeVar("M", RobotReport, TeamOrder)
 
 @dataclass(slots=True)
 class CentreUsage:
-    """What a centre cost so far."""
+    """Costs of a centre so far."""
 
     seconds: float = 0.0  # of CPU
     longest: float = 0.0  # [s] of wall time of one decision
@@ -33,12 +33,12 @@ class Centre:
     """Carries messages between a team and its robots, with loss and delay at any distance.
 
     Attributes:
-        team: What decides.
+        team: Team that decides.
         robots: Highest id of a robot whose messages may be lost.
         loss: Share of the messages that are lost, in each direction.
         delay: Ticks, beyond the one that a message always takes.
         outage: First and last tick in which the centre does nothing; None for never.
-        seed: Of the losses.
+        seed: Seed of the losses.
     """
 
     team: Team
@@ -55,7 +55,7 @@ class Centre:
         """Let the team hear, decide and speak.
 
         Args:
-            reports: That robots sent in this tick.
+            reports: Reports that robots sent in this tick.
 
         Returns:
             The orders that arrive now.
@@ -84,7 +84,7 @@ class Centre:
         return orders
 
     def as_json(self, robots: int) -> dict[str, float]:
-        """Return what the centre cost, for a result."""
+        """Return the cost of the centre, for a result."""
         share = 1.0 / max(1.0, robots * self.usage.ticks * CONTROL_PERIOD)
         return {
             "cpu_ms_per_robot_second": 1e3 * self.usage.seconds * share,
@@ -101,6 +101,6 @@ def delay_ticks(delay: float) -> int:
 
 
 def _due(waves: deque[tuple[int, list[M]]], last: int) -> Iterator[M]:
-    """Take the messages off that were sent in a tick or before."""
+    """Yield the messages that were sent in a tick or before, and remove them."""
     while waves and waves[0][0] <= last:
         yield from waves.popleft()[1]

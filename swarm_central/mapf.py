@@ -104,10 +104,10 @@ class MapfCentre:
             )
 
     def begin(self, robots: int) -> None:
-        """Know nothing of any robot.
+        """Start without a report of any robot.
 
         Args:
-            robots: How many there are to be.
+            robots: Number of robots in the run.
         """
         self._tick = 0
         self._began = -1  # tick
@@ -126,7 +126,7 @@ class MapfCentre:
         self._forget_fields()
 
     def observe(self, tick: int, states: Sequence[RobotReport]) -> None:
-        """Take the reports that arrived in a tick.
+        """Receive the reports that arrived in a tick.
 
         Args:
             states: At most one per robot.
@@ -229,11 +229,10 @@ class MapfCentre:
         return np.zeros(len(vertices), np.bool_)
 
     def _enter(self, robot: RobotProgress, first: Point) -> None:
-        """Let a robot drive to its first vertex."""
         robot.queue.append(first)
 
     def _forget_plan(self) -> None:
-        """Plan anew: the robots have other indices."""
+        """Discard the plan: the robots have other indices."""
         self._graph, self._planned = None, NEVER
 
     def _point(self, vertex: int) -> Point:
@@ -243,7 +242,7 @@ class MapfCentre:
     # Planning
 
     def _forget_fields(self) -> None:
-        """Forget the costs to all goals; row `PARK` is the way to a place out of the lanes."""
+        """Discard the costs to all goals; row `PARK` is the way to a place out of the lanes."""
         self._rows.clear()
         parking = np.flatnonzero(self.roadmap.parking & ~self._closed)
         self._fields = [self.roadmap.costs_to(parking, self._closed)]
@@ -343,12 +342,10 @@ class MapfCentre:
             raise SolverError(f"at {now:.1f} s of simulated time {error}") from error
 
     def _place(self, robot: RobotProgress) -> int:
-        """Return the vertex of a robot's goal; -1 without a goal."""
         x, y = robot.report.goal_map
         return -1 if robot.report.goal_id == 0 else self._vertex_for(x, y)
 
     def _vertex_for(self, x: float, y: float) -> int:
-        """Return the vertex from which a goal is reached; -1 if there is none."""
         if (x, y) not in self._places:
             near = self._in_reach(x, y)
             self._places[x, y] = int(near[0]) if len(near) else -1
@@ -358,7 +355,7 @@ class MapfCentre:
         return self.roadmap.in_reach(x, y, self._terrain, self._room)
 
     def _is_locked(self, robot: RobotProgress, place: int) -> bool:
-        """Whether a robot stays: it is at its goal, or on its way to a place beside the roadmap."""
+        """Report whether a robot stays: at its goal, or on its way to a place off the roadmap."""
         if self._is_silent(robot):
             return True
         return bool(robot.queue) or robot.report.has_arrived or robot.vertex == place

@@ -76,7 +76,7 @@ class ExternalSolver:
         Args:
             start: (n,) vertices, all different.
             goals: (n,) vertices, all different.
-            names: Of the robots, for messages; none: numbers from 1.
+            names: Names of the robots, for messages; none: numbers from 1.
             stays: (n,) robots that must not move; None for none.
             closed: (V,) vertices that no robot may enter; None for none.
 

@@ -29,7 +29,7 @@ class JointStep(NamedTuple):
 
 
 class Wishes(NamedTuple):
-    """Where robots want to go."""
+    """Goals of the robots, and the costs of the ways to them."""
 
     fields: NDArray[np.floating]  # (k, V, 4) [s] to go, by vertex and heading
     goals: NDArray[np.int32]  # (n,) row of `fields` of each robot
@@ -46,8 +46,8 @@ def step(
     Args:
         order: (n,) robots by priority, the first first.
         moves: Filled in.
-        costs: Of the roadmap.
-        wishes: Where robots want to go.
+        costs: Costs [s] of the roadmap's moves.
+        wishes: Goals of the robots, and the costs of the ways to them.
         may_rotate: Whether a circle of robots may move on at once.
 
     Returns:
@@ -179,8 +179,8 @@ def roll_out(
         headings: (n,) directions.
         locked: (n,) robots that stay.
         places: (n,) vertices where robots stay once they are there; -1 for none.
-        costs: Of the roadmap.
-        wishes: Where robots want to go.
+        costs: Costs [s] of the roadmap's moves.
+        wishes: Goals of the robots, and the costs of the ways to them.
         steps: Number of steps.
     """
     count, vertices = len(start), costs.neighbors.shape[0]

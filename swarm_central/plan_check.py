@@ -80,7 +80,7 @@ def sentence(fault: PlanFault, names: Sequence[str], cells: NDArray[np.int64]) -
     """Return a fault in words, as part of a sentence.
 
     Args:
-        names: Of the robots, column by column.
+        names: Names of the robots, column by column.
         cells: (V, 2) column and row of each vertex, as whoever made the plan knows them.
     """
     source, target = (f"({x},{y})" for x, y in cells[[fault.source, fault.target]].tolist())
@@ -110,7 +110,6 @@ def sentence(fault: PlanFault, names: Sequence[str], cells: NDArray[np.int64]) -
 def _difference(
     kind: FaultKind, steps: NDArray[np.int32], step: int, expected: NDArray[np.int32]
 ) -> PlanFault | None:
-    """Return the first robot that is not where it has to be."""
     wrong = np.flatnonzero(steps[step] != expected)
     if not len(wrong):
         return None

@@ -45,7 +45,7 @@ MEETING = 30.0  # [s] of wall time that robots have to find the centre, before i
 
 
 class CentralNode:
-    """Takes the robots' reports, lets the team decide once they are all there, sends its orders.
+    """Receives the robots' reports, lets the team decide once they are all there, sends its orders.
 
     Attributes:
         refusal: Why the centre cannot decide; empty while it can.
@@ -55,7 +55,7 @@ class CentralNode:
         """Attach to the robots.
 
         Args:
-            config: As `RunPlan.central_config` returns it.
+            config: Configuration from `RunPlan.central_config`.
         """
         self.refusal = ""
         self._events = events
@@ -131,12 +131,11 @@ class CentralNode:
             self._orders[number].publish(self._said[number])
 
     def _repeat(self, number: int, tick: int) -> None:
-        """Speak again to a robot that has not heard it."""
         if tick == self._decided and number in self._said:
             self._orders[number].publish(self._said[number])
 
     def forget(self, name: str, *, is_gone: bool) -> None:
-        """Do not wait for a robot until it reports again.
+        """Stop waiting for a robot until it reports again.
 
         Args:
             is_gone: Whether it is taken for gone.

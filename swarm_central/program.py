@@ -19,7 +19,7 @@ CLEANUP_TIME = 0.2  # [s] for the last words of a program that has ended
 
 @dataclass(frozen=True, slots=True)
 class ProgramEnd:
-    """How a program ended.
+    """Result of a program.
 
     Attributes:
         code: Exit code, negative for a signal; None if it was killed at its limit.

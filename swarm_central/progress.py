@@ -1,4 +1,4 @@
-"""What the centre knows of one robot, and how far it let it drive."""
+"""State of one robot as the centre knows it, and how far the centre let it drive."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class RobotProgress:
     """One robot: what it last reported, and the space that it may drive on.
 
     Attributes:
-        vertex: Where the robot will be once it has driven all that was given.
+        vertex: Vertex at which the robot will be once it has driven all that was given.
         left: The vertex before that.
         heading: Direction in which it arrives there.
         points: Everything that it was given, in order; the first is where it stood at the start.
@@ -29,10 +29,10 @@ class RobotProgress:
     """
 
     def __init__(self, report: RobotReport, vertex: int, heading: int) -> None:
-        """Know where a robot is.
+        """Start with the first report of a robot.
 
         Args:
-            vertex: Of the roadmap, that it is to drive to first.
+            vertex: Vertex of the roadmap to which it is to drive first.
             heading: The nearest direction of the roadmap.
         """
         self.report = report
@@ -47,7 +47,7 @@ class RobotProgress:
         self._number = report.heard
 
     def take(self, report: RobotReport) -> bool:
-        """Take a report if it is newer; return whether the goal has changed."""
+        """Receive a report if it is newer; return whether the goal has changed."""
         if report.tick <= self.report.tick and self._number:
             return False
         has_changed = report.goal_id != self.report.goal_id
@@ -107,7 +107,7 @@ class RobotProgress:
         """Send the robot back to the vertex that it left for one that it cannot reach.
 
         Args:
-            point: Of the vertex that it left.
+            point: Point of the vertex that it left, (x, y) [m] in map.
         """
         self.end_here()
         self.vertex = self.left
@@ -115,7 +115,7 @@ class RobotProgress:
         self.queue = [point]
 
     def order(self) -> TeamOrder | None:
-        """Return what the robot has not confirmed; None if it has heard everything."""
+        """Return the order that the robot has not confirmed; None if it has heard everything."""
         if self.report.heard == self._number:
             return None
         first = max(0, self.report.passed - 1)

@@ -66,7 +66,7 @@ class ReservationCentre(MapfCentre):
         self._refused = 0
 
     def observe(self, tick: int, states: Sequence[RobotReport]) -> None:
-        """Take the reports that arrived in a tick.
+        """Receive the reports that arrived in a tick.
 
         Args:
             states: At most one per robot.
@@ -111,7 +111,7 @@ class ReservationCentre(MapfCentre):
         robot.extend(math.dist(robot.stop, first))
 
     def forget(self, robot_id: int) -> None:
-        """Know nothing of a robot any more: it is no longer under command, or was taken out.
+        """Forget a robot: it is no longer under command, or was taken out.
 
         Args:
             robot_id: From 1.

@@ -29,7 +29,7 @@ class RoadmapError(SwarmError):
 
 
 class Timing(NamedTuple):
-    """What moves take [s]."""
+    """Durations of moves [s]."""
 
     quarter: float  # turn by 90 degrees
     half: float  # turn by 180 degrees

@@ -18,7 +18,7 @@ class Team(Protocol):
     """Decides for all robots, once per control tick."""
 
     def observe(self, tick: int, states: Sequence[RobotReport]) -> None:
-        """Take the reports that arrived in a tick.
+        """Receive the reports that arrived in a tick.
 
         Args:
             states: At most one per robot; some are lost or late.
@@ -45,9 +45,9 @@ class TeamFactory(Protocol):
         """Return a centre that knows the robots' models and the map, but not where they are.
 
         Args:
-            config: Of the robots.
+            config: Configuration of the robots.
             specs: Models of the robots.
             grid: The map.
-            sites: Of the world.
+            sites: Sites of the world.
             central: Parameters of the centre, by name.
         """

@@ -3,7 +3,7 @@
 Lower folders never import higher ones; the lowest stands first:
 
     model       Values that all parties speak of
-    process     What processes ask of the kernel and of each other
+    process     Requests of processes to the kernel and to each other
     files       Files that are read and written: maps, sites, caches, the data that ships with the
                 project
     robots      Robot models: from a description or robot.yaml to a RobotSpec

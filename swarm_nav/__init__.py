@@ -2,16 +2,16 @@
 
 Lower folders never import higher ones; the lowest stands first:
 
-    core          What every part of a navigator speaks of: its parameters, goals, states and
+    core          Terms that all parts of a navigator share: its parameters, goals, states and
                   priorities
     interfaces    The parts of a robot that users can replace: typed protocols
     planning      The way through the map: clearances and lanes, search on the lattice, paths
-    perception    What a robot knows of its surroundings: the others by radio, obstacles by LiDAR
+    perception    Surroundings of a robot: the others by radio, obstacles by LiDAR
     reservation   The space that a robot holds, asks for and announces
-    localisation  Where the robot is in the map: odometry alone, or Monte Carlo localisation
-    control       From a path to a twist: how a robot follows its path
+    localisation  Localisation in the map: odometry alone, or Monte Carlo localisation
+    control       Controllers: twists with which a robot follows its path
     traffic       Rules between robots: reservation of space, right of way, stations, narrow regions
-    behaviour     What a robot does, tick by tick: goals, states, recoveries, and what it announces
+    behaviour     Behaviour of a robot, tick by tick: goals, states, recoveries, announcements
     ros           The navigator on the ROS graph: messages in, one call of the brain per tick,
                   messages out
     launch        Starting navigators: one warm parent that forks a process per robot

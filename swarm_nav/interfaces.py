@@ -121,19 +121,19 @@ class Controller(Protocol):
         space (`length` is 0): it may turn then. Heading at the goal is not its matter.
 
         Args:
-            path: Where to go.
-            pose_map: Of base_footprint, now.
+            path: Path (n, 2) [m] in map to follow.
+            pose_map: Pose of base_footprint now.
             twist: Measured, in base_footprint.
-            limits: Of the drive; each part of the result is clipped to its own.
+            limits: Limits of the drive; each part of the result is clipped to its own.
 
         Returns:
-            In base_footprint; vy counts for omnidirectional drives only.
+            The twist in base_footprint; vy counts for omnidirectional drives only.
         """
 
 
 @dataclass(frozen=True, slots=True)
 class CostGrid:
-    """What a metre costs where; row 0 is at the lowest y.
+    """Cost of a metre in each cell; row 0 is at the lowest y.
 
     The centre of a cell lies at x = origin_x + (column + 0.5) * step, y likewise with its row.
 
@@ -196,11 +196,11 @@ class Localiser(Protocol):
         Args:
             spec: Model of the robot; `spec.lidar` has the place of base_scan.
             grid: The map.
-            pose_map: Of base_footprint.
+            pose_map: Pose of base_footprint at the start.
         """
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan, after the odometry of its tick.
+        """Receive a scan, after the odometry of its tick.
 
         Args:
             scan: One revolution; ranges [m] of angles that rise counter-clockwise.
@@ -269,7 +269,7 @@ class Priority(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """What a rule asks for. Without any of it the robot goes on along the path that it has.
+    """Request of a rule. Without any of it the robot goes on along the path that it has.
 
     The arbiter applies the fields in this order.
 
@@ -307,7 +307,7 @@ class Proposal:
 
 @dataclass(frozen=True, slots=True)
 class OtherRobot:
-    """What is known of a neighbour from its last beacon."""
+    """A neighbour, as known from its last beacon."""
 
     robot_id: int
     pose_map: Pose
@@ -318,7 +318,7 @@ class OtherRobot:
 
 @dataclass(frozen=True, slots=True)
 class RuleState:
-    """What a rule may know of its robot at the present tick."""
+    """The robot at the present tick, as far as a rule may know it."""
 
     robot_id: int
     tick: int
@@ -349,10 +349,10 @@ class Rule(Protocol):
         """
 
     def propose(self, state: RuleState) -> Proposal | None:
-        """Return what the rule asks for in this tick, None for nothing.
+        """Return the request of the rule in this tick, None for nothing.
 
         Args:
-            state: Of the robot, now.
+            state: State of the robot now.
         """
 
 
@@ -382,25 +382,25 @@ class Brain(Protocol):
             grid: The map.
             sites: Stations, circuits and zones of the world, in map.
             robot_id: From 1.
-            initial_pose_map: Of base_footprint, at the first odometry.
+            initial_pose_map: Pose of base_footprint at the first odometry.
         """
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry of this tick.
+        """Receive the odometry of this tick.
 
         Args:
             odom: Pose in odom, and twist in base_footprint.
         """
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan.
+        """Receive a scan.
 
         Args:
             scan: In base_scan, as the LiDAR is mounted.
         """
 
     def on_reception(self, reception: Reception) -> None:
-        """Take the beacons heard in this tick.
+        """Receive the beacons heard in this tick.
 
         Args:
             reception: `reception.beacons` is (k,) of `BEACON_DTYPE`, ascending by id; it does not
@@ -408,7 +408,7 @@ class Brain(Protocol):
         """
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal from its start tick on.
+        """Accept a goal, effective from its start tick on.
 
         Args:
             goal: It replaces one that has not ended, which ends as canceled.

@@ -102,9 +102,9 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     """Write the report, say how it went; return the exit code."""
     statistics = run.statistics
     verdict = run.verdict or load_verdict(folder.verdict)
-    is_unborn = run.is_stopped_by_user and run.is_unborn
+    never_active = run.is_stopped_by_user and run.never_active
     if (
-        not verdict and not is_unborn
+        not verdict and not never_active
     ):  # without a verdict the other figures do not vouch for the run
         run.failures.append("there is no verdict: the world process did not live to give one")
     times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
@@ -120,11 +120,11 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     report["broken"] = [name for name in without if name not in external]
     if external:
         report["external"] = list(external)
-    report |= dict.fromkeys(SERIES_FIELDS) if is_unborn else _measures(folder, report)
+    report |= dict.fromkeys(SERIES_FIELDS) if never_active else _measures(folder, report)
     if problem := write_report(folder.report, report):
         code = COMPONENT_FAILED
         complain(problem)
-    if is_unborn and code == OK:
+    if never_active and code == OK:
         console.print("stopped before the robots drove")
         return SIGNALED + run.ending_signal
     console.print(summary_table(report, code))

@@ -155,7 +155,7 @@ class LocalRun(ProcessRun):
         self._robots: list[dict[str, Any]] = []  # what the fork server is to start
 
     @property
-    def is_unborn(self) -> bool:
+    def never_active(self) -> bool:
         """True if the robots never were active together, so that none has driven."""
         return self._awaits_activity and self.active_after_wall is None
 

@@ -144,7 +144,7 @@ class ProcessRun:
             raise RunRefusedError(self._refusal)
 
     @property
-    def is_unborn(self) -> bool:
+    def never_active(self) -> bool:
         """True before any robot drives: there is nothing to conclude."""
         return False
 
@@ -222,9 +222,9 @@ class ProcessRun:
             self._on_exit(exit_)
         if self._signals.count and not self._is_stopping:
             self.is_stopped_by_user = True
-            is_unborn = self.is_unborn
+            never_active = self.never_active
             self._stop("stopping (press Ctrl-C again to kill)")
-            if is_unborn:  # nothing to conclude, and who compiles hears no signal
+            if never_active:  # nothing to conclude, and who compiles hears no signal
                 self._supervisor.kill()
         if self._signals.count > 1:
             self._supervisor.kill()
@@ -417,7 +417,7 @@ class ProcessRun:
     def _on_exit(self, exit_: Exit) -> None:
         self._heartbeats.forget(exit_.name)
         self._selector.unregister(self._children[exit_.name].event_fd)
-        if exit_.killed and self._signals.count < 2 and not self.is_unborn:
+        if exit_.killed and self._signals.count < 2 and not self.never_active:
             self._on_overdue(exit_.name)
         if exit_.expected or self._is_stopping or self._refusal is not None:
             return

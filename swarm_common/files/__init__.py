@@ -2,9 +2,9 @@
 
 What a module imports of its folder stands above it:
 
-    edition     Which edition of the software this is: hosts of one swarm must run the same
+    edition     Edition of the software: hosts of one swarm must run the same
     fuel        Models and worlds of Gazebo Fuel in the user's cache
-    home        Where things are kept if there is no home folder, or a read-only one
+    home        Folders for files if there is no home folder, or a read-only one
     journal     Append-only files of JSON lines that stay readable if the writer is killed
     run_folders  Folders of runs, the latest first
     map_image   Images of maps as Nav2's map_server sees them
@@ -12,7 +12,7 @@ What a module imports of its folder stands above it:
     whole_file  Files that are there whole or not at all
     yaml_io     Strict reading of YAML files
     other_worlds  Floor plans, maps and worlds of other programs: how to make a world of them
-    resources   Where the data that ships with the project lives
+    resources   Folders of the data that ships with the project
     cache       Results kept in the user's cache between runs
     map_io      Reading and writing of maps in Nav2's format
     meshes      Mesh files (STL, DAE, OBJ and what else trimesh reads) as convex hulls

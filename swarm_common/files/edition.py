@@ -1,4 +1,4 @@
-"""Which edition of the software this is: hosts of one swarm must run the same."""
+"""Edition of the software: hosts of one swarm must run the same."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ URI = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class FuelName:
-    """What a URI of Fuel says."""
+    """Name of a resource, as a URI of Fuel states it."""
 
     server: str
     owner: str
@@ -52,7 +52,7 @@ class FuelName:
 
 
 def name_in_fuel(uri: str) -> FuelName | None:
-    """Return what a URI of Fuel says; None if it is no such URI.
+    """Return the name in a URI of Fuel; None if it is no such URI.
 
     Args:
         uri: `https://fuel.gazebosim.org/1.0/OWNER/models/NAME[/VERSION][/files/PATH]`.

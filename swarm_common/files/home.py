@@ -1,4 +1,4 @@
-"""Where things are kept between runs if the user's own folders cannot be written."""
+"""Folders for files between runs if the user's own folders cannot be written."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def temporary_base() -> Path:
 
 
 def set_defaults(environment: MutableMapping[str, str]) -> None:
-    """Tell ROS, numba and matplotlib where to write if the user's own folders cannot be written.
+    """Set where ROS, numba and matplotlib write if the user's own folders cannot be written.
 
     Without that rclpy does not start: it wants a folder for logs. Nor is a kernel compiled for
     which numba finds no place.
@@ -89,6 +89,6 @@ def _base(variable: str, usual: str) -> Path:
 
 
 def _is_installation_ours() -> bool:
-    """Whether compiled kernels can be kept beside their sources."""
+    """Report whether compiled kernels can be kept beside their sources."""
     sources = PACKAGES.glob("swarm_*/**/__init__.py")
     return all(can_be_written(path.parent / "__pycache__") for path in sources)

@@ -18,7 +18,7 @@ DRAW = "draw its walls as a floor plan (docs/creating.md), or as a picture, and 
 
 
 class YamlKind(enum.Enum):
-    """What a YAML file describes; the value completes "FILE is ..."."""
+    """Kind of content of a YAML file; the value completes "FILE is ..."."""
 
     PLAN = "a floor plan"
     NAV2_MAP = "a map of Nav2's"
@@ -28,7 +28,7 @@ class YamlKind(enum.Enum):
 
 
 def yaml_kind(path: Path) -> YamlKind:
-    """Return what a YAML file describes, by its keys; what is not known passes for a floor plan."""
+    """Return the kind of a YAML file, by its keys; an unknown one counts as a floor plan."""
     try:
         data = read_yaml(path)
     except SwarmError:  # whoever reads it as a plan tells what is wrong with it

@@ -1,4 +1,4 @@
-"""Where the data that ships with the project lives: robots, worlds, maps, params, interfaces."""
+"""Folders of the data that ships with the project: robots, worlds, maps, params, interfaces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the runs of this folder are."""
+"""Run folders below the current folder."""
 
 from __future__ import annotations
 

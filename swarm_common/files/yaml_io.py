@@ -156,7 +156,7 @@ def _count(node: yaml.Node, known: dict[int, int]) -> int:
 
 
 def _is_shallow(text: str) -> bool:
-    """Whether a text is too short, and has too few brackets, to nest deep."""
+    """Report whether a text is too short, and has too few brackets, to nest deep."""
     openings = sum(text.count(opening) for opening in "[{-?")
     return len(text) < SHORT and openings < FEW
 

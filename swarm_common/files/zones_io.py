@@ -193,7 +193,7 @@ def _speed_mask(entry: object, path: Path, where: str, notes: list[str]) -> Spee
 
 
 def _remarks(mask: SpeedMask, file: Path, *, has_type: bool) -> list[str]:
-    """Return what a speed mask leaves open, and how it is understood."""
+    """Return remarks on what a speed mask leaves open, and how it is understood."""
     unit = "%" if mask.is_percentage else "m/s"
     cells = mask.values.cells
     remarks = []

@@ -3,7 +3,7 @@
 What a module imports of its folder stands above it:
 
     addresses       Addresses of this machine and of others
-    rcl_take        Takes serialized messages from rcl itself, which says who sent them
+    rcl_take        Receives serialized messages from rcl itself, which says who sent them
     rclpy_compat    The private parts of rclpy that we use, all in one place
     rejections      Inputs that the doors of a process reject
     other_ros       Keeps a sourced ROS 2 that this Python cannot use out of our processes
@@ -14,11 +14,11 @@ What a module imports of its folder stands above it:
     topic_table     Every topic of a swarm that people look at or record
     beacon_batch    All beacons for the robots of one host at a tick, as one message
     tick_action     Action servers that never block
-    simulation      Where messages of simulation_interfaces 1.x and 2.x differ
+    simulation      Differences between messages of simulation_interfaces 1.x and 2.x
     dds_profile     DDS profiles of a swarm on several hosts: peers by unicast only
     central_io      Reports and orders of a centre, to and from ROS messages
     courier_io      Reports of ticks to a courier, and their releases
-    cdr_layout      Where the numbers of a CDR message are
+    cdr_layout      Positions of the numbers in a CDR message
     participants    DDS participants over which a process spreads the topics of a large swarm
     ros_poll        Topics that are polled instead of called back, every tick
     beacon_kernels  Numba kernel of the radio's door: which beacons say what no robot can mean

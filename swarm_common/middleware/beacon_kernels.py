@@ -53,7 +53,7 @@ def within(words: NDArray[np.uint32], start: int, count: int, limit_bits: np.uin
     Args:
         words: (words,) of a beacon.
         start: First of them.
-        count: How many.
+        count: Number of them that count.
         limit_bits: The limit's bits.
     """
     largest = np.uint32(0)
@@ -64,7 +64,7 @@ def within(words: NDArray[np.uint32], start: int, count: int, limit_bits: np.uin
 
 @njit(cache=True)
 def fault(words: NDArray[np.uint32], now: int) -> int:
-    """Return what is wrong with a beacon, SOUND if nothing is; others are indices into `FAULTS`.
+    """Return the fault of a beacon, SOUND if there is none; others are indices into `FAULTS`.
 
     No beacon is of a tick after `now`. One of a robot that was taken out holds nothing.
 
@@ -123,7 +123,7 @@ def sift(words: NDArray[np.uint32], now: int, own_id: int) -> tuple[int, int]:
     Args:
         words: (n, words); changed.
         now: Tick.
-        own_id: Of the receiver.
+        own_id: Id of the receiver.
 
     Returns:
         The last fault found, and how many beacons are sound.

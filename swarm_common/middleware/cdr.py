@@ -105,7 +105,7 @@ class OdometryReader:
     """Reads the planar part of nav_msgs/Odometry."""
 
     def __init__(self, reach: float = MOST_DISTANCE) -> None:
-        """Know no message yet.
+        """Start without a message.
 
         Args:
             reach: [m] from its origin at which odometry may be.
@@ -114,7 +114,7 @@ class OdometryReader:
         self._reach = reach
 
     def read(self, data: bytes) -> Odometry:
-        """Return what a message says."""
+        """Return the content of a message."""
         sec, nanosec, x, y, _, qx, qy, qz, qw, vx, vy, _, _, _, wz = self._layout.unpack(data)
         reach, speed = self._reach, MOST_SPEED
         if not (-reach <= x <= reach and -reach <= y <= reach):  # also of NaN

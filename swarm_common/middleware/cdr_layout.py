@@ -1,4 +1,4 @@
-"""Where the numbers of a CDR message are that begins with a stamp and some strings.
+"""Positions of the numbers in a CDR message that begins with a stamp and some strings.
 
 Strings may have any length, so where the numbers behind them begin has to be looked for; but they
 are the same in all messages of a topic, and then all numbers are unpacked at once. Both byte
@@ -70,10 +70,10 @@ def read_stamp(data: bytes) -> tuple[int, int]:
 
 
 class Layout:
-    """Of the messages of a topic: a stamp, strings, numbers."""
+    """Layout of the messages of a topic: a stamp, strings, numbers."""
 
     def __init__(self, strings: int, alignment: int, numbers: str) -> None:
-        """Know no message yet.
+        """Start without a message.
 
         Args:
             alignment: [bytes] of the first number.

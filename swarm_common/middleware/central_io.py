@@ -43,7 +43,7 @@ def unwrapped(message: bytes) -> bytes:
 
 
 def orders_message(tick: int, orders: Iterable[bytes]) -> bytes:
-    """Return what a centre says to a robot in a tick, serialised.
+    """Return the message of a centre to a robot in a tick, serialised.
 
     Args:
         orders: Packed; may be none.

@@ -1,4 +1,4 @@
-"""What a robot and its courier tell each other in each tick, in `std_msgs/UInt8MultiArray`.
+"""Messages between a robot and its courier in each tick, in `std_msgs/UInt8MultiArray`.
 
 The robot reports that it has decided on a tick, and answers the world when its courier releases
 the tick. So whatever the courier decides takes effect one tick later, on any machine.

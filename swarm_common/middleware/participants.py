@@ -47,7 +47,7 @@ class Hubs:
 
     Attributes:
         gallery: For topics that no navigator needs; the navigators do not meet it.
-        own_ports: Where the process's own node is met.
+        own_ports: Ports on which the process's own node is met.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Takes serialized messages from rcl itself, which says who sent them; rclpy leaves that out.
+"""Receives serialized messages from rcl itself, which says who sent them; rclpy leaves that out.
 
 https://docs.ros.org/en/jazzy/p/rcl: `rcl_take_serialized_message`, `rmw_message_info_t`. The
 structures below are those of Jazzy, which no patch release may change.
@@ -53,7 +53,6 @@ class _Info(ctypes.Structure):
 
 @functools.cache
 def _libraries() -> tuple[Any, Any]:
-    """Return rcl and rcutils, which rclpy has loaded."""
     rcl, rcutils = ctypes.CDLL("librcl.so"), ctypes.CDLL("librcutils.so")
     rcl.rcl_take_serialized_message.argtypes = (ctypes.c_void_p,) * 4
     rcutils.rcutils_get_default_allocator.restype = _Allocator
@@ -68,7 +67,7 @@ def sender_of(gid: Sequence[int]) -> Sender:
 
 
 class Taker:
-    """Takes messages into a buffer of its own.
+    """Receives messages into a buffer of its own.
 
     Attributes:
         sender: Sender of the latest message.

@@ -231,7 +231,7 @@ class CheckedParameterService(ParameterService):  # type: ignore[misc]  # rclpy 
 
 
 def _are_known(names: Sequence[str]) -> bool:
-    """Whether names may be those of parameters at all."""
+    """Report whether names may be those of parameters at all."""
     return len(names) <= MOST and all(len(name) <= LONGEST for name in names)
 
 

@@ -60,7 +60,7 @@ def tick_of(stamp: Time) -> int:
 
 
 def start_text(tick: int) -> str:
-    """Return what a goal's `behavior_tree` holds if it is to begin at a tick, not at once.
+    """Return the `behavior_tree` of a goal that is to begin at a tick, not at once.
 
     Args:
         tick: 0 for at once.

@@ -28,7 +28,7 @@ class ForgedError(SwarmError):
 
 @dataclass(frozen=True, slots=True)
 class Letter:
-    """What a sealed message says."""
+    """Content of a sealed message."""
 
     run: str  # of the swarm
     sender: str  # different for each process that ever speaks
@@ -82,7 +82,7 @@ class Opener:
         self._newest: dict[tuple[str, str], int] = {}
 
     def open(self, text: str) -> Letter | None:
-        """Return what a message says; None for one that was heard already, or is overtaken.
+        """Return the content of a message; None for one that was heard already, or is overtaken.
 
         Raises:
             ForgedError: If its seal is not right.

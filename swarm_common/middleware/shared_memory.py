@@ -24,7 +24,7 @@ def remove_abandoned(folder: Path = FOLDER) -> int:
     What belongs to other users, or has gone meanwhile, is left alone.
 
     Returns:
-        How many there were.
+        Number of files that were removed.
     """
     removed = 0
     names = {lock.name[: -len(end)] for end in LOCKS for lock in folder.glob(f"fastrtps_*{end}")}

@@ -1,4 +1,4 @@
-"""Where messages of simulation_interfaces 1.x and 2.x differ."""
+"""Differences between messages of simulation_interfaces 1.x and 2.x."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ RESOURCES = ("entity_resource", "world_resource")
 
 
 def resource_in(message: Any) -> Any:
-    """Return what has `uri` of a message: a field for it, or in 1.x often the message itself."""
+    """Return the part of a message that has `uri`: a field, or in 1.x often the message itself."""
     return next((getattr(message, name) for name in RESOURCES if hasattr(message, name)), message)

@@ -50,7 +50,7 @@ class GoalHandle:
     """
 
     def __init__(self, request: Any, info: GoalInfo, accepted_at: int) -> None:
-        """Take it as executing: goals begin when they are accepted."""
+        """Start the goal as executing: goals begin when they are accepted."""
         self.request = request
         self.info = info
         self.status = GoalStatus.STATUS_EXECUTING
@@ -121,7 +121,7 @@ class TickActionServer:
                 is sent elsewhere.
 
         Returns:
-            What sends a response to the one with a header.
+            Function that sends a response to the request with a header.
         """
         service = self._node.create_service(
             kind, name, lambda request, _: request, qos_profile=BURST
@@ -199,7 +199,6 @@ class TickActionServer:
         return response
 
     def _why_not(self, goal_id: bytes) -> int:
-        """Return why a goal cannot be canceled."""
         if (goal := self._goals.get(goal_id)) is None:
             return int(CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID)
         if goal.is_active:  # it is being canceled
@@ -269,7 +268,6 @@ class TickActionServer:
         return int(self._node.get_clock().now().nanoseconds)
 
     def _forget(self) -> None:
-        """Forget results that nobody asks for any more."""
         oldest = self._now() - round(1e9 * RESULT_TIMEOUT)
         old = [key for key, goal in self._goals.items() if not goal.is_active]
         for key in old:

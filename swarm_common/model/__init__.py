@@ -3,13 +3,13 @@
 What a module imports of its folder stands above it:
 
     engines   The default physics engine: PyBullet is not available for all versions of Python
-    coordination  Who coordinates the robots' traffic
-    central   What robots and a centre that decides for them tell each other
-    breaches   What must not happen in a run: collisions, and goals that are not reached
+    coordination  Parties that coordinate the traffic of the robots
+    central   Messages between robots and a centre that decides for them
+    breaches   Breaches in a run: collisions, and goals that are not reached
               reached
     errors    Errors that carry a message for the user: what was found, where, what to do
     battery   A robot's battery: what it holds, and what driving takes from it
-    sensors    What is wrong with a robot's sensors: the section `sensors:` of robot.yaml
+    sensors    Errors of a robot's sensors: the section `sensors:` of robot.yaml
              ideal
     shapes     Collision shapes and where they sit
              descriptions
@@ -21,7 +21,7 @@ What a module imports of its folder stands above it:
     records    Values that cross a topic, as plain dataclasses
              exchange
     robot_names  Names of a run's robots: their namespaces, by the number that beacons carry
-    run_words  What terminal and report.html say of a run alike, from the fields of report.json
+    run_words  Words that terminal and report.html share, from the fields of report.json
     beacon   The radio message: `Beacon` as a numpy record whose bytes are its CDR body
     zones    Keepout zones and speed limits on a map, as Nav2's costmap filters have them
     sites    Named places of a world: stations, circuits, spawns, places and zones (`sites.yaml`)

@@ -63,7 +63,7 @@ class SupplyStatus(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class BatteryReading:
-    """What a robot reads of its battery at a tick; numbers are those of float32."""
+    """Reading of a robot's battery at a tick; numbers are those of float32."""
 
     tick: int
     share: float  # charge by capacity, 0 to 1

@@ -1,4 +1,4 @@
-"""What must not happen in a run, with place and time: collisions and goals that are not reached."""
+"""Breaches in a run, with place and time: collisions and goals that are not reached."""
 
 from __future__ import annotations
 

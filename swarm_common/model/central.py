@@ -1,4 +1,4 @@
-"""What robots and a centre that decides for them tell each other."""
+"""Messages between robots and a centre that decides for them."""
 
 from __future__ import annotations
 

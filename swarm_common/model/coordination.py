@@ -1,4 +1,4 @@
-"""Who coordinates the robots' traffic."""
+"""Parties that coordinate the traffic of the robots."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Coordination(StrEnum):
-    """Who decides which robot waits, makes way or goes first; stop filters guard in any case."""
+    """Party that decides which robot waits or goes first; stop filters guard in any case."""
 
     DECENTRAL = "decentral"  # the robots among themselves
     CENTRAL = "central"  # one process for all robots

@@ -128,7 +128,7 @@ class UnknownNameError(ConfigError):
     """A name is not among the known ones.
 
     Attributes:
-        kind: What the name stands for, for example ``world``.
+        kind: Kind of thing that the name stands for, for example ``world``.
         name: The name as given.
         known: All valid names, sorted.
     """

@@ -29,19 +29,19 @@ class Faults:
 
     @contextmanager
     def caught(self) -> Iterator[None]:
-        """Note the error that a block raises, and go on behind it."""
+        """Record the error that a block raises, and continue behind it."""
         try:
             yield
         except SwarmError as error:
             self.add(error)
 
     def add(self, error: SwarmError) -> None:
-        """Note an error, each message once; one that tells of several counts as these."""
+        """Record an error, each message once; one that tells of several counts as these."""
         for single in error.faults or (error,):
             self._found.setdefault(str(single), single)
 
     def tell(self, messages: Iterable[str]) -> None:
-        """Note messages as errors."""
+        """Record messages as errors."""
         for message in messages:
             self.add(self._error(message))
 

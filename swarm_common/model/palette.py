@@ -27,7 +27,7 @@ WHITE: RGB = (255, 255, 255)
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """How a state of a robot is shown."""
+    """Appearance of a robot's state."""
 
     color: RGB  # its colour everywhere
     letter: str  # in the terminal, where there is no room for the word

@@ -163,7 +163,7 @@ class LidarSpec:
 
 @dataclass(frozen=True, slots=True)
 class RobotSpec:
-    """What the navigator and the world must agree on about a robot model."""
+    """Properties of a robot model on which the navigator and the world must agree."""
 
     model: str
     drive: str  # differential | skid | omni

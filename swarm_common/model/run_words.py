@@ -1,4 +1,4 @@
-"""What terminal and report.html say of a run alike, from the fields of report.json."""
+"""Words that terminal and report.html share about a run, from the fields of report.json."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with a robot's sensors: the section `sensors:` of robot.yaml, all zero if ideal.
+"""Errors of a robot's sensors: the section `sensors:` of robot.yaml, all zero if ideal.
 
 A value that is called bias or scale is the standard deviation over robots of an error that each
 robot keeps for a whole run; the others describe noise that is drawn independently for every
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LidarErrors:
-    """Of a LiDAR, beside `sigma` of its section `lidar:`; `sensors.lidar`."""
+    """Errors of a LiDAR, beside `sigma` of its section `lidar:`; `sensors.lidar`."""
 
     sigma_share: float = 0.0  # standard deviation of a range, as a share of it
     dropout: float = 0.0  # share of the rays that measure nothing (NaN)
@@ -21,7 +21,7 @@ class LidarErrors:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OdometryErrors:
-    """Of what wheels tell; `sensors.odometry`."""
+    """Errors of the odometry from wheels; `sensors.odometry`."""
 
     heading: str = "gyro"  # what it comes from: gyro | wheels
     wheel_bias: float = 0.0  # of the radius of each side's wheels, as a share of it
@@ -31,7 +31,7 @@ class OdometryErrors:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImuErrors:
-    """Of gyro and accelerometer; `sensors.imu`."""
+    """Errors of gyro and accelerometer; `sensors.imu`."""
 
     gyro_noise: float = 0.0  # [rad/s/√Hz]
     gyro_bias: float = 0.0  # [rad/s] that is left after the calibration at rest

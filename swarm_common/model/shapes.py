@@ -93,7 +93,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Visual:
-    """What a body looks like."""
+    """Appearance of a body."""
 
     shape: Shape | MeshFile  # a mesh is not loaded
     body_from_visual: Transform  # where it is

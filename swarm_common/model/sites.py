@@ -42,15 +42,15 @@ Spawn = SpawnArea | SpawnAreas | SpawnCircle
 
 @dataclass(frozen=True, slots=True)
 class Sites:
-    """What `worlds/<name>/sites.yaml` says.
+    """Content of `worlds/<name>/sites.yaml`.
 
     Attributes:
         stations: Pose in the map frame of each station by name, in file order.
         circuits: Closed polylines [(x, y), ...] by name, in driving order.
-        spawn: Where robots start; None lets the world choose free places.
+        spawn: Places where robots start; None lets the world choose free places.
         spawns: Other starts, which a mission may ask for by name.
         places: Poses in the map frame to which missions send robots at random.
-        zones: Where robots may not be, or not be fast.
+        zones: Zones where robots may not be, or not be fast.
         charging: Names of the stations that charge robots which stand there.
         groups: Names of stations by the name of their group, for orders.
     """

@@ -53,7 +53,7 @@ class SpeedMask:
     multiplier: float
 
     def raw_limits(self) -> NDArray[np.float64]:
-        """Return what each value from 0 to 100 comes to (101,), [m/s] or [%]."""
+        """Return the raw limit of each value from 0 to 100 (101,), [m/s] or [%]."""
         return np.arange(OCCUPIED + 1, dtype=np.float64) * self.multiplier + self.base
 
     def by_value(self) -> NDArray[np.float64]:
@@ -95,7 +95,7 @@ class Zones:
         return bool(self.speed) or self.speed_mask is not None
 
     def keepout_at(self, x: float, y: float) -> str:
-        """Return what forbids a place, for messages; empty if it is free."""
+        """Return the reason why a place is forbidden, for messages; empty if it is free."""
         for zone in self.keepout:
             if bool(_polygon(zone.points).covers(_point(x, y))):
                 return f"keepout zone '{zone.name}'"

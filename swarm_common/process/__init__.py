@@ -1,4 +1,4 @@
-"""What processes ask of the kernel and of each other.
+"""Requests of processes to the kernel and to each other.
 
 What a module imports of its folder stands above it:
 
@@ -6,16 +6,16 @@ What a module imports of its folder stands above it:
     compile_watch  Tells how far numba has compiled, so that a first start does not look like a hang
     last_resort    Faults of our own, or of a library, that must not end a process
     browser        The user's browser
-    compiled_code  Where the navigators' modules come from: compiled, or their sources
+    compiled_code  Source of the navigators' modules: compiled code, or Python
     late_interrupt  Ctrl-C waits while a library is loaded
     libm   exp, log and arctan2 of arrays, with the same last bits on every processor
-    lifetime       What processes ask of the kernel: to end with their parent, to interrupt nobody
+    lifetime       Lifetime of processes: they end with their parent, and interrupt nobody
     messages       Messages between swarm-up and the processes that it starts
     numba_compat   The private part of numba that we use: its cache on disk
     pipes          Pipes between swarm-up and its processes; one message per line
     plugins        Plug-ins of users, found by name and kept from harming anybody else
     private_parts  Parts of libraries that are private to them: one that moved is told
-    quick_start    What a process does before its work begins costs time that its user waits for
+    quick_start    Quick start of a process: its user waits for all that it does before
     single_thread  Forking is safe only in a process of one thread; this keeps it so
     standard_streams  stdin, stdout and stderr, whatever those that started us made of them
 

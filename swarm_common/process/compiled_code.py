@@ -1,4 +1,4 @@
-"""Where the Python that runs in every tick is taken from: compiled, if that has been done.
+"""Source of the Python that runs in every tick: compiled code, if there is any.
 
 `swarm-setup` compiles the annotated Python of the folders below with mypyc
 (https://mypyc.readthedocs.io), beside the installed packages and by the content of the sources.

@@ -1,4 +1,4 @@
-"""What processes ask of the kernel: to end with their parent, not to interrupt each other."""
+"""Lifetime of processes: they end with their parent, and do not interrupt each other."""
 
 from __future__ import annotations
 

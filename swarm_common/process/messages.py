@@ -44,7 +44,6 @@ def decode(line: bytes, decoder: msgspec.json.Decoder[Kind]) -> Kind:
 
 
 def _plain(value: Any) -> Any:
-    """Return a number of numpy as one of Python."""
     return value.item()
 
 
@@ -95,7 +94,7 @@ class ForeignPublisher(EventBase, frozen=True, tag="foreign"):
 
 
 class ConditionsChecked(EventBase, frozen=True, tag="conditions"):
-    """What the map has room for, by the navigators; `findings` are conditions that do not hold."""
+    """Room on the map, reported by the navigators; `findings` are conditions that do not hold."""
 
     text: str
     guaranteed: bool
@@ -119,7 +118,7 @@ class CollisionCounts(msgspec.Struct, frozen=True):
 
 
 class WorldProgress(EventBase, frozen=True, tag="progress"):
-    """How the world is, twice a second; a robots' host reports what its world's host says."""
+    """State of the world, twice a second; a robots' host reports what its world's host says."""
 
     sim_time: float
     real_time_factor: float
@@ -206,7 +205,7 @@ class Alive(EventBase, frozen=True, tag="alive"):
 
 
 class CentreReported(EventBase, frozen=True, tag="centre"):
-    """What the centre has cost since it started."""
+    """Cost of the centre since its start."""
 
     figures: dict[str, float]
 
@@ -258,7 +257,7 @@ class MissionDone(EventBase, frozen=True, tag="done"):
 
 
 class StatusReported(EventBase, frozen=True, tag="status"):
-    """What swarm-up adds up of a robot's status message; `goal_map` is where it is to go."""
+    """Totals that swarm-up keeps of a robot's status message; `goal_map` is its goal."""
 
     robot: str
     state: str
@@ -278,13 +277,13 @@ class StatusReported(EventBase, frozen=True, tag="status"):
 
 
 class OrdersReported(EventBase, frozen=True, tag="orders"):
-    """What happened to orders, see `swarm_mission.orders.order_book.OrderEvent`."""
+    """Events of orders, see `swarm_mission.orders.order_book.OrderEvent`."""
 
     events: list[dict[str, Any]]
 
 
 class FloorReported(EventBase, frozen=True, tag="floor"):
-    """How a courier's robots use floor and time so far, see `swarm_mission.orders.floor_use`."""
+    """Use of floor and time by a courier's robots so far, see `swarm_mission.orders.floor_use`."""
 
     courier: int  # number of its process
     figures: dict[str, Any]
@@ -440,7 +439,7 @@ class NetworkFault(EventBase, frozen=True, tag="network_fault"):
 
 
 class NetworkFigures(EventBase, frozen=True, tag="network"):
-    """What the probes of the network found, for the report."""
+    """Findings of the network's probes, for the report."""
 
     figures: dict[str, float]
 
@@ -576,7 +575,7 @@ class ServeHost(CommandBase, frozen=True, tag="host"):
 
 
 class Figures(msgspec.Struct, frozen=True):
-    """What the robots' hosts show of the world."""
+    """Figures of the world that the robots' hosts show."""
 
     sim_time: float
     real_time_factor: float
@@ -584,7 +583,7 @@ class Figures(msgspec.Struct, frozen=True):
 
 
 class ShowFigures(CommandBase, frozen=True, tag="figures"):
-    """Tell the robots' hosts how the world is."""
+    """Send the state of the world to the robots' hosts."""
 
     figures: Figures
 
@@ -617,7 +616,7 @@ class RestartNavigator(RobotCommand, frozen=True, tag="restart"):
 
 
 class KernelsCompiled(CommandBase, frozen=True, tag="compiled"):
-    """For those who look on: how many kernels of a first start are ready, of how many."""
+    """Progress of a first start, for viewers: how many kernels are ready, of how many."""
 
     ready: int
     known: int

@@ -56,7 +56,7 @@ class EventWriter:
 
 
 def child_options(about: str, arguments: list[str] | None = None) -> argparse.Namespace:
-    """Return what swarm-up starts a process with.
+    """Return the options with which swarm-up starts a process.
 
     Args:
         arguments: Command line; None for this process's own.

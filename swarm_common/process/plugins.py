@@ -32,7 +32,7 @@ _printed: set[str] = set()  # plug-ins of this process that have failed
 
 
 class PluginFault(enum.Enum):
-    """How a plug-in failed."""
+    """Kind of failure of a plug-in."""
 
     RAISED = "raised"
     LATE = "late"
@@ -43,7 +43,7 @@ class PluginError(SwarmError):
     """A plug-in failed while the robot drives.
 
     Attributes:
-        fault: How.
+        fault: Kind of the failure.
     """
 
     def __init__(self, fault: PluginFault, message: str) -> None:
@@ -62,7 +62,7 @@ def load_plugin(
     """Return the class or function that a parameter names; the working directory is searched too.
 
     Args:
-        group: Of entry points, like `controllers`.
+        group: Group of entry points, like `controllers`.
         name: `module:Class`, a built-in name, that of an entry point of an installed package, or a
             file with a built-in suffix.
         built_in: `module:Class` of the built-in ones by name, and by suffix like `.onnx`.
@@ -155,7 +155,7 @@ class Guard:
         passes: tuple[type[Exception], ...] = (),
         **keywords: Any,
     ) -> Any:
-        """Return what a method returns.
+        """Return the result of a method of the plug-in.
 
         Args:
             passes: Exceptions that are an answer, and no fault.
@@ -172,7 +172,7 @@ class Guard:
         """Return the error that what the plug-in returned is of no use.
 
         Args:
-            problem: What was returned, and what was expected.
+            problem: Value that was returned, and value that was expected.
         """
         return self._noted(PluginFault.UNUSABLE, problem)
 

@@ -1,4 +1,4 @@
-"""What a process does before its work begins costs time that its user waits for."""
+"""Quick start of a process: its user waits for all that it does before its work begins."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def finish_output(name: str, code: int, failed: int = CANNOT_WRITE) -> int:
 
 
 def end_of_output(name: str, error: OSError, failed: int = CANNOT_WRITE) -> int:
-    """Say that the output cannot be written, unless its reader (`head`, `less`) has seen enough.
+    """Report that the output cannot be written, unless its reader (`head`, `less`) has seen enough.
 
     Args:
         failed: Exit code if it is not the reader who left.
@@ -62,7 +62,7 @@ def end_of_output(name: str, error: OSError, failed: int = CANNOT_WRITE) -> int:
 
 
 def complain(message: str) -> None:
-    """Say on stderr why a command ends; that nobody can read it changes no exit code.
+    """Report on stderr why a command ends; that nobody can read it changes no exit code.
 
     Args:
         message: Without a newline; what a terminal would obey is shown as text.
@@ -81,7 +81,7 @@ def is_of_output(error: OSError) -> bool:
 
 
 def _has_no_reader() -> bool:
-    """True if stdout is a pipe, socket or terminal that nobody reads any more."""
+    """Report whether stdout is a pipe, socket or terminal that nobody reads any more."""
     poll = select.poll()
     with contextlib.suppress(OSError, ValueError):
         poll.register(sys.stdout.fileno(), 0)

@@ -28,7 +28,7 @@ def command(module: str, *arguments: str) -> tuple[str, ...]:
 
 
 def prepare() -> None:
-    """Have this process treat damaged files of compiled code as missing.
+    """Set up this process so that damaged files of compiled code count as missing.
 
     A disk that fills up, or a limit on file sizes, cuts a `.pyc` short, and Python before 3.12.8
     and 3.13.1 keeps it (https://github.com/python/cpython/issues/126606). Every import of the

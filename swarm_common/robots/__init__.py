@@ -3,24 +3,24 @@
 What a module imports of its folder stands above it:
 
     words         Words in the names of links, joints, plugins and controllers
-    drive_tags    What a plugin or a controller states about a robot's drive
-    gazebo_tags   What the `<gazebo>` elements of a URDF say about drive and LiDAR
+    drive_tags    Statements of a plugin or a controller on a robot's drive
+    gazebo_tags   Drive and LiDAR in the `<gazebo>` elements of a URDF
     packages      ROS packages on disk: where `package://` URIs and `$(find package)` lead
     params        A robot model as the ROS parameters `robot.*` of its navigator, and back
     battery_io    Reading of a robot's battery from robot.yaml or a fleet
     sensors_io    Reading of a robot's sensor errors from robot.yaml
     urdf_tree     A URDF text as a checked XML tree: one root, no loops, every number finite
     grammar       The elements and attributes of URDF and SDF: read, of no concern, or unknown
-    controllers   What the parameter files of ros2_control say about a robot's drive
+    controllers   Limits of a robot's drive in the parameter files of ros2_control
     description   Reading of a robot's description (URDF)
     xacro_compat  The private parts of xacro that we use, all in one place
     xacro_io      Expansion of xacro files, with errors that name file and line
     sdf_robot     A robot described in SDF: its links and joints as a URDF tree
-    tyres         Where a wheel meets the ground: the radius of its tyre, and where that is
-    drive_train   Which joints drive a robot, and what follows from where its wheels are
-    lidar_choice  Which of a description's ray sensors is the LiDAR, and how it is mounted
-    source        Where a robot comes from: our folder, or the user's files
-    derived       What a robot's description says about it, as far as it can
+    tyres         Contact of a wheel with the ground: the radius of its tyre, and its place
+    drive_train   Joints that drive a robot, and properties that follow from its wheels
+    lidar_choice  Choice of the LiDAR among a description's sensors, and how it is mounted
+    source        Source of a robot: our folder, or the user's files
+    derived       Facts in a robot's description, as far as it has them
     spec          A `RobotSpec` from values by name, each checked
     loading       Robot models, from `robot.yaml` and the description
     fleet         Fleets of several robot models (`--fleet`): the model and limits of each robot

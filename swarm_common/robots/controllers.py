@@ -1,4 +1,4 @@
-"""What the parameter files of ros2_control say about a robot's drive.
+"""Limits of a robot's drive in the parameter files of ros2_control.
 
 A file has nodes with `ros__parameters`, or, as ros_control has it, the controllers at its top.
 """
@@ -45,7 +45,7 @@ MULTIPLIERS = {
 
 @dataclass(frozen=True, slots=True)
 class Controllers:
-    """What is known of a robot's controllers."""
+    """Known facts of a robot's controllers."""
 
     tags: DriveTags | None = None  # of the one that drives the robot
     steering: str | None = None  # the one that steers wheels
@@ -62,7 +62,7 @@ class _Found:
 def read_controllers(
     root: ET.Element, given: Sequence[Path], finder: PackageFinder, directory: Path
 ) -> Controllers:
-    """Return what the parameter files of ros2_control say that a robot names."""
+    """Return the facts in the parameter files of ros2_control that a robot names."""
     found = _Found()
     for path in given:
         _take(read_yaml(path, RobotModelError), path, found)
@@ -127,7 +127,6 @@ def _flat(values: Mapping[str, Any], start: str = "") -> dict[str, Any]:
 
 
 def _kinds(nodes: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
-    """Yield the name and the type of each controller, in the order of the file."""
     for node, values in nodes.items():
         for key, value in values.items():
             name, _, last = key.rpartition(".")
@@ -164,7 +163,7 @@ def _joints(values: Mapping[str, Any], side: str) -> Iterator[str]:
 
 
 def _is_in_force(values: Mapping[str, Any], key: str) -> bool:
-    """Return whether a limit is switched on: `has_velocity_limits` and the like say so."""
+    """Report whether a limit is switched on, as `has_velocity_limits` and the like state."""
     axis, _, last = key.rpartition(".")
     switch = values.get(f"{axis}.has_{last.removeprefix('max_')}_limits", True)
     return switch is not False

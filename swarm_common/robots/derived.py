@@ -1,4 +1,4 @@
-"""What a robot's description says about it: drive, footprint, LiDAR, and limits where it can."""
+"""Facts in a robot's description: drive, footprint, LiDAR, and limits where it has them."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Described:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What robot.yaml says, which wins over the description; None where it says nothing."""
+    """Settings of robot.yaml, which override the description; None where it has none."""
 
     drive: str | None = None  # of `DRIVES`
     wheels: tuple[Sequence[str], Sequence[str]] | None = None  # left and right joints
@@ -71,7 +71,7 @@ class Asked:
 
 
 def describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | None:
-    """Return what follows from a description; None if something of it is unusable."""
+    """Return the facts that follow from a description; None if something of it is unusable."""
     try:
         return _describe(source, asked, faults)
     except SwarmError as error:
@@ -137,7 +137,7 @@ def _stated_drive(
     notes: list[str],
     faults: Faults,
 ) -> tuple[DriveTags | None, str | None]:
-    """Return what a plugin or a controller states of the drive, and which steers wheels."""
+    """Return the drive that a plugin or a controller states, and which one steers wheels."""
     plugin: DriveTags | None = None
     controllers = Controllers()
     with faults.caught():
@@ -165,7 +165,6 @@ def _stated_drive(
 
 
 def _of_lidar(lidar: Mapping[str, Any], sensors: Sequence[RaySensor]) -> Origin:
-    """Return where what is known of the LiDAR is from."""
     link = lidar["frame"]
     if any(sensor.link == link for sensor in sensors):
         return Origin(f"ray sensor on link {link}")

@@ -52,7 +52,7 @@ class RigidGroup:
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where a value of a robot is from."""
+    """Origin of a value of a robot."""
 
     source: str
     is_guess: bool = False  # made by us; nothing states it
@@ -120,7 +120,6 @@ def parse_urdf(
 
 @functools.cache
 def _code() -> list[bytes]:
-    """Return the code that makes a model of a tree."""
     modules = (
         sys.modules[name] for name in (__name__, Part.__module__, estimated_inertia.__module__)
     )
@@ -128,7 +127,7 @@ def _code() -> list[bytes]:
 
 
 def _read_robot(root: ET.Element, where: str) -> Any:
-    """Return what yourdfpy reads from a checked tree."""
+    """Return yourdfpy's reading of a checked tree."""
     import yourdfpy  # slow to import, and not needed for what is in the cache
 
     try:

@@ -1,4 +1,4 @@
-"""What a plugin or a controller states about a robot's drive."""
+"""Statements of a plugin or a controller on a robot's drive."""
 
 from __future__ import annotations
 
@@ -49,5 +49,4 @@ def is_steered(name: str) -> bool:
 
 
 def _holds(said: tuple[str, ...], key: tuple[str, ...]) -> bool:
-    """Return whether words hold others next to each other."""
     return any(said[start : start + len(key)] == key for start in range(len(said)))

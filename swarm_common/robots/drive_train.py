@@ -1,4 +1,4 @@
-"""Which joints drive a robot, and what follows from where its wheels are.
+"""Joints that drive a robot, and properties that follow from the places of its wheels.
 
 Robots have to turn on the spot, which right of way and making room rely on: cars are refused.
 """
@@ -170,7 +170,7 @@ def _is_star(wheels: Sequence[_Wheel]) -> bool:
 
 
 def _of_places(wheels: Sequence[_Wheel]) -> Origin:
-    """Return what says where wheels are."""
+    """Return the source of the wheels' places, for messages."""
     aside = [float(np.linalg.norm(w.tyre.offset)) for w in wheels if w.tyre is not None]
     if not aside:
         return Origin("joints of the wheels, which have no collision shapes")
@@ -319,7 +319,6 @@ def _in_the_air(model: RobotModel, wheels: dict[str, _Wheel]) -> str:
 
 
 def _sides(rolling: Sequence[_Wheel]) -> tuple[list[_Wheel], list[_Wheel]]:
-    """Return the left and the right ones of wheels."""
     middle = np.mean([w.place[1] for w in rolling]) if rolling else 0.0
     left = [w for w in rolling if w.place[1] - middle > OFF_CENTER]
     return left, [w for w in rolling if w.place[1] - middle < -OFF_CENTER]

@@ -1,4 +1,4 @@
-"""What the `<gazebo>` elements of a URDF say about drive and LiDAR, of Classic and of Sim."""
+"""Drive and LiDAR in the `<gazebo>` elements of a URDF, of Classic and of Sim."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class RaySensor:
 
 
 def read_drive(root: ET.Element, where: str, notes: list[str]) -> DriveTags | None:
-    """Return what the first drive plugin says, None if there is none."""
+    """Return the statements of the first drive plugin, None if there is none."""
     found: DriveTags | None = None
     for plugin in root.findall("gazebo//plugin"):
         name = plugin_name(plugin)

@@ -15,7 +15,7 @@ from swarm_common.model.errors import close_names
 
 @dataclass(frozen=True, slots=True)
 class _Rule:
-    """What an element may hold."""
+    """Children and attributes that an element may hold."""
 
     one: tuple[str, ...] = ()  # children that may occur once
     any: tuple[str, ...] = ()  # children that may occur more often

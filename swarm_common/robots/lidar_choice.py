@@ -1,4 +1,4 @@
-"""Which of a description's ray sensors is the LiDAR, and how it is mounted."""
+"""Choice of the LiDAR among a description's ray sensors, and how it is mounted."""
 
 from __future__ import annotations
 

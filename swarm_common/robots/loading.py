@@ -99,7 +99,7 @@ def account_of(name_or_path: str | Path) -> Account:
 
 
 def taken_for(spec: RobotSpec, model: RobotModel) -> str:
-    """Return what a robot's drive was taken for and why, and how to state it."""
+    """Return the assumed drive of a robot, the reason, and how to state another one."""
     sides = [", ".join(side) or "none" for side in (spec.wheels_left, spec.wheels_right)]
     values = {
         "drive": f"drive {spec.drive}",
@@ -141,7 +141,7 @@ def _said(name: str, source: RobotSource, origin: Origin | None) -> str:
 
 
 def load_robot(name_or_path: str | Path) -> RobotSpec:
-    """Return what world and navigator must agree on about a robot.
+    """Return the properties of a robot on which world and navigator must agree.
 
     Args:
         name_or_path: Name of a folder in `robots/`, or a path to a folder, URDF, xacro or
@@ -223,7 +223,7 @@ def _checkable(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _is_complete(data: Mapping[str, Any]) -> bool:
-    """Whether a robot.yaml says everything itself."""
+    """Report whether a robot.yaml states everything itself."""
     lidar = data.get("lidar")
     return all(name in data for name in REQUIRED) and (
         not isinstance(lidar, dict) or all(name in lidar for name in LIDAR_REQUIRED)
@@ -238,7 +238,7 @@ def _undescribed(source: RobotSource) -> str:
 
 
 def _asked(source: RobotSource, faults: Faults) -> Asked:
-    """Return what robot.yaml says about what else follows from the description."""
+    """Return the values of robot.yaml for what else follows from the description."""
     data, where = source.data, str(source.settings)
     lidar = data.get("lidar")
     asked = Asked(lidar=lidar if isinstance(lidar, dict) else {}, stated=tuple(data))

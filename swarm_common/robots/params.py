@@ -44,7 +44,7 @@ def frames_parameter(frames: Mapping[str, Transform]) -> str:
 
 
 def frames_from_parameter(text: str) -> dict[str, tuple[float, ...]]:
-    """Return what `frames_parameter` has written: seven numbers by the name of the link."""
+    """Return the frames in a text of `frames_parameter`: seven numbers by the name of the link."""
     try:
         frames = {
             str(name): tuple(float(value) for value in place)

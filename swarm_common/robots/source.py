@@ -1,4 +1,4 @@
-"""Where a robot comes from: a folder of `robots/`, or the user's URDF, xacro or `robot.yaml`."""
+"""Source of a robot: a folder of `robots/`, or the user's URDF, xacro or `robot.yaml`."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ class RobotSource:
 
     @property
     def where(self) -> str:
-        """What errors in the description are about."""
+        """Name of the description in error messages."""
         return str(self.urdf or self.settings.parent)
 
     def finder(self) -> PackageFinder:
-        """Return what finds the packages that the description refers to."""
+        """Return the finder of the packages to which the description refers."""
         paths = self.data.get("packages") or []
         if not isinstance(paths, list) or not all(isinstance(path, str) for path in paths):
             raise RobotModelError(f"{self.settings}: packages is {paths!r}; a list of folders")
@@ -81,7 +81,7 @@ class RobotSource:
         return urdf_of(root, str(self.urdf)), description_notes(root)
 
     def arguments(self) -> dict[str, str]:
-        """Return what robot.yaml gives to xacro, each as on xacro's command line."""
+        """Return the arguments of robot.yaml for xacro, each as on xacro's command line."""
         values = self.data.get("xacro_args") or {}
         if not isinstance(values, dict):
             raise RobotModelError(f"{self.settings}: xacro_args is {values!r}; 'name: value' lines")
@@ -180,7 +180,7 @@ def _with_prefixes(text: str) -> str:
 
 
 def _stem(path: Path) -> str:
-    """Return what a description is called: its folder's name if its own is `model`.
+    """Return the name of a description: that of its folder if its own is `model`.
 
     In Fuel's cache that folder is a version, and the one above it has the name.
     """

@@ -1,4 +1,4 @@
-"""Where a wheel meets the ground: the radius of its tyre, and where on its axle that is.
+"""Contact of a wheel with the ground: the radius of its tyre, and where on its axle that is.
 
 A wheel's link has more shapes than its tyre (hub, rim, motor), and its joint need not be in the
 middle of the tyre.
@@ -23,7 +23,7 @@ SAME = 1e-4  # [m] by which the tyre's middle is off the joint all the same
 
 @dataclass(frozen=True, slots=True)
 class Tyre:
-    """What of a turning group rolls on the ground."""
+    """Part of a turning group that rolls on the ground."""
 
     radius: float  # [m]
     offset: (

@@ -98,7 +98,7 @@ def _end(joint: ET.Element, tag: str) -> str:
 
 
 def _strip_slashes(root: ET.Element) -> None:
-    """Take off the slashes that an empty namespace leaves before names."""
+    """Remove the slashes that an empty namespace leaves before names."""
     for tag in ("link", "joint", "gazebo"):
         for top in root.findall(tag):
             for element in (top, *(top.findall("parent") + top.findall("child"))):

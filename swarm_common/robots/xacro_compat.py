@@ -34,7 +34,7 @@ def expand(path: Path, arguments: Mapping[str, str], prepare: Callable[[Any], No
     """Return a xacro file as URDF text.
 
     Raises:
-        Exception: Of xacro's own kinds, and bare ones.
+        Exception: One of xacro's own kinds, or a bare one.
     """
     with _encoded_files():
         document = xacro.parse(None, str(path))

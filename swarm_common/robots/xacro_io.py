@@ -78,7 +78,7 @@ def expand(
 
 
 def macro_message(path: Path, expanded: str) -> str:
-    """Return what to do with a xacro file that only defines macros; empty for any other."""
+    """Return advice on a xacro file that only defines macros; empty for any other."""
     text = COMMENT.sub("", path.read_text(encoding="utf-8", errors="replace"))
     macros = MACRO.findall(text)
     if not macros or LINK.search(expanded):

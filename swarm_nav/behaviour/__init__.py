@@ -1,4 +1,4 @@
-"""What a robot does, tick by tick: goals, states, recoveries, and what it announces.
+"""Behaviour of a robot, tick by tick: goals, states, recoveries and announcements.
 
 What a module imports of its folder stands above it:
 
@@ -7,14 +7,14 @@ What a module imports of its folder stands above it:
     costmap            Costmaps with Nav2's cost scale, composed on request
     given_path         A path that the operator gave (FollowPath), and the way along it
     goal_progress      The current goal: its sequence of targets, and when each counts as reached
-    charging           When the robot goes to charge, to which station, and until when
+    charging           Trips to charge: when, to which station, and until when
     goal_manager       Begins goals, goes from target to target, recovers, and ends them
     parts              The parts of one robot: rules decide with them, announcements tell of them
-    announcement       What a robot tells the other robots and the operator
+    announcement       Its beacon to the other robots, its status to the operator
     route              The route to the current target: when and from where it is replanned
     plugin_rule        A rule that a user brings, asked among the built-in ones
     rules              The rules in the order in which the arbiter asks them
-    obey               The rule of a robot for which a centre decides
+    follow_centre      The rule of a robot for which a centre decides
     plugin_priority    A rule of who goes first that a user brings
     navigator          The brain: observations in, one twist and one beacon per tick out. No I/O
     brain_adapter      A brain that a user brings, with the face that bench and ROS node need

@@ -1,4 +1,4 @@
-"""What a robot tells: its beacon to the robots, its status and feedback to the operator."""
+"""Announcements of a robot: its beacon to the robots, its status and feedback to the operator."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ DRIVE_COLLISIONS = {GoalKind.BACKUP: ErrorCode.BACKUP_COLLISION_AHEAD}
 
 @dataclass(frozen=True, slots=True)
 class BehaviorEnd:
-    """How a behaviour ended; NONE is success."""
+    """Result of a behaviour; NONE is success."""
 
     code: ErrorCode = ErrorCode.NONE
     message: str = ""
@@ -43,7 +43,7 @@ class Behavior:
         """Start at the present pose and tick.
 
         Args:
-            goal: Of kind SPIN, BACKUP, DRIVE_ON_HEADING, WAIT or TELEOP.
+            goal: A goal of kind SPIN, BACKUP, DRIVE_ON_HEADING, WAIT or TELEOP.
         """
         self.goal = goal
         self._start_tick = robot.tick
@@ -59,7 +59,7 @@ class Behavior:
         self._way = 0  # of a steered robot: 1 ahead, -1 back, 0 neither
 
     def steer(self, wish: Twist, tick: int) -> None:
-        """Take what an operator wants now; counts for TELEOP."""
+        """Receive the twist that an operator wants now; it counts for TELEOP."""
         self._wish, self._wish_tick = wish, tick
 
     def finish(self, end: BehaviorEnd) -> None:
@@ -74,7 +74,7 @@ class Behavior:
         self._is_pathed = False
 
     def propose(self, robot: RobotState) -> Proposal:
-        """Return what the robot is to do in this tick; `end` tells when the behaviour is over."""
+        """Return the motion of this tick; `end` tells when the behaviour is over."""
         self.angle_traveled += wrap_angle(robot.pose.yaw - self._last_yaw)
         self._last_yaw = robot.pose.yaw
         self._traveled = self.distance_traveled(robot)

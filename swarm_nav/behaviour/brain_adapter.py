@@ -70,14 +70,14 @@ def make_brain(
     initial_pose_map: Pose,
     names: RobotNames | None = None,
 ) -> RobotBrain:
-    """Return what decides for a robot, by `brain.plugin`.
+    """Return the brain of a robot, by `brain.plugin`.
 
     Args:
         grid: The map, upright.
-        sites: Of the world, in the same map frame.
+        sites: Sites of the world, in the same map frame.
         robot_id: From 1.
-        initial_pose_map: Of base_footprint, at the first odometry.
-        names: Of all robots, for people; None for the usual ones.
+        initial_pose_map: Pose of base_footprint at the first odometry.
+        names: Names of all robots, for people; None for the usual ones.
 
     Raises:
         ConfigError: If the plug-in is missing.
@@ -102,7 +102,7 @@ class BrainAdapter:
 
     Attributes:
         spec: Model of the robot.
-        goal_id: Of the current or pending goal; None without one.
+        goal_id: Id of the current or pending goal; None without one.
         is_active: Whether the robot may drive.
     """
 
@@ -119,7 +119,7 @@ class BrainAdapter:
 
         Args:
             robot_id: From 1.
-            initial_pose_map: Of base_footprint, at the first odometry.
+            initial_pose_map: Pose of base_footprint at the first odometry.
 
         Raises:
             ConfigError: If it is missing.
@@ -159,27 +159,27 @@ class BrainAdapter:
     # Each tick
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry of this tick."""
+        """Receive the odometry of this tick."""
         self._localiser.on_odom(odom)
         self._twist = odom.twist
         self._ask("on_odom", odom)
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan."""
+        """Receive a scan."""
         self._ask("on_scan", scan)
 
     def on_battery(self, reading: BatteryReading) -> None:
-        """Take a reading of the battery."""
+        """Receive a reading of the battery."""
         self._ask("on_battery", reading)
 
     def on_reception(self, reception: Reception) -> None:
-        """Take the beacons heard in this tick."""
+        """Receive the beacons heard in this tick."""
         pose = self._localiser.pose_map
         self._neighbors.take(reception, pose.x, pose.y)
         self._ask("on_reception", reception)
 
     def on_neighbors(self, beacons: BeaconArray) -> None:
-        """Take the beacons heard in this tick.
+        """Receive the beacons heard in this tick.
 
         Args:
             beacons: (n,) by ascending id.
@@ -248,7 +248,7 @@ class BrainAdapter:
     # Goals
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal; the current one ends as canceled (preempted)."""
+        """Accept a goal; the current one ends as canceled (preempted)."""
         self._cancel("preempted by a new goal")
         self.goal_id, self._goal = goal.goal_id, goal
         if goal.kind in self._value("goal_kinds", (GoalKind.NAVIGATE,)):
@@ -278,7 +278,7 @@ class BrainAdapter:
         self.goal_id = self._goal = None
 
     def steer(self, twist: Twist) -> None:
-        """Take the twist of an operator."""
+        """Receive the twist of an operator."""
         self._ask("steer", twist)
 
     def end_teleop(self, reason: str = "") -> None:
@@ -286,7 +286,7 @@ class BrainAdapter:
         self._ask("end_teleop", reason)
 
     def on_speed_limit(self, limit: float, *, is_percentage: bool) -> None:
-        """Take a speed limit from the operator.
+        """Set a speed limit that comes from the operator.
 
         Args:
             limit: [m/s] or [%]; 0 for none.
@@ -295,7 +295,7 @@ class BrainAdapter:
         self._ask("on_speed_limit", limit, is_percentage=is_percentage)
 
     def on_keepout_mask(self, mask: Grid) -> None:
-        """Take a mask of places where the robot must not be."""
+        """Set the mask of places where the robot must not be."""
         self._ask("on_keepout_mask", mask)
 
     def activate(self) -> None:
@@ -310,7 +310,7 @@ class BrainAdapter:
         self._ask("deactivate")
 
     def reconfigure(self, config: NavConfig) -> None:
-        """Take new parameters."""
+        """Apply new parameters."""
         self._config = config
         self._ask("reconfigure", config)
 
@@ -331,7 +331,7 @@ class BrainAdapter:
     def on_initial_pose(
         self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION
     ) -> None:
-        """Take a pose from the operator.
+        """Set the pose that the operator states.
 
         Args:
             deviation: Standard deviations of position [m] and heading [rad].
@@ -351,7 +351,7 @@ class BrainAdapter:
     # The map
 
     def load_map(self, grid: Grid) -> None:
-        """Take another map."""
+        """Replace the map."""
         self._grid = grid
         self.__dict__.pop("_planner", None)
         self._ask("load_map", grid)
@@ -378,7 +378,7 @@ class BrainAdapter:
         """Return a path (n, 2) through the goals from `start` (None: the robot's pose).
 
         Args:
-            start: Where it begins; None for the pose of the robot.
+            start: Start of the plan; None for the pose of the robot.
 
         Raises:
             PlanError: If there is none.

@@ -34,7 +34,8 @@ class ChargingTrip:
 
     Attributes:
         reading: The newest of the battery; None before the first.
-        charger: Where the robot goes to charge, or is charged, in map; None if it does not.
+        charger: Pose in map of the charging station to which the robot drives, or at which it is;
+            None without one.
         plugged_tick: Tick at which it arrived there; 0 on its way.
         reach: [m] that it can drive before it goes to charge; 0 once it does, inf if it has charged
             enough or has no charging station.
@@ -70,7 +71,7 @@ class ChargingTrip:
         self.charger, self.plugged_tick = None, 0
 
     def fail(self, tick: int, retry_ticks: int) -> None:
-        """Do not try the present station again for a while, and forget it."""
+        """Avoid the present station for a while, and forget it."""
         if self.charger is not None:
             self._failed_until[self.charger] = tick + retry_ticks
         self.end()

@@ -23,7 +23,7 @@ class GoalManager:
     """The current or pending goal, at most one.
 
     Attributes:
-        task: What the robot drives to: the current navigation goal, or a charging station.
+        task: Progress of the current navigation goal, or of a trip to a charging station.
         behavior: The current behaviour, asked for or (`is_recovery`) in aid of the task.
         last_goal_tick: Tick at which the last target was reached.
         failure: Why the goal before was given up; empty if it was not.
@@ -103,7 +103,7 @@ class GoalManager:
         return s.pose.distance(place) <= s.config.goal_checker.xy_goal_tolerance
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal for its start tick; the current one ends as canceled (preempted).
+        """Accept a goal for its start tick; the current one ends as canceled (preempted).
 
         Args:
             goal: With the tick from which it counts.
@@ -169,11 +169,10 @@ class GoalManager:
             self._state_machine.switch(Event.FINISHED)
 
     def _stop_short(self) -> None:
-        """Give up the way ahead, unless the robot makes way on it."""
         if not self._right.is_yielding:
             self._arbiter.stop_short()
 
-    def see_to_battery(self) -> None:
+    def update_charging(self) -> None:
         """Put the goal off for a trip to charge when it is due, and go on with it afterwards."""
         trip, s = self._trip, self._s
         if trip is None:
@@ -243,7 +242,6 @@ class GoalManager:
             self._s.counters.goals_failed += 1
 
     def _aim(self, task: GoalProgress) -> None:
-        """Point the lease at the present target."""
         self._arbiter.drop_path()
         if task.goal.kind is GoalKind.FOLLOW_PATH or task.is_passing:
             self._lease.aim(self._s, None)
@@ -335,6 +333,6 @@ class GoalManager:
         self.drop_recovery()
 
     def replan(self) -> None:
-        """Have the way to the target planned anew."""
+        """Request a new plan to the target."""
         if self.task is not None:
             self.task.is_planned = False

@@ -30,7 +30,7 @@ class GoalProgress:
         """Start at the first target of the goal, at the present tick.
 
         Args:
-            goal: Of a kind that navigates, with a pose or a path at least.
+            goal: A goal of a kind that navigates, with a pose or a path at least.
         """
         self.goal = goal
         self.start_tick = robot.tick
@@ -165,5 +165,5 @@ class GoalProgress:
 
 
 def _cannot_go_on(robot: RobotState) -> bool:
-    """Whether another robot or an obstacle keeps the robot from the last centimetres."""
+    """Report whether another robot or an obstacle blocks the last centimetres."""
     return robot.is_standing and robot.waited_ticks >= robot.config.traffic.push_ticks

@@ -23,9 +23,9 @@ from swarm_nav.behaviour.announcement import compose_beacon, compose_feedback, c
 from swarm_nav.behaviour.behaviors import BehaviorEnd
 from swarm_nav.behaviour.charging import ChargingTrip
 from swarm_nav.behaviour.costmap import Costmap
+from swarm_nav.behaviour.follow_centre import FollowCentre
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
-from swarm_nav.behaviour.obey import Obey
 from swarm_nav.behaviour.parts import Parts
 from swarm_nav.behaviour.plugin_priority import PluginPriority
 from swarm_nav.behaviour.rules import rules_of
@@ -47,11 +47,11 @@ from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.pilot import TwistPilot
 from swarm_nav.traffic.right_of_way import RightOfWay
-from swarm_nav.traffic.robot_state import begin
+from swarm_nav.traffic.robot_state import initial_state
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.speed_limits import SpeedLimits
-from swarm_nav.traffic.speed_near_people import limited, people_near
+from swarm_nav.traffic.speed_near_people import people_near, slow_near_people
 
 SAFETY_RULES = (KeepApart, StopBeforeObstacle)  # above what a centre wants
 
@@ -82,8 +82,8 @@ class Navigator:
             grid: The map, upright.
             sites: Stations, circuits and zones of the world, in the same map frame.
             robot_id: From 1.
-            initial_pose_map: Of base_footprint, at the first odometry.
-            names: Of all robots, for people; None for the usual ones.
+            initial_pose_map: Pose of base_footprint at the first odometry.
+            names: Names of all robots, for people; None for the usual ones.
             pilot: Steers in place of the controller; None to follow goals.
 
         Raises:
@@ -99,7 +99,7 @@ class Navigator:
         self._controller = make_controller(spec, config.controller, self._receive_fault)
         stations = [(p.x, p.y) for p in sites.stations.values()]
         make_planner = planner_maker(config.planner.plugin, spec)
-        self._s = s = begin(
+        self._s = s = initial_state(
             config, spec, grid, robot_id, initial_pose_map, tuple(stations), names, make_planner
         )
         self._localiser = make_localiser(
@@ -125,12 +125,12 @@ class Navigator:
             lease, self._gate, holding, self._senses, arbiter,
         )  # fmt: skip
         self._rules = rules_of(self._parts, spec, self._receive_fault)
-        self._obey: Obey | None = None
+        self._follow_centre: FollowCentre | None = None
         if config.traffic.coordination != Coordination.DECENTRAL:
-            self._obey = Obey(self._parts)
+            self._follow_centre = FollowCentre(self._parts)
             safety = [rule for rule in self._rules if isinstance(rule, SAFETY_RULES)]
             own = [rule for rule in self._rules if rule not in safety]
-            self._rules = [*safety, self._obey, *own]
+            self._rules = [*safety, self._follow_centre, *own]
         self._pilot = pilot
         if pilot is not None:
             self._rules.append(pilot)
@@ -185,21 +185,21 @@ class Navigator:
         return self._localiser.particles()
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry of this tick."""
+        """Receive the odometry of this tick."""
         self._localiser.on_odom(odom)
         self._s.velocity = odom.twist
         self._s.twist = self._controller.course(odom.twist)
         self._s.pose = self._localiser.pose_map
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan."""
+        """Receive a scan."""
         scan = scan.from_above(self.spec.lidar)
         if scan.tick - self._s.listening_since > self._s.config.traffic.listen_ticks // 2:
             self._localiser.on_scan(scan)  # only then are the robots around known by radio
         self._senses.on_scan(scan)
 
     def on_neighbors(self, beacons: BeaconArray) -> None:
-        """Take the radio's batch of this tick, which may be empty.
+        """Receive the radio's batch of this tick, which may be empty.
 
         Args:
             beacons: (n,) by ascending id.
@@ -207,7 +207,7 @@ class Navigator:
         self._senses.on_neighbors(beacons)
 
     def on_reception(self, reception: Reception) -> None:
-        """Take the radio's batch of this tick where it is, without a copy.
+        """Receive the radio's batch of this tick where it is, without a copy.
 
         Args:
             reception: Beacons as words, and the rows that are heard.
@@ -215,14 +215,14 @@ class Navigator:
         self._senses.on_reception(reception)
 
     def on_battery(self, reading: BatteryReading) -> None:
-        """Take a reading of the battery, one a second; without any it does not count."""
+        """Receive a reading of the battery, one a second; without any it does not count."""
         if self._trip is not None:
             self._trip.reading = reading
 
     def on_initial_pose(
         self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION
     ) -> None:
-        """Take a pose from the operator, known to within `deviation` [m], [rad].
+        """Set the pose that the operator states, known to within `deviation` [m], [rad].
 
         Args:
             deviation: Standard deviations of position [m] and heading [rad].
@@ -231,7 +231,7 @@ class Navigator:
         self._adopt_pose()
 
     def _adopt_pose(self) -> None:
-        """Go on from a pose that is elsewhere; claims made at the old one are dropped."""
+        """Continue from a pose that is elsewhere; claims made at the old one are dropped."""
         s, pose = self._s, self._localiser.pose_map
         if pose.distance(s.pose) > s.config.traffic.safety_margin:
             self._senses.listen_anew()  # the owner of the space there is not known yet
@@ -239,7 +239,7 @@ class Navigator:
         s.hold_place()
 
     def load_map(self, grid: Grid) -> None:
-        """Take another map.
+        """Replace the map.
 
         Args:
             grid: Occupancy, in the same map frame.
@@ -252,7 +252,7 @@ class Navigator:
         self._localiser.load_map(self._s.terrain)
 
     def on_keepout_mask(self, mask: Grid) -> None:
-        """Take a filter mask of places where the robot must not be, besides those of the world.
+        """Set the filter mask of places where the robot must not be, besides those of the world.
 
         Args:
             mask: Upright; 100 is forbidden, 1 to 99 costs more.
@@ -264,7 +264,7 @@ class Navigator:
         self._mark(replace(self._s.terrain.grid, keepout=None))
 
     def _mark(self, grid: Grid) -> None:
-        """Take a map, with zones and mask."""
+        """Apply a map, with zones and mask."""
         grid = self.sites.zones.mark(grid)
         if self._keepout_mask is not None:
             grid = with_mask(grid, self._keepout_mask)
@@ -273,13 +273,13 @@ class Navigator:
         self._gate.region = self._narrow_region()
 
     def reconfigure(self, config: NavConfig) -> None:
-        """Take new parameters, effective from the next tick."""
+        """Apply new parameters, effective from the next tick."""
         self._controller.configure(config.controller)
         self._s.configure(config)
         self._localiser.configure(config.localisation)
 
     def on_speed_limit(self, limit: float, *, is_percentage: bool) -> None:
-        """Take a speed limit from the operator, which counts beside those of zones.
+        """Set the operator's speed limit, which counts beside those of zones.
 
         Args:
             limit: [m/s], or [%] of the largest speed of the controller; 0 for none.
@@ -314,10 +314,10 @@ class Navigator:
         self._s.obstacles.clear_square(centre.x, centre.y, half, is_except)
 
     def steer(self, twist: Twist) -> None:
-        """Take the twist that an operator wants in the current assisted teleoperation.
+        """Receive the twist that an operator wants in the current assisted teleoperation.
 
         Args:
-            twist: That is asked for; it is limited to what is free.
+            twist: The twist that is asked for; it is limited to what is free.
         """
         if self._goal_manager.behavior is not None:
             self._goal_manager.behavior.steer(twist, self._s.tick)
@@ -351,7 +351,7 @@ class Navigator:
         return all(terrain.clearance(x, y) >= radius for x, y in points.tolist())
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal; the current one ends as canceled (preempted).
+        """Accept a goal; the current one ends as canceled (preempted).
 
         Args:
             goal: With the tick from which it counts.
@@ -359,13 +359,13 @@ class Navigator:
         self._goal_manager.set_goal(goal)
 
     def take_order(self, order: TeamOrder) -> None:
-        """Take an order of the centre; without `traffic.coordination` it does not count."""
-        if self._obey is not None:
-            self._obey.command.take(order, self._s.tick)
+        """Receive an order of the centre; without `traffic.coordination` it does not count."""
+        if self._follow_centre is not None:
+            self._follow_centre.command.take(order, self._s.tick)
 
     def report(self) -> RobotReport | None:
-        """Return what the centre is to know after a tick; None where each robot decides alone."""
-        return None if self._obey is None else self._obey.report(self._s)
+        """Return the report to the centre after a tick; None where each robot decides alone."""
+        return None if self._follow_centre is None else self._follow_centre.report(self._s)
 
     def cancel_goal(self) -> None:
         """End the current goal, if any."""
@@ -419,7 +419,7 @@ class Navigator:
         yield Output(twist, beacon, self._state_machine.pop_events())
 
     def _begin(self, tick: int) -> None:
-        """Take the time; after a gap in it the other robots no longer respect the old space."""
+        """Set the time; after a gap in it the other robots no longer respect the old space."""
         s = self._s
         is_first, passed = s.tick == 0, tick - s.tick
         s.tick = tick
@@ -442,7 +442,7 @@ class Navigator:
         return is_lost
 
     def _sense(self, is_lost: bool) -> bool:
-        """Take in what the neighbours said; return whether the robot knows enough to drive."""
+        """Update the neighbours; return whether the robot knows enough to drive."""
         s = self._s
         if s.neighbors.refresh(s.tick):
             s.record_bodies()
@@ -456,7 +456,7 @@ class Navigator:
         if self._faults:
             self._give_up()
         if self.is_active:
-            goal_manager.see_to_battery()
+            goal_manager.update_charging()
         self._lease.update(s)
         self._gate.update(
             s,
@@ -467,12 +467,11 @@ class Navigator:
 
     @property
     def _battery_share(self) -> float:
-        """Charge by capacity; NaN without a battery, and before its first reading."""
+        """Return charge by capacity; NaN without a battery, and before its first reading."""
         reading = self._trip.reading if self._trip is not None else None
         return math.nan if reading is None else reading.share
 
     def _driving_priority(self) -> int:
-        """Return the robot's priority while it drives, with what it inherits for its lease."""
         own = base_priority(CLASS_DRIVING, self._rank_tick, self._s.robot_id)
         return max(own, self._s.donations.station)
 
@@ -498,11 +497,10 @@ class Navigator:
         else:
             twist = self._arbiter.follow_pilot(self._pilot)
         parts.people = people_near(s)
-        twist = limited(twist, parts.people, s.config.controller)
+        twist = slow_near_people(twist, parts.people, s.config.controller)
         return self._speed_limits.limited(twist, s)
 
     def _stand(self) -> Twist:
-        """Release the space that is not needed for stopping, and stop."""
         self._arbiter.retract()
         if self._task is not None:
             self._task.record_progress(self._s, True)  # it cannot be expected to move
@@ -522,7 +520,6 @@ class Navigator:
         return compose_beacon(self._parts, self.spec, self.is_active, is_pausing=self.is_pausing)
 
     def _count_waiting(self) -> None:
-        """Count the time spent in a queue and behind other robots, for the report."""
         s, state = self._s, self._state_machine.state
         if state is State.HOLDING:
             s.counters.hold_ticks += 1
@@ -541,7 +538,7 @@ class Navigator:
         """Return a path (n, 2) through the goals from `start` (None: the robot's pose).
 
         Args:
-            start: Where the path begins; None for the pose of the robot.
+            start: Start of the path; None for the pose of the robot.
 
         Raises:
             PlanError: With Nav2's code, if there is none.

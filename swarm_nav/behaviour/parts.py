@@ -20,7 +20,7 @@ from swarm_nav.traffic.speed_near_people import NOBODY_NEAR, People
 
 @dataclass(slots=True)
 class Parts:
-    """What decides for one robot.
+    """The parts that decide for one robot.
 
     Attributes:
         people: Near the robot, at the end of the last tick in which it could drive.

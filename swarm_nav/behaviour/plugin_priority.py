@@ -20,7 +20,7 @@ class PluginPriority:
         """Make the plug-in.
 
         Args:
-            report: Takes faults; the robot ranks lowest meanwhile.
+            report: Receives faults; the robot ranks lowest meanwhile.
 
         Raises:
             ConfigError: If it is missing.

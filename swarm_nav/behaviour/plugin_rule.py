@@ -23,7 +23,7 @@ class PluginRule:
         """Make the plug-in.
 
         Args:
-            report: Takes faults; the robot stands meanwhile.
+            report: Receives faults; the robot stands meanwhile.
 
         Raises:
             ConfigError: If it is missing.
@@ -32,7 +32,7 @@ class PluginRule:
         self._report = report
 
     def propose(self, robot: RobotState) -> Proposal | None:
-        """Return what the plug-in proposes; a robot whose rule fails stands."""
+        """Return the plug-in's proposal; a robot whose rule fails stands."""
         try:
             return self._checked(self._own.call("propose", state_of(robot)), robot)
         except PluginError as error:
@@ -74,7 +74,7 @@ class PluginRule:
 
 
 def state_of(robot: RobotState) -> RuleState:
-    """Return what a rule may know of its robot: a copy, which nothing follows from."""
+    """Return the state that a rule may read: a copy, so that a change of it has no effect."""
     tube, neighbors = robot.tube, robot.neighbors
     heads = neighbors.heads
     others = tuple(

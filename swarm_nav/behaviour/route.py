@@ -100,7 +100,7 @@ class Route:
         knows exactly where a silent robot stands: what can be seen of it depends on the place.
         """
         s = self._s
-        if s.vain_ticks >= s.ticks(BARRED_PATIENCE):
+        if s.unproductive_ticks >= s.ticks(BARRED_PATIENCE):
             ahead = min(s.tube.stop + BARRED_AHEAD, len(s.tube.points) - 1)
             x, y = s.tube.points[ahead].tolist()
             self._barred.append((s.tick, x, y))

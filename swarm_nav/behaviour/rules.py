@@ -43,7 +43,7 @@ class MakeWay:
 
 
 class Leave:
-    """Takes a robot without a goal out of the way of those who want to go where it stands."""
+    """Moves a robot without a goal out of the way of those who want to go where it stands."""
 
     def __init__(self, parts: Parts) -> None:
         self._p = parts
@@ -63,7 +63,7 @@ class Leave:
         return None
 
     def _why(self) -> str:
-        """Say for whom the robot leaves its way, and what it waits for there."""
+        """Return for whom the robot leaves its way, and for what it waits there."""
         robot, right = self._p.robot, self._p.right
         what = "steps back" if right.is_retreating else "leaves for others"
         if robot.yields_for:
@@ -80,7 +80,7 @@ class Behave:
         self._p = parts
 
     def propose(self, robot: RobotState) -> Proposal | None:
-        """Return what the behaviour asks for; end it when it is over."""
+        """Return the request of the behaviour; end it when it is over."""
         state_machine, goal_manager = self._p.state_machine, self._p.goal_manager
         if state_machine.state not in (State.BEHAVING, State.RECOVERING):
             return None
@@ -179,7 +179,7 @@ class WaitForTurn:
         return self._wait if proposal is None else replace(proposal, why=self._why)
 
     def _why(self) -> str:
-        """Say where the robot waits, and for whom."""
+        """Return where the robot waits, and for whom."""
         lease, gate, name_of = self._p.lease, self._p.gate, self._p.robot.names.name_of
         where = "on the circuit" if self._p.holding.is_on_circuit else "parked"
         station = lease.name_in(self._p.sites) or "its goal"
@@ -193,7 +193,6 @@ class WaitForTurn:
         return f"{where}, waits until {station} is free"
 
     def _kept_free(self) -> NDArray[np.bool_] | None:
-        """Return the lattice cells (h, w) where a robot that waits must not park."""
         gate = self._p.gate
         region = gate.region if gate.is_closed else None
         return self._p.lease.kept_free(self._p.robot) if region is None else region > 0
@@ -266,7 +265,7 @@ class CheckProgress:
 
 
 def _who_is_on_the_station(lease: Lease, robot: RobotState) -> str:
-    """Say what is known of what bars the station, and no more."""
+    """Return what is known of the robot or thing that bars the station, and no more."""
     row = lease.covering(robot)
     if row is None:
         return "something that does not move stands on the station"
@@ -291,7 +290,7 @@ def rules_of(parts: Parts, spec: RobotSpec, report: Report) -> list[TrafficRule]
     """Return the rules that `traffic.rules` names, in its order.
 
     Args:
-        report: Takes faults of rules that a user brings.
+        report: Receives faults of rules that a user brings.
 
     Raises:
         ConfigError: If one is missing.

@@ -17,7 +17,7 @@ class StateMachine:
         state: By the table of `core/states.py`.
         is_waiting: Whether the robot waits for its turn or is served, also while it makes way.
         holding_since: Tick at which the robot began to hold last.
-        events: What happened since the last `pop_events`, in order.
+        events: Events since the last `pop_events`, in order.
     """
 
     def __init__(self, robot: RobotState, holding: HoldingPattern, arbiter: Arbiter) -> None:
@@ -57,6 +57,6 @@ class StateMachine:
         self.events.append(StateChanged(new.value, self._s.tick))
 
     def pop_events(self) -> tuple[Report, ...]:
-        """Return what happened since the last call, and forget it."""
+        """Return the events since the last call, and forget them."""
         events, self.events = tuple(self.events), []
         return events

@@ -1,4 +1,4 @@
-"""From a path to a twist: how a robot follows the path that it holds.
+"""Controllers: twists with which a robot follows the path that it holds.
 
 What a module imports of its folder stands above it:
 

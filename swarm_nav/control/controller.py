@@ -43,7 +43,7 @@ class Controller:
         self._returns = False  # to the path, since it found no way across a bend
 
     def configure(self, config: ControllerConfig) -> None:
-        """Take new parameters, effective from the next tick.
+        """Apply new parameters, effective from the next tick.
 
         Args:
             config: Limits of the drive, samples and critics.
@@ -62,7 +62,7 @@ class Controller:
         self.arc: FloatArray = np.zeros((max(1, round(config.sim_time / dwa_kernels.STEP)), 3))
 
     def course(self, twist: Twist) -> Twist:
-        """Take the measured twist; return it as the other parts are to see it."""
+        """Receive the measured twist; return it in the form that the other parts use."""
         return twist
 
     def stop(self, twist: Twist) -> Twist:

@@ -33,8 +33,8 @@ class Velocity(NamedTuple):
     w: float
 
 
-class Inside(NamedTuple):
-    """Where a twist must be able to stop."""
+class StopConstraint(NamedTuple):
+    """Places in which a twist must be able to stop."""
 
     v_limit: float  # [m/s] largest speed
     held: int  # index of the last point of the path that the robot holds
@@ -42,7 +42,7 @@ class Inside(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """Of the drive, [m/s], [rad/s], [m/s²] and [rad/s²]."""
+    """Limits of the drive, [m/s], [rad/s], [m/s²] and [rad/s²]."""
 
     v_max: float
     w_max: float
@@ -126,7 +126,7 @@ def stops_inside(
     period.
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot in map.
         speed: [m/s] now.
         v: [m/s] at the end of the period.
         w: [rad/s].
@@ -216,7 +216,7 @@ def advance(pose: Place, pace: float, headings: Floats, path: Floats, track: Flo
     """Drive along given headings; return the index of the path point that is reached.
 
     Args:
-        pose: Where it starts.
+        pose: Pose in map at the start.
         pace: [m] per step.
         headings: (steps, 2) unit vectors.
         path: (n, 2) [m] in map.
@@ -266,7 +266,7 @@ def predict(pose: Place, v: float, w: float, arc: Floats) -> None:
     """Fill the poses `arc` (steps, 3) under a constant twist.
 
     Args:
-        pose: Where it starts.
+        pose: Pose in map at the start.
         v: [m/s]
         w: [rad/s]
         arc: (steps, 3) receives x, y [m], yaw [rad].
@@ -312,7 +312,7 @@ def best_twist(
     pose: Place,
     twist: Velocity,
     path: Floats,
-    inside: Inside,
+    inside: StopConstraint,
     limits: Limits,
     samples: Samples,
     scales: Scales,
@@ -326,11 +326,11 @@ def best_twist(
     come first; PathDist is only added up while the sum can still be the best.
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot in map.
         twist: Present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
-        inside: Where the robot must be able to stop.
-        limits: Of the drive.
+        inside: Places in which the robot must be able to stop.
+        limits: Limits of the drive.
         samples: Twists that are tried.
         scales: Weights of the critics.
         arc: Receives the poses (steps, 3) of the best rollout.
@@ -411,7 +411,7 @@ def choose_twist(
         pose: (x, y, yaw) [m], [rad] in map.
         twist: Fields of `Velocity`, the present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
-        inside: Fields of `Inside`: where the robot must be able to stop.
+        inside: Fields of `StopConstraint`: where the robot must be able to stop.
         limits: Fields of `Limits`: those of the drive.
         samples: Fields of `Samples`: twists that are tried.
         scales: Fields of `Scales`: weights of the critics.
@@ -424,7 +424,7 @@ def choose_twist(
         Place(*pose),
         Velocity(*twist),
         path,
-        Inside(*inside),
+        StopConstraint(*inside),
         Limits(*limits),
         Samples(*samples),
         Scales(*scales),

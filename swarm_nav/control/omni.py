@@ -36,7 +36,7 @@ def make_controller(
 
     Args:
         config: Limits of the drive, samples and critics.
-        report: Takes faults of a plug-in.
+        report: Receives faults of a plug-in.
 
     Raises:
         ConfigError: If the plug-in is missing.
@@ -61,7 +61,7 @@ class OmniController(Controller):
         self._velocity = (0.0, 0.0, 0.0)
 
     def course(self, twist: Twist) -> Twist:
-        """Take in the measured twist; return the speed along the course in place of vx, vy."""
+        """Receive the measured twist; return the speed along the course in place of vx, vy."""
         self._velocity = (twist.vx, twist.vy, twist.wz)
         return Twist(math.hypot(twist.vx, twist.vy), 0.0, twist.wz)
 
@@ -74,7 +74,7 @@ class OmniController(Controller):
 
         Args:
             tube: Path and held part, with the robot's index on it.
-            twist: As `course` returned it.
+            twist: The twist that `course` returned.
         """
         self._is_turning = False
         corner = tube.corner

@@ -22,7 +22,7 @@ from swarm_nav.planning.distance_kernels import Floats, Place
 
 
 class PlanarVelocity(NamedTuple):
-    """In base_footprint, [m/s] and [rad/s]."""
+    """Velocity in base_footprint, [m/s] and [rad/s]."""
 
     vx: float
     vy: float
@@ -30,7 +30,7 @@ class PlanarVelocity(NamedTuple):
 
 
 class InsideTowards(NamedTuple):
-    """As `dwa_kernels.Inside`, and a point that one sample leads straight to."""
+    """Limits as in `dwa_kernels.StopConstraint`, and a point that one sample leads straight to."""
 
     v_limit: float  # [m/s]
     held: int
@@ -40,7 +40,7 @@ class InsideTowards(NamedTuple):
 
 
 class PlanarLimits(NamedTuple):
-    """Of the drive, [m/s], [rad/s], [m/s²] and [rad/s²]."""
+    """Limits of the drive, [m/s], [rad/s], [m/s²] and [rad/s²]."""
 
     vx_max: float
     vy_max: float
@@ -60,7 +60,7 @@ class PlanarSamples(NamedTuple):
 
 
 class PlanarScales(NamedTuple):
-    """As `dwa_kernels.Scales`; the facing [rad] is added to the path's direction."""
+    """Weights as in `dwa_kernels.Scales`; the facing [rad] is added to the path's direction."""
 
     path: float
     goal: float
@@ -76,7 +76,7 @@ def sample(low: float, high: float, index: int, count: int) -> float:
     Args:
         low: First sample.
         high: Last sample.
-        index: Which one, from 0 on.
+        index: Index of the sample, from 0 on.
         count: Number of samples, at least 2.
     """
     return low + (high - low) * index / (count - 1)
@@ -115,12 +115,12 @@ def stop_gap(
     Either component brakes by itself, as the drive does: s = (now + v) / 2 T + v |v| / (2 acc).
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot in map.
         now: Present velocity.
         vx: [m/s] at the end of the period, in base_footprint.
         vy: [m/s] likewise.
         w: [rad/s].
-        limits: Of the drive.
+        limits: Limits of the drive.
         path: (n, 2) [m] in map.
         held: Index of the last point that is held.
     """
@@ -137,7 +137,7 @@ def predict(pose: Place, vx: float, vy: float, w: float, arc: Floats) -> None:
     """Fill the poses `arc` (steps, 3) under a constant velocity in base_footprint.
 
     Args:
-        pose: Where it starts.
+        pose: Pose in map at the start.
         vx: [m/s]
         vy: [m/s]
         w: [rad/s]
@@ -161,11 +161,11 @@ def straight_to(
     """Return (vx, vy) that leads straight to a point, no faster than the drive goes that way.
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot in map.
         aim_x: [m] in map.
         aim_y: [m] in map.
         speed: [m/s] at most.
-        limits: Of the drive.
+        limits: Limits of the drive.
     """
     bearing = math.atan2(aim_y - pose.y, aim_x - pose.x) - pose.yaw
     vx = speed * math.cos(bearing)
@@ -191,11 +191,11 @@ def best_velocity(
     brakes.
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot in map.
         velocity: Present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
-        inside: Where the robot must be able to stop, and what it aims at.
-        limits: Of the drive.
+        inside: Places in which the robot must be able to stop, and its aim.
+        limits: Limits of the drive.
         samples: Velocities that are tried.
         scales: Weights of the critics.
         arc: Receives the poses (steps, 3) of the best rollout.

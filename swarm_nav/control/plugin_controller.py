@@ -22,7 +22,7 @@ class PluginController(Controller):
         """Make the plug-in that the parameters name.
 
         Args:
-            report: Takes faults of the plug-in; the robot stands meanwhile.
+            report: Receives faults of the plug-in; the robot stands meanwhile.
 
         Raises:
             ConfigError: If it is missing.
@@ -34,7 +34,7 @@ class PluginController(Controller):
         self._own = CONTROLLER.guard(config.plugin, spec)
 
     def configure(self, config: ControllerConfig) -> None:
-        """Take new limits, effective from the next tick."""
+        """Apply new limits, effective from the next tick."""
         super().configure(config)
         self._limits = DriveLimits(
             config.max_vel_x, config.max_vel_y, config.max_vel_theta,
@@ -42,7 +42,7 @@ class PluginController(Controller):
         )  # fmt: skip
 
     def course(self, twist: Twist) -> Twist:
-        """Take the measured twist; return it with the speed along the course as vx."""
+        """Receive the measured twist; return it with the speed along the course as vx."""
         self._measured = twist
         return Twist(math.hypot(twist.vx, twist.vy), 0.0, twist.wz) if self._is_omni else twist
 

@@ -1,17 +1,17 @@
-"""What every part of a navigator speaks of: its parameters, goals, states and priorities.
+"""Terms that all parts of a navigator share: its parameters, goals, states and priorities.
 
 What a module imports of its folder stands above it:
 
     rank                 The one order of all robots, who inherits whose rank, what rules may do
     checks               Checks of numbers in a configuration
-    goals                What an operator asks of a navigator, and what it is told in return
+    goals                Goals that an operator sends, and the navigator's answers
     lifecycle            Lifecycle of a navigator as Nav2's lifecycle manager sees it, as a table
     limits               Between which values every number among a navigator's parameters lies
     states               The navigator's states as a table
     localisation_config  Parameters of localisation, named as AMCL's
     config               Parameters of a navigator: each field is a ROS parameter
-    plugins              Which plug-ins a navigator takes, and the built-in ones
-    parameter_table      What each parameter is: unit, effect, range
+    plugins              Plug-ins of a navigator, and the built-in ones
+    parameter_table      Unit, effect and range of each parameter
 
 May import swarm_common only.
 """

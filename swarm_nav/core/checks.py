@@ -42,7 +42,7 @@ def at_most(owner: str, config: object, name: str, limit: float) -> None:
 
     Args:
         owner: Prefix of the name in messages, like `planner.`; empty for none.
-        name: Of the attribute; it holds a number.
+        name: Name of the attribute, which holds a number.
 
     Raises:
         ConfigError: Naming the parameter and the limit.

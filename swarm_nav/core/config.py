@@ -293,7 +293,7 @@ def config_from_parameters(
     Args:
         values: By flat name, as `parameter_values` has them; whole numbers do for floats.
         base: Has the values of the other parameters. None: the defaults.
-        where: Where the values come from, for messages.
+        where: Origin of the values, for messages.
 
     Raises:
         ConfigError: If a name is unknown, a type is wrong or a value impossible.

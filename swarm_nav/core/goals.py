@@ -1,4 +1,4 @@
-"""What an operator asks of a navigator, and what the navigator tells it in return."""
+"""Goals that an operator sends to a navigator, and the navigator's answers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class GoalKind(enum.Enum):
 
 
 class Outcome(enum.Enum):
-    """How a goal ended."""
+    """Result of a goal."""
 
     SUCCEEDED = "succeeded"
     ABORTED = "aborted"
@@ -102,7 +102,7 @@ class PlanError(SwarmError):
     """
 
     def __init__(self, code: ErrorCode, message: str, *, is_final: bool = False) -> None:
-        """Say why there is no plan.
+        """Start with the reason for which there is no plan.
 
         Args:
             code: Nav2 error code, for the result of the action.
@@ -184,7 +184,7 @@ class Status:
 
 @value_type
 class Output:
-    """What one tick produces: the command, the beacon (record of BEACON_DTYPE) and events."""
+    """Result of one tick: the command, the beacon (record of BEACON_DTYPE) and events."""
 
     twist: Twist
     beacon: np.void

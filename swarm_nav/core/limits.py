@@ -80,7 +80,7 @@ def parameter_name(group: str, field: str) -> str:
 
     Args:
         group: Field of `NavConfig`.
-        field: Of the class of that group.
+        field: Field of the class of that group.
     """
     is_bare = group == "controller" and field != "plugin"
     return field if is_bare else f"{group}.{field}"
@@ -106,7 +106,7 @@ def check(config: Any) -> None:
 
 
 def takes(group: Any, field: str, value: float) -> bool:
-    """Tell whether a group of parameters takes a value, the others being as they are."""
+    """Report whether a group of parameters accepts a value, the others being as they are."""
     try:
         dataclasses.replace(group, **{field: value})
     except ConfigError:

@@ -16,7 +16,7 @@ MOST_PARTICLES = 20_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LocalisationConfig:
-    """Where the robot is; `localisation.` parameters, all but `type` for amcl, named as Nav2's."""
+    """Localisation; `localisation.` parameters, all but `type` for amcl, named as Nav2's."""
 
     type: str = "odometry"  # how the robot knows where it is: odometry | amcl
     alpha1: float = 0.0002  # variance of a turn [rad²] per rad² turned

@@ -1,4 +1,4 @@
-"""What each parameter of a navigator is: unit, effect, range; from the comments of its class.
+"""Unit, effect and range of each parameter of a navigator; from the comments of its class.
 
 The one source of `ros2 param describe`, of docs/reference/parameters.md and of
 params/navigator.yaml.
@@ -48,7 +48,7 @@ class ParameterRow:
 
     @property
     def constraint(self) -> str:
-        """What a closed range cannot say; empty if there is nothing."""
+        """The rule that a closed range cannot express; empty if there is none."""
         parts = [f"more than {self.low:.10g}"] * self.excludes_low
         parts += [f"less than {self.high:.10g}"] * self.excludes_high
         parts += [f"one of {', '.join(self.choices)}"] * bool(self.choices)
@@ -86,7 +86,7 @@ def field_comments(config_class: type) -> dict[str, str]:
 
 
 def unit_and_effect(comment: str) -> tuple[str, str]:
-    """Return what a comment like `[m/s] largest speed` says: unit and effect.
+    """Return unit and effect from a comment like `[m/s] largest speed`.
 
     Args:
         comment: Behind a field, without the `#`.

@@ -1,4 +1,4 @@
-"""Which plug-ins a navigator takes: their parameters, entry points, and the built-in ones."""
+"""Plug-ins of a navigator: their parameters, entry points, and the built-in ones."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Report = Callable[[ErrorCode, str], None]  # takes a fault: its code and a messa
 
 
 def ignore(code: ErrorCode, message: str) -> None:
-    """Take a fault that nobody waits for; it was printed."""
+    """Ignore a fault that nobody waits for; it was printed."""
 
 
 @dataclass(frozen=True, slots=True)

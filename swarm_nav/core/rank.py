@@ -28,7 +28,7 @@ SENIORITY = (1 << (TICK_BITS + ID_BITS + DEPTH_BITS)) - 1  # mask of all but the
 
 
 class Rank(NamedTuple):
-    """Where a robot stands in the order."""
+    """Priority and id of a robot, and the robot that it makes way for."""
 
     priority: int
     id: int
@@ -77,20 +77,20 @@ def base_priority(rank: int, last_goal_tick: int, robot_id: int) -> int:
 
 @njit(cache=True)
 def passed_on(priority: int) -> int:
-    """Return what a robot that drives passes on to one that it follows or pushes: one hop less."""
+    """Return the priority that a robot passes on when it follows or pushes: one hop less."""
     return priority - 1
 
 
-def above(priority: int, hops: int = 0) -> int:
-    """Return what a robot that waits passes on to the one it waits for: as it drives, just above.
+def inherited_by_holder(priority: int, hops: int = 0) -> int:
+    """Return the priority that a waiting robot passes on to the holder: as it drives, just above.
 
     Waiting robots are parked, below all driving ones; the robot that keeps them waiting must rank
     above both.
 
     Args:
-        priority: Of a robot that waits, of any class.
-        hops: How many robots that push one another on its behalf rank above those that inherit the
-            same priority with none: who goes out has some, who goes in none.
+        priority: Priority of a robot that waits, of any class.
+        hops: Number of robots, each pushed by the one before on its behalf, that rank above those
+            that inherit the same priority with none: who goes out has some, who goes in none.
     """
     driving = CLASS_DRIVING << (TICK_BITS + ID_BITS + DEPTH_BITS)
     return driving | (priority & SENIORITY & ~TOP_DEPTH) | (OWN_DEPTH + 1 + hops)

@@ -10,7 +10,7 @@ from swarm_common.model.errors import SwarmError
 
 
 class State(enum.Enum):
-    """What the robot is doing; the value is what `status` shows."""
+    """Activity of the robot; the value is what `status` shows."""
 
     IDLE = "idle"
     DRIVING = "driving"
@@ -21,7 +21,7 @@ class State(enum.Enum):
 
 
 class Event(enum.Enum):
-    """What can happen to the state machine."""
+    """Events of the state machine."""
 
     GOAL = "goal"
     BEHAVIOR = "behavior"
@@ -78,7 +78,7 @@ TRANSITIONS: dict[State, dict[Event, State]] = {
 
 
 class MakingWay(enum.Enum):
-    """How far a robot is with making way for another one, or with stepping back."""
+    """Progress of a robot in making way for another one, or in stepping back."""
 
     FREE = "own way"
     LEAVING = "to a refuge"
@@ -90,7 +90,7 @@ class MakingWay(enum.Enum):
 
 
 class Push(enum.Enum):
-    """What can happen to a robot that makes way."""
+    """Events of a robot that makes way."""
 
     PUSHED = "pushed"
     CLEARS = "clears the way"

@@ -52,7 +52,7 @@ class ForkServer:
         self._is_stopping = True
 
     def listen(self, control_fd: int) -> None:
-        """Take commands from a pipe in `watch`.
+        """Receive commands from a pipe in `watch`.
 
         Args:
             control_fd: Descriptor to read from; it becomes non-blocking.

@@ -32,7 +32,7 @@ KERNELS = ("swarm_nav", "swarm_common")  # whose kernels a navigator needs
 
 
 def _prepare(events: EventWriter) -> None:
-    """Do once what every child would do."""
+    """Do the work once that every child would have to do."""
     with without_collector(), without_threads():
         load_numba()
         load_type_supports()
@@ -44,7 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run all navigators until told to stop.
 
     Args:
-        arguments: Of the command line; None for this process's own.
+        arguments: Arguments of the command line; None for this process's own.
 
     Returns:
         The exit code: 0, or 2 for an unusable configuration.

@@ -1,4 +1,4 @@
-"""What runs in a navigator process: one navigator, or a pack of them."""
+"""Work of a navigator process: one navigator, or a pack of them."""
 
 from __future__ import annotations
 

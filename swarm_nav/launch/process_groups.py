@@ -1,4 +1,4 @@
-"""Which robots share a navigator process, and to which participants it announces itself."""
+"""Packs of robots that share a process, and the participants to which each announces itself."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ class Grouping:
     leads; without one it may be sent to every station.
 
     Attributes:
-        groups: What to start.
-        log_dir: Where the processes' output goes.
+        groups: Packs to start.
+        log_dir: Folder of the processes' output.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -109,7 +109,7 @@ class Grouping:
         A robot that gets another map from the world derives its own.
 
         Returns:
-            What the map has room for; None without a map.
+            Room on the map; None without a map.
 
         Raises:
             SwarmError: If the map is unusable.

@@ -1,4 +1,4 @@
-"""What all robots would work out of the map and its stations, worked out once before the fork.
+"""Results from map and stations that all robots share, computed once before the fork.
 
 It lies in the caches of the modules that use it; processes forked afterwards share its memory.
 """
@@ -14,7 +14,7 @@ from swarm_nav.planning.planner import Planner
 from swarm_nav.ros.settings import NodeSettings
 from swarm_nav.traffic.conditions import Conditions, Point, conditions
 from swarm_nav.traffic.gate import narrow_region
-from swarm_nav.traffic.robot_state import begin
+from swarm_nav.traffic.robot_state import initial_state
 from swarm_nav.traffic.single_lanes import single_lanes
 
 MANY_PROCESSES = 10  # from here on, ways to all stations cost less than each process's own
@@ -34,7 +34,7 @@ def prepare(
             be told to go to every station.
 
     Returns:
-        What the map has room for.
+        Room on the map.
 
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones, or a zone
@@ -43,7 +43,7 @@ def prepare(
     grid = robots[0].sites.zones.mark(grid.refined())
     seen = set()
     for navigator in robots:
-        robot = begin(
+        robot = initial_state(
             navigator.config, navigator.spec, grid, navigator.robot_id, navigator.initial_pose_map
         )
         key = robot.terrain, robot.radius, str(navigator.fixed["sites"])
@@ -68,7 +68,6 @@ def prepare(
 
 
 def _find_ways(planner: Planner, navigator: NodeSettings) -> None:
-    """Find the ways to all stations, as far as they can be kept."""
     most = planner.terrain.most_goals // 2  # the rest is for goals that are not known yet
     for pose in list(navigator.sites.stations.values())[:most]:
         with contextlib.suppress(PlanError):  # no robot can go there, and each will say so

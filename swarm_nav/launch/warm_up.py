@@ -113,7 +113,7 @@ def _fall_silent(navigator: Navigator) -> None:
     ranges = np.full(360, 1.0, np.float32)
     footprint = np.zeros(2 * FOOTPRINT_POINTS, np.uint32)
     beam = Beam(0.0, math.tau / 360, 0.12)
-    neighbors.look(ranges, beam, Place(2.0, 2.0, 0.0), 3.0, (footprint, 0.1))
+    neighbors.clear_empty_places(ranges, beam, Place(2.0, 2.0, 0.0), 3.0, (footprint, 0.1))
 
 
 def _drive_sideways() -> None:

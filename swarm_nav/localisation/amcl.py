@@ -69,7 +69,7 @@ class AmclLocaliser:
         self._begin(pose_map, START_DEVIATION)
 
     def configure(self, config: LocalisationConfig) -> None:
-        """Take new parameters, effective from the next scan.
+        """Apply new parameters, effective from the next scan.
 
         Args:
             config: `localisation.` parameters.
@@ -79,10 +79,10 @@ class AmclLocaliser:
         self._hits = np.empty((min(config.max_beams, self._lidar.rays), 2))
 
     def load_map(self, terrain: Terrain) -> None:
-        """Take another map; the pose stays.
+        """Replace the map; the pose stays.
 
         Args:
-            terrain: Of that map, in the same map frame.
+            terrain: Terrain of that map, in the same map frame.
         """
         self._terrain = terrain
 
@@ -124,12 +124,12 @@ class AmclLocaliser:
 
     @property
     def _deviation(self) -> float:
-        """Standard deviation [m] of the position in the direction that is known worst."""
+        """Return the standard deviation [m] of the position in its least certain direction."""
         x, y, _ = self.variances()
         return math.sqrt(max(x, y))
 
     def initialise(self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION) -> None:
-        """Take a pose for the present odometry, and draw the particles around it.
+        """Set the pose for the present odometry, and draw the particles around it.
 
         Args:
             deviation: Standard deviations of x and y [m], and of yaw [rad].
@@ -155,7 +155,7 @@ class AmclLocaliser:
         return x + place, y + place, yaw
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the newest odometry, and correct the pose by a little.
+        """Receive the newest odometry, and correct the pose by a little.
 
         Args:
             odom: Pose in odom, and twist. The first one ties odom to the pose of the start.
@@ -175,7 +175,7 @@ class AmclLocaliser:
         self._correct()
 
     def _ignore(self, before: Pose, after: Pose) -> None:
-        """Take a change of odometry for the drift of the gyro, since the robot stands."""
+        """Count a change of odometry as drift of the gyro, since the robot stands."""
         drift = before.compose(after.inverse())  # odom before from odom after
         self._map_from_odom = self._map_from_odom.compose(drift)
         self._target = self._target.compose(drift)
@@ -201,7 +201,7 @@ class AmclLocaliser:
             self._estimate = self._filter.unweighed()
 
     def _compare(self, hits: FloatArray, power: float, *, is_searching: bool) -> None:
-        """Take over the estimate of the particles after a scan, and resample them."""
+        """Adopt the estimate of the particles after a scan, and resample them."""
         config = self._config
         field = field_for(self._terrain, config, self._lidar.range_max)
         self._estimate, weights = self._filter.weigh(hits, field, power, is_searching=is_searching)
@@ -214,7 +214,7 @@ class AmclLocaliser:
         self._filter.draw(weights, self._estimate, fresh, is_searching=is_searching)
 
     def _judge(self, hits: FloatArray, best: Pose) -> None:
-        """Note how well a scan fits the map at the best pose."""
+        """Record how well a scan fits the map at the best pose."""
         config = self._config
         if len(hits) * JUDGING_SHARE < len(self._hits):
             return  # it may as well be people or robots
@@ -230,7 +230,7 @@ class AmclLocaliser:
 
     @property
     def _best(self) -> Pose:
-        """What the last comparison says about the present pose."""
+        """Estimate of the last comparison for the present pose."""
         return self._target.compose(self._odom)
 
     @property
@@ -245,7 +245,7 @@ class AmclLocaliser:
 
     @property
     def _is_searching(self) -> bool:
-        """Whether a pose was given just now, or scans do not fit the map."""
+        """Report whether a pose was given just now, or scans do not fit the map."""
         return self._first_scans > 0 or self._fast_fit < self._config.lost_fit
 
     @property

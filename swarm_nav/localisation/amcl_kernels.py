@@ -69,8 +69,8 @@ class Rays(NamedTuple):
     range_max: float  # [m]
 
 
-class Skip(NamedTuple):
-    """Which hits are left out."""
+class BeamSkipping(NamedTuple):
+    """Hits that are left out."""
 
     agreement: float  # log likelihood from which a particle agrees with a hit
     share: float  # of particles that must agree
@@ -78,14 +78,14 @@ class Skip(NamedTuple):
 
 
 class Trust(NamedTuple):
-    """How far a scan is believed."""
+    """Trust in a scan."""
 
     power: float  # how much of a new view the scan is, 0 to 1
     fewest: float  # particles that are to matter in effect; else the power is reduced
 
 
 class ParticleCounts(NamedTuple):
-    """Of the set of particles (KLD sampling, Fox 2003)."""
+    """Size of the set of particles (KLD sampling, Fox 2003)."""
 
     fewest: int
     most: int
@@ -201,7 +201,7 @@ def likelihood(
     Args:
         distance: (h, w) [m] from the nearest wall, negative inside.
         sigma: [m].
-        weights: Of the beam model.
+        weights: Weights of the beam model.
         most: [m] up to which distances count.
         out: (h, w) to fill.
     """
@@ -231,10 +231,10 @@ def beams(
 
     Args:
         ranges: (n,) [m].
-        beam: Of the LiDAR.
-        offset: Of the first ray in its sector.
+        beam: Directions of the LiDAR's rays.
+        offset: Index of the first ray in its sector.
         lidar: Pose of the LiDAR in base_footprint.
-        pose: Of the robot in map.
+        pose: Pose of the robot in map.
         robots: Centres (m, 2) [m] in map of discs.
         reach: Radii (m,) [m] of these.
         out: Receives points (k, 2) [m] in base_footprint.
@@ -274,7 +274,7 @@ def weigh(
     points: Floats,
     field: NDArray[np.float32],
     frame: Frame,
-    skip: Skip,
+    skip: BeamSkipping,
     trust: Trust,
     scores: Floats,
     weights: Floats,
@@ -285,9 +285,9 @@ def weigh(
         particles: Poses (n, 3) in map.
         points: Hits (b, 2) [m] in base_footprint.
         field: (h, w) log likelihood, see `likelihood`.
-        frame: Of the field.
-        skip: Which hits are left out.
-        trust: How far the scan is believed.
+        frame: Position of the field's cells in map.
+        skip: Hits that are left out.
+        trust: Trust in the scan.
         scores: Scratch (n, b).
         weights: (n,) to fill.
     """
@@ -388,10 +388,10 @@ def fit(
     """Return the mean over hits of exp(-d² / 2σ²) at a pose: 1 if all lie on mapped walls.
 
     Args:
-        pose: Of the robot in map.
+        pose: Pose of the robot in map.
         points: Hits (b, 2) [m] in base_footprint.
         field: (h, w) log likelihood, see `likelihood`.
-        frame: Of the field.
+        frame: Position of the field's cells in map.
         weights: With which the field was made.
     """
     hit, other = weights.hit, weights.other
@@ -456,10 +456,10 @@ def resample(
     Args:
         particles: Poses (n, 3) in map.
         weights: (n,), their sum is 1.
-        sizes: Of the set.
-        fresh: Which are drawn around the centre instead.
-        center: Of the fresh ones.
-        state: Of the random numbers, changed; see `uniform`.
+        sizes: Limits of the number of particles.
+        fresh: Particles that are drawn around the centre instead.
+        center: Pose in map around which the fresh ones are drawn.
+        state: State (1,) of the random numbers, changed; see `uniform`.
         out: Receives poses (k, 3).
     """
     fewest, most, error, z = sizes.fewest, sizes.most, sizes.error, sizes.z

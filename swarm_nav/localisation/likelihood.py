@@ -22,7 +22,7 @@ DEPTH = 0.25  # of a cell, of a wall's face inside the outermost occupied cells
 
 @dataclass(frozen=True, slots=True)
 class LikelihoodField:
-    """Of one map."""
+    """Likelihood field of one map."""
 
     # logarithm of the likelihood in each cell of the map and around it, 0 on a wall
     log: NDArray[np.float32]

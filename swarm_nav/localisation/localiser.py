@@ -1,4 +1,4 @@
-"""Where the robot is in the map: dead reckoning, or Monte Carlo localisation (`amcl`)."""
+"""Localisation in the map: dead reckoning, or Monte Carlo localisation (`amcl`)."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class OdometryLocaliser:
         """Maps do not enter dead reckoning."""
 
     def initialise(self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION) -> None:
-        """Take a pose for the present odometry.
+        """Set the pose for the present odometry.
 
         Args:
             deviation: Standard deviations of x and y [m], and of yaw [rad].
@@ -64,7 +64,7 @@ class OdometryLocaliser:
         self._driven = 0.0
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the newest odometry."""
+        """Receive the newest odometry."""
         self._driven += self._pose_odom.distance(odom.pose_odom)
         self._pose_odom = odom.pose_odom
         if self._pending is not None:
@@ -106,7 +106,7 @@ def make_localiser(
     Args:
         config: `localisation.` parameters.
         plugin: `localiser.plugin`.
-        report: Takes faults of a plug-in.
+        report: Receives faults of a plug-in.
 
     Raises:
         ConfigError: If the plug-in is missing.

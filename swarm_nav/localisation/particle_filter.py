@@ -32,7 +32,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What the particles stand for: a pose in map, and the variances [m²], [rad²] around it."""
+    """Estimate of the particles: a pose in map, and the variances [m²], [rad²] around it."""
 
     pose_map: Pose
     variances: tuple[float, float, float]
@@ -54,7 +54,7 @@ class ParticleFilter:
         self.configure(config)
 
     def configure(self, config: LocalisationConfig) -> None:
-        """Take new parameters, effective from the next scan.
+        """Apply new parameters, effective from the next scan.
 
         Args:
             config: `localisation.` parameters.
@@ -83,7 +83,7 @@ class ParticleFilter:
         """Return the particles after a motion, without noise.
 
         Args:
-            motion: Of base_footprint, in its frame before the motion.
+            motion: Motion of base_footprint, in its frame before the motion.
 
         Returns:
             (k, 3) x, y [m], yaw [rad] in map.
@@ -111,25 +111,25 @@ class ParticleFilter:
         amcl_kernels.move(self._particles, motion, noise, self._state)
 
     def unweighed(self) -> Estimate:
-        """Return what the particles stand for as they are."""
+        """Return the estimate of the particles as they are."""
         count = len(self._particles)
         return self._estimate(np.full(count, 1.0 / count))
 
     def weigh(
         self, hits: FloatArray, field: LikelihoodField, power: float, *, is_searching: bool
     ) -> tuple[Estimate, FloatArray]:
-        """Return what the particles stand for after a scan, and their weights for `draw`.
+        """Return the estimate of the particles after a scan, and their weights for `draw`.
 
         Args:
             hits: Points (k, 2) in base_footprint.
-            power: How much of a new view the scan is, 0 to 1.
+            power: Weight of the scan as a new view, 0 to 1.
             is_searching: Whether most particles may be wrong, so that all hits count.
         """
         config = self._config
         weights = self._weights[: len(self._particles)]
         may_skip = config.do_beamskip and not is_searching
         share = config.beam_skip_threshold if may_skip else 0.0
-        skip = amcl_kernels.Skip(field.agreement, share, config.beam_skip_error_threshold)
+        skip = amcl_kernels.BeamSkipping(field.agreement, share, config.beam_skip_error_threshold)
         trust = amcl_kernels.Trust(power, EFFECTIVE * len(weights))
         amcl_kernels.weigh(
             self._particles, hits, field.log, field.frame, skip, trust, self._scores, weights

@@ -31,8 +31,8 @@ class PluginLocaliser:
 
         Args:
             config: Its margins and `lost_deviation` count.
-            terrain: Of the map.
-            report: Takes faults; the robot is lost meanwhile.
+            terrain: Terrain of the map that counts at the start.
+            report: Receives faults; the robot is lost meanwhile.
 
         Raises:
             ConfigError: If the plug-in is missing.
@@ -52,7 +52,7 @@ class PluginLocaliser:
         self._own = LOCALISER.guard(self._name, self._spec, self._grid, pose_map)
 
     def configure(self, config: LocalisationConfig) -> None:
-        """Take new parameters.
+        """Apply new parameters.
 
         Args:
             config: `localisation.` parameters.
@@ -60,16 +60,16 @@ class PluginLocaliser:
         self._config = config
 
     def load_map(self, terrain: Terrain) -> None:
-        """Take another map; the pose stays, and the plug-in is made anew.
+        """Replace the map; the pose stays, and the plug-in is created anew.
 
         Args:
-            terrain: Of that map, in the same map frame.
+            terrain: Terrain of that map, in the same map frame.
         """
         self._grid = terrain.grid
         self._begin(self.pose_map, (self._deviation, self._yaw_deviation))
 
     def initialise(self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION) -> None:
-        """Take a pose for the present odometry; the plug-in is made anew.
+        """Set the pose for the present odometry; the plug-in is created anew.
 
         Args:
             deviation: Standard deviations of x and y [m], and of yaw [rad].
@@ -111,7 +111,7 @@ class PluginLocaliser:
         self._map_from_odom = self._best.compose(self._odom.inverse())
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the newest odometry and the plug-in's estimate."""
+        """Receive the newest odometry and the plug-in's estimate."""
         step = self._odom.inverse().compose(odom.pose_odom)
         self._odom = odom.pose_odom
         if self._start is not None:

@@ -1,4 +1,4 @@
-"""What a robot knows of its surroundings: the others by radio, obstacles by LiDAR.
+"""Surroundings of a robot: the others by radio, obstacles by LiDAR.
 
 What a module imports of its folder stands above it:
 
@@ -8,8 +8,8 @@ What a module imports of its folder stands above it:
     absence_kernels           Bare numba kernels on robots that fell silent, and on sightings
     dynamic_obstacles         Decides which marks of the obstacle layer may be a walking person
     absence                   Robots that fell silent: dead where they were, or gone away?
-    neighbor_table            What a robot knows of the others, from their beacons alone
-    obstacles                 What the LiDAR sees that neither the map nor a beacon explains
+    neighbor_table            The other robots, as known from their beacons alone
+    obstacles                 Hits of the LiDAR that neither the map nor a beacon explains
 
 May import of swarm_nav: `planning`, `core`; and swarm_common.
 """

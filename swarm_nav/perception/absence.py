@@ -40,14 +40,14 @@ class Absence:
     of them knows of a robot that is out of hearing reaches all that it meets.
 
     Attributes:
-        sightings: Where each robot was last; a row per id.
+        sightings: Last known place of each robot; a row per id.
     """
 
     def __init__(self, own_id: int) -> None:
         """Start without knowing anybody.
 
         Args:
-            own_id: Of this robot; robots check and tell in turn by it.
+            own_id: Id of this robot; robots check and send sightings in turn by it.
         """
         self._own_id = own_id
         self._told: Words = np.zeros(4 * SIGHTINGS, np.uint32)
@@ -65,7 +65,6 @@ class Absence:
         return self._count
 
     def _grow(self, ids: int) -> None:
-        """Have room for sightings of ids below `ids`."""
         known = _sightings(ids)
         known.ticks[: len(self.sightings.ticks)] = self.sightings.ticks
         known.places[: len(self.sightings.places)] = self.sightings.places
@@ -73,7 +72,7 @@ class Absence:
         self._use_sightings(known)
 
     def _have_room(self, rows: int, ids: int) -> None:
-        """Have room for absent robots, with ids below `ids`."""
+        """Make room for absent robots, with ids below `ids`."""
         old = self._absent
         if rows <= len(old.words) and ids <= len(old.rows):
             return
@@ -85,7 +84,7 @@ class Absence:
     def add(
         self, words: Words, has_parted: NDArray[np.bool_], *, is_obstacle: bool = False
     ) -> None:
-        """Take the newest beacons of robots that are not heard any more.
+        """Receive the newest beacons of robots that are not heard any more.
 
         Args:
             words: (n, BEACON_WORDS); those of robots that are known to be silent are left out.
@@ -100,15 +99,15 @@ class Absence:
         """Return the sightings for a beacon, its words from `sighted_id` on.
 
         Args:
-            tick: Of the beacon. The next call overwrites what is returned.
+            tick: Tick of the beacon. The next call overwrites what is returned.
         """
-        kernels.tell(self._plain_sightings, self._own_id, tick, self._told)
+        kernels.write_sightings(self._plain_sightings, self._own_id, tick, self._told)
         return self._told
 
     def listen(
         self, inbox: Sequence[Heard], position: tuple[float, float], edge: float, tick: int
     ) -> tuple[Words, list[int]]:
-        """Take the beacons of a tick, and find out what became of robots that are not heard.
+        """Receive the beacons of a tick, and find out what became of robots that are not heard.
 
         Args:
             position: Own (x, y) [m] in map.

@@ -49,7 +49,7 @@ class Absentees(NamedTuple):
 
 
 class Sightings(NamedTuple):
-    """Where each robot was last, as far as this one knows from anybody; a row per id."""
+    """Last place of each robot, as far as this one knows it from anybody; a row per id."""
 
     ticks: NDArray[np.int64]  # of the beacon that said so, NEVER for none
     places: NDArray[np.float32]  # (ids, 2) [m] in map
@@ -97,13 +97,13 @@ def add(
 
     Args:
         absent: With room for them.
-        count: Of the absent ones until now.
+        count: Number of robots that are absent until now.
         words: (n, words); robots that are absent already are left out.
         has_parted: (n,) whether each was driving out of range.
-        fate: Of all of them.
+        fate: Fate that is recorded for all of them.
 
     Returns:
-        How many are absent now.
+        Number of robots that are absent now.
     """
     for k in range(words.shape[0]):
         robot = words[k, ID]
@@ -120,7 +120,7 @@ def add(
 def hear(
     known: PlainSightings, absent: PlainAbsentees, batch: Words, rows: NDArray[np.int64]
 ) -> tuple[int, bool]:
-    """Take where the robots are that are heard, and those that they tell of, and who is back.
+    """Update the places of robots that are heard or sighted; find out which absent ones are back.
 
     Args:
         known: Fields of `Sightings`, updated with what is newer.
@@ -163,13 +163,13 @@ def hear(
 
 
 @njit(cache=True)
-def tell(known: PlainSightings, own_id: int, tick: int, out: Words) -> None:
+def write_sightings(known: PlainSightings, own_id: int, tick: int, out: Words) -> None:
     """Write the sightings that are due in a beacon: all of other robots, in turn.
 
     Args:
         known: Fields of `Sightings`.
-        own_id: Of this robot.
-        tick: Of the beacon; it decides whose turn it is.
+        own_id: Id of this robot.
+        tick: Tick of the beacon; it decides whose turn it is.
         out: (4 * SIGHTINGS,) words of the beacon from `sighted_id` on; written.
     """
     ticks, places, asks = known
@@ -207,9 +207,9 @@ def judge(
 
     Args:
         absent: Robots that fell silent; changed.
-        count: Of them.
+        count: Number of these robots.
         known: Sightings of all robots.
-        own: Where this robot is.
+        own: Place of this robot.
         edge: [m] within which a robot that lives is heard.
         tick: Now.
     """
@@ -246,16 +246,16 @@ def judge(
 def sort_out(
     absent: Absentees, count: int, silent: Words, left: NDArray[np.int64]
 ) -> tuple[int, int, int]:
-    """Take out the robots of which it is known what became of them.
+    """Remove the robots whose fate is known.
 
     Args:
         absent: Robots that fell silent; changed.
-        count: Of them.
+        count: Number of these robots.
         silent: (count, words) written: beacons of those found silent where they were; they stay.
         left: (count,) written: ids of those that are not where they were thought to be.
 
     Returns:
-        How many are absent still, and how many are in `silent` and in `left`.
+        Number of robots that are absent still, and numbers of rows in `silent` and in `left`.
     """
     kept, silent_count, left_count = 0, 0, 0
     for m in range(count):

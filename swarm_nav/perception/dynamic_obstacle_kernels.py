@@ -29,7 +29,7 @@ PlainMarks = tuple[Ticks, NDArray[np.int64], Ticks]
 
 
 class Ages(NamedTuple):
-    """What ages are measured by."""
+    """Time, and the limits of ages."""
 
     tick: int  # now
     limits: tuple[int, int, int]  # [ticks] by motion, after which a mark is no longer restless
@@ -57,8 +57,8 @@ def passed_through(
     Args:
         points: (k, 2) [m] in map.
         ranges: (n,) [m] of the scan.
-        beam: Of the LiDAR.
-        pose: Of the LiDAR.
+        beam: Directions of the LiDAR's rays.
+        pose: Pose of the LiDAR in map.
         max_range: [m] from the LiDAR beyond which no point is flagged.
         margin: [m] beyond a point that the rays must have gone.
         out: (k,) receives the flags.

@@ -86,7 +86,7 @@ class DynamicObstacles:
 
         Args:
             hits: Unexplained ones (k, 2) in map.
-            ranges: Of the scan (n,) [m].
+            ranges: Ranges (n,) [m] of the scan.
             reach: [m] up to which rays tell of free space.
         """
         past = self._past[0] if len(self._past) == PAST_SCANS else None
@@ -108,12 +108,12 @@ class DynamicObstacles:
         arrivals: FloatArray,
         tick: int,
     ) -> None:
-        """Take over new marks.
+        """Store new marks.
 
         Args:
             marks: All of them (n, 2).
             old: Those that were kept (m, 2), in order.
-            hits: What the new ones come from (k, 2).
+            hits: Hits (k, 2) [m] in map from which the new ones come.
             arrivals: (j, 2) those of the hits that have come lately.
         """
         births = np.empty(len(marks), np.int64)

@@ -1,4 +1,4 @@
-"""What a robot knows of the others, from their beacons alone."""
+"""The other robots, as known from their beacons alone."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class NeighborTable:
         self._show(0)
 
     def configure(self, config: TrafficConfig) -> None:
-        """Take new parameters, effective from the next tick.
+        """Apply new parameters, effective from the next tick.
 
         Args:
             config: `traffic.` parameters.
@@ -115,7 +115,7 @@ class NeighborTable:
         self._hearing = (edge, config.radio_range)
 
     def receive(self, beacons: BeaconArray, x: float, y: float) -> None:
-        """Take beacons for the next `refresh`.
+        """Receive beacons for the next `refresh`.
 
         Args:
             beacons: (n,) the radio's batch of a tick.
@@ -125,7 +125,7 @@ class NeighborTable:
         self.take(reception_of(beacons), x, y)
 
     def take(self, reception: Reception, x: float, y: float) -> None:
-        """Take beacons for the next `refresh`, without a copy.
+        """Receive beacons for the next `refresh`, without a copy.
 
         Args:
             reception: The radio's batch of a tick; it must not change until then.
@@ -179,7 +179,7 @@ class NeighborTable:
         return is_larger
 
     def _record_bodies(self) -> bool:
-        """Look how large the robots are that are heard; return whether one is larger than all."""
+        """Update the sizes of the robots that are heard; return whether the largest has grown."""
         corners = self.beacons["footprint"].astype(np.float64)
         reaches = np.hypot(corners[:, :, 0], corners[:, :, 1]).max(axis=1, initial=0.0)
         plausible = reaches[reaches <= MOST_BODY]
@@ -190,7 +190,7 @@ class NeighborTable:
         return is_larger
 
     def _ask_for_absent(self, inbox: list[Heard], tick: int) -> None:
-        """Take back robots that seem not to have left, with the next batch, until they have."""
+        """Restore robots that seem not to have left, with the next batch, until they have."""
         if self._has_silent:  # before anything of their space is given up
             self._fetch()
             words = self._words[: self._count][self.gone]
@@ -258,7 +258,7 @@ class NeighborTable:
         )  # fmt: skip
         return discs[:count], radii[:count], is_fresh[:count]
 
-    def look(
+    def clear_empty_places(
         self,
         ranges: NDArray[np.float32],
         beam: tuple[float, float, float],
@@ -279,7 +279,7 @@ class NeighborTable:
             self._fetch()
             footprint, radius = body
             limits = (reach, radius, self._dead_ticks)
-            kernels.look(*self._places(), (ranges, beam, pose), limits, footprint)
+            kernels.clear_empty_places(*self._places(), (ranges, beam, pose), limits, footprint)
 
     def passed_by(self) -> None:
         """Give up the places of silent robots on which another robot is now."""
@@ -309,7 +309,6 @@ class NeighborTable:
         return self.heads
 
     def _fetch(self) -> None:
-        """Complete the beacons in the table."""
         kernels.fetch(self._words, self._links, self._count, self._air)
 
     def claims(self) -> tuple[NDArray[np.generic], ...]:
@@ -336,13 +335,13 @@ class NeighborTable:
         """Return where robots were last, for a beacon: its words from `sighted_id` on.
 
         Args:
-            tick: Of the beacon. The next call overwrites what is returned.
+            tick: Tick of the beacon. The next call overwrites what is returned.
         """
         return self._absence.tell(tick)
 
     @property
     def sightings(self) -> Sightings:
-        """Where each robot was last, as far as this one knows from anybody."""
+        """Last place of each robot, as far as this one knows it from anybody."""
         return self._absence.sightings
 
     def radius(self, row: int) -> float:
@@ -358,7 +357,7 @@ class NeighborTable:
         """Return the row of the highest robot that this one has blocked for a while.
 
         Args:
-            priority: That it must rank above; it must not make way for this robot either.
+            priority: Priority that it must exceed; it must not make way for this robot either.
             patience: Ticks for which it has been blocked, at least.
 
         Returns:
@@ -371,7 +370,7 @@ class NeighborTable:
         return row if row >= 0 else None
 
     def queue(self, stations: NDArray[np.float64], tick: int, same: float) -> tuple[int, int, int]:
-        """Look at the robots that asked for one of some stations.
+        """Return the requests of other robots for one of some stations.
 
         Args:
             stations: (k, 2) [m] in map.

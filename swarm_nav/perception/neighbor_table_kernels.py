@@ -147,8 +147,8 @@ def move_row(words: Words, notes: FloatArray, links: Ints, row: int, to: int) ->
         words: (rows, words).
         notes: (rows, 2).
         links: (rows, 4).
-        row: That is copied.
-        to: That is written.
+        row: Index of the row that is copied.
+        to: Index of the row that is written.
     """
     words[to] = words[row]
     notes[to] = notes[row]
@@ -167,7 +167,7 @@ def heard_entry(batch: Words, k: int, own_id: int, known: int, lost_ticks: int) 
         batch: (k, words) beacons.
         k: Row.
         own_id: Id of this robot.
-        known: What the sender's beacon before this one said, 0 for nothing.
+        known: Acknowledgement in the sender's beacon before this one, 0 for nothing.
         lost_ticks: For which the sender remembers us.
     """
     for word in range(HEARD, LAST_HEARD + 1):
@@ -184,7 +184,7 @@ def copy_points(words: Words, links: Ints, row: int, air: Words) -> None:
     Args:
         words: (rows, words) the table.
         links: (rows, 4), see `merge`.
-        row: Of the beacon.
+        row: Row of the beacon.
         air: (k, words) beacons as they were heard.
     """
     k = links[row, PLACE]
@@ -221,7 +221,7 @@ def receive_batch(
     out: Words,
     left: tuple[Words, Ints],
 ) -> tuple[int, int, bool, bool, bool, float]:
-    """Do `merge` and `refresh` in one call, as they are done together in almost every tick.
+    """Compute `merge` and `refresh` in one call, as almost every tick needs both.
 
     Args:
         table: (words, floats, notes, links) as of `merge`.
@@ -236,7 +236,7 @@ def receive_batch(
         left: See `refresh`.
 
     Returns:
-        As of `refresh`.
+        The values that `refresh` returns.
     """
     words, floats, notes, links = table
     count = merge(words, floats, notes, links, count, heard, before, own)
@@ -492,7 +492,7 @@ def is_through(
 
 
 @njit(cache=True)
-def look(
+def clear_empty_places(
     words: Words,
     floats: Floats,
     links: Ints,
@@ -502,7 +502,7 @@ def look(
     limits: tuple[float, float, int],
     footprint: Words,
 ) -> None:
-    """Take away the places of silent robots that two scans in a row have seen through.
+    """Clear the places of silent robots that two scans in a row have seen through.
 
     This concerns robots with our footprint: their LiDARs are at our height, so that ours sees them.
 
@@ -681,7 +681,7 @@ def queue(
     own_id: int,
     same: float,
 ) -> tuple[int, int, int]:
-    """Look at the robots that asked for a station: those before (tick, own_id), and the highest.
+    """Compare the requests for a station: those before (tick, own_id), and the highest.
 
     Requests are in lexicographic order of tick and id. Only priorities of their own count, told by
     the id in them: one that was inherited may come from the very robot that asks, and would go
@@ -693,8 +693,8 @@ def queue(
         gone: (n,) whether each is silent.
         priorities: (n,) as published.
         stations: (k, 2) [m] in map, for any of which the requests count.
-        tick: Of the own request.
-        own_id: Of this robot.
+        tick: Tick of the robot's own request.
+        own_id: Id of this robot.
         same: [m] within which two stations are the same.
 
     Returns:

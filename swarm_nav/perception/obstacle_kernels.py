@@ -21,7 +21,7 @@ class Beam(NamedTuple):
 
 
 class HitLimits(NamedTuple):
-    """Which hits may be obstacles."""
+    """Limits of the hits that may be obstacles."""
 
     max_range: float  # [m]
     static_tolerance: float  # [m] from a mapped wall within which a hit is one of the wall
@@ -42,9 +42,9 @@ def unexplained(
 
     Args:
         ranges: (n,) [m].
-        beam: Of the LiDAR.
-        pose: Of the LiDAR.
-        limits: Of the hits that count.
+        beam: Directions of the LiDAR's rays.
+        pose: Pose of the LiDAR in map.
+        limits: Limits of the hits that count.
         walls: Distances to mapped walls.
         robots: Centres (k, 2) [m] in map of discs.
         reach: Radii (k,) [m] of these.
@@ -88,8 +88,8 @@ def ray_at(beam: Beam, rays: int, bearing: float) -> int:
     """Return the index of the ray nearest to a bearing, -1 outside the field of view.
 
     Args:
-        beam: Of the LiDAR.
-        rays: How many there are.
+        beam: Directions of the LiDAR's rays.
+        rays: Number of rays in the scan.
         bearing: [rad] in the LiDAR's frame, any multiple of 2π.
     """
     index = round(((bearing - beam.angle_min) % (2.0 * math.pi)) / beam.angle_increment)
@@ -114,8 +114,8 @@ def still_there(
     Args:
         points: (n, 2) [m] in map.
         ranges: (m,) [m].
-        beam: Of the LiDAR.
-        pose: Of the LiDAR.
+        beam: Directions of the LiDAR's rays.
+        pose: Pose of the LiDAR in map.
         max_range: [m] up to which rays count.
         robots: Centres (k, 2) [m] in map of discs.
         reach: Radii (k,) [m] of these.

@@ -1,4 +1,4 @@
-"""Obstacle layer: what the LiDAR sees that neither the map nor a beacon explains."""
+"""Obstacle layer: hits of the LiDAR that neither the map nor a beacon explains."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class ObstacleLayer:
         """Start without marks.
 
         Args:
-            lidar: Where it is and how it sees.
+            lidar: Place and properties of the LiDAR.
             footprint: [m] in base_footprint; robots with the same one are seen by their LiDARs.
         """
         self._config = config
@@ -47,7 +47,7 @@ class ObstacleLayer:
         self._dynamic_obstacles = DynamicObstacles(CELL)
 
     def configure(self, config: CostmapConfig) -> None:
-        """Take new parameters, effective from the next scan.
+        """Apply new parameters, effective from the next scan.
 
         Args:
             config: `costmap.` parameters.
@@ -108,7 +108,7 @@ class ObstacleLayer:
         pose = Place(lidar.x, lidar.y, lidar.yaw)
         beam = obstacle_kernels.Beam(scan.angle_min, scan.angle_increment, scan.range_min)
         ranges = np.array(scan.ranges, np.float32)  # a message's buffer may be read-only
-        neighbors.look(ranges, beam, pose, config.raytrace_max_range, self._body)
+        neighbors.clear_empty_places(ranges, beam, pose, config.raytrace_max_range, self._body)
         robots, reach, is_fresh = neighbors.masks(
             lidar.x, lidar.y, config.raytrace_max_range, margin
         )

@@ -10,7 +10,7 @@ What a module imports of its folder stands above it:
     path_kernels       Bare numba kernels on paths: resampling, smoothing, corners
     oblong             Long robots: passages that only the footprint fits through
     search             The lattice and the work arrays as the search kernels take them
-    terrain            What a robot derives from the map once: clearances, lanes, parking places
+    terrain            Clearances, lanes and parking places, derived once from the map
     planner            Global planner: A* on the lattice, smoothed to a drivable path
     plugin_planner     A global planner that a user brings, behind the face of the built-in one
 

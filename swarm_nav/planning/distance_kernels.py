@@ -16,7 +16,7 @@ Floats = NDArray[np.float64] | NDArray[np.float32]
 
 
 class Frame(NamedTuple):
-    """Where the cells of a grid lie in map.
+    """Position of a grid's cells in map.
 
     The centre of cell (r, c) is at (origin_x + (c + 0.5) step, origin_y + (r + 0.5) step).
     """
@@ -135,7 +135,7 @@ def sample(field: Floats, frame: Frame, x: float, y: float) -> float:
 
     Args:
         field: (h, w), each at least 2.
-        frame: Of the field.
+        frame: Position of the field's cells in map.
         x: [m] in map.
         y: [m] in map.
     """
@@ -159,7 +159,7 @@ def sample_lattice(field: Floats, frame: Frame, lattice: Floats, step: float) ->
 
     Args:
         field: (h, w).
-        frame: Of the field.
+        frame: Position of the field's cells in map.
         lattice: (h, w) receives the samples.
         step: [m] edge of its cells.
     """
@@ -180,9 +180,9 @@ def stamp_discs(
 
     Args:
         grid: (h, w), changed.
-        frame: Of the grid.
+        frame: Position of the grid's cells in map.
         points: (n, 2) [m] in map.
-        count: Of the points that count.
+        count: Number of points that count, from the first on.
         radius: [m].
         value: At least this much.
     """
@@ -219,7 +219,7 @@ def stamp_rows(
 
     Args:
         grid: (h, w) to raise.
-        frame: Of the grid.
+        frame: Position of the grid's cells in map.
         points: (n, k, 2) [m] in map.
         sizes: (n,) of the points that count.
         radii: (n,) [m].

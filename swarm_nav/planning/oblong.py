@@ -79,7 +79,7 @@ class Oblong:
 
         Args:
             obstacles_map: LiDAR hits (n, 2) [m] that the map does not explain.
-            acceleration: Of the drive, [m/s²] and [rad/s²].
+            acceleration: Accelerations of the drive, [m/s²] and [rad/s²].
 
         Returns:
             The scaled wish; a standstill if no scaling is clear. A robot that is too near already
@@ -106,7 +106,7 @@ def cover(corners: FloatArray, gap: float) -> FloatArray:
     A point outside polygon and discs is at least √(gap² - (RIM_SPACING / 2)²) from the polygon.
 
     Args:
-        corners: Of a convex polygon (n, 2) [m], counter-clockwise.
+        corners: Corners (n, 2) [m] of a convex polygon, counter-clockwise.
         gap: [m] to keep, at least half of `RIM_SPACING` less a centimetre.
     """
     rows: list[tuple[float, float, float]] = []
@@ -126,7 +126,7 @@ def cover(corners: FloatArray, gap: float) -> FloatArray:
 
 
 class Slots:
-    """Where on a lattice a long robot drives straight through.
+    """Places on a lattice through which a long robot drives straight.
 
     Attributes:
         axes: (height, width) int8, index of the line of a slot, -1 elsewhere.
@@ -141,7 +141,7 @@ class Slots:
         frame: Frame,
         room: float,
     ) -> None:
-        """Look for slots.
+        """Find the slots.
 
         Args:
             clearance: (height, width) the same on the lattice.

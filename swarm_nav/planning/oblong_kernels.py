@@ -32,7 +32,7 @@ class Band(NamedTuple):
 
 
 class NearObstacles(NamedTuple):
-    """What is near a long robot beside walls."""
+    """Obstacles near a long robot, besides walls."""
 
     points: NDArray[np.float64]  # (n, 2) [m] in map, of obstacles
     corners: NDArray[np.float64]  # (m, 2) [m] in base_footprint, of the robot
@@ -49,7 +49,7 @@ class TwistChange(NamedTuple):
 
 
 class Ramp(NamedTuple):
-    """How twists change, [m/s²], [rad/s²] and [s]."""
+    """Rates at which twists change, [m/s²], [rad/s²] and [s]."""
 
     v_acc: float
     w_acc: float
@@ -101,10 +101,10 @@ def fitting_axes(
 
     Args:
         clearance: (h, w) [m] of the lattice; nodes outside of the limits have no bits.
-        lattice: Where the nodes lie.
+        lattice: Position of the lattice's nodes in map.
         field: Distances to walls.
         discs: (k, 3) of the polygon.
-        limits: Of the clearance.
+        limits: Limits of the clearance.
         fits: To fill.
     """
     for r in range(fits.shape[0]):
@@ -259,9 +259,9 @@ def worst_slack(
         field: Distances to walls.
         discs: (k, 3) of the polygon, for walls.
         around: Obstacles, and the polygon for these.
-        pose: Of the robot.
-        twist: That is wanted, and the current one.
-        limits: Of the drive.
+        pose: Pose of the robot in map.
+        twist: The twist that is wanted, and the current one.
+        limits: Limits of the drive.
     """
     points, corners, gap = around.points, around.corners, around.gap
     x, y, yaw = pose.x, pose.y, pose.yaw

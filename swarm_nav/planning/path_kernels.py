@@ -15,7 +15,7 @@ CHORD_POINTS = 2  # path points on either side over which a bend is measured
 
 
 class Smoothing(NamedTuple):
-    """How a path is smoothed, see `smooth_path` and `lift_off_walls`."""
+    """Parameters by which a path is smoothed, see `smooth_path` and `lift_off_walls`."""
 
     passes: int  # of the moving average
     reach: int  # points on either side that are averaged
@@ -23,14 +23,14 @@ class Smoothing(NamedTuple):
 
 
 class WallClearance(NamedTuple):
-    """What a smoothed path keeps clear of."""
+    """Walls and the distance that a smoothed path keeps from them."""
 
     field: Field
     floor: float  # [m] from a wall below which a point may not come nearer to it
 
 
 class Blocked(NamedTuple):
-    """What other robots add per metre; a point may not move to a dearer cell."""
+    """Costs that other robots add per metre; a point may not move to a dearer cell."""
 
     extra: NDArray[np.float32]  # (h, w)
     frame: Frame
@@ -49,8 +49,8 @@ def smooth_path(
         points: (n, 2) [m] in map.
         passes: Times that it is averaged.
         reach: Points on either side that are averaged.
-        walls: What it keeps clear of.
-        others: What other robots add per metre.
+        walls: Walls from which the path keeps clear.
+        others: Costs per metre that other robots add.
         out: (n, 2) receives the path.
     """
     field, frame = walls.field.distance, walls.field.frame
@@ -91,7 +91,7 @@ def cell_value(grid: NDArray[np.float32], frame: Frame, x: float, y: float) -> f
 
     Args:
         grid: (h, w).
-        frame: Of the grid.
+        frame: Position of the grid's cells in map.
         x: [m] in map.
         y: [m] in map.
     """
@@ -108,7 +108,7 @@ def lift_off_walls(points: Floats, walls: WallClearance, rounds: int) -> None:
 
     Args:
         points: (n, 2) [m] in map; changed.
-        walls: What they keep clear of.
+        walls: Walls from which the points keep clear.
         rounds: A centimetre each.
     """
     field, frame = walls.field.distance, walls.field.frame
@@ -219,7 +219,7 @@ def with_ends(
         points: (n, 2) [m].
         ends: (2, 2) [m].
         gap: [m] that the points keep from both ends.
-        walls: What a straight way past an end of the path keeps clear of.
+        walls: Walls from which a straight way past an end of the path keeps clear.
 
     Returns:
         (m, 2) [m], from the first end to the last.
@@ -277,9 +277,9 @@ def drivable(
     Args:
         points: (n, 2) [m] in map.
         spacing: [m] of the result.
-        smoothing: How it is smoothed.
-        walls: What it keeps clear of.
-        others: What other robots add per metre.
+        smoothing: Parameters of the smoothing.
+        walls: Walls from which the path keeps clear.
+        others: Costs per metre that other robots add.
     """
     path = resampled(points, spacing)
     if path.shape[0] < 3:
@@ -355,7 +355,7 @@ def corners(points: Floats, angle: float) -> NDArray[np.int64]:
 
 @njit(cache=True)
 def _bend(points: Floats, k: int, arm: int) -> float:
-    """Angle [rad] between the chords of `arm` points before and after a point of a path."""
+    """Return the angle [rad] between the chords of `arm` points before and after point `k`."""
     ax = points[k, 0] - points[k - arm, 0]
     ay = points[k, 1] - points[k - arm, 1]
     bx = points[k + arm, 0] - points[k, 0]

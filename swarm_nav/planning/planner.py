@@ -26,8 +26,8 @@ class Planner:
     """Plans on one terrain; `extra` is the lattice of costs that other robots add.
 
     Attributes:
-        terrain: Of the map, for this size of robot.
-        lattice: That of the terrain, which is searched.
+        terrain: Terrain of the map, for this size of robot.
+        lattice: Lattice of the terrain, which is searched.
         expansions: Nodes that the last search looked at.
     """
 
@@ -35,7 +35,7 @@ class Planner:
         """Plan with the walls of a terrain and the given parameters.
 
         Args:
-            terrain: Of the map, for this size of robot.
+            terrain: Terrain of the map, for this size of robot.
             planner: `planner.` parameters.
         """
         self.terrain = terrain
@@ -301,7 +301,7 @@ class Planner:
         return node
 
     def _leads_away(self, start: tuple[float, float], start_node: int) -> bool:
-        """Whether the robot is in no pocket, which a recovery might take it out of."""
+        """Report whether the robot is in no pocket, out of which a recovery might bring it."""
         to_go = self.terrain.cost_to_go(start_node)
         nodes = np.flatnonzero(np.isfinite(to_go))
         return bool((np.hypot(*(self.lattice.points_of(nodes) - start).T) > POCKET).any())

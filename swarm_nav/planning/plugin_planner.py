@@ -24,7 +24,7 @@ TOLERANCE = 0.02  # [m] by which a path may be nearer to a wall than the robot's
 
 
 def planner_maker(name: str, spec: RobotSpec) -> Callable[[Terrain, PlannerConfig], Planner]:
-    """Return what makes a robot's planner: the built-in one, or one around a plug-in.
+    """Return the factory of a robot's planner: the built-in one, or one around a plug-in.
 
     Args:
         name: `planner.plugin`.
@@ -45,7 +45,7 @@ class PluginPlanner(Planner):
         """Plan with the walls of a terrain and the given parameters.
 
         Args:
-            terrain: Of the map, for this size of robot.
+            terrain: Terrain of the map, for this size of robot.
             planner: `planner.` parameters.
         """
         super().__init__(terrain, planner)
@@ -101,7 +101,7 @@ class PluginPlanner(Planner):
     def _checked(
         self, found: object, start: tuple[float, float], goal: tuple[float, float]
     ) -> FloatArray:
-        """Return what the plug-in returned, if it is a path on the map from start to goal."""
+        """Return the plug-in's path, if it is one on the map from start to goal."""
         try:
             points = np.ascontiguousarray(found, np.float64)
         except (TypeError, ValueError):

@@ -33,7 +33,7 @@ class SearchSpace:
             lane: (h, w) extra cost factor of driving against `heading`.
             heading: (h, w, 2) unit vectors.
             step: [m] edge of a cell.
-            slots: Where a long robot only drives straight through. None for other robots.
+            slots: Places through which a long robot only drives straight. None for other robots.
         """
         moves = np.empty(base.shape, np.uint16)
         if slots is None:

@@ -32,7 +32,7 @@ Costs = NDArray[np.float32]
 
 
 class Ground(NamedTuple):
-    """What does not change between searches; see `terrain.Lattice`."""
+    """Costs that do not change between searches; see `terrain.Lattice`."""
 
     base: NDArray[np.float32]  # (h, w) cost factor of a metre, WALL where there is no room
     lane: NDArray[np.float32]  # (h, w) extra factor of driving against `heading`
@@ -64,8 +64,8 @@ def heap_push(keys: Floats, nodes: NDArray[np.int32], size: int, key: float, nod
         keys: (capacity,) keys; not full.
         nodes: (capacity,) node of each key.
         size: Entries so far.
-        key: Of the new entry.
-        node: Of the new entry.
+        key: Key of the new entry.
+        node: Node of the new entry.
 
     Returns:
         The new size.
@@ -167,7 +167,7 @@ def nearest_open(
     Args:
         base: (h, w) cost factors, `WALL` where no path may enter.
         extra: (h, w) what other robots add.
-        frame: Of the lattice.
+        frame: Position of the lattice's cells in map.
         x: [m] in map.
         y: [m] in map.
     """
@@ -193,7 +193,7 @@ def nearest_open(
 
 @njit(cache=True)
 def _weight(base: Costs, lane: Costs, heading: NDArray[np.float32], node: int, m: int) -> float:
-    """Cost of a metre into a node by move `m`, without other robots: see the top of this file."""
+    """Return the cost of a metre into a node by move `m`, without other robots (formula on top)."""
     if lane[node] == 0.0:  # on open floor there is nothing to divide
         return np.float64(base[node])
     along = (MOVES[m, 1] * heading[node, 0] + MOVES[m, 0] * heading[node, 1]) / LENGTHS[m]
@@ -221,7 +221,7 @@ def cost_to_go(
         cost: (h * w,) receives the costs [m]; inf where the goal cannot be reached from.
 
     Returns:
-        How often a node was taken from a list: hardly more than once each.
+        Number of times that a node was taken from a list: hardly more than once each.
     """
     height, width = ground.base.shape
     base, lane, moves = ground.base.ravel(), ground.lane.ravel(), ground.moves.ravel()
@@ -284,7 +284,7 @@ def _unlink(
     heads: NDArray[np.int32],
     k: int,
 ) -> None:
-    """Take a node out of list `k`."""
+    """Remove a node from list `k`."""
     if before[node] >= 0:
         after[before[node]] = after[node]
     else:

@@ -1,4 +1,4 @@
-"""What a robot derives from the shared map once: clearances, keep-right lanes, parking places.
+"""Clearances, keep-right lanes and parking places, which a robot derives once from the shared map.
 
 Lanes follow from the map's distance transform D alone: in passages the preferred direction h is
 the one with the nearer wall on the right, h = (g_y, -g_x) / |g| with g = grad D, so that any map
@@ -414,7 +414,6 @@ def _lattice(
 def _on_lattice(
     layer: NDArray[np.int8], grid: Grid, step: float, shape: tuple[int, ...]
 ) -> NDArray[np.int8]:
-    """Return the values of a map's layer at the centres of the lattice's nodes."""
     rows, columns = (
         np.minimum(((np.arange(n) + 0.5) * step / grid.resolution).astype(np.int64), most - 1)
         for n, most in zip(shape, layer.shape, strict=True)
@@ -427,7 +426,6 @@ def _distances(occupied: NDArray[np.bool_], frame: Frame) -> Field:
 
 
 def _with_slots(lattice: Lattice, oblong: Oblong, field: Field) -> Lattice:
-    """Return the lattice of a long robot: slots are open, and cost more."""
     room = oblong.radius + NODE_MARGIN
     slots = Slots(oblong, field, lattice.clearance, lattice.frame, room)
     base = np.where(slots.axes >= 0, np.float32(SLOT_COST), lattice.base)

@@ -20,9 +20,9 @@ def towards(now: float, wish: float, most: float) -> float:
     """Return a speed that changes by at most `most` towards another one.
 
     Args:
-        now: [m/s] or [rad/s].
-        wish: Likewise.
-        most: Likewise, not negative.
+        now: Present speed, [m/s] or [rad/s].
+        wish: Wanted speed, [m/s] or [rad/s].
+        most: Largest change, [m/s] or [rad/s], not negative.
     """
     return min(max(wish, now - most), now + most)
 
@@ -48,7 +48,7 @@ def room(field: Floats, frame: Frame, hits: Floats, spare: float, x: float, y: f
 
     Args:
         field: (h, w) [m], distances to walls.
-        frame: Of the field.
+        frame: Position of the field's cells in map.
         hits: (k, 2) [m] in map.
         spare: [m] by which hits must be farther than walls.
         x: [m] in map.
@@ -96,7 +96,7 @@ def is_admitted(pose, now, wish, drive, held, around):
     Args:
         pose: (x, y, yaw) [m], [rad] in map.
         now: (vx, vy, w) [m/s], [rad/s] in base_footprint.
-        wish: Likewise.
+        wish: Wanted (vx, vy, w) [m/s], [rad/s] in base_footprint.
         drive: (x, y [m/s²], w [rad/s²]) accelerations, and the period [s] of the wish.
         held: Path (n, 2) [m] in map, indices of its first and last held point, and the tolerated
             distance [m].
@@ -129,9 +129,9 @@ def brakes_within(pose, now, drive, points, first, last, farthest):
     """Whether the robot, if it brakes now, is and stays in a part of its held space.
 
     Args:
-        pose: Arguments of `is_admitted`.
-        now: Likewise.
-        drive: Likewise.
+        pose: See `is_admitted`.
+        now: See `is_admitted`.
+        drive: See `is_admitted`.
         points: Path (n, 2) [m] in map.
         first: Index of the first point of the part.
         last: Index of the last one.
@@ -153,10 +153,10 @@ def last_to_keep(pose, now, drive, held, last):
     """Return the first point from `last` on up to which the robot can brake, or the last held one.
 
     Args:
-        pose: Arguments of `is_admitted`.
-        now: Likewise.
-        drive: Likewise.
-        held: Likewise.
+        pose: See `is_admitted`.
+        now: See `is_admitted`.
+        drive: See `is_admitted`.
+        held: See `is_admitted`.
         last: Index of the last point that is to stay held.
     """
     points, first, stop, tolerance = held
@@ -199,13 +199,13 @@ def release_and_admit(pose, now, wish, drive, held, around):
     within what is left.
 
     Args:
-        pose: Arguments of `is_admitted`.
-        now: Likewise.
-        wish: Likewise.
-        drive: Likewise.
+        pose: See `is_admitted`.
+        now: See `is_admitted`.
+        wish: See `is_admitted`.
+        drive: See `is_admitted`.
         held: Path (n, 2) [m] in map, whose first held point is moved; indices of that point, of
             the point nearest to the robot and of the last held one; the tolerated distance [m].
-        around: As of `is_admitted`.
+        around: See `is_admitted`.
 
     Returns:
         Index of the first held point, and the largest of `SHARES` that is admitted, 0.0 if none is.

@@ -61,7 +61,7 @@ class Tube:
         self.reset(pose)
 
     def configure(self, confirmations: int, held_length: float, wanted_length: float) -> None:
-        """Take new parameters; all space must be confirmed again.
+        """Apply new parameters; all space must be confirmed again.
 
         Args:
             confirmations: Beacons in which space is requested before it is taken.
@@ -101,7 +101,7 @@ class Tube:
 
     @property
     def stop_point(self) -> tuple[float, float]:
-        """Where the robot is going to stand if nothing more is granted; plans start here."""
+        """Place at which the robot will stand if nothing more is granted; plans start here."""
         return float(self.points[self.stop, 0]), float(self.points[self.stop, 1])
 
     @property
@@ -134,7 +134,6 @@ class Tube:
         self._follow(first, self.points, path)
 
     def _follow(self, first: int, kept: FloatArray, path: FloatArray) -> None:
-        """Go on with a path behind the points that are kept, and forget those before `first`."""
         rest = path_kernels.thinned(np.ascontiguousarray(path), ARRIVED)[1:]
         self.points = np.ascontiguousarray(np.vstack((kept[first:], rest)))
         self.tail, self._near, self.stop = self.tail - first, self._near - first, self.stop - first
@@ -268,7 +267,7 @@ class Tube:
             self._origin = float(self.points[index, 0]), float(self.points[index, 1])
 
     def record_rest(self, pose: Pose, is_standing: bool) -> None:
-        """Note whether the robot stands on its stop: then it stays, and holds that place only.
+        """Record whether the robot stands on its stop: then it stays, and holds that place only.
 
         Args:
             is_standing: Whether it has stopped.

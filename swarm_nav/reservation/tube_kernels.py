@@ -52,7 +52,7 @@ def gap_squared(points, size, x, y):
 
     Args:
         points: (n, 2) [m].
-        size: How many of them count.
+        size: Number of rows that count.
         x: [m] of the place.
         y: [m] of the place.
     """
@@ -148,7 +148,7 @@ def grantable_prefix(beacon, size, end, held, held_size, reach, slack):
         size: Number of points that it requests.
         end: Word at which its tube's last point is, see `last_point`.
         held: (n, 2) [m] our tube as published.
-        held_size: How many of its points count.
+        held_size: Number of its points that count.
         reach: [m] sum of both radii.
         slack: [m] `traffic.yield_slack`.
     """
@@ -192,7 +192,7 @@ def acknowledged(requests, tick):
 
     Args:
         requests: (k, 2) ticks and last points, in order of ticks.
-        tick: Of the beacon that a neighbour has acknowledged.
+        tick: Tick of the beacon that a neighbour has acknowledged.
 
     Returns:
         The index of the point, -1 if the request is older than those remembered.
@@ -227,7 +227,7 @@ def extend(
             of the last point that was requested in enough beacons.
         own: (radius [m], priority, id, yields_for).
         own_held: (m, 2) [m] our tube as published.
-        own_held_size: How many of its points count.
+        own_held_size: Number of its points that count.
         requests: (k, 2) ticks and last points of the requests published since the last change.
         protocol: (push_ticks, yield_slack [m], distance [m] within which every robot that is heard
             has to know a request).
@@ -322,7 +322,7 @@ def first_overlap(
         columns: `Columns` of the neighbours as a plain tuple.
 
     Returns:
-        That index, stop + 1 if no point is too near.
+        The index; stop + 1 if no point is too near.
     """
     others = Columns(*columns)
     held, held_size = others.held, others.held_size

@@ -2,7 +2,7 @@
 
 What a module imports of its folder stands above it:
 
-    answer_barrier  When the answer to a tick is withheld, so that missions are repeatable
+    answer_barrier  Withholds the answer to a tick, so that missions are repeatable
     inputs          Collects what belongs to one control tick
     nav2            Nav2's actions, services and topics, as clients of Nav2 know them
     settings        A navigator's parameter file: what is fixed, and the brain's parameters

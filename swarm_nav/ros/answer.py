@@ -19,7 +19,7 @@ class Answers:
     """Sends the answer to each tick, and again when it is asked for; see `answer_barrier`."""
 
     def __init__(self, node: Node, *, waits_for_mission: bool, has_courier: bool) -> None:
-        """Take the node; `announce` has to follow before the first tick.
+        """Keep the node; `announce` has to follow before the first tick.
 
         Args:
             waits_for_mission: Whether a mission counts as active from the start.

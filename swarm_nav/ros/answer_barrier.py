@@ -63,7 +63,7 @@ class AnswerBarrier:
         self._since = None
 
     def on_mission(self, is_active: bool, now: float) -> bool:
-        """Take a Mission message.
+        """Receive a Mission message.
 
         Args:
             is_active: Whether the operator has more goals to come.

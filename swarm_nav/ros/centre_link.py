@@ -22,7 +22,7 @@ class CentreLink:
     """Carries what robot and centre tell each other.
 
     Attributes:
-        topic: Where orders arrive.
+        topic: Topic on which orders arrive.
     """
 
     def __init__(self, node: Node, brain: Navigator, robot_id: int, rejections: Rejections) -> None:
@@ -49,7 +49,7 @@ class CentreLink:
         self._is_gone = False
 
     def receive(self, data: bytes) -> None:
-        """Take the orders of a tick.
+        """Receive the orders of a tick.
 
         Raises:
             RejectedError: If they are none.

@@ -19,7 +19,7 @@ class CourierLink:
     """Reports each tick, and knows which one the courier has released.
 
     Attributes:
-        topic: Where releases arrive.
+        topic: Topic on which releases arrive.
     """
 
     def __init__(self, node: Node, rejections: Rejections) -> None:
@@ -78,7 +78,7 @@ class CourierLink:
         self._reports.publish(self._report)
 
     def receive(self, data: bytes) -> None:
-        """Take a release.
+        """Receive a release.
 
         Raises:
             RejectedError: If it is none.

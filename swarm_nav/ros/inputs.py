@@ -13,7 +13,7 @@ MAX_OPEN = 50  # incomplete ticks kept; more than that were lost
 
 @dataclass(slots=True)
 class TickInput:
-    """What has arrived for a tick."""
+    """Inputs that have arrived for a tick."""
 
     tick: int
     odom: Odometry | None = None
@@ -29,7 +29,7 @@ class TickInputs:
         """Start before the first tick.
 
         Args:
-            scan_rate: Of the LiDAR [Hz]; 0 for a world without LiDAR.
+            scan_rate: Rate [Hz] of the LiDAR; 0 for a world without LiDAR.
             has_battery: Whether there is a reading of the battery once a second.
         """
         self._battery_every = READING_TICKS if has_battery else 0
@@ -57,7 +57,7 @@ class TickInputs:
         return "scan" if self._lacks_scan(newest) else "odom"
 
     def add_odom(self, odom: Odometry) -> TickInput | None:
-        """Take an odometry; ticks that are over are ignored.
+        """Receive an odometry; ticks that are over are ignored.
 
         Returns:
             The inputs of its tick, if that is complete now; else None.
@@ -65,7 +65,7 @@ class TickInputs:
         return self._set(odom.tick, "odom", odom)
 
     def add_scan(self, scan: Scan) -> TickInput | None:
-        """Take a scan; ticks that are over are ignored.
+        """Receive a scan; ticks that are over are ignored.
 
         Returns:
             The inputs of its tick, if that is complete now; else None.
@@ -73,7 +73,7 @@ class TickInputs:
         return self._set(scan.tick, "scan", scan)
 
     def add_battery(self, reading: BatteryReading) -> TickInput | None:
-        """Take a reading of the battery; ticks that are over are ignored.
+        """Receive a reading of the battery; ticks that are over are ignored.
 
         Returns:
             The inputs of its tick, if that is complete now; else None.
@@ -81,7 +81,7 @@ class TickInputs:
         return self._set(reading.tick, "battery", reading)
 
     def add_neighbors(self, tick: int, beacons: BeaconArray) -> TickInput | None:
-        """Take the radio's batch; ticks that are over are ignored.
+        """Receive the radio's batch; ticks that are over are ignored.
 
         Args:
             beacons: (n,) by ascending id; n may be 0.

@@ -83,7 +83,7 @@ class TickLoop:
             slot.node.rejections.flush()
 
     def _record_ticks(self, now: float) -> None:
-        """Look for requests more often while no ticks come."""
+        """Check for requests more often while no ticks come."""
         tick = self._slots[0].node.tick
         if tick != self._tick:
             self._tick, self._tick_at = tick, now

@@ -64,8 +64,8 @@ class NavigatorNode:
         node: For an executor.
         lifecycle: Nav2's, of the whole navigator.
         tick: The present control tick.
-        map_bounds: Of the map at hand, once there is one.
-        rejections: Of the doors of this navigator.
+        map_bounds: Bounds of the current map, once there is one.
+        rejections: Rejections by the doors of this navigator.
     """
 
     def __init__(
@@ -112,7 +112,7 @@ class NavigatorNode:
         )
 
     def _receive_map_msg(self, data: bytes) -> None:
-        """Take the map of the robot's parameter file from any sender, and no other map."""
+        """Receive the map of the robot's parameter file from any sender, and no other map."""
         try:
             message = ros_io.unpacked(data, OccupancyGrid)
             wanted = str(self._settings.fixed["map_sha256"])
@@ -233,7 +233,7 @@ class NavigatorNode:
         return None if is_released else self._topics[courier_io.RELEASE]
 
     def receive_inputs(self) -> None:
-        """Take the messages of the tick that have arrived; decide if it is complete.
+        """Receive the messages of the tick that have arrived; decide if it is complete.
 
         Of each topic one message at a time, and no more once a tick is complete: a look at what
         is empty costs as much as a message.
@@ -352,7 +352,7 @@ class NavigatorNode:
         self._tell(output, ended)
 
     def _rejoin(self, brain: RobotBrain, pose_odom: Pose) -> None:
-        """Go on where the odometry is: it began at the initial pose, with another navigator."""
+        """Continue where the odometry is: it began at the initial pose, with another navigator."""
         pose_map = self._settings.initial_pose_map.compose(pose_odom)
         brain.on_initial_pose(pose_map)
         self.node.get_logger().info(
@@ -374,7 +374,7 @@ class NavigatorNode:
         self._views.publish(self.tick)
 
     def look_around(self, now: float) -> None:
-        """Look for clients, for plans that wait, and for a mission that is silent for too long.
+        """Check for clients, for plans that wait, and for a mission that has been silent too long.
 
         Args:
             now: [s] of wall time.
@@ -461,7 +461,7 @@ class NavigatorNode:
             self._measure(grid)
 
     def _measure(self, grid: Grid) -> None:
-        """Learn how far anything can be away on a map."""
+        """Record how far away anything can be on a map."""
         self.map_bounds = MapBounds.of(grid)
         self._odometry_reader = cdr.OdometryReader(self.map_bounds.most_odometry)
 

@@ -104,10 +104,10 @@ class Parameters:
 
 
 def describe(found: ParameterDescriptor, spec: RobotSpec) -> ParameterDescriptor:
-    """Return what there is to know of a parameter beside its name and type.
+    """Return the description of a parameter, besides its name and type.
 
     Args:
-        spec: Of the robot, whose limits are those of its controller.
+        spec: Description of the robot, whose limits are those of its controller.
     """
     told = ParameterDescriptor(
         name=found.name,

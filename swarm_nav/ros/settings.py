@@ -58,7 +58,7 @@ FIXED_EFFECTS = {
 
 @dataclass(frozen=True, slots=True)
 class NodeSettings:
-    """What one navigator node is started with."""
+    """Settings with which one navigator node is started."""
 
     name: str  # namespace
     config: NavConfig  # parameters of the brain, changeable while it runs
@@ -67,12 +67,12 @@ class NodeSettings:
 
     @property
     def robot_id(self) -> int:
-        """From 1, in beacons."""
+        """Number of the robot in beacons, from 1."""
         return int(self.fixed["robot_id"])
 
     @property
     def names(self) -> RobotNames:
-        """Of all robots."""
+        """Names of all robots."""
         return RobotNames.parse(str(self.fixed["robot_names"]))
 
     @property
@@ -88,7 +88,7 @@ class NodeSettings:
 
     @property
     def initial_pose_map(self) -> Pose:
-        """Where the robot stood when its odometry began."""
+        """Pose of the robot in map when its odometry began."""
         return Pose(*(float(self.fixed[f"initial_pose.{name}"]) for name in ("x", "y", "yaw")))
 
 
@@ -104,7 +104,7 @@ def read_node_settings(name: str, path: str | Path) -> NodeSettings:
     """Return the settings of a robot's navigator in a ROS 2 parameter file.
 
     Args:
-        name: Of the robot, like Srobot3; sections of other robots are ignored.
+        name: Name of the robot, like Srobot3; sections of other robots are ignored.
 
     Raises:
         SwarmError: If the file cannot be read, or a parameter is missing, unknown, of the wrong
@@ -123,7 +123,7 @@ def parse_node_settings(name: str, values: Mapping[str, Any], where: str) -> Nod
     Args:
         values: By flat name: those of `FIXED`, of the brain, and of the robot model with its
             prefix.
-        where: Where the values come from, for messages.
+        where: Origin of the values, for messages.
 
     Raises:
         SwarmError: If a parameter is missing, unknown, of the wrong type or impossible.

@@ -47,7 +47,7 @@ def interface_types(modules: Iterable[ModuleType]) -> list[Any]:
     """Return the message, service and action types among the names in modules, each once.
 
     Args:
-        modules: That import what they use by name.
+        modules: Modules that import what they use by name.
     """
     return list(
         {

@@ -32,7 +32,7 @@ class TrafficRule(Protocol):
     """One rule of the table; it reads the robot's state and changes nothing but its own."""
 
     def propose(self, robot: RobotState) -> Proposal | None:
-        """Return what the rule asks for in this tick, None for nothing."""
+        """Return the request of the rule in this tick, None for nothing."""
 
 
 def planned(
@@ -65,7 +65,7 @@ class Arbiter:
         """Start with the robot's own place.
 
         Args:
-            single_lanes: Where the held space must not grow.
+            single_lanes: Lanes on which the held space must not grow.
         """
         self._s = robot
         self._single_lanes = single_lanes
@@ -74,7 +74,7 @@ class Arbiter:
 
     @property
     def why(self) -> str:
-        """What the rule that won in this tick says to people, empty for nothing."""
+        """Reason that the rule that won in this tick gives to people; empty for none."""
         why = self.winner.why
         return why if isinstance(why, str) else why()
 

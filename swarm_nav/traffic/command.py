@@ -1,4 +1,4 @@
-"""What a centre has told a robot: the way that it may take, and whether that still counts.
+"""Orders of a centre: the way that a robot may take, and whether its command still counts.
 
 A robot comes under command by an order of a new command: it stops, and says so once it stands.
 Then the centre gives it points, which it never takes back.
@@ -42,7 +42,7 @@ class Command:
         self.passed, self.last = 1, 0
 
     def take(self, order: TeamOrder, tick: int) -> None:
-        """Take an order, unless a newer one came first or its command has lapsed."""
+        """Receive an order, unless a newer one came first or its command has lapsed."""
         number = order.number >> SERIAL_BITS
         if number == self._left:
             return
@@ -69,7 +69,7 @@ class Command:
         return self._heard if self.is_joined else 0
 
     def join(self) -> None:
-        """Note that the robot stands, if there is a command."""
+        """Record that the robot stands, if there is a command."""
         self.is_joined = self._number > 0
 
     def advance(self, place: Point) -> None:

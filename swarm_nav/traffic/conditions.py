@@ -26,7 +26,7 @@ from swarm_nav.planning.terrain import Lattice, Terrain, as_large_as
 from swarm_nav.traffic import single_lane_kernels
 from swarm_nav.traffic.lane_group import grown, lane_group
 from swarm_nav.traffic.robot_state import terrain_of
-from swarm_nav.traffic.single_lanes import Mask, parts, rooms
+from swarm_nav.traffic.single_lanes import Mask, connected_components, passing_areas
 
 Point = tuple[float, float]
 MOST_NAMED = 6  # findings that are told one by one
@@ -35,7 +35,7 @@ PLACES_PER_ROBOT = 4  # one that stands between four places takes them all
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """What a map has room for."""
+    """Room that a map has for robots."""
 
     robots: int  # number asked for
     places: int  # where two robots can pass, on connected floor with goals or starts
@@ -63,13 +63,13 @@ def conditions(
     starts: Sequence[Point],
     goals: Sequence[Sequence[Point]],
 ) -> Conditions:
-    """Return what holds on a map for a swarm, as if all robots were as large as the largest.
+    """Return the conditions that hold for a swarm, as if all robots were as large as the largest.
 
     Only the floor is that of the smallest: where the largest does not fit is a single lane.
 
     Args:
-        starts: Of each robot: (x, y) [m] in map.
-        goals: Of each robot: all places (x, y) [m] in map where it may be told to go.
+        starts: Start of each robot, (x, y) [m] in map.
+        goals: Goals of each robot: all places (x, y) [m] in map to which it may be sent.
 
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones.
@@ -91,7 +91,7 @@ def conditions(
 
 
 class _OwnFloor:
-    """Where a robot of one kind can stand, and between which places it can drive."""
+    """Floor on which a robot of one kind can stand, and the places between which it can drive."""
 
     def __init__(self, spec: RobotSpec, config: NavConfig, grid: Grid) -> None:
         self.terrain = terrain_of(config, spec, grid)
@@ -146,7 +146,7 @@ class _Floor:
         self._lattice: Lattice = terrain.lattice
         self._gap = 2.0 * radius / self._lattice.step  # cells between two robots
         self._open: Mask = self._lattice.base < search_kernels.WALL
-        self._wide: Mask = rooms(terrain, radius)
+        self._wide: Mask = passing_areas(terrain, radius)
         self._lanes: Mask = self._open & ~self._wide
         self._standing: Mask = self._wide & (standing.lattice.base < search_kernels.WALL)
 
@@ -156,7 +156,11 @@ class _Floor:
         """Return the number of places, and a sentence for each condition that does not hold."""
         nodes = [self._nodes(each) for each in goals]
         stays = [[*self._nodes([start]), *each] for start, each in zip(starts, nodes, strict=True)]
-        used = [(part, count) for part in parts(self._open) if (count := _visitors(part, stays))]
+        used = [
+            (part, count)
+            for part in connected_components(self._open)
+            if (count := _visitors(part, stays))
+        ]
         places = [self._places(part & self._standing) for part, _ in used]
         findings: list[str] = []
         for (part, count), room in zip(used, places, strict=True):
@@ -165,13 +169,12 @@ class _Floor:
                 findings.append(
                     f"room for {_robots(room // PLACES_PER_ROBOT)}{here}; {count} asked for"
                 )
-        for number, lane in enumerate(parts(self._lanes), 1):
+        for number, lane in enumerate(connected_components(self._lanes), 1):
             room = lane_group(self._terrain, self._radius, number).capacity
             findings += self._check_lane(lane, room, nodes)
         return sum(places), findings
 
     def _nodes(self, points: Sequence[Point]) -> list[int]:
-        """Return the nodes of those points that are on open floor."""
         found = (self._lattice.node_of(x, y) for x, y in points)
         return [node for node in found if node is not None]
 
@@ -184,7 +187,7 @@ class _Floor:
         """
         robots = len(nodes)
         around = grown(lane) & self._open & ~lane
-        sides = [side for side in parts(self._open & ~lane) if (side & around).any()]
+        sides = [side for side in connected_components(self._open & ~lane) if (side & around).any()]
         here = self._spot(lane)
         guests = _visitors(lane, nodes)
         if guests > room:
@@ -213,7 +216,6 @@ class _Floor:
 
 
 def _visitors(part: Mask, nodes: Sequence[Sequence[int]]) -> int:
-    """Return how many robots have a goal in a part of the floor."""
     flat = part.ravel()
     return sum(any(flat[node] for node in each) for each in nodes)
 

@@ -17,20 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
-from swarm_nav.core.rank import OUT_OF_LANES, above
+from swarm_nav.core.rank import OUT_OF_LANES, inherited_by_holder
 from swarm_nav.interfaces import Proposal
 from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.gate import Gate, label_of
 from swarm_nav.traffic.holding import ARRIVED, parking_path
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.robot_state import RobotState
-from swarm_nav.traffic.single_lanes import rooms
+from swarm_nav.traffic.single_lanes import passing_areas
 
 PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where they walk it parks
 
 
 class Departure:
-    """Takes a robot without a goal to a place outside, once it keeps others out.
+    """Moves a robot without a goal to a place outside, once it keeps others out.
 
     That is a parking place, or, where none is free, one where two robots pass each other.
 
@@ -97,7 +97,7 @@ class Departure:
         """Whether the way out goes on; where there is no other, until it is barred for good."""
         left = self._lease.left
         has_one_way = left is not None and left.room > 0
-        waited = robot.vain_ticks if has_one_way else robot.waited_ticks
+        waited = robot.unproductive_ticks if has_one_way else robot.waited_ticks
         if self._target is None or waited > robot.wait_ticks:
             return False
         x, y = robot.tube.points[-1]
@@ -152,7 +152,7 @@ class Departure:
         """Return the way to a parking place, else to where others get past."""
         way = self._parking_way(robot, highest, closed, hops)
         if way is None:
-            way = self._parking_way(robot, highest, closed, hops, rooms(*robot.passing))
+            way = self._parking_way(robot, highest, closed, hops, passing_areas(*robot.passing))
         return way
 
     def _parking_way(
@@ -169,7 +169,7 @@ class Departure:
         if way is not None and len(way) >= 2:
             self._target = robot.tube.end_of(way)
             self._has_left = True
-            self._inherit(robot, above(highest, hops) if highest else 0)
+            self._inherit(robot, inherited_by_holder(highest, hops) if highest else 0)
         return way
 
 

@@ -34,7 +34,7 @@ from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
 from swarm_nav.traffic import gate_kernels
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import label_at
-from swarm_nav.traffic.single_lanes import parts, rooms, with_rim
+from swarm_nav.traffic.single_lanes import connected_components, passing_areas, with_rim
 
 NONE, ADMITTED = 0, 1  # values of a beacon's gate_tick that are not the tick of asking
 LEAST_AREA = 16.0  # [m²] of a region; fewer robots than that has room for are led by the lease
@@ -71,12 +71,12 @@ def narrow_region(
     at_stations = [node for xy in stations if (node := lattice.node_of(*xy)) is not None]
     reach = _reachable(lattice, at_stations)
     narrow, aisles = (_narrow(lattice, reach, gap) for gap in (HALL_DISTANCE, HALL_DISTANCE / 2))
-    for part in parts(narrow):
+    for part in connected_components(narrow):
         if part.sum() * lattice.step**2 <= MOST_AREA:
             aisles &= ~part
     region = np.zeros(narrow.shape, np.int16)
     count = 0
-    for floor, starts in ((aisles, aisles & rooms(terrain, radius)), (narrow, narrow)):
+    for floor, starts in ((aisles, aisles & passing_areas(terrain, radius)), (narrow, narrow)):
         for node in at_stations:
             if starts.flat[node] and not region.flat[node]:
                 part = _component(lattice, floor, node)
@@ -198,7 +198,7 @@ class Gate:
         return False
 
     def _look_at(self, robot: RobotState) -> None:
-        """Note how large the region is where the way ahead enters it, and as a whole."""
+        """Record how large the region is where the way ahead enters it, and as a whole."""
         tube, lattice = robot.tube, robot.planner.lattice
         way = tube.points[tube.near : tube.near + WAY_POINTS]
         x, y = way[max(0, gate_kernels.entry(self.region, lattice.frame, way))]
@@ -209,7 +209,7 @@ class Gate:
         self._area = int(cells) * lattice.step**2
 
     def _choose_part(self, robot: RobotState, x: float, y: float) -> None:
-        """Note in which part of the region a point lies, and how large that is."""
+        """Record in which part of the region a point lies, and how large that part is."""
         lattice = robot.planner.lattice
         part = int(label_at(self.region, lattice.frame, x, y))
         if part != self._part or self.region is not self._measured:
@@ -218,7 +218,6 @@ class Gate:
             self._part_area = float(cells) * lattice.step**2
 
     def _floor(self, lattice: Lattice) -> NDArray[np.int16]:
-        """Return the region without the cells in walls."""
         assert self.region is not None
         return np.where(lattice.base < search_kernels.WALL, self.region, np.int16(0))
 
@@ -233,7 +232,7 @@ class Gate:
         """Return the lattice cells (h, w) of the region and before it, None without a region.
 
         Args:
-            lattice: Of the map that the region is of.
+            lattice: Lattice of the map to which the region belongs.
             depth: [m] from the region.
         """
         if self.region is None:

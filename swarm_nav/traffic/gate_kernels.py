@@ -17,7 +17,7 @@ from swarm_nav.traffic.single_lane_kernels import Labels, label_at
 
 
 class GateColumns(NamedTuple):
-    """What neighbours say of the gate; a row per robot, the first ones are in use."""
+    """The gate in the neighbours' beacons; a row per robot, the first ones are in use."""
 
     poses: NDArray[np.float32]  # (rows, 3) [m], [m], [rad] in map
     gate_ticks: NDArray[np.uint32]  # 0: asks not, 1: is admitted, later: asks since
@@ -25,7 +25,7 @@ class GateColumns(NamedTuple):
 
 
 class RequestColumns(NamedTuple):
-    """What neighbours ask for; a row per robot, the first ones are in use."""
+    """Requests in the neighbours' beacons; a row per robot, the first ones are in use."""
 
     stations: NDArray[np.float32]  # (rows, 2) [m] in map, NaN without one
     station_ticks: NDArray[np.uint32]  # 0: asks not, later: asks since
@@ -46,7 +46,7 @@ def entry(region: Labels | Mask, frame: Frame, way: Floats) -> int:
 
     Args:
         region: (height, width) number of the part that each cell belongs to, 0 outside.
-        frame: Of the region.
+        frame: Position of the region's cells in map.
         way: (n, 2) [m] in map.
     """
     for k in range(way.shape[0]):
@@ -70,7 +70,7 @@ def count_ahead(
 
     Args:
         region: (height, width) number of the part that each cell belongs to, 0 outside.
-        frame: Of the region.
+        frame: Position of the region's cells in map.
         columns: `GateColumns` as a plain tuple.
         robots: `Robots` as a plain tuple.
         own: Seniority and id of this robot, and for how many ticks one that counts may have been
@@ -114,7 +114,7 @@ def highest_asking(
 
     Args:
         floor: (height, width) above 0 where it is.
-        frame: Of the floor.
+        frame: Position of the floor's cells in map.
         columns: `RequestColumns` as a plain tuple.
         robots: `Robots` as a plain tuple.
         at_gate: Whether robots that wait at a gate count, wherever their station is.
@@ -146,11 +146,11 @@ def count_seen(
 
     Args:
         parts: (height, width) number of the part that each cell belongs to, 0 outside.
-        part: That is looked at.
-        frame: Of the parts.
+        part: Number of the part that is looked at.
+        frame: Position of the parts' cells in map.
         known: Sightings of all robots.
         since: Tick before which a sighting does not count.
-        own_id: Of this robot.
+        own_id: Id of this robot.
         must_ask: Whether only those count that had asked for a station.
     """
     count = 0
@@ -169,7 +169,7 @@ def cells_within(region: Labels, frame: Frame, centre: tuple[float, float], reac
 
     Args:
         region: (height, width) number of the part that each cell belongs to, 0 outside.
-        frame: Of the region.
+        frame: Position of the region's cells in map.
         centre: x, y [m] in map.
         reach: [m].
     """

@@ -27,7 +27,7 @@ CIRCUIT_CORRIDOR = 0.8  # [m] on either side of the circuit that counts as on it
 
 
 class HoldingPattern:
-    """Where a robot waits: on a circuit or parked out of the lanes."""
+    """Waiting place of a robot: on a circuit, or parked out of the lanes."""
 
     def __init__(
         self,

@@ -19,7 +19,7 @@ from swarm_nav.planning.cells import distance_cells, label
 from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic import single_lane_kernels
-from swarm_nav.traffic.single_lanes import Mask, parts, rooms, with_rim
+from swarm_nav.traffic.single_lanes import Mask, connected_components, passing_areas, with_rim
 
 
 @functools.lru_cache(maxsize=4)
@@ -32,7 +32,7 @@ def lane_labels(terrain: Terrain, radius: float) -> NDArray[np.int16]:
     Returns:
         (h, w) from 1; 0 where two robots pass each other, and in walls.
     """
-    lanes = (terrain.lattice.base < search_kernels.WALL) & ~rooms(terrain, radius)
+    lanes = (terrain.lattice.base < search_kernels.WALL) & ~passing_areas(terrain, radius)
     return label(lanes)
 
 
@@ -96,17 +96,17 @@ class LaneGroup:
 
     @functools.cached_property
     def capacity(self) -> int:
-        """How many robots that have goals there have room, from 1."""
+        """Number of robots with goals there for which there is room, from 1."""
         return max(1, self._blind_ends() + self._mouths - 1)
 
     @functools.cached_property
     def _mouths(self) -> int:
-        return len(list(parts(grown(self.cells) & self._is_open & ~self.cells)))
+        return len(list(connected_components(grown(self.cells) & self._is_open & ~self.cells)))
 
     def _blind_ends(self) -> int:
         """Return the number of blind ends, each with room for a robot."""
         lane = self.cells
-        seeds = grown(rooms(self._terrain, self._radius)) & lane
+        seeds = grown(passing_areas(self._terrain, self._radius)) & lane
         if not seeds.any():
             seeds.ravel()[int(np.flatnonzero(lane)[0])] = True
         away = np.where(seeds, 0, -1).astype(np.int32)  # steps from the nearest seed

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from swarm_common.model.records import FloatArray
 from swarm_common.model.sites import Sites
 from swarm_nav.core.config import HoldingConfig
-from swarm_nav.core.rank import OUT_OF_LANES, above
+from swarm_nav.core.rank import OUT_OF_LANES, inherited_by_holder
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.zone import MOUTH_GAP, WAITING_GAP, Zone, is_large, lane_at
@@ -36,7 +36,7 @@ QUEUE_STEP = 1.5  # [m] beyond its place in the queue from where a parked robot 
 
 @dataclass(slots=True)
 class Cover:
-    """Since when something has been on a station; another try of the goal does not wait anew.
+    """Time since when something has been on a station; another try of the goal does not wait anew.
 
     A station out of the LiDAR's reach counts as free, unless a silent robot is known to be on it.
     """
@@ -47,7 +47,7 @@ class Cover:
     looked: int = 0  # tick at which it was looked at
 
     def update(self, robot: RobotState, station: tuple[float, float], is_covered: bool) -> None:
-        """Take what is known in this tick.
+        """Update the station with what is known in this tick.
 
         Args:
             station: (x, y) [m] in map.
@@ -101,7 +101,7 @@ class Lease:
     _alone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # (1, 2) the station
 
     def aim(self, robot: RobotState, station: tuple[float, float] | None) -> None:
-        """Take a new target; the old lease is given back, on single lanes once they are left.
+        """Set a new target; the old lease is given back, on single lanes once they are left.
 
         Args:
             station: (x, y) [m] in map; None for no station.
@@ -167,7 +167,9 @@ class Lease:
                     highest = max(highest, robot.own_priority)
                 # never less while it has its turn: a change would delay all requests
                 hops = OUT_OF_LANES if self.is_leaving else 0
-                robot.donations.station = max(robot.donations.station, above(highest, hops))
+                robot.donations.station = max(
+                    robot.donations.station, inherited_by_holder(highest, hops)
+                )
 
     def _hold_lanes_here(self, robot: RobotState) -> None:
         """Hold the single lanes where the robot gets its goal, if that lies elsewhere."""
@@ -223,7 +225,7 @@ class Lease:
         return self._lane_there[1]
 
     def _is_near(self, robot: RobotState, distance: float) -> bool:
-        """Whether the station is within `distance` [m], and not behind a wall."""
+        """Report whether the station is within `distance` [m], and not behind a wall."""
         assert self.station is not None
         if robot.distance_to(*self.station) > distance:
             return False

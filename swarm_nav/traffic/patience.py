@@ -25,7 +25,7 @@ class Patience:
         self._trip = 0.0
 
     def note(self, mean: float) -> None:
-        """Take the mean round trip of a tick.
+        """Record the mean round trip of a tick.
 
         Args:
             mean: [ticks] from own beacons to their acknowledgements; 0 if none counts.

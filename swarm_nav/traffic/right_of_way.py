@@ -28,7 +28,7 @@ from swarm_nav.traffic.arbiter import DROP_PATH, planned
 from swarm_nav.traffic.gate import label_of
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import FORESIGHT
-from swarm_nav.traffic.single_lanes import rooms
+from swarm_nav.traffic.single_lanes import passing_areas
 
 REFUGE_MARGIN = 0.03  # [m] between refuge and pusher's path beyond the reach; grows
 # by as much after each refuge that did not free the pusher
@@ -259,7 +259,7 @@ def clears_way(robot: RobotState, row: int) -> bool:
 
 def is_in_room(robot: RobotState, place: tuple[float, float]) -> bool:
     """Whether a place (x, y) [m] in map is where two robots pass each other."""
-    floor = rooms(*robot.passing)
+    floor = passing_areas(*robot.passing)
     return bool(label_of(floor, robot.planner.lattice.frame, *place))
 
 
@@ -316,7 +316,7 @@ def refuge_path(
     is_higher = neighbors.priorities >= priority
     tries = ((0.003, smooth and robot.obstacle_ticks == 0), *TIGHTER)
     anywhere = robot.planner.free_places(taken)
-    in_rooms = anywhere & rooms(*robot.passing)
+    in_rooms = anywhere & passing_areas(*robot.passing)
     for places in (in_rooms, anywhere) if (in_rooms != anywhere).any() else (anywhere,):
         path = _nearest(robot, start, places, is_higher, tries, most) if places.any() else None
         if path is not None:

@@ -1,4 +1,4 @@
-"""What all parts of one navigator share: the robot's state at the present tick."""
+"""State of the robot at the present tick, which all parts of one navigator share."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ FEWEST_BRAKE_POINTS = 2  # path points kept ahead of a robot that gives up its c
 
 @dataclass(slots=True)
 class Counters:
-    """What the report sums up."""
+    """Counts that the report sums up."""
 
     goals_reached: int = 0
     goals_failed: int = 0
@@ -104,7 +104,7 @@ class RobotState:
     has_grown: bool = False  # in the last tick
 
     def load_map(self, grid: Grid) -> None:
-        """Take another map; the path on the old one ends at the stop point.
+        """Replace the map; the path on the old one ends at the stop point.
 
         Args:
             grid: Occupancy, in the same map frame.
@@ -122,7 +122,7 @@ class RobotState:
         self.record_bodies()
 
     def configure(self, config: NavConfig) -> None:
-        """Take new parameters and hand them to every layer."""
+        """Apply new parameters, and hand them to every layer."""
         old, self.config = self.config, config
         traffic = config.traffic
         self.radius = self.usual_radius
@@ -185,7 +185,7 @@ class RobotState:
 
     @property
     def awaited(self) -> str:
-        """In words, what the robot has stood before for a while; empty for nothing."""
+        """Description of what the robot has stood before for a while; empty for nothing."""
         if self.blocked_ticks > WAITING_TICKS:
             return f"for {self.names.name_of(self.blocked_by)}, which {self.blocked_why}"
         if self.obstacle_ticks > WAITING_TICKS:
@@ -193,15 +193,15 @@ class RobotState:
         return "for the centre" if self.led_standing > WAITING_TICKS else ""
 
     @property
-    def vain_ticks(self) -> int:
-        """Ticks waited for what makes no way: a silent robot, a served one, or an obstacle."""
+    def unproductive_ticks(self) -> int:
+        """Ticks of waiting for what makes no way: a silent robot, a served one, or an obstacle."""
         row = self.neighbors.row(self.blocked_by) if self.blocked_ticks else None
         neighbors = self.neighbors
         is_immovable = row is not None and bool(neighbors.immovable[row] | neighbors.served[row])
         return max(self.obstacle_ticks, self.blocked_ticks if is_immovable else 0)
 
     def record_bodies(self) -> None:
-        """Tell by the largest robot heard so far where two robots pass each other.
+        """Set where two robots pass each other, by the largest robot heard so far.
 
         Where robots of one swarm do not agree, small ones wait in a queue on what large ones take
         for a single lane.
@@ -339,7 +339,7 @@ class RobotState:
 
     @property
     def stop_point(self) -> tuple[float, float]:
-        """Where plans start."""
+        """Committed stop point, from which plans start."""
         return self.tube.stop_point
 
     @property
@@ -389,7 +389,7 @@ class RobotState:
 
 
 def terrain_of(config: NavConfig, spec: RobotSpec, grid: Grid) -> Terrain:
-    """Return what a robot makes of a map; equal ones in one process share it.
+    """Return the terrain that a robot derives from a map; equal ones in one process share it.
 
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones.
@@ -398,7 +398,7 @@ def terrain_of(config: NavConfig, spec: RobotSpec, grid: Grid) -> Terrain:
     return terrain_for(grid, config.planner, config.costmap, body, Oblong.of(spec))
 
 
-def begin(
+def initial_state(
     config: NavConfig,
     spec: RobotSpec,
     grid: Grid,
@@ -408,12 +408,12 @@ def begin(
     names: RobotNames | None = None,
     make_planner: PlannerMaker = Planner,
 ) -> RobotState:
-    """Return the robot of a robot that stands at a pose and knows of no other robot yet.
+    """Return the state of a robot that stands at a pose and knows of no other robot yet.
 
     Args:
         robot_id: From 1.
         stations: (x, y) [m] in map that many robots go to.
-        names: Of all robots, for people; None for the usual ones.
+        names: Names of all robots, for people; None for the usual ones.
 
     Raises:
         MapError: If the map has too many cells when it is divided into finer ones.

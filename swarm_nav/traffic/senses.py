@@ -1,4 +1,4 @@
-"""What the robot sees and hears of the world, and whether enough of it comes to drive on."""
+"""Scans and beacons that a robot receives, and whether there are enough of them to drive on."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ EMPTY = "stands: its battery is empty"
 
 
 class Senses:
-    """Takes scans and the radio's batches; without data it stops, after a silence it listens.
+    """Receives scans and the radio's batches; without data it stops, after a silence it listens.
 
     Attributes:
-        missing: What keeps the robot from driving (no scans, no radio), empty if nothing.
+        missing: Missing input that keeps the robot from driving (no scans, no radio), empty if
+            nothing.
         is_deaf: Whether nothing was heard for so long that all must be listened to anew.
     """
 
@@ -27,14 +28,14 @@ class Senses:
         self._scan_tick = -1
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan; it marks obstacles only once the robots around are known by radio."""
+        """Receive a scan; it marks obstacles only once the robots around are known by radio."""
         self._scan_tick = scan.tick
         s = self._s
         if scan.tick - s.listening_since > s.config.traffic.listen_ticks // 2:
             s.obstacles.update(scan, s.pose, s.terrain, s.neighbors, s.radius - s.body_radius)
 
     def on_neighbors(self, beacons: BeaconArray) -> None:
-        """Take the radio's batch of this tick, which may be empty.
+        """Receive the radio's batch of this tick, which may be empty.
 
         Args:
             beacons: (n,) by ascending id.
@@ -42,7 +43,7 @@ class Senses:
         self.on_reception(reception_of(beacons))
 
     def on_reception(self, reception: Reception) -> None:
-        """Take the radio's batch of this tick where it is, without a copy.
+        """Receive the radio's batch of this tick where it is, without a copy.
 
         Args:
             reception: Beacons as words, and the rows that are heard.

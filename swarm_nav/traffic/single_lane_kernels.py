@@ -89,7 +89,7 @@ def flood(mask: Mask, values: NDArray[np.signedinteger[Any]], unknown: int, step
         mask: (height, width) cells that can be passed.
         values: (height, width); changed.
         unknown: Their value where nothing is known.
-        step: What a value grows by with each cell.
+        step: Growth of a value with each cell.
     """
     height, width = mask.shape
     queue = np.empty((height * width, 2), np.int64)
@@ -143,7 +143,7 @@ def label_at(labels: Labels, frame: Frame, x: float, y: float) -> int:
 
     Args:
         labels: (height, width).
-        frame: Of the labels.
+        frame: Position of the labels' cells in map.
         x: [m] in map.
         y: [m] in map.
     """
@@ -162,9 +162,9 @@ def ends_within(
 
     Args:
         labels: (height, width).
-        frame: Of the labels.
+        frame: Position of the labels' cells in map.
         points: (n, 2) [m] in map.
-        size: How many of the points count.
+        size: Number of the points that count.
         wanted: Label of the passage.
 
     Returns:
@@ -192,7 +192,7 @@ def entry_of(labels: Labels, frame: Frame, way: Floats, wanted: int) -> int:
 
     Args:
         labels: (height, width) of passages.
-        frame: Of the labels.
+        frame: Position of the labels' cells in map.
         way: (n, 2) [m] in map; one that starts in a passage does not enter any.
         wanted: Points after the first that are looked at.
     """
@@ -223,7 +223,7 @@ def barrier(
 
     Args:
         labels: (height, width) of passages.
-        frame: Of the labels.
+        frame: Position of the labels' cells in map.
         way: (n, 2) [m] in map, from the end of the held tube.
         wanted: Points of it that are wanted now.
         own: `Rank` of this robot as a plain tuple.
@@ -266,7 +266,7 @@ def root_of(parents: NDArray[np.int64], cell: int) -> int:
 
     Args:
         parents: (n,) a cell of the same set nearer to the root, for the root itself; changed.
-        cell: Of the set.
+        cell: A cell of the set.
     """
     while parents[cell] != cell:
         parents[cell] = parents[parents[cell]]

@@ -34,7 +34,7 @@ Mask = NDArray[np.bool_]
 
 
 @functools.lru_cache(maxsize=4)
-def rooms(terrain: Terrain, radius: float) -> Mask:
+def passing_areas(terrain: Terrain, radius: float) -> Mask:
     """Return the lattice cells (height, width) of the floor on which two robots pass each other.
 
     Args:
@@ -47,21 +47,21 @@ def rooms(terrain: Terrain, radius: float) -> Mask:
     kept = max(terrain.radius + NODE_MARGIN + lattice.step / 2, terrain.wall_clearance)
     least = kept + radius
     wide = np.asarray((lattice.base < search_kernels.WALL) & (half >= least), np.bool_)
-    for part in parts(wide):
+    for part in connected_components(wide):
         places = single_lane_kernels.places(part, 2.0 * radius / lattice.step, FEWEST_PLACES)
         if places < FEWEST_PLACES:
             wide &= ~part
     return wide
 
 
-def parts(mask: Mask) -> Iterator[Mask]:
-    """Yield the parts of a mask that hang together, one by one.
+def connected_components(mask: Mask) -> Iterator[Mask]:
+    """Yield the connected components of a mask, one by one.
 
     Args:
         mask: (h, w); cells hang together across edges and corners.
 
     Yields:
-        (h, w), one part each, in the order of their first cells.
+        (h, w), one component each, in the order of their first cells.
     """
     labels = label(mask)
     for number in range(1, int(labels.max(initial=0)) + 1):
@@ -96,7 +96,7 @@ def single_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16] | None:
     """
     lattice = terrain.lattice
     is_free = lattice.base < search_kernels.WALL
-    is_single = is_free & ~rooms(terrain, radius)
+    is_single = is_free & ~passing_areas(terrain, radius)
     if not is_single.any():
         return None
     labels = label(is_single)

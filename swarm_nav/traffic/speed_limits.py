@@ -24,14 +24,14 @@ from swarm_nav.traffic.robot_state import RobotState
 
 
 class SpeedLimits:
-    """Which speed a robot must not exceed, here and on the way that it needs to brake."""
+    """Speed limits of a robot, here and on the way that it needs to brake."""
 
     def __init__(self, zones: Zones) -> None:
         self._zones = zones
         self._limit, self._is_percentage = 0.0, False  # of the topic; 0 for none
 
     def set(self, limit: float, *, is_percentage: bool) -> None:
-        """Take a limit that counts everywhere.
+        """Set a limit that counts everywhere.
 
         Args:
             limit: [m/s], or [%] of the largest speed of the controller; 0 for none.

@@ -71,7 +71,7 @@ def people_near(robot: RobotState) -> People:
     return People(gap, gap < caution_distance(config.max_vel_x, config.acc_lim_x))
 
 
-def limited(twist: Twist, people: People, config: ControllerConfig) -> Twist:
+def slow_near_people(twist: Twist, people: People, config: ControllerConfig) -> Twist:
     """Return a twist scaled so that the robot stands before a person reaches it."""
     if not people.is_near:
         return twist

@@ -1,4 +1,4 @@
-"""How other robots enter the search lattice: as costs to go around, or as walls for a refuge."""
+"""Costs of other robots on the search lattice: to go around them, or as walls for a refuge."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ class Zone:
     """The floor around a station: its cells, its capacity, and the places with the same queue.
 
     Attributes:
-        lattice: Of the map.
+        lattice: Lattice of the map.
         costs: (h, w) [m] of the planned way from each lattice cell to the station.
         lane: Number of the connected single lanes that the station lies on, 0 for none.
         is_large: Whether robots before two of their mouths may not hear each other.
@@ -96,7 +96,7 @@ class Zone:
     """
 
     def __init__(self, robot: RobotState, station: tuple[float, float]) -> None:
-        """Look at the floor around a station; one without a way to it lies on no single lane.
+        """Derive the floor around a station; one without a way to it lies on no single lane.
 
         Args:
             station: (x, y) [m] in map.
@@ -194,7 +194,7 @@ class Zone:
 
     @property
     def _rim(self) -> float:
-        """Up to where [m] the floor counts from which others are kept out."""
+        """Return up to where [m] the floor counts from which others are kept out."""
         return self._edge if self.lane else max(PARKING_DISTANCE, self._edge)
 
     @property

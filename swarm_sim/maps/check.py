@@ -119,7 +119,6 @@ def check_vehicles(scene: Scene, specs: Sequence[VehicleSpec]) -> None:
 
 
 def _along(path: Sequence[tuple[float, float]]) -> FloatArray:
-    """Return points (n, 2) along a closed path."""
     pieces = [
         np.linspace(a, b, max(2, int(np.hypot(*(b - a)) / WALK_STEP)))
         for a, b in pairwise(np.array([*path, path[0]]))

@@ -31,7 +31,7 @@ def draw_world(
 
     Args:
         height: [m] of the LiDAR above ground.
-        starts: Where robots start; around those beyond the obstacles there is open ground.
+        starts: Starts of the robots; around those beyond the obstacles there is open ground.
         reach: Heights of the robots' bodies, for what the LiDAR does not see: it is on the map,
             too. None for a map of only what the LiDAR sees.
     """

@@ -1,4 +1,4 @@
-"""Where a map disagrees with the world that it should show: counted, named and drawn."""
+"""Differences between a map and the world that it should show: counted, named and drawn."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class MapDifference:
         """Return whether the map shows the world well enough.
 
         Args:
-            max_share: Of the occupied cells, that may disagree.
+            max_share: Largest share of the occupied cells that may disagree.
         """
         return self.outside == "" and (self.total == 0 or self.wrong <= max_share * self.total)
 

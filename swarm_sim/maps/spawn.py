@@ -1,4 +1,4 @@
-"""Where robots start: on a lattice away from walls, stations and circuits, or on a circle."""
+"""Starts of robots: on a lattice away from walls, stations and circuits, or on a circle."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ def _places(
 
 
 def _points(area: SpawnArea, pitch: float) -> FloatArray:
-    """Return the points (n, 2) of the lattice, row by row."""
+    """Return the points (n, 2) [m] of the lattice, row by row."""
     x = np.arange(area.x_min, area.x_max + 1e-6, pitch)
     y = np.arange(area.y_min, area.y_max + 1e-6, pitch)
     return np.column_stack([np.tile(x, len(y)), np.repeat(y, len(x))])

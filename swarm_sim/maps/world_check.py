@@ -42,7 +42,7 @@ CODE = (
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """Where something that is made of a body is not as the body's triangles are."""
+    """Difference between something that is made of a body and the body's triangles."""
 
     body: str  # its name
     what: str  # "the map", "the LiDAR" or "the physics engine", and whether it lacks or invents it
@@ -183,7 +183,7 @@ def _on_map(name: str, points: FloatArray, section: Section) -> Iterator[Differe
 
 
 def _felt(bodies: Sequence[Body], reach: Reach) -> Iterator[Difference]:
-    """Feel for the triangles of bodies in the physics engine."""
+    """Check the triangles of bodies in the physics engine."""
     from swarm_sim.physics.bullet.probe import lacking  # pybullet is slow to import
 
     for body in bodies:
@@ -231,7 +231,6 @@ def _content(bodies: Sequence[Body]) -> Iterator[bytes]:
 
 
 def _code() -> Iterator[bytes]:
-    """Return the code that the result depends on."""
     package = Path(__file__).resolve().parents[1]
     for name in CODE:
         yield (package / f"{name}.py").read_bytes()

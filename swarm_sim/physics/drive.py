@@ -59,7 +59,7 @@ class CommandBuffer:
 
 
 class Wheels:
-    """How fast a robot's driven wheels turn when it moves, and how it moves when they turn."""
+    """Relation between the rates of a robot's driven wheels and its motion, in both directions."""
 
     def __init__(self, spec: RobotSpec) -> None:
         """Lay out the wheels: the left ones from front to rear, then the right ones."""
@@ -105,11 +105,11 @@ def travelled(before: FloatArray, after: FloatArray) -> FloatArray:
     """Return the way (2,) [m] forwards and to the left between two poses (3,), along an arc.
 
     Args:
-        before: x, y, yaw [m, rad].
-        after: Likewise, less than half a turn later.
+        before: Pose x, y, yaw [m, rad].
+        after: Pose x, y, yaw [m, rad], less than half a turn later.
 
     Returns:
-        In the frame of the robot halfway between the two.
+        The way in the frame of the robot halfway between the two.
     """
     turned = after[2] - before[2]
     turned -= 2.0 * np.pi * np.round(turned / (2.0 * np.pi))
@@ -128,7 +128,7 @@ class Odometer:
         self._yaws = np.zeros(count)
 
     def add(self) -> None:
-        """Take another robot, at the origin of its odom frame."""
+        """Add a robot, at the origin of its odom frame."""
         self._poses = np.vstack([self._poses, np.zeros(3)])
         self._travels = np.vstack([self._travels, np.zeros(2)])
         self._yaws = np.append(self._yaws, 0.0)
@@ -140,7 +140,7 @@ class Odometer:
         self._yaws[robot] = 0.0
 
     def update(self, travels: FloatArray, yaws: FloatArray) -> None:
-        """Take in a control period, in which each robot drove an arc."""
+        """Update the odometry by a control period, in which each robot drove an arc."""
         turned = yaws - self._yaws
         chords = (travels - self._travels) * np.sinc(turned / (2.0 * np.pi))[:, None]
         headings = self._yaws + 0.5 * turned

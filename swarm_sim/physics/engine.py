@@ -1,4 +1,4 @@
-"""What the world asks of a physics engine; `planar` and `bullet` implement it."""
+"""Interface of a physics engine; `planar` and `bullet` implement it."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Engine(Protocol):
         ...
 
     def add(self, spec: RobotSpec, model: RobotModel | None, pose: FloatArray) -> None:
-        """Take another robot, which stands at a pose (3,).
+        """Add a robot, which stands at a pose (3,).
 
         Args:
             model: None for an engine that needs no bodies.
@@ -93,11 +93,11 @@ class Engine(Protocol):
         ...
 
     def add_object(self, body: Body) -> None:
-        """Take another thing, behind all that can be pushed; a static one stays where it is."""
+        """Add a thing behind all that can be pushed; a static one stays where it is."""
         ...
 
     def remove_object(self, index: int) -> None:
-        """Take a thing out; those behind it move up."""
+        """Remove a thing; those behind it move up."""
         ...
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""What moves in a world beside robots and walkers: things that can be pushed, and vehicles."""
+"""Bodies that move besides robots and walkers: things that can be pushed, and vehicles."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Objects:
 
     @property
     def names(self) -> list[str]:
-        """Of all, as collisions name them."""
+        """Names of all objects, as collisions state them."""
         return [body.name for body in self.loose] + [spec.name for spec in self.vehicles.specs]
 
     @property
@@ -53,7 +53,7 @@ class Objects:
         return reaches
 
     def add(self, body: Body) -> None:
-        """Take another body behind the loose ones.
+        """Add a body behind the loose ones.
 
         Args:
             body: May be static, if it came at run time.
@@ -62,12 +62,12 @@ class Objects:
         self._places.append(body.world_from_body)
 
     def remove(self, index: int) -> None:
-        """Take a loose body out; those behind it move up."""
+        """Remove a loose body; those behind it move up."""
         self.loose = (*self.loose[:index], *self.loose[index + 1 :])
         del self._places[index]
 
     def place(self, index: int, world_from_body: Transform) -> None:
-        """Note where a loose body is now."""
+        """Update where a loose body is."""
         self._places[index] = world_from_body
 
     def place_of(self, index: int) -> Transform:
@@ -94,7 +94,7 @@ class Objects:
         return packed
 
     def section(self, height: float) -> Section:
-        """Return what a plane at a height cuts."""
+        """Return the section of the objects at a height."""
         return section_between(self.bodies(), height, height)
 
 

@@ -93,7 +93,7 @@ class PlanarEngine:
         return self._touches() if touched else []
 
     def add(self, spec: RobotSpec, model: RobotModel | None, pose: FloatArray) -> None:
-        """Take another robot, which stands at a pose (3,)."""
+        """Add a robot, which stands at a pose (3,)."""
         count = len(self._state) + 1
         self._wheels.append(Wheels(spec))
         hull = pad_polygon(np.array(spec.footprint), MAX_CORNERS)
@@ -127,13 +127,13 @@ class PlanarEngine:
         self._measure()
 
     def add_object(self, body: Body) -> None:
-        """Take another thing, behind all that can be pushed."""
+        """Add a thing behind all that can be pushed."""
         self._objects.add(body)
         self._look_around()
         self._measure()
 
     def remove_object(self, index: int) -> None:
-        """Take a thing out; those behind it move up."""
+        """Remove a thing; those behind it move up."""
         self._objects.remove(index)
         self._look_around()
         self._measure()
@@ -186,7 +186,6 @@ class PlanarEngine:
 
     @property
     def _obstacles(self) -> PlainWalls:
-        """Fixed bodies and walkers."""
         return self._walls, self._bounds, self._walkers.discs
 
     def _touches(self) -> list[Touch]:

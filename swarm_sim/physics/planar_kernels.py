@@ -14,7 +14,7 @@ from swarm_sim.scene.polygon_kernels import distance, overlap, place
 
 
 class Walls(NamedTuple):
-    """What robots can touch beside each other."""
+    """Outlines and discs that robots can touch, other than each other."""
 
     polygons: FloatArray  # (m, k, 2) [m] convex outlines, padded with repeated corners
     bounds: FloatArray  # (m, 4) [m] x_min, y_min, x_max, y_max of each
@@ -22,7 +22,7 @@ class Walls(NamedTuple):
 
 
 class Notes(NamedTuple):
-    """What happened in a control period; steps of first contact are -1 for none."""
+    """First contacts and motions of a control period; steps of first contact are -1 for none."""
 
     robots: IntArray  # (n, n) step in which a robot met another, at the smaller index first
     polygons: IntArray  # (n, m) step in which it met a polygon
@@ -71,14 +71,14 @@ def hits(
     notes: Notes,
     step: int,
 ) -> bool:
-    """Note which robots and walls a robot's placed hull meets; return whether any.
+    """Record which robots and walls a robot's placed hull meets; return whether any.
 
     Args:
         robot: Its index.
         state: (n, 6), see `move`.
         limits: (n, 4), see `move`.
         placed: (n, k, 2) [m] footprints in map.
-        walls: What can be touched.
+        walls: Walls that can be touched.
         notes: Receives first contacts.
         step: Its number within the control period.
     """
@@ -191,7 +191,7 @@ def move_on(
         walls: Fields of `Walls`.
         notes: Fields of `Notes`; changed.
         period: [s] of a step.
-        steps: How many, numbered from 0.
+        steps: Number of steps, which are numbered from 0.
     """
     any_touch = False
     for step in range(steps):

@@ -67,7 +67,7 @@ class ScriptedPaths(ABC, Generic[Spec]):
         return len(self.specs)
 
     def add_robot(self, spec: RobotSpec) -> None:
-        """Look out for another robot, too."""
+        """Add a robot that the bodies can meet."""
         self._radii = np.append(self._radii, spec.circumscribed_radius)
         self._touches = np.full((len(self._radii), len(self.specs)), -1, np.int64)
 

@@ -47,7 +47,7 @@ CURE = "let the inertias follow from the shapes, in robot.yaml: inertia: shapes"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """What a robot did when it was told to go ahead, then to turn, then to drive a curve."""
+    """Motion of a robot that was told to go ahead, then to turn, then to drive a curve."""
 
     way: float  # [m] that it was to go ahead
     turn: float  # [rad] that it was to turn then
@@ -130,7 +130,7 @@ def check_trial(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
 
 
 def _sideways(trial: Trial) -> str:
-    """Return what an omnidirectional robot did sideways."""
+    """Return the sideways motion of an omnidirectional robot."""
     if trial.side == 0.0:
         return ""
     return (
@@ -292,7 +292,6 @@ def _center(model: RobotModel) -> tuple[float, float, float]:
 
 @functools.cache
 def _code() -> list[bytes]:
-    """Return the code that a trial runs."""
     folder = Path(str(sys.modules[__name__].__file__)).parent
     return [(folder / f"{name}.py").read_bytes() for name in MODULES]
 

@@ -145,7 +145,7 @@ def drive(
         state: (m, 5): arc length, direction, pause left, time waited, points visited; changed.
         poses: (m, 3); changed.
         traits: (m, 6): speed, turn speed, step length, patience, length, width.
-        loops: Where they drive.
+        loops: Loops along which they drive.
         robots: All of them.
         touches: (n, m) first step of contact, -1 for none; changed.
         period: [s] of the step.

@@ -91,7 +91,7 @@ def next_corner(arcs: FloatArray, arc: float, direction: float) -> float:
 
 @njit(cache=True)
 def wait(state: FloatArray, period: float, patience: float) -> None:
-    """Note in a walker's or vehicle's state that it waits; turn round when it has for long.
+    """Record in a walker's or vehicle's state that it waits; turn round when it has for long.
 
     Args:
         state: (5,); changed.
@@ -107,7 +107,7 @@ def wait(state: FloatArray, period: float, patience: float) -> None:
 def go_on(
     state: FloatArray, arc: float, arcs: FloatArray, pauses: FloatArray, is_at_point: bool
 ) -> None:
-    """Note in a walker's or vehicle's state how far it has come; at a point it pauses.
+    """Record in a walker's or vehicle's state how far it has come; at a point it pauses.
 
     Args:
         state: (5,); changed.
@@ -177,7 +177,7 @@ def walk(
         state: (m, 5): arc length, direction, pause left, time waited, points visited; changed.
         places: (m, 2); changed.
         traits: (m, 4): speed, radius, step length, patience.
-        loops: Where they walk.
+        loops: Loops along which they walk.
         robots: All of them.
         touches: (n, m) first step of contact, -1 for none; changed.
         period: [s] of the step.

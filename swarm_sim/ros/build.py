@@ -1,4 +1,4 @@
-"""From the settings to a world: everything that can be refused is refused here."""
+"""Construction of a world from the settings: everything that can be rejected is rejected here."""
 
 from __future__ import annotations
 

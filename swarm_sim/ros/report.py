@@ -1,4 +1,4 @@
-"""What the world says of a run: twice a second while it goes on, and at its end."""
+"""Reports of the world on a run: twice a second while it goes on, and at its end."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Reporter:
         self._meter.start(now, self._world.sim_time)
 
     def report(self, tick: int, robots: int, *, is_paused: bool) -> None:
-        """Say how things are."""
+        """Report the state of the run."""
         self._meter.update(time.monotonic(), self._world.sim_time)
         verdict = self._world.verdict
         message = VerdictMsg(stamp=ros_io.time_msg(tick))
@@ -82,7 +82,7 @@ class Reporter:
         )
 
     def collision(self, collision: Collision) -> None:
-        """Tell of a collision."""
+        """Report a collision."""
         self._events.write(CollisionBegan(collision))
 
     def final(self, path: str | None) -> dict[str, Any]:

@@ -37,7 +37,7 @@ class RobotEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """What the world process is to do."""
+    """Settings of the world process."""
 
     world: str  # name or path
     robots: tuple[RobotEntry, ...]
@@ -81,7 +81,7 @@ class Settings:
 
     @property
     def names(self) -> RobotNames:
-        """Of all robots."""
+        """Names of all robots."""
         return RobotNames(tuple(robot.name for robot in self.robots), self.pattern)
 
 

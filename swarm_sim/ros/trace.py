@@ -36,7 +36,7 @@ class Trace:
 
         Args:
             names: The list may grow while the run goes on.
-            ticks: Takes the poses of every tick; None for nobody.
+            ticks: Receives the poses of every tick; None for nobody.
         """
         self._journal = journal
         self._ticks = ticks
@@ -45,7 +45,6 @@ class Trace:
         self._grow()
 
     def _grow(self) -> None:
-        """Make room for all robots that exist by now, and record their names."""
         more = np.full((len(self._names) - len(self._clearances), 2), NEAR)
         self._clearances = np.vstack([self._clearances, more])
         self._journal.write(robots=list(self._names), near_mm=round(NEAR * THOUSANDTHS))
@@ -57,7 +56,7 @@ class Trace:
         clearances: FloatArray,
         absent: Collection[int] = (),
     ) -> None:
-        """Take in a tick.
+        """Record a tick.
 
         Args:
             absent: Indices of robots that are not there; null is written for them.

@@ -139,7 +139,7 @@ class WorldNode:
         self._is_stopped = True
 
     def listen(self, control_fd: int) -> None:
-        """Take commands from a pipe."""
+        """Receive commands from a pipe."""
         self._control = MessageReader(control_fd, WORLD)
 
     def run(self) -> None:
@@ -204,7 +204,7 @@ class WorldNode:
         self._events.write(RobotRemoved(name, self._world.sim_time))
 
     def on_move(self, robot: int, pose_map: Pose) -> None:
-        """Tell a robot that it was put elsewhere; it stands until its beacon says so, too."""
+        """Send a robot the pose at which it was put; it stands until its beacon confirms it."""
         speaks = self._world.last_beacons[robot] is not None  # a foreign navigator does not
         patience = LIMIT if self._barrier.expects(robot) else 0.0
         self._moves.tell(
@@ -306,7 +306,6 @@ class WorldNode:
             )
 
     def _publish_clock(self, share: float = 0.0) -> None:
-        """Publish the time of the present tick, or a time up to one tick later."""
         clock = ros_io.time_msg(self._tick)
         later = clock.nanosec + round(1e9 * CONTROL_PERIOD * share)
         clock.sec, clock.nanosec = clock.sec + later // 10**9, later % 10**9
@@ -321,7 +320,7 @@ class WorldNode:
             self._clock_rate = Rate(HEARD_CLOCK_PERIOD if is_heard else CLOCK_PERIOD)
 
     def _look_around(self, now: float) -> None:
-        """Do what is due on the wall clock: requests, reports, control pipe, viewers."""
+        """Do the work that is due on the wall clock: requests, reports, control pipe, viewers."""
         if self._request_rate.is_due(now):
             drain(self._executor, on_fault=self._on_fault)
             self._services.poll_steps()
@@ -344,7 +343,7 @@ class WorldNode:
         self._reporter.report(self._tick, count, is_paused=self._state.is_paused)
 
     def _on_fault(self, error: Exception) -> None:
-        """Go on although a callback failed: whatever was sent, it must not end the world."""
+        """Continue although a callback failed: whatever was sent, it must not end the world."""
         self._rejections.reject("callback", "unknown", self._faults.note(error))
 
     def _obey(self, command: WorldCommand) -> None:

@@ -1,4 +1,4 @@
-"""What LiDAR, map and robots meet of a triangle mesh: its part between two heights, as polygons.
+"""Part of a triangle mesh between two heights, as polygons, which LiDAR, map and robots meet.
 
 `section.py` asks for the convex polygons of that part, seen from above, and joins them with those
 of all other shapes; `swarm_sim/sensing/lidar.py` casts its rays on the result.
@@ -103,7 +103,7 @@ def _placed(mesh: Mesh, place: tuple[float, ...]) -> PlacedMesh:
 
 
 def _shadows(corners: FloatArray, low: float, high: float) -> NDArray[Any]:
-    """Return what the parts of triangles (n, 3, 3) inside a slab cover: polygons, lines, points.
+    """Return the shadows of triangles (n, 3, 3) inside a slab: polygons, lines, points.
 
     The part of a triangle between two planes is the hull of its corners there and of where its
     edges meet the planes.
@@ -135,7 +135,6 @@ def _are_thin(shapes: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 def _outlines(shapes: NDArray[Any]) -> NDArray[Any]:
-    """Return the outlines of polygons, and lines and points as they are."""
     is_area = shapely.get_dimensions(shapes) == 2
     outlines = shapes.copy()
     outlines[is_area] = shapely.boundary(shapes[is_area])
@@ -164,7 +163,7 @@ def _uncovered(lines: NDArray[Any], area: Any) -> FloatArray:
 
 
 def _segments(lines: NDArray[Any]) -> FloatArray:
-    """Return the segments (n, 2, 2) that lines are made of."""
+    """Return the segments (n, 2, 2) [m] of lines."""
     coordinates, line = shapely.get_coordinates(lines, return_index=True)
     follows = np.flatnonzero(line[1:] == line[:-1])
     segments: FloatArray = np.stack([coordinates[follows], coordinates[follows + 1]], axis=1)

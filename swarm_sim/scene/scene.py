@@ -45,7 +45,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What `worlds/<name>` describes."""
+    """Content of `worlds/<name>`."""
 
     name: str  # name of the folder or file, also that of the map
     file: Path  # the world file

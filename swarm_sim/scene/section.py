@@ -52,7 +52,7 @@ class Section:
 
 
 def joined(*sections: Section) -> Section:
-    """Return what any of several sections has."""
+    """Return one section with the polygons and discs of several."""
     polygons = [(p, n) for s in sections for p, n in zip(s.polygons, s.names, strict=False)]
     discs = [n for s in sections for n in s.names[len(s.polygons) :]]
     return Section(

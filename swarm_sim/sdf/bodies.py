@@ -1,4 +1,4 @@
-"""From the models of an SDF world to bodies: links with their shapes, where `<state>` has them."""
+"""Bodies from the models of an SDF world: links with their shapes, where `<state>` has them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MAX_SCALE = 1e4  # of a mesh
 
 @dataclass(frozen=True, slots=True)
 class BodyPlace:
-    """Where a model is while its bodies are made."""
+    """Place of a model while its bodies are made."""
 
     world_from_model: Transform  # its pose
     name: str  # full name, as Gazebo puts it
@@ -51,7 +51,6 @@ def bodies_of(models: list[Model], scope: Scope, state: WorldState, source: Sour
 
 
 def _whole(model: Model, scope: Scope, state: WorldState, source: Source) -> list[Body]:
-    """Return the bodies of a model of the world, those that joints hold together as one."""
     own = list(_bodies(model, scope, None, state, source))
     if not model.is_static:
         own = _joined(own, _joints(model, model.name), source)

@@ -1,4 +1,4 @@
-"""What may stand where in an SDF file: every element is read, counted, of no account, or named.
+"""Rules for the elements of an SDF file: each is read, counted, of no account, or named.
 
 An element that is not expected at its place is told, with the closest name that is. If it may hold
 something solid (a model, a link, a shape, a file), what is around it is unusable: half a world
@@ -191,7 +191,7 @@ def account_for(element: ET.Element, kind: str, where: str, source: Source, dept
 
 
 def _reject(child: ET.Element, what: str, advice: str, kind: str, source: Source) -> None:
-    """Take note of an element that is not read; raise if it may be solid."""
+    """Record an element that is not read; raise if it may be solid."""
     solid = next((e.tag for e in child.iter() if e.tag in SOLID), None)
     if solid is None or kind in LOOKS:
         source.reject(child.tag, kind, what, advice)
@@ -209,7 +209,7 @@ def _name_of(child: ET.Element, where: str) -> str:
 
 
 def _check_text(element: ET.Element, where: str, source: Source) -> None:
-    """Take note of text between elements; refuse that of a template which was not expanded."""
+    """Record text between elements; reject that of a template which was not expanded."""
     for text in (element.text, *(child.tail for child in element)):
         words = " ".join((text or "").split())
         if not words:

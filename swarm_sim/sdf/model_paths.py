@@ -1,4 +1,4 @@
-"""Where the models and meshes are that a world file names by URI."""
+"""Places of the models and meshes that a world file names by URI."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def models_in(
 
 
 def _called(element: ET.Element) -> str:
-    """Return what a user knows a model by that cannot be read."""
+    """Return the name by which a user knows a model that cannot be read."""
     return text_of(element, "name") or element.get("name") or text_of(element, "uri") or "model"
 
 
@@ -188,7 +188,7 @@ def _built_in(uri: str, here: Path, source: Source) -> ET.Element | None:
 
 
 def _without_model(root: ET.Element, uri: str, file: Path, source: Source) -> None:
-    """Take note of an included light or actor, which is no obstacle."""
+    """Record an included light or actor, which is no obstacle."""
     for tag in ("light", "actor"):
         if root.find(tag) is not None:
             source.ignored[tag] += 1

@@ -34,7 +34,7 @@ SITES_FILE = "sites.yaml"
 
 @dataclass(frozen=True, slots=True)
 class WorldFile:
-    """What is in an SDF file."""
+    """Content of an SDF file."""
 
     bodies: tuple[Body, ...]  # all links of all models, in file order
     actors: Actors  # actors with a script
@@ -91,7 +91,7 @@ def load_world(
 
 
 def read_world(path: Path, *, skip_missing: bool = False, skip_broken: bool = False) -> WorldFile:
-    """Return what is in an SDF file, and in those that it includes."""
+    """Return the content of an SDF file, and of those that it includes."""
     source = Source(path, ModelPaths(path.resolve().parent), skip_missing, skip_broken)
     root = parse_sdf(path, source)
     world = root.find("world")

@@ -28,7 +28,7 @@ XACRO_ENDING = ".xacro"
 
 @dataclass(slots=True)
 class Source:
-    """What is found out while a world file and the files that it includes are read."""
+    """Findings while a world file and the files that it includes are read."""
 
     path: Path  # the world file
     paths: ModelPaths  # where further files are searched
@@ -71,7 +71,7 @@ class Source:
             self.remarks.append(text)
 
     def break_off(self, model: str, cause: WorldError) -> None:
-        """Note that a model is unusable; `check` refuses it, or leaves it out."""
+        """Record that a model is unusable; `check` rejects it, or leaves it out."""
         self.broken.setdefault(model, str(cause))
 
     def check(self) -> None:
@@ -116,7 +116,7 @@ class Source:
         ]
 
     def notes(self) -> tuple[str, ...]:
-        """Return what the user should know about what was read."""
+        """Return notes for the user on what was read."""
         counts = ", ".join(f"{count} <{tag}>" for tag, count in sorted(self.ignored.items()))
         told = [f"ignored: {counts}"] if counts else []
         for notes in self.rejected.values():

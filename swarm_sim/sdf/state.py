@@ -25,7 +25,7 @@ class WorldState:
 
 
 def state_of(world: ET.Element, source: Source) -> WorldState:
-    """Return what the `<state>` elements of a world say; the last one counts."""
+    """Return the content of the `<state>` elements of a world; the last one counts."""
     state = WorldState()
     elements = world.findall("state")
     if len(elements) > 1:

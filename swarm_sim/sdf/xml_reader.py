@@ -34,7 +34,7 @@ FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 @dataclass(frozen=True, slots=True)
 class XmlFile:
-    """What is in an XML file."""
+    """Content of an XML file."""
 
     root: ET.Element  # the outermost element
     outside: str  # text around it, which nobody reads

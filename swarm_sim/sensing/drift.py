@@ -1,4 +1,4 @@
-"""How uncertain a robot's odometry is, by the error model that its readings are drawn from."""
+"""Uncertainty of a robot's odometry, by the error model from which its readings are drawn."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Drift:
         self.of_twist: Variances = (LEAST, LEAST, LEAST)
 
     def add(self, twist: Twist) -> None:
-        """Take in the twist of a control period."""
+        """Record the twist of a control period."""
         speed = abs(twist.vx) + abs(twist.vy)
         self._way += speed * CONTROL_PERIOD
         self._turn += twist.wz * CONTROL_PERIOD
@@ -42,7 +42,7 @@ class Drift:
         return place, place, LEAST + yaw
 
     def _along(self, way: float, slipped: float) -> float:
-        """Variance of the mean of both sides' ways; `slipped` is the way with slip."""
+        """Return the variance of the mean of both sides' ways; `slipped` is the way with slip."""
         bias = self._odometry.wheel_bias * way
         return 0.5 * (bias * bias + self._odometry.slip**2 * slipped)
 

@@ -79,7 +79,7 @@ class LidarGroup:
         return self.spec, self._errors
 
     def remember(self, earlier: LidarGroup, poses: FloatArray) -> None:
-        """Take over where the robots were.
+        """Record where the robots were.
 
         Args:
             earlier: The group with the same LiDAR before a robot came or went.
@@ -90,7 +90,7 @@ class LidarGroup:
             self._past.append((tick, np.vstack([known, poses[len(known) :]])))
 
     def forget(self, robot: int, pose: FloatArray) -> None:
-        """Take a robot to have stood where it has been put."""
+        """Record that a robot has always stood where it has been put."""
         for _, known in self._past:
             known[robot] = pose
 
@@ -194,7 +194,7 @@ class LidarGroup:
         )
 
     def _place_objects(self, objects: Objects, first: int) -> None:
-        """Put what objects show at the height of the scan plane behind the robots' segments."""
+        """Store what objects show at the height of the scan plane behind the robots' segments."""
         outlines = objects.section(self.spec.z).outlines()
         edges = [np.hstack([p, np.roll(p, -1, axis=0)]) for p in outlines]
         self._segments = np.vstack([self._segments[:first], *edges])
@@ -243,14 +243,14 @@ class Lidars:
             self._groups.append(LidarGroup(lidar, members, world, robots, walkers, lidar_errors))
 
     def remember(self, earlier: Lidars, poses: FloatArray) -> None:
-        """Take over where the robots were."""
+        """Record where the robots were."""
         known = {group.kind: group for group in earlier._groups}
         for group in self._groups:
             if group.kind in known:
                 group.remember(known[group.kind], poses)
 
     def forget(self, robot: int, pose: FloatArray) -> None:
-        """Take a robot to have stood where it has been put."""
+        """Record that a robot has always stood where it has been put."""
         for group in self._groups:
             group.forget(robot, pose)
 

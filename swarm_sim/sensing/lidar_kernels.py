@@ -41,8 +41,8 @@ def ray_segment(dx: float, dy: float, ax: float, ay: float, bx: float, by: float
     Solves t d = a + u (b - a) for t ≥ 0 and 0 ≤ u ≤ 1.
 
     Args:
-        dx: Of the ray.
-        dy: Of the ray.
+        dx: Component of the ray's unit vector along x.
+        dy: Component of the ray's unit vector along y.
         ax: [m] of one end.
         ay: [m] of one end.
         bx: [m] of the other end.
@@ -66,8 +66,8 @@ def ray_disc(dx: float, dy: float, cx: float, cy: float, radius: float) -> float
     Solves |t d - c| = r for the smallest t ≥ 0.
 
     Args:
-        dx: Of the ray.
-        dy: Of the ray.
+        dx: Component of the ray's unit vector along x.
+        dy: Component of the ray's unit vector along y.
         cx: [m] of the centre.
         cy: [m] of the centre.
         radius: [m]
@@ -109,7 +109,7 @@ def ray_window(
 
     Args:
         start: Lower bound of the angle, counted from ray 0; any multiple of 2π.
-        width: Of the angle.
+        width: Width [rad] of the interval of the angle.
         turn: 0 for the part above zero, 1 for the part that wrapped around.
         increment: Between rays.
         rays: Number of rays.
@@ -190,8 +190,8 @@ def draw(seed: int, tick: int, members: IntArray, words: NDArray[np.uint64]) -> 
     """Write a random word for each ray (n, rays): `hash_words` of seed, tick, member and ray.
 
     Args:
-        seed: Of everything random.
-        tick: Of the scan.
+        seed: Seed of everything random.
+        tick: Tick of the scan.
         members: (n,) indices of the robots.
         words: (n, rays) receives the words.
     """

@@ -27,7 +27,7 @@ STATE = (
 
 @dataclass(frozen=True, slots=True)
 class Imu:
-    """What an IMU reports at a tick, in the robot's axes."""
+    """Reading of an IMU at a tick, in the robot's axes."""
 
     tick: int  # of the reading
     yaw: float  # [rad] integrated since the start
@@ -92,7 +92,7 @@ class MotionSensors:
     def update(
         self, tick: int, travels: FloatArray, yaws: FloatArray, twists: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Take in a control period.
+        """Update the sensors by a control period.
 
         Args:
             travels: (n, 2) [m] forwards and to the left, as perfect wheels report it.
@@ -150,7 +150,6 @@ class MotionSensors:
         return Imu(tick, float(self._imu_yaws[robot]), float(self._imu_rates[robot]), (x, y, z))
 
     def _accelerate(self, twists: FloatArray) -> None:
-        """Work out the accelerations along the robots' axes from the change of speed."""
         changes = (twists - self._twists) / CONTROL_PERIOD
         self._accelerations[:, 0] = changes[:, 0] - twists[:, 1] * twists[:, 2]
         self._accelerations[:, 1] = changes[:, 2] + twists[:, 1] * twists[:, 0]

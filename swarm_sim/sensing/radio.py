@@ -60,7 +60,7 @@ class Radio:
         self._under_way: deque[_Wave] = deque([silence] * (delay_ticks + 1))
 
     def add(self) -> None:
-        """Take another robot; it has not heard anything yet."""
+        """Add a robot; it has not heard anything yet."""
         self._count += 1
         for wave in self._under_way:
             wave.add_receiver()
@@ -76,11 +76,11 @@ class Radio:
         self._farewells[robot_id] = tick + FAREWELL_TICKS
 
     def welcome(self, robot_id: int) -> None:
-        """Say nothing more of a robot that is there again."""
+        """Stop the farewells of a robot that is there again."""
         self._farewells.pop(robot_id, None)
 
     def send(self, tick: int, beacons: Sequence[np.void | None], positions: FloatArray) -> None:
-        """Take the beacons that robots send at a tick; ends the tick."""
+        """Accept the beacons that robots send at a tick; ends the tick."""
         senders = np.array([i for i, b in enumerate(beacons) if b is not None], np.int64)
         joined = b"".join([b.tobytes() for b in beacons if b is not None])
         order = np.argsort(np.frombuffer(joined, BEACON_DTYPE)["id"], kind="stable")

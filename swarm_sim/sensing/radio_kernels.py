@@ -59,7 +59,7 @@ def listen(
         senders: (s,) indices of the robots that send.
         reach: [m]
         loss: Share of the messages that are lost.
-        seed: Of the losses.
+        seed: Seed of the losses.
         tick: At which they are sent.
         heard: (n, s)
     """

@@ -1,4 +1,4 @@
-"""Which robots the LiDARs of others see too little of: a LiDAR cuts all bodies at one height."""
+"""Robots that the LiDARs of others hardly see: a LiDAR cuts all bodies at one height."""
 
 from __future__ import annotations
 

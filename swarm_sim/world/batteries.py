@@ -24,7 +24,7 @@ STANDING = 0.02, 0.1  # [m/s], [rad/s] up to which a robot stands
 
 @dataclass(frozen=True, slots=True)
 class BatteryVerdict:
-    """What became of a robot's battery."""
+    """Charge and use of a robot's battery in a run."""
 
     least: float  # smallest charge, as a share of the capacity
     final: float  # charge at the end, likewise
@@ -66,7 +66,7 @@ class Batteries:
         return len(self._robots)
 
     def add(self, robot: int, spec: BatterySpec | None) -> None:
-        """Take another robot."""
+        """Add a robot."""
         if spec is None:
             return
         low, high = spec.initial
@@ -89,7 +89,7 @@ class Batteries:
         self._is_present = np.append(self._is_present, True)
 
     def set_present(self, robot: int, is_present: bool) -> None:
-        """Take note that a robot was taken out of the world, or has come back as it went."""
+        """Record that a robot was taken out of the world, or has come back as it went."""
         if robot in self._rows:
             self._is_present[self._rows[robot]] = is_present
 
@@ -136,7 +136,7 @@ class Batteries:
         )
 
     def readings(self, tick: int) -> dict[int, BatteryReading]:
-        """Return what each robot with a battery reads, by its index."""
+        """Return the reading of each robot with a battery, by its index."""
         return {robot: self._reading(row, tick) for robot, row in self._rows.items()}
 
     def _reading(self, row: int, tick: int) -> BatteryReading:
@@ -149,7 +149,7 @@ class Batteries:
         )
 
     def verdict(self, robot: int) -> BatteryVerdict | None:
-        """Return what became of a robot's battery; None without one."""
+        """Return the verdict on a robot's battery; None without one."""
         row = self._rows.get(robot)
         if row is None:
             return None

@@ -60,7 +60,7 @@ class ChangingWorld(World):
         return super().step(commands, beacons)
 
     def add(self, name: str, robot_id: int, spec: RobotSpec, model: RobotModel, pose: Pose) -> int:
-        """Take another robot; return its index."""
+        """Add a robot; return its index."""
         place = _array(pose)
         engine = self._engine
         self.names.append(name)
@@ -85,7 +85,7 @@ class ChangingWorld(World):
         return len(self.specs) - 1
 
     def remove(self, robot: int, robot_id: int) -> None:
-        """Take a robot out; its row stays."""
+        """Remove a robot; its row stays."""
         self.absent.add(robot)
         self._batteries.set_present(robot, False)
         self.place(robot, Pose(PARKED + PARKING_PITCH * robot, PARKED, 0.0))
@@ -114,7 +114,7 @@ class ChangingWorld(World):
             self._lidars.forget(robot, place)
 
     def mute(self, robot_id: int) -> None:
-        """Tell all that a robot no longer holds the space at its former place."""
+        """Announce to all that a robot no longer holds the space at its former place."""
         self._radio.forget(robot_id, self.tick)
 
     def unmute(self, robot_id: int) -> None:
@@ -135,7 +135,7 @@ class ChangingWorld(World):
         self._engine.place_object(index, place)
 
     def add_object(self, body: Body) -> int:
-        """Take another thing, which can be pushed unless it is static; return its index.
+        """Add a thing, which can be pushed unless it is static; return its index.
 
         Whether there is room is not checked here.
         """
@@ -144,7 +144,7 @@ class ChangingWorld(World):
         return len(self.loose) - 1
 
     def remove_object(self, index: int) -> None:
-        """Take something loose out; those behind it move up."""
+        """Remove something loose; those behind it move up."""
         self._engine.remove_object(index)
         self._watch_objects()
 

@@ -45,16 +45,16 @@ class CloseCalls:
         self._over: list[tuple[Key, _Episode]] = []
 
     def add(self, name: str) -> None:
-        """Take another robot."""
+        """Add a robot."""
         self._names.append(name)
 
     def touch(self, key: Key, time: float) -> None:
-        """Note a contact: the episode is a collision, and no near miss."""
+        """Record a contact: the episode is a collision, and no near miss."""
         self._last_touch[key] = time
         self._open.pop(key, None)
 
     def observe(self, time: float, approaches: Iterable[NearPair], poses: FloatArray) -> None:
-        """Take the near pairs at the end of a control period."""
+        """Record the near pairs at the end of a control period."""
         for key in [k for k, e in self._open.items() if time - e.last > EPISODE_GAP + 1e-9]:
             self._over.append((key, self._open.pop(key)))
         for approach in approaches:

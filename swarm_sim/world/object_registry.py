@@ -55,7 +55,7 @@ class ObjectRegistry:
     def spawn(
         self, name: str, rename: bool, body: Body, place: Transform, *, is_floored: bool
     ) -> str:
-        """Take a thing in; return its name.
+        """Register a thing; return its name.
 
         Args:
             name: Wanted name; empty for its model's.
@@ -85,7 +85,7 @@ class ObjectRegistry:
         return body.name
 
     def remove(self, name: str) -> None:
-        """Take a thing out."""
+        """Remove a thing."""
         self._world.remove_object(self._index(name))
         self._spawned.discard(name)
 

@@ -65,7 +65,7 @@ def _check(value: Any, path: str, name: str, reason: Reason) -> None:
 
 @dataclass(frozen=True, slots=True)
 class PlacementArea:
-    """Where something can be put at all: on the map and close to it."""
+    """Area in which something can be put at all: on the map and close to it."""
 
     low: tuple[float, float]  # (x, y) [m] in the map frame
     high: tuple[float, float]  # (x, y) [m] in the map frame

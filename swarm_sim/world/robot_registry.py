@@ -85,7 +85,7 @@ class RobotRegistry:
     def spawn(
         self, name: str, rename: bool, model: str, robot: Robot, pose: Pose | None
     ) -> Arrival:
-        """Take a robot in; return its index, name, model and place.
+        """Register a robot; return its index, name, model and place.
 
         Args:
             name: One of the run, or empty for that with the next free number.
@@ -120,7 +120,7 @@ class RobotRegistry:
         return Arrival(index, name, number, model, robot, place)
 
     def remove(self, name: str) -> int:
-        """Take a robot out; return its index."""
+        """Remove a robot; return its index."""
         robot = self.robot(name)
         self._world.remove(robot, self._names.number_of(name))
         return robot
@@ -181,7 +181,6 @@ class RobotRegistry:
         return following
 
     def _following(self, taken: Collection[str]) -> str:
-        """Return the name of the next number that no robot has had."""
         for number in range(self._highest + 1, MOST + 1):
             name = self._names.name_of(number)
             if name not in taken and self._names.number_of(name) == number:

@@ -20,12 +20,12 @@ class Standstill:
         self._is_known = np.zeros(count, np.bool_)
 
     def add(self) -> None:
-        """Take another robot."""
+        """Add a robot."""
         self._told = np.append(self._told, 0.0)
         self._is_known = np.append(self._is_known, False)
 
     def observe(self, speeds: FloatArray) -> None:
-        """Take in one control period."""
+        """Record one control period."""
         self._told += np.hypot(speeds[:, 0], speeds[:, 2]) * CONTROL_PERIOD
 
     def new(self, ways: FloatArray) -> Iterator[tuple[int, float]]:

@@ -76,7 +76,7 @@ class Judge:
         self._note(poses, clearances)
 
     def add(self, name: str, pose: FloatArray) -> None:
-        """Take another robot, which stands at a pose (3,)."""
+        """Add a robot, which stands at a pose (3,)."""
         self._names.append(name)
         self._close_calls.add(name)
         self._distances = np.append(self._distances, 0.0)
@@ -85,7 +85,7 @@ class Judge:
         self._positions = np.vstack([self._positions, pose[:2]])
 
     def place(self, robot: int, pose: FloatArray) -> None:
-        """Take note that a robot has been put elsewhere; that is no way driven."""
+        """Record that a robot has been put elsewhere; that is no way driven."""
         self._positions[robot] = pose[:2]
 
     @property
@@ -107,7 +107,7 @@ class Judge:
         clearances: FloatArray,
         approaches: Iterable[NearPair] = (),
     ) -> None:
-        """Take in one control period.
+        """Record one control period.
 
         Args:
             start: [s] simulated time at which it began.

@@ -54,7 +54,7 @@ NOISE_WORD = 73  # what a random number is for
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorldConfig:
-    """How the world is simulated."""
+    """Parameters of the simulation."""
 
     # bullet: rigid bodies on wheels; planar: kinematic, fast
     engine: str = field(default_factory=usual_engine)
@@ -86,7 +86,7 @@ class WorldConfig:
 
 @value_type
 class Observation:
-    """What one robot senses at a tick."""
+    """Readings of one robot's sensors at a tick."""
 
     odom: Odometry  # every tick
     scan: Scan | None  # when a revolution of its LiDAR ends at this tick, else None
@@ -103,7 +103,7 @@ class World:
     """Physics, sensors, radio and ground truth of a swarm; knows no ROS.
 
     Attributes:
-        scene: Where the robots are.
+        scene: Scene in which the robots are.
         absent: Indices of robots that were taken out.
         last_beacons: Newest beacon of each robot, kept where the world changes; None without one.
     """
@@ -121,7 +121,7 @@ class World:
         """Place the robots and begin at tick 0.
 
         Args:
-            config: How to simulate; None for the defaults.
+            config: Parameters of the simulation; None for the defaults.
             names: Names of the robots, for verdicts; None for the usual ones.
             models: Descriptions by `RobotSpec.model`; default those in `robots/`.
 
@@ -227,7 +227,7 @@ class World:
             )
 
     def observe(self) -> list[Observation]:
-        """Return what each robot senses at the present tick."""
+        """Return the readings of each robot's sensors at the present tick."""
         scans: dict[int, Scan] = {}
         if self._lidars is not None:
             scans = self._lidars.due(self._tick, self._engine.poses, self._walkers.discs)
@@ -301,7 +301,7 @@ class World:
         ]
 
     def imu(self, robot: int) -> Imu:
-        """Return what a robot's IMU reads at the present tick."""
+        """Return the reading of a robot's IMU at the present tick."""
         return self._motion_sensors.imu(robot, self._tick)
 
     @property

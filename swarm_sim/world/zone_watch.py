@@ -16,7 +16,7 @@ SHARE, EXTRA = 0.05, 0.005  # of the limit, and [m/s], by which a speed may be a
 
 @dataclass(frozen=True, slots=True)
 class ZoneVerdict:
-    """What happened in the zones of a world; times are sums over robots."""
+    """Events in the zones of a world; times are sums over robots."""
 
     keepout_entries: int  # times that a footprint came into a keepout zone, or began in one
     keepout_time: float  # [s] in which a footprint was in one
@@ -46,7 +46,7 @@ class ZoneWatch:
         poses: FloatArray,
         speeds: FloatArray,
     ) -> None:
-        """Take the state at the end of a control period."""
+        """Record the state at the end of a control period."""
         inside = {i for i in self._near(specs, poses) if self._overlaps(specs[i], poses[i])}
         for robot in sorted(inside - self._inside):
             self._entries += 1

@@ -28,7 +28,7 @@ from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.core.goals import Event, Goal, GoalEnded, GoalKind
 from swarm_nav.perception.dynamic_obstacles import WALK_TICKS
 from swarm_nav.reservation.tube import padded
-from swarm_nav.traffic.robot_state import RobotState, begin
+from swarm_nav.traffic.robot_state import RobotState, initial_state
 
 RADIUS = 0.285  # [m] safety radius of a waffle with the default margin
 SUBSTEPS = 10
@@ -68,7 +68,7 @@ def robot_in(
     grid: Grid, pose: Pose, robot_id: int = 1, parameters: NavConfig | None = None
 ) -> RobotState:
     """Return the robot of a robot that stands in a room and has listened long enough."""
-    s = begin(parameters or NavConfig(), waffle(), grid, robot_id, pose)
+    s = initial_state(parameters or NavConfig(), waffle(), grid, robot_id, pose)
     s.tick = 100
     return s
 

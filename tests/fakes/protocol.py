@@ -31,7 +31,7 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.reservation.tube import padded
 from swarm_nav.traffic.arbiter import Arbiter
-from swarm_nav.traffic.robot_state import RobotState, begin
+from swarm_nav.traffic.robot_state import RobotState, initial_state
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
 from tests.fakes.navigation import room, waffle, without_lidar
@@ -114,7 +114,7 @@ class Actor:
 
     def start(self, pose: Pose, tick: int) -> None:
         """Begin as a new process: nothing known, nothing held but the place."""
-        self.s: RobotState = begin(self._config, self._spec, HALL, self.robot_id, pose)
+        self.s: RobotState = initial_state(self._config, self._spec, HALL, self.robot_id, pose)
         self.s.listening_since = tick
         self.senses = Senses(self.s)
         self.s.priority = 0

@@ -14,7 +14,7 @@ from swarm_common.model.beacon import FLAG_ACTIVE, FLAG_STUCK
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import GoalKind, Outcome
-from swarm_nav.core.rank import CLASS_DRIVING, above, base_priority
+from swarm_nav.core.rank import CLASS_DRIVING, base_priority, inherited_by_holder
 from swarm_nav.perception.neighbor_table_kernels import HELD
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.reservation import tube_kernels
@@ -101,9 +101,13 @@ def test_of_two_heirs_of_one_priority_only_the_one_with_the_smaller_id_pushes() 
     """
     for own_id, other_id in ((3, 9), (9, 3)):
         s = robot_in(HALL, Pose(4.0, 4.0, 0.0), own_id)
-        s.own_priority = s.priority = above(HIGH)
+        s.own_priority = s.priority = inherited_by_holder(HIGH)
         patience = s.config.traffic.push_ticks
-        equal = {"priority": above(HIGH), "blocked_by": own_id, "blocked_ticks": patience}
+        equal = {
+            "priority": inherited_by_holder(HIGH),
+            "blocked_by": own_id,
+            "blocked_ticks": patience,
+        }
         hear(s, beacon(other_id, 3.2, 4.0, **equal))
         assert (RightOfWay().pusher(s) is not None) == (other_id < own_id)
         hear(s, beacon(other_id, 3.2, 4.0, **(equal | {"blocked_ticks": patience - 1})))

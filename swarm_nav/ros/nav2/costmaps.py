@@ -50,7 +50,7 @@ class CostmapTopics:
             space: `global_costmap` or `local_costmap`.
             period: Ticks between two costmaps.
             compose: Returns the costmap as it is now.
-            on_demand: Takes the topics that few listen to.
+            on_demand: Receives the topics that few listen to.
         """
         self.is_wanted = False
         self._node = node

@@ -25,7 +25,7 @@ START_TIME = 10.0  # [s] of wall time after which a swarm that has not begun is 
 
 @dataclass(slots=True)
 class Offer:
-    """What can be created, and the services or topics that its clients look for."""
+    """A thing that can be created, and the services or topics that its clients look for."""
 
     names: Sequence[str]
     create: Callable[[], object]
@@ -93,7 +93,7 @@ class OnDemand:
         """Offer action servers, which come together; see `offer`.
 
         Args:
-            names: Of the actions, relative to the node's namespace.
+            names: Names of the actions, relative to the node's namespace.
             is_rare: Whether they need a client in a small swarm, too.
         """
         self.offer([f"{name}/_action/send_goal" for name in names], create, is_rare=is_rare)

@@ -166,7 +166,7 @@ def pose_goal(goal_id: int, pose: PoseStamped, to_map: ToMap) -> Goal:
     """Return the goal of navigate_to_pose; its stamp, of whichever clock, delays nothing.
 
     Args:
-        pose: Of base_footprint, in any frame that `to_map` knows.
+        pose: Pose of base_footprint, in any frame that `to_map` knows.
         to_map: Brings a pose of a known frame to map; refuses one more than 1000 m off it.
 
     Raises:
@@ -196,7 +196,7 @@ def path_goal(goal_id: int, request: Any, to_map: ToMap, reach: MapBounds) -> Go
     Args:
         request: Goal message with a `path`; poses without a frame get that of the path.
         to_map: Brings a pose of a known frame to map; refuses one more than 1000 m off it.
-        reach: Of the map at hand; it limits the length of the path.
+        reach: Size of the current map; it limits the length of the path.
 
     Raises:
         ValueError: If the path makes no sense; the message says why.

@@ -1,4 +1,4 @@
-"""How far from the map a place, a path or an odometry reading can be and still make sense."""
+"""Largest sensible distances from the map of a place, a path or an odometry reading."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class OffMapError(RejectedError):
     """A place is absurdly far from the map.
 
     Attributes:
-        code: What Nav2's planner calls it, that of a goal or that of a start.
+        code: Code of Nav2's planner for it, that of a goal or that of a start.
     """
 
     code = ErrorCode.GOAL_OUTSIDE_MAP

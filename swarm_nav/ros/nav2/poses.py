@@ -31,7 +31,7 @@ def pose_in_map(
 
     Args:
         brain: Knows where odom and the robot are in map.
-        name: Of the robot; its frames may have it in front, like `Srobot3/base_link`.
+        name: Name of the robot; its frames may have it in front, like `Srobot3/base_link`.
         links: Place of each fixed link in base_footprint: x, y, z [m] and quaternion x, y, z, w.
         stamped: In map, odom, or a fixed link; an empty frame means map.
 
@@ -79,7 +79,7 @@ def is_placeholder(stamped: PoseStamped) -> bool:
     """Whether BasicNavigator sent this because its user has never called setInitialPose.
 
     Args:
-        stamped: Of `initialpose`; `pose_in_map` has taken it already.
+        stamped: The pose of `initialpose`, which `pose_in_map` has accepted already.
     """
     stamp, pose = stamped.header.stamp, pose_from_msg(stamped.pose)
     return not (stamp.sec or stamp.nanosec) and pose == Pose(0.0, 0.0, 0.0)
@@ -92,7 +92,8 @@ def deviation_in(covariance: Sequence[float]) -> tuple[float, float]:
         covariance: (36,) of geometry_msgs/PoseWithCovariance, by rows.
 
     Returns:
-        Of x and y [m], the larger one, and of yaw [rad]; `START_DEVIATION` in place of zeros and of
+        Deviations of x and y [m], the larger one, and of yaw [rad]; `START_DEVIATION` in place of
+        zeros and of what is no variance.
         what is no variance.
     """
     variances = (max(covariance[0], covariance[7]), covariance[35])

@@ -1,4 +1,4 @@
-"""What actions and services need of the navigator's node."""
+"""Interface of the navigator's node that actions and services need."""
 
 from __future__ import annotations
 

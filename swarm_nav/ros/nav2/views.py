@@ -1,4 +1,4 @@
-"""What a navigator shows to viewers, sent only while they subscribe."""
+"""Topics that a navigator shows to viewers, sent only while they subscribe."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Views:
 
         Args:
             brain: Whose plans, costmaps and poses are shown.
-            on_demand: Takes the topics that few listen to.
+            on_demand: Receives the topics that few listen to.
         """
         self._brain = brain
         make = node.create_publisher

@@ -106,7 +106,7 @@ class BulletEngine:
         return touches
 
     def add(self, spec: RobotSpec, model: RobotModel | None, pose: FloatArray) -> None:
-        """Take another robot, which stands at a pose (3,)."""
+        """Add a robot, which stands at a pose (3,)."""
         assert model is not None
         body = add_robot(self._client, model, spec, Pose(*pose.tolist()))
         index = len(self._robots)
@@ -151,13 +151,13 @@ class BulletEngine:
         self._measure()
 
     def add_object(self, body: Body) -> None:
-        """Take another thing, behind all that can be pushed."""
+        """Add a thing behind all that can be pushed."""
         self._around.add(body)
         self._surround()
         self._measure()
 
     def remove_object(self, index: int) -> None:
-        """Take a thing out; those behind it move up."""
+        """Remove a thing; those behind it move up."""
         self._around.remove(index)
         self._surround()
         self._measure()
@@ -251,7 +251,7 @@ class BulletEngine:
             )
 
     def _read(self) -> None:
-        """Take over poses, speeds and joints from the engine."""
+        """Update poses, speeds and joints from the engine."""
         client = self._client
         if len(self._around.objects):
             self._around.bodies.read()

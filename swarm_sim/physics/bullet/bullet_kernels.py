@@ -52,7 +52,7 @@ def near_pairs(
         poses: (n, 3).
         radii: (n,) circumscribed radii.
         hulls: (n, k, 2) footprints in base_footprint.
-        walls: What can be touched; discs are counted after the polygons.
+        walls: Walls that can be touched; discs are counted after the polygons.
         near: [m]
         robot_gaps: Rows i, j, distance with i < j, written.
         wall_gaps: Rows i, wall, distance, written.

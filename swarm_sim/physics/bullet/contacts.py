@@ -52,7 +52,7 @@ class Contacts:
         walker_speeds: FloatArray,
         tiles: tuple[FloatArray, list[tuple[int, str]]],
     ) -> None:
-        """Take over the bodies that are not robots; `measure` has to follow.
+        """Set the bodies that are not robots; `measure` has to follow.
 
         Args:
             obstacles: pybullet's id and name of each outline's body, then of each walker's.
@@ -77,7 +77,7 @@ class Contacts:
         self.clearances: FloatArray = np.full((count, 2), np.inf)
 
     def add(self, spec: RobotSpec, body: int) -> None:
-        """Look at another robot, too; `measure` has to follow."""
+        """Add a robot; `measure` has to follow."""
         self._robots.append(body)
         hull = pad_polygon(np.array(spec.footprint), MAX_CORNERS)
         self.hulls = np.concatenate([self.hulls, hull[None]])
@@ -86,7 +86,7 @@ class Contacts:
         self._make_room(len(self._robots))
 
     def move_objects(self, outlines: FloatArray) -> None:
-        """Take over where the objects' outlines (k, c, 2) are."""
+        """Update the objects' outlines (k, c, 2) [m]."""
         self._walls[self._first_object :] = pack_like(outlines, self._walls.shape[1])
         self._bounds[self._first_object :] = bounds_of(outlines)
 

@@ -137,11 +137,11 @@ class BulletObjects:
 
     @property
     def ids(self) -> list[int]:
-        """Of the bodies in the order of `Objects.names`."""
+        """Engine's ids of the bodies in the order of `Objects.names`."""
         return self._loose + self._vehicles
 
     def add(self, body: Body) -> None:
-        """Take another body behind the loose ones; a static one stays where it is."""
+        """Add a body behind the loose ones; a static one stays where it is."""
         if not body.is_static and not self._has_floor:
             _add_floor(self._client)
             self._has_floor = True
@@ -151,7 +151,7 @@ class BulletObjects:
         self._loose.append(make(self._client, body))
 
     def remove(self, index: int) -> None:
-        """Take a loose body out; those that stood on it fall."""
+        """Remove a loose body; those that stood on it fall."""
         pybullet.removeBody(self._loose.pop(index), physicsClientId=self._client)
         del self._centers[index]
         self._wake()
@@ -216,7 +216,7 @@ class BulletObjects:
             pybullet.resetBasePositionAndOrientation(body, position, quaternion, self._client)
 
     def read(self) -> None:
-        """Take over where the loose bodies are."""
+        """Update where the loose bodies are."""
         for index, (body, center) in enumerate(zip(self._loose, self._centers, strict=True)):
             position, quaternion = pybullet.getBasePositionAndOrientation(body, self._client)
             place = np.eye(4)

@@ -1,4 +1,4 @@
-"""What the physics engine has where the shapes of a body or a robot should be."""
+"""Shapes that the physics engine has in place of those of a body or a robot."""
 
 from __future__ import annotations
 

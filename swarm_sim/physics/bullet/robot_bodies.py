@@ -101,7 +101,7 @@ def add_robot(client: int, model: RobotModel, spec: RobotSpec, pose: Pose) -> Ro
 
 
 def _torque(mass: float, inertia: float, wheels: int, spec: RobotSpec) -> float:
-    """Return the stall torque [N m] of each of a robot's motors, as its weight asks for."""
+    """Return the stall torque [N m] of each of a robot's motors, in proportion to its weight."""
     ahead = STRENGTH[0] * mass * spec.acc_lim_x
     turning = STRENGTH[1] * inertia * spec.acc_lim_theta / (spec.wheel_separation / 2.0)
     return max(MOTOR_TORQUE, max(ahead, turning) * spec.wheel_radius / max(1, wheels))

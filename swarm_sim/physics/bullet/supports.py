@@ -1,4 +1,4 @@
-"""What a robot stands on in the rigid-body engine: its driven wheels, and balls without friction.
+"""Supports of a robot in the rigid-body engine: its driven wheels, and balls without friction.
 
 The driven wheels define the ground. Casters of real robots hang on springs, or the axle does, and
 descriptions show them relaxed: a millimetre or two lower or higher than the wheels. A rigid ball
@@ -32,7 +32,7 @@ PROP_RADIUS = 0.01  # [m] of a ball that stands for a caster
 
 @dataclass(frozen=True, slots=True)
 class Supports:
-    """What carries a robot; lengths in metres, in base_footprint."""
+    """Wheels and balls that carry a robot; lengths in metres, in base_footprint."""
 
     level: float  # height of the plane on which the driven wheels stand
     wheels: FloatArray  # (n, 3) centres of the balls that stand for the driven wheels
@@ -41,7 +41,7 @@ class Supports:
 
 
 def find_supports(base: RigidGroup, wheels: Sequence[RigidGroup], spec: RobotSpec) -> Supports:
-    """Return what a robot stands on."""
+    """Return the supports of a robot."""
     level, centers = _wheel_balls(wheels, spec.wheel_radius)
     casters, hull = _split_base(base, level, spec.wheel_radius)
     return Supports(level, centers, casters + _props(base, wheels, casters, spec, level), hull)
@@ -92,7 +92,7 @@ def _wheel_balls(wheels: Sequence[RigidGroup], radius: float) -> tuple[float, Fl
 
 
 def _tyre_middle(wheel: RigidGroup) -> FloatArray:
-    """Return where the middle of a wheel's tyre is, which need not be that of its joint."""
+    """Return the middle of a wheel's tyre, which need not be that of its joint."""
     place, tyre = wheel.parent_from_group, tyre_of(wheel)
     middle: FloatArray = place[:3, 3].copy()
     return middle if tyre is None else middle + place[:3, :3] @ tyre.offset
@@ -114,7 +114,7 @@ def _split_base(
 
 
 def _sprung(part: Part, level: float) -> FloatArray:
-    """Return the centre of a caster's ball where a spring would hold it."""
+    """Return the centre of a caster's ball at which a spring would hold it."""
     center = np.array(part.body_from_part[:3, 3])
     if isinstance(part.shape, Sphere) and abs(_lowest(part) - level) > SAME:
         center[2] = level + part.shape.radius
@@ -159,7 +159,6 @@ def _props(
 
 
 def _lowest(part: Part) -> float:
-    """Return the height of a part's lowest point."""
     if isinstance(part.shape, Sphere):
         return float(part.body_from_part[2, 3]) - part.shape.radius
     corners = placed_corners([part])

@@ -86,7 +86,7 @@ class Surroundings:
         return self.objects.reaches if len(self.objects) else NO_REACHES
 
     def add(self, body: Body) -> None:
-        """Take another object, behind all that can be pushed."""
+        """Add an object behind all that can be pushed."""
         if not body.is_static and not self._has_loose:
             self._has_loose = True
             self._configure()
@@ -95,7 +95,7 @@ class Surroundings:
         self.bodies.add(body)
 
     def remove(self, index: int) -> None:
-        """Take an object out; those behind it move up."""
+        """Remove an object; those behind it move up."""
         self.bodies.remove(index)
         self.objects.remove(index)
 

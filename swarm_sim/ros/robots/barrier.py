@@ -47,7 +47,7 @@ class Barrier:
         self._opened_at = self._looked_at = now
 
     def add(self) -> None:
-        """Take another robot; its first answer is waited for with patience."""
+        """Add a robot; the barrier waits for its first answer with patience."""
         self._expected.append(False)
         self._answered.append(False)
         self._is_dead.append(False)
@@ -60,7 +60,7 @@ class Barrier:
         self._newcomers.add(robot)
 
     def answer(self, robot: int) -> None:
-        """Note a robot's whole answer to the present tick; lockstep waits for it from now on."""
+        """Record a robot's whole answer to the present tick; lockstep waits for it from now on."""
         self._answered[robot] = True
         self._newcomers.discard(robot)
         self._expected[robot] = self._expects
@@ -118,7 +118,7 @@ class Barrier:
         return not self.missing()
 
     def _look(self, now: float) -> None:
-        """Leave the time out in which this process slept: the robots may have, too."""
+        """Exclude the time in which this process slept: the robots may have slept, too."""
         gap = now - self._looked_at
         if gap > STALL:
             self._opened_at += gap

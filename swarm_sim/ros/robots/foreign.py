@@ -40,7 +40,7 @@ class Foreigners:
             self._events.write(ForeignPublisher(topic, node))
 
     def look(self, seats: Sequence[tuple[Node, str]], *, is_free_run: bool) -> None:
-        """Look for foreign publishers that have sent nothing yet; each time at a few robots.
+        """Check for foreign publishers that have sent nothing yet; each time at a few robots.
 
         Args:
             seats: World's node and name of each robot that is there.
@@ -56,7 +56,7 @@ class Foreigners:
             self._look_at(seats[0][0], "", ("map",), WORLD_SPACE)
 
     def _look_at(self, node: Node, space: str, topics: Sequence[str], rightful: str) -> None:
-        """Look at topics of nodes whose names begin like the rightful one's."""
+        """Check topics of nodes whose names begin like the rightful one's."""
         for name in topics:
             topic = f"{space}/{name}"
             if node.count_publishers(topic) > 1:

@@ -82,7 +82,7 @@ def product(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def fixed_transforms(joints: Sequence[Joint]) -> list[TransformStamped]:
-    """Return what belongs on tf_static."""
+    """Return the transforms for tf_static."""
     return [
         transform_msg(joint.parent, joint.child, joint.xyz, joint.quaternion, 0)
         for joint in joints

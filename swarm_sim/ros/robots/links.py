@@ -51,7 +51,7 @@ class RobotLink:
         beacon: Beacon of that answer.
         newest_tick: Newest tick that a command of the robot has answered.
         is_gone: Whether the robot was taken out of the world.
-        trip: How long its answers take.
+        trip: Round trip of its answers.
     """
 
     def __init__(
@@ -142,7 +142,7 @@ class RobotLink:
         self._publishers = [(node, sensed), (gallery, [*shown])]
 
     def move_out(self) -> None:
-        """Take note that the navigator is on another host: its beacons go there in a batch."""
+        """Record that the navigator is on another host: its beacons go there in a batch."""
         self.trip = RoundTrip(LEAST)
         if self._neighbors is not None and not self.is_gone:
             node, publishers = self._publishers[0]
@@ -249,7 +249,7 @@ class RobotLink:
         return self._commands if self.command is None else self._beacons
 
     def receive_answers(self) -> None:
-        """Take what the robot has sent; in lockstep no more than its answer."""
+        """Receive what the robot has sent; in lockstep no more than its answer."""
         if self.is_gone:
             return
         while self.command is None or self._is_free_run:
@@ -264,7 +264,6 @@ class RobotLink:
             self._pass("beacon", self._receive_beacon, data)
 
     def _pass(self, name: str, take: Callable[[bytes], None], data: bytes) -> None:
-        """Take a message, or turn it away."""
         try:
             take(data)
         except RejectedError as error:

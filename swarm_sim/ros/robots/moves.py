@@ -45,7 +45,7 @@ class Relocation:
         )
 
     def is_known(self) -> bool:
-        """Tell it if somebody listens; return whether the navigator says that it is there."""
+        """Send it if somebody listens; return whether the navigator says that it is there."""
         now = time.monotonic()
         if now >= self._due and self._publisher.get_subscription_count() > 0:
             self._is_told, self._due = True, now + REPEAT_PERIOD
@@ -103,7 +103,7 @@ class Moves:
             self._unsure[robot] = pose_map
 
     def forget(self, robot: int) -> None:
-        """Tell a robot no more."""
+        """Stop sending to a robot."""
         self._unsure.pop(robot, None)
         if robot in self._relocations:
             self._relocations.pop(robot).destroy()
@@ -124,10 +124,10 @@ class Moves:
 
         Args:
             commands: One per robot; those of robots that do not know are replaced by a stop.
-            beacons: Likewise, by None.
+            beacons: One per robot; those of robots that do not know are replaced by None.
 
         Returns:
-            Those that know better since this tick.
+            Robots that know their place since this tick.
         """
         settled = []
         for robot, pose_map in list(self._unsure.items()):

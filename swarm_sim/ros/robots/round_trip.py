@@ -1,4 +1,4 @@
-"""How long to wait for an answer before it is asked for again. No clock, no I/O.
+"""Time to wait for an answer before it is asked for again. No clock, no I/O.
 
 RFC 6298: a smoothed time and its mean deviation, Karn's rule (an answer to what was sent twice says
 nothing about the time, unless it came so soon after the repeat that it must answer the first), and
@@ -16,7 +16,7 @@ LONGEST = 1.0  # [s] so that a link that comes back is used soon
 
 
 class RoundTrip:
-    """Of one robot.
+    """Round trip to one robot.
 
     Attributes:
         limit: [s] after which its answer is asked for again.
@@ -24,7 +24,7 @@ class RoundTrip:
     """
 
     def __init__(self, least: float, longest: float = LONGEST) -> None:
-        """Know nothing yet."""
+        """Start without a measured round trip."""
         self.limit = max(FIRST, least)
         self._least, self._longest = least, longest
         self._smooth: float | None = None
@@ -33,7 +33,7 @@ class RoundTrip:
         self.is_hurried = False
 
     def send(self, now: float) -> None:
-        """Note that something was sent for the first time."""
+        """Record that something was sent for the first time."""
         self._first_at = self._sent_at = now
         self.is_hurried = False
 
@@ -43,7 +43,7 @@ class RoundTrip:
         self.is_hurried = True
 
     def repeat(self, now: float) -> None:
-        """Note that it was sent again; the limit doubles."""
+        """Record that it was sent again; the limit doubles."""
         self._sent_at = now
         self.limit = min(2.0 * self.limit, self._longest)
 
@@ -53,7 +53,7 @@ class RoundTrip:
         return self._sent_at + self.limit
 
     def answer(self, now: float) -> None:
-        """Note that the answer came."""
+        """Record that the answer came."""
         time = now - self._first_at
         is_repeated = self._sent_at > self._first_at
         if is_repeated and now - self._sent_at > FASTEST * (self._smooth or 0.0):

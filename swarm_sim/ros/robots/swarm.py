@@ -69,7 +69,7 @@ class Links:
 
     @property
     def meeting_ports(self) -> dict[str, list[int]]:
-        """Where the navigator of each robot meets the world."""
+        """Ports on which the navigator of each robot meets the world."""
         ports = self._hubs.ports(self.names)
         return {name: [*self._hubs.own_ports, port] for name, port in ports.items()}
 
@@ -107,7 +107,7 @@ class Links:
         return self._links[robot].name
 
     def move_out(self, host: str, names: Sequence[str], run: str, secret: str) -> None:
-        """Take note that the navigators of some robots are on another host.
+        """Record that the navigators of some robots are on another host.
 
         Args:
             names: Robots that are not here are ignored.
@@ -202,7 +202,7 @@ class Links:
         self._waiter.wait([middle.awaited], min(timeout, max(due - now, SHORTEST)))
 
     def receive_answers(self) -> None:
-        """Take what has come from robots whose answer is not whole, also from the late."""
+        """Receive what has come from robots whose answer is not whole, also from the late."""
         for robot, link in enumerate(self._links):
             if link.has_answered:
                 continue
@@ -241,7 +241,7 @@ class Links:
         return any([link.poll_viewers() for link in self._links])
 
     def check_foreign_publishers(self) -> None:
-        """Look for foreign publishers on topics of robots; a few robots at each call."""
+        """Check for foreign publishers on topics of robots; a few robots at each call."""
         seats = [
             (self._hubs.node_of(robot), link.name)
             for robot, link in enumerate(self._links)

@@ -4,7 +4,7 @@ What a module imports of its folder stands above it:
 
     model_loader  Reads models in a process beside the world, which goes on meanwhile
     places        Places and twists of robots and things as messages, and back
-    request_guard  How a request to `/sim` ends: whatever goes wrong with it becomes its answer
+    request_guard  End of a request to `/sim`: whatever goes wrong with it becomes its answer
     run_state     Whether the world runs: playing, paused, or paused with steps to do
     control       Pause, step and speed of the world
     entities      Requests that change who and what is there: spawn, delete, move, reset

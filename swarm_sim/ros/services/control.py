@@ -102,7 +102,7 @@ class Control:
         return response
 
     def poll_steps(self) -> None:
-        """Take requests for steps; they are answered when the steps are done."""
+        """Receive requests for steps; they are answered when the steps are done."""
         if self._is_cancelled:
             self._is_cancelled = False
             self._state.cancel_steps()
@@ -165,7 +165,7 @@ class Control:
 
 
 def _fill(result: Result, is_done: bool, reason: str) -> None:
-    """Say how a request ended; `reason` is for one that was not done."""
+    """Fill in how a request ended; `reason` is for one that was not done."""
     result.result = Result.RESULT_OK if is_done else Result.RESULT_OPERATION_FAILED
     result.error_message = "" if is_done else reason
 

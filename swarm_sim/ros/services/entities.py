@@ -134,7 +134,7 @@ class Entities:
     # Changes
 
     def _begin_spawn(self, request: Any, response: Any, answer: Callable[[Any], None]) -> None:
-        """Have the model read; what is refused before is answered at once."""
+        """Start reading the model; what is rejected before is answered at once."""
         ask = partial(self._ask_for_model, response, answer)
         if not self._door.attempt(response, SPAWN_RESULTS, partial(self._door.admit, request, ask)):
             answer(response)

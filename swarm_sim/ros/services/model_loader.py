@@ -33,7 +33,7 @@ class _Job:
 
 
 class ModelLoader:
-    """Takes requests, and returns models when they are there. It never waits.
+    """Receives requests, and returns models when they are there. It never waits.
 
     The reader is started at the first request. It is started by exec, not by fork alone, since this
     process has threads of DDS and numba.
@@ -62,7 +62,7 @@ class ModelLoader:
         self._jobs.append(_Job(ticket, HEADER.pack(len(data)) + data))
 
     def poll(self) -> list[tuple[Any, Model | RefusedError]]:
-        """Return what has been read, or not, since the last call, in the order of the requests."""
+        """Return the models, or failures, since the last call, in the order of the requests."""
         if not self._jobs:
             if self._process is not None and time.monotonic() > self._idle_since + IDLE:
                 self.close()

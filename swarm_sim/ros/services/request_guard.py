@@ -1,4 +1,4 @@
-"""How a request to `/sim` ends: whatever goes wrong with it becomes its answer."""
+"""End of a request to `/sim`: whatever goes wrong with it becomes its answer."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Door:
         self._faults = FaultLog("request")
 
     def attempt(self, response: Any, codes: Codes, do: Callable[[], None]) -> bool:
-        """Do what is asked; whatever goes wrong becomes the answer. Return whether it was done.
+        """Execute a request; whatever goes wrong becomes the answer. Return whether it was done.
 
         Args:
             response: The field `result` is filled in.

@@ -10,7 +10,7 @@ MOST_WAITING = 100  # clients that wait for their steps at a time
 
 
 class Answer(Enum):
-    """What became of a request."""
+    """Outcome of a request."""
 
     DONE = "done"
     ALREADY = "already"

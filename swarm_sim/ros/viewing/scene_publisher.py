@@ -148,7 +148,7 @@ class Movers:
         self._shown: set[int] = set()
 
     def markers(self, tick: int) -> list[Marker]:
-        """Return what changes what is shown to what there is."""
+        """Return the markers that turn what is shown into what there is."""
         markers = [walker_marker(i, disc, tick) for i, disc in enumerate(self._world.walkers())]
         objects = [m for body in self._world.objects() for m in body_markers(body, "object", 0)]
         for marker in objects:

@@ -28,7 +28,7 @@ from swarm_nav.interfaces import Proposal, RuleState
 from swarm_nav.planning.plugin_planner import planner_maker
 from swarm_nav.reservation.tube import Tube
 from swarm_nav.ros.settings import parse_node_settings
-from swarm_nav.traffic.robot_state import begin
+from swarm_nav.traffic.robot_state import initial_state
 from tests.fakes import plugins as fakes
 from tests.fakes.navigation import Squad, room, waffle
 
@@ -146,7 +146,9 @@ ANSWERS = {
 @pytest.mark.parametrize("message", ANSWERS)
 def test_a_path_that_is_none_is_told(message: str) -> None:
     maker = planner_maker(f"{__name__}:Answering", waffle())
-    planner = maker(begin(NavConfig(), waffle(), ROOM, 1, STARTS[0]).terrain, PlannerConfig())
+    planner = maker(
+        initial_state(NavConfig(), waffle(), ROOM, 1, STARTS[0]).terrain, PlannerConfig()
+    )
     Answering.answer = ANSWERS[message]
     with pytest.raises(PlanError, match=re.escape(message)) as caught:
         planner.plan((1.0, 0.8), (5.0, 1.0), planner.no_extra())

@@ -28,7 +28,8 @@ def test_a_start_that_is_stopped_says_so_in_one_line(
     run: Any = SimpleNamespace(
         statistics=RunStatistics.of(["Srobot1"], has_mission=False),
         verdict={}, failures=[], incidents=[], wall_time=1.0, active_after_wall=None,
-        restarts=0, usage=UsageMeter(), is_stopped_by_user=stopped, is_unborn=True, ending_signal=2,
+        restarts=0, usage=UsageMeter(), is_stopped_by_user=stopped, never_active=True,
+        ending_signal=2,
         complete=lambda _: None,
     )  # fmt: skip
     console = Console(width=100, file=io.StringIO())

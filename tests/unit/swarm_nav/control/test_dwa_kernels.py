@@ -113,7 +113,7 @@ def best(
     arc = np.empty((STEPS, 3))
     v, w, _ = kernels.best_twist(
         Place(0.0, 0.0, yaw), kernels.Velocity(v, w), path,
-        kernels.Inside(v_limit, len(path) - 1, 0.035), LIMITS,
+        kernels.StopConstraint(v_limit, len(path) - 1, 0.035), LIMITS,
         kernels.Samples(DEFAULT.vx_samples, DEFAULT.vtheta_samples, DEFAULT.sim_time), SCALES, arc,
     )  # fmt: skip
     return v, w, arc
@@ -174,7 +174,7 @@ def test_the_chosen_twist_is_the_best_of_all_samples(
 ) -> None:  # fmt: skip
     path = bend(radius)
     arc = np.empty((STEPS, 3))
-    inside = kernels.Inside(v_limit, held, 0.035)
+    inside = kernels.StopConstraint(v_limit, held, 0.035)
     chosen = kernels.best_twist(
         Place(*pose),
         kernels.Velocity(v, w),

@@ -18,7 +18,7 @@ from swarm_nav.planning import terrain as terrain_module
 from swarm_nav.planning.terrain import Terrain
 from swarm_nav.ros.settings import FIXED, NodeSettings
 from swarm_nav.traffic.gate import narrow_region
-from swarm_nav.traffic.robot_state import begin, terrain_of
+from swarm_nav.traffic.robot_state import initial_state, terrain_of
 from swarm_nav.traffic.single_lanes import single_lanes
 
 STATIONS = {"a": Pose(1.5, 2.0, 0.5), "b": Pose(7.0, 2.0, -3.0), "outside": Pose(-5.0, 0.0, 0.0)}
@@ -41,7 +41,7 @@ def robots(monkeypatch: pytest.MonkeyPatch) -> list[NodeSettings]:
 
 
 def plans(robot: NodeSettings, grid: Grid) -> list[bytes]:
-    robot_in = begin(robot.config, robot.spec, grid, 1, STATIONS["a"])
+    robot_in = initial_state(robot.config, robot.spec, grid, 1, STATIONS["a"])
     planner = robot_in.planner
     ways = [
         planner.plan((4.5, 3.0), (pose.x, pose.y), planner.no_extra(), pose.yaw)
@@ -53,7 +53,7 @@ def plans(robot: NodeSettings, grid: Grid) -> list[bytes]:
 def test_ways_are_found_once_and_are_the_same(grid: Grid, robots: list[NodeSettings]) -> None:
     terrain = terrain_of(robots[0].config, robots[0].spec, grid)
     alone = Terrain(grid, robots[0].config.planner, robots[0].config.costmap, terrain.radius)
-    fresh = begin(robots[0].config, robots[0].spec, grid, 1, STATIONS["a"]).planner
+    fresh = initial_state(robots[0].config, robots[0].spec, grid, 1, STATIONS["a"]).planner
     fresh.terrain = alone
     fields = [fresh.cost_to_go((p.x, p.y), p.yaw) for p in list(STATIONS.values())[:2]]
     expected = plans(robots[0], grid)
@@ -62,7 +62,7 @@ def test_ways_are_found_once_and_are_the_same(grid: Grid, robots: list[NodeSetti
     prepare(robots, grid, MANY_PROCESSES)
     assert terrain._cost_to_go.cache_info().misses == 2
     assert plans(robots[2], grid) == expected
-    planner = begin(robots[0].config, robots[0].spec, grid, 1, STATIONS["a"]).planner
+    planner = initial_state(robots[0].config, robots[0].spec, grid, 1, STATIONS["a"]).planner
     for field, pose in zip(fields, STATIONS.values(), strict=False):
         assert planner.cost_to_go((pose.x, pose.y), pose.yaw).tobytes() == field.tobytes()
     assert planner.terrain is terrain

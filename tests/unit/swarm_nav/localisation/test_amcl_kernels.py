@@ -37,7 +37,14 @@ def test_weights_equal_those_of_the_slow_twin(seed: int, skip: tuple[float, floa
     weights = np.empty(12)
     scores = np.empty((12, 9), np.float32)
     kernels.weigh(
-        particles, points, log, FRAME, kernels.Skip(*skip), kernels.Trust(0.7, 0.0), scores, weights
+        particles,
+        points,
+        log,
+        FRAME,
+        kernels.BeamSkipping(*skip),
+        kernels.Trust(0.7, 0.0),
+        scores,
+        weights,
     )
     expected = oracle.weights_of(particles, points, log, FRAME, skip, 0.7)
     assert weights == pytest.approx(expected, rel=1e-3, abs=1e-9)
@@ -54,7 +61,7 @@ def test_a_scan_is_trusted_less_where_too_few_particles_would_be_left() -> None:
         points,
         field(rng),
         FRAME,
-        kernels.Skip(*skip),
+        kernels.BeamSkipping(*skip),
         kernels.Trust(1.0, 20.0),
         scores,
         weights,

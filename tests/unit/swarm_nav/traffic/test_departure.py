@@ -7,7 +7,7 @@ import pytest
 
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
-from swarm_nav.core.rank import CLASS_DRIVING, CLASS_HOLDING, above, base_priority
+from swarm_nav.core.rank import CLASS_DRIVING, CLASS_HOLDING, base_priority, inherited_by_holder
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, label_of
 from swarm_nav.traffic.lease import Lease
@@ -146,7 +146,7 @@ def test_on_large_single_lanes_it_leaves_unasked_and_keeps_its_turn_until_it_is_
     rank = base_priority(CLASS_HOLDING, 5, 2)
     hear(s, beacon(2, 1.85, 5.0, station=STATION, station_tick=50, priority=rank))
     lease.update(s)
-    assert s.donations.station > above(rank)
+    assert s.donations.station > inherited_by_holder(rank)
     hear(s, beacon(3, 1.85, 3.0), tick=1)
     s.blocked_ticks = s.wait_ticks + 1
     for blocker, goes_on in ((2, True), (3, False)):  # one that lives, one that does not

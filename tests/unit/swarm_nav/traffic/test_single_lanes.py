@@ -14,8 +14,8 @@ from swarm_nav.core.config import NavConfig
 from swarm_nav.core.rank import OWN_DEPTH
 from swarm_nav.planning import search_kernels
 from swarm_nav.traffic import single_lane_kernels as kernels
-from swarm_nav.traffic.robot_state import RobotState, begin
-from swarm_nav.traffic.single_lanes import SingleLanes, rooms, single_lanes
+from swarm_nav.traffic.robot_state import RobotState, initial_state
+from swarm_nav.traffic.single_lanes import SingleLanes, passing_areas, single_lanes
 from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(8.0, 8.0)
@@ -55,7 +55,7 @@ def test_all_of_an_aisle_is_a_single_lane_or_none_of_it(
     boxes = [(y, x, v, u) for x, y, u, v in walls] if is_upright else walls
     s = robot_in(room(6.0, 6.0, *boxes), Pose(3.0, 3.0 + width / 2, 0.0))
     is_open = s.planner.lattice.base < search_kernels.WALL
-    is_wide = rooms(*s.passing)[is_open]
+    is_wide = passing_areas(*s.passing)[is_open]
     assert is_wide.all() or not is_wide.any()
 
 
@@ -65,9 +65,9 @@ def test_where_two_smooth_paths_do_not_fit_beside_each_other_is_a_single_lane(
 ) -> None:
     """Paths keep 0.3 m from walls: in an aisle of 0.85 m all small robots drove in the middle."""
     grid = room(6.0, 6.0, (0.0, 0.0, 6.0, 2.0), (0.0, 2.0 + width, 6.0, 6.0))
-    s = begin(NavConfig(), load_robot("turtlebot3_burger"), grid, 1, Pose(3.0, 2.4, 0.0))
+    s = initial_state(NavConfig(), load_robot("turtlebot3_burger"), grid, 1, Pose(3.0, 2.4, 0.0))
     is_open = s.planner.lattice.base < search_kernels.WALL
-    assert bool(rooms(*s.passing)[is_open].any()) is is_room
+    assert bool(passing_areas(*s.passing)[is_open].any()) is is_room
 
 
 def test_a_door_is_a_single_lane_and_a_hall_has_none() -> None:

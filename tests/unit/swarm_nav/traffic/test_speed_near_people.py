@@ -20,8 +20,8 @@ from swarm_nav.traffic.speed_near_people import (
     People,
     caution_distance,
     cautious_speed,
-    limited,
     people_near,
+    slow_near_people,
 )
 from tests.fakes.navigation import Squad, robot_in, room
 
@@ -158,7 +158,7 @@ def test_near_somebody_the_robot_creeps_and_turns_or_does_nothing() -> None:
     drive = Twist(0.2, 0.0, 0.4)
     config = s.config.controller
     assert people_near(s) == NOBODY_NEAR
-    assert limited(drive, NOBODY_NEAR, config) == drive
+    assert slow_near_people(drive, NOBODY_NEAR, config) == drive
     body = s.body_radius
     for gap, expected in (
         (1.5, drive),
@@ -168,13 +168,13 @@ def test_near_somebody_the_robot_creeps_and_turns_or_does_nothing() -> None:
         s.obstacles.clear()
         watch(s, s.obstacles, s.tick, MIDDLE.x + 0.25 + body + gap + 0.025, MIDDLE.y)
         people = people_near(s)
-        found = limited(drive, people, config)
+        found = slow_near_people(drive, people, config)
         assert found.vx == pytest.approx(expected.vx)
         assert found.wz == pytest.approx(expected.wz)
         assert people.gap == pytest.approx(gap, abs=0.05)
         assert people.is_near == (gap < 1.0)
         turn = Twist(0.0, 0.0, 1.0)
-        assert limited(turn, people, config) == (turn if gap > 0.1 else Twist())
+        assert slow_near_people(turn, people, config) == (turn if gap > 0.1 else Twist())
 
 
 def test_who_walks_by_again_and_again_excuses_a_stuck_robot_only_while_it_is_near() -> None:

@@ -28,7 +28,7 @@ FAR = 0.1  # [m] of it, at least
 NOTHING: tuple[int, Point] = 0, (math.nan, math.nan)
 
 
-class Obey:
+class FollowCentre:
     """Stands above the robot's own rules as long as the centre's word counts.
 
     What the robot holds, and how it takes more, stays as it is: so does the proof of safety.
@@ -44,7 +44,7 @@ class Obey:
         self._placed = NOTHING  # end of the path that was given, and its index
 
     def propose(self, robot: RobotState) -> Proposal | None:
-        """Return what the centre wants; None where the robot's own rules decide."""
+        """Return the proposal of the centre; None where the robot's own rules decide."""
         command, manager = self.command, self._p.goal_manager
         is_busy = self._p.state_machine.state is State.BEHAVING
         was_led, robot.is_led = robot.is_led, command.counts(robot.tick) and not is_busy
@@ -68,7 +68,7 @@ class Obey:
         return self._arrive.propose(robot) or self._begin_anew(robot) or self._drive(robot)
 
     def report(self, robot: RobotState) -> RobotReport:
-        """Return what the centre is to know."""
+        """Return the robot's report to the centre."""
         manager = self._p.goal_manager
         task, command = manager.task, self.command
         is_busy = manager.is_pausing or self._p.state_machine.state is State.BEHAVING
@@ -96,7 +96,7 @@ class Obey:
             p.state_machine.switch(Event.RECOVERED)
 
     def _check_patience(self, robot: RobotState, task: GoalProgress) -> None:
-        """Give a target up to which the centre finds no way."""
+        """Reject a target to which the centre has found no way for too long."""
         task.record_progress(robot, True)
         patience = robot.config.traffic.patience
         if robot.tick - task.moved_tick > robot.ticks(patience):
@@ -133,7 +133,6 @@ class Obey:
 
 
 def _points_on(corners: list[Point]) -> FloatArray:
-    """Return points (n, 2) [m] on straight lines, as far apart as those of plans."""
     pieces = [np.array(corners[:1])]
     for start, end in itertools.pairwise(corners):
         count = max(1, round(math.dist(start, end) / SPACING))
