@@ -22,7 +22,7 @@ class StepLink:
         """Create the topics.
 
         Args:
-            name: Of the robot.
+            name: Namespace of the robot, without a slash.
         """
         self._name, self._rejections = name, rejections
         self._releases = node.create_publisher(

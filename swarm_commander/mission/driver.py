@@ -294,7 +294,7 @@ def is_final(code: int, reason: str) -> bool:
 
     Args:
         code: Nav2's error code.
-        reason: In words.
+        reason: Message that came with the code.
     """
     return code in OFF_THE_MAP or ON_THIS_MAP in reason
 

@@ -244,7 +244,7 @@ class Tube:
         That point itself counts where it was before it began to follow the robot.
 
         Args:
-            limit: Largest index.
+            limit: Index of the last point that may be the nearest.
         """
         x, y = self._origin
         gap = math.hypot(x - pose.x, y - pose.y)
