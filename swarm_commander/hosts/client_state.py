@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from swarm_commander.hosts.host_table import LOST_AFTER, NOTICE_AFTER, HostReport, Standing
+from swarm_commander.hosts.host_table import LOST_AFTER, NOTICE_AFTER, HostReport, HostState
 from swarm_commander.hosts.run_description import RunDescription, parse
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import (
@@ -155,13 +155,13 @@ class ClientState:
         standing = answer["hosts"].get(own)
         if own in answer["refused"]:
             return self._end(Refused(answer["refused"][own]))
-        if standing == Standing.LOST.value:
+        if standing == HostState.LOST.value:
             message = "the world's host has given this one up after its silence"
             return self._end(WorldLost(message))
-        if standing == Standing.LEFT.value:
+        if standing == HostState.LEFT.value:
             return self._end()
         events += self._news(answer, standing)
-        is_unheard = standing == Standing.SILENT.value
+        is_unheard = standing == HostState.SILENT.value
         if is_unheard and not self._is_unheard:
             events.append(WorldUnhearing())
         self._is_unheard = is_unheard
