@@ -116,7 +116,7 @@ class NavigatorSupervisor:
             self._asked[name] = self._clock()
             self._tell(KillNavigator(name))
 
-    def renew(self, name: str) -> None:
+    def restart(self, name: str) -> None:
         """Restart a navigator at the user's request, in any state.
 
         Args:
