@@ -1,4 +1,4 @@
-"""What the curves say, in sentences that hold over the seeds, or none."""
+"""Findings from the curves, in sentences that hold over the seeds, or none."""
 
 from __future__ import annotations
 
