@@ -40,7 +40,7 @@ class ClientState:
     """The state of one robots' host in its exchange with the world's host.
 
     Attributes:
-        description: Of the run; None until the world's host has sent one that fits.
+        description: Description of the run; None until the world's host has sent one that fits.
         is_over: Whether there is nothing more to be said: the run has ended, or was given up.
         silences: [s] that each silence of the world's host lasted.
     """
@@ -58,7 +58,7 @@ class ClientState:
         """Begin to look for the world's host.
 
         Args:
-            numbers: Of the robots to serve, which the description names.
+            numbers: Numbers of the robots to serve, which the description names.
             stated: Facts that the user states about the run, see `RunDescription.facts`.
             now: Wall time [s].
             find_limit: [s] to find it in.
@@ -109,7 +109,7 @@ class ClientState:
         self._report["is_leaving"] = True
 
     def receive_description(self, text: str, now: float) -> list[Event]:
-        """Take what the world's host says of the run."""
+        """Receive the description of the run from the world's host."""
         if self._is_welcome or self.is_over:
             return []
         self._heard_at = now
@@ -138,7 +138,7 @@ class ClientState:
         return self._end(WorldHasOtherSecret())
 
     def receive_table(self, run: str, answer: Mapping[str, Any], now: float) -> list[Event]:
-        """Take how the world's host sees the hosts, and how run `run` goes."""
+        """Receive the world's host's view of the hosts, and the progress of run `run`."""
         if self.description is None or self.is_over:
             return []
         if run != self.description.run:

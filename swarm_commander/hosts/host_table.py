@@ -105,7 +105,7 @@ class HostTable:
         self._refused: dict[str, str] = {}
 
     def hear(self, report: HostReport, now: float) -> list[Event]:
-        """Take a host's report at wall time `now`; return the changes."""
+        """Receive a host's report at wall time `now`; return the changes."""
         if report.host in self._refused:
             return []
         host = self._hosts.get(report.host)

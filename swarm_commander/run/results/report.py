@@ -217,7 +217,7 @@ def load_verdict(path: Path) -> dict[str, Any]:
     """Return what the world wrote at its end; empty if it could not.
 
     Args:
-        path: Of the file, which may be missing or damaged.
+        path: Path of the file, which may be missing or damaged.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
