@@ -1,4 +1,4 @@
-"""What a run was given, as flat names and values, and in what several runs differ there."""
+"""Inputs of a run as flat names and values, and the differences between several runs."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ MOST_USED = 10_000  # orders and instant actions that are remembered: none is do
 
 @dataclass(frozen=True, slots=True)
 class RobotSenses:
-    """What the vehicle is told of its robot.
+    """State of the robot as its vehicle receives it.
 
     Attributes:
         now: Simulated time [s].
@@ -81,7 +81,7 @@ class DriveLeg(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Requests:
-    """What is to be published or sent once."""
+    """Messages to be published or sent once."""
 
     state: bool = False
     factsheet: bool = False
@@ -92,8 +92,8 @@ class Vehicle:
     """The protocol of one robot.
 
     Attributes:
-        order_id: Of the latest order; empty before the first.
-        order_update_id: Of its latest update.
+        order_id: Id of the latest order; empty before the first.
+        order_update_id: Update id of the latest order.
         last_node: Id and sequence id of the node traversed last.
         load: What the robot carries; None for nothing.
         is_paused: Whether the fleet control made it pause.
@@ -184,7 +184,7 @@ class Vehicle:
     # What the robot does
 
     def sense(self, senses: RobotSenses) -> None:
-        """Take how the robot is; time passes."""
+        """Update the state of the robot; time passes."""
         before, self.senses = self.senses, senses
         if before is not None:
             self.driven += senses.pose_map.distance(before.pose_map)

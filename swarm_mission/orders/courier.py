@@ -1,4 +1,4 @@
-"""Takes one robot through its orders: where it is to drive next, and when it is served."""
+"""Courier of one robot with orders: where it is to drive next, and when it is served."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Courier:
 
     Attributes:
         state: What the robot does.
-        bidder: Of the robot.
+        bidder: Bidder of the robot, which offers to carry orders.
         events: What happened since they were last taken, for the results.
         outcomes: Stations that it reached or missed, and its ways home.
     """
@@ -59,7 +59,7 @@ class Courier:
             home_map: Where it waits for orders.
             retries: Times that a goal is tried again.
             capacity: Orders that it carries at a time.
-            bids_for_all: As of `RobotBidder`.
+            bids_for_all: Whether it bids for all orders, as in `RobotBidder`.
         """
         self.state = CourierState.IDLE
         self.bidder = RobotBidder(name, capacity=capacity, bids_for_all=bids_for_all)
@@ -118,11 +118,11 @@ class Courier:
                 return "idle"
 
     def receive(self, message: AnyMessage, tick: int) -> None:
-        """Take what was heard."""
+        """Receive a message from the radio."""
         self.bidder.receive(message, tick)
 
     def on_end(self, reached: bool, tick: int, reason: str = "") -> NextGoal | None:
-        """Take the end of the goal under way; return the next goal, None if there is none now."""
+        """Handle the end of the goal under way; return the next goal, None if there is none now."""
         self._pass_time(tick)
         if self.state not in (CourierState.DRIVING, CourierState.PARKING):
             return None

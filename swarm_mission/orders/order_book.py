@@ -1,4 +1,4 @@
-"""What became of every order, station and robot; the same for bench and report."""
+"""Records of every order, station and robot; the same for bench and report."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DIGITS = 3
 
 
 class OrderEventKind(Enum):
-    """What happens to an order."""
+    """Kind of an event in the life of an order."""
 
     CREATED = "created"
     GRANTED = "granted"

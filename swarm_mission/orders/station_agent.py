@@ -72,7 +72,7 @@ class StationAgent:
         """Begin before the first order.
 
         Args:
-            orders: Of this station, in the order of time; may never end.
+            orders: Orders of this station, in the order of time; may never end.
             awaits_dispatcher: Whether a dispatcher chooses who gets an order; else the lowest bid.
         """
         self.name = name
@@ -102,7 +102,7 @@ class StationAgent:
         return bool(self._open)
 
     def receive(self, message: AnyMessage, tick: int) -> None:
-        """Take what was heard; it may be late, repeated, or about others."""
+        """Receive a message, which may be late, repeated, or about others."""
         if message.station != self.name:
             return
         match message:
