@@ -75,7 +75,7 @@ class GraphBackend:
 
     Attributes:
         domain: ROS domain id.
-        url: Of the viewer; empty without one.
+        url: Address of the viewer; empty without one.
     """
 
     def __init__(
@@ -396,14 +396,14 @@ class GraphBackend:
 
 
 class _View:
-    """What one node sees of a swarm; its own thread spins it.
+    """View of one node on a swarm; its own thread spins it.
 
     Attributes:
         alive: Indices of the robots that have a navigator of ours.
-        tick: That the world has reached, as `GraphBackend.advance` knows it.
+        tick: Tick that the world has reached, as `GraphBackend.advance` knows it.
         changed: Set when something was heard.
         statuses: Latest of each robot; idle before the first.
-        history: Of all statuses.
+        history: History of all statuses, in the order of arrival.
         believed: Tick and pose of each beacon, per robot.
         verdict: Latest swarm_interfaces/Verdict.
         is_ending: Whether the swarm is about to be ended by us.

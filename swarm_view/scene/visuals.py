@@ -1,4 +1,4 @@
-"""What the links of a URDF show: meshes in their colours, and spokes on plain wheels."""
+"""Visuals of the links of a URDF: meshes in their colours, and spokes on plain wheels."""
 
 from __future__ import annotations
 
