@@ -127,7 +127,6 @@ def _text(value: Any) -> str:
 
 
 def _short(value: Any) -> str:
-    """Return the name of a world, mission or robot; of a path the part that tells it apart."""
     path = Path(str(value or "none"))
     return path.parent.name if path.name == "world.sdf" else path.name
 

@@ -426,7 +426,6 @@ class Vehicle:
                     self._actions[part.sequence_id] = runs
 
     def _drop_order(self, reason: str) -> None:
-        """Give the order up; its actions fail."""
         for action in self._all:
             action.fail(reason)
         self._nodes, self._edges = [], []
@@ -491,17 +490,14 @@ class Vehicle:
 
     @property
     def _all(self) -> list[RunningAction]:
-        """Actions of the order in their sequence."""
         return [action for key in sorted(self._actions) for action in self._actions[key]]
 
     @property
     def _due(self) -> list[RunningAction]:
-        """Actions that are triggered and have not ended."""
         return [a for a in self._all if a.is_triggered and not a.status.is_final]
 
     @property
     def _is_blocked(self) -> bool:
-        """Whether an action forbids driving."""
         return any(not action.action.blocking_type.allows_driving for action in self._due)
 
     def _advance(self) -> None:

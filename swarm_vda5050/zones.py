@@ -181,7 +181,6 @@ class ZoneKeeper:
 
     @property
     def _barred(self) -> list[str]:
-        """Names of the zones that wait for a release."""
         return [
             name for name, zone in self._zones.items()
             if zone.zone_type == RELEASE and not self._may_be_in(name)

@@ -198,7 +198,6 @@ class GraphBackend:
             raise SwarmError(f"the swarm has ended with exit code {code}: {lines}")
 
     def _said(self) -> str:
-        """Return the last line that the processes printed."""
         self._console.seek(0)
         lines = self._console.read().decode(errors="replace").split("\n")
         last = [line.strip() for line in lines if line.strip()]
@@ -573,7 +572,6 @@ class _View:
         goal.settle("canceled", "canceled", self._heard())
 
     def _heard(self) -> int:
-        """Return the latest tick that was seen."""
         return max((_tick_in(data) for data in self._truth if data), default=self.tick)
 
     # What is heard

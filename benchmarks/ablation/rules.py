@@ -174,7 +174,6 @@ def _as_it_is(
 
 
 def _is_same(before: RunResult | None, after: RunResult) -> bool:
-    """Whether two runs are the same tick for tick."""
     return before is not None and before.trajectory_sha256 == after.trajectory_sha256
 
 

@@ -189,7 +189,6 @@ class Harness:
         return True
 
     def _exchange(self, tick: int) -> None:
-        """Let robots and centre speak, where there is one."""
         if self.stage.centre is not None:
             drivers = cast(Sequence[Commanded], self.stage.drivers)
             far = range(1, len(self._sent), 2) if self._faults.splits(tick) else ()

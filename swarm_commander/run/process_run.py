@@ -185,7 +185,6 @@ class ProcessRun:
     # What a kind of run is made of
 
     def _begin(self) -> None:
-        """Start the first processes."""
         raise NotImplementedError
 
     def _check(self) -> None:
@@ -198,7 +197,6 @@ class ProcessRun:
         """Make the measurements that are made once, just before the end."""
 
     def _is_fine(self, exit_: Exit) -> bool:
-        """Whether a process may end like this."""
         return False
 
     def _revives(self, exit_: Exit) -> bool:
@@ -324,7 +322,6 @@ class ProcessRun:
         return path
 
     def _environment(self, name: str) -> Mapping[str, str]:
-        """Return the environment of a process."""
         return os.environ
 
     def _spawn(self, spec: ProcessSpec) -> ProcessChild:

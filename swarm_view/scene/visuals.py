@@ -42,7 +42,6 @@ def visuals(robot: Any) -> list[VisualMesh]:
 
 
 def _origin(visual: Any) -> FloatArray:
-    """Return link_from_visual."""
     origin: FloatArray = np.eye(4) if visual.origin is None else visual.origin
     return origin
 

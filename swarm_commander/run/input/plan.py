@@ -252,7 +252,6 @@ class RunPlan:
         return robot_parameter_file(name, number, member.spec, initial_pose_map, values)
 
     def _rules(self) -> dict[str, Any]:
-        """Return the rules of traffic, if they are not the usual ones."""
         is_led = self.options.coordination is Coordination.FLEET
         return {"traffic.rules": FLEET_RULES} if is_led else {}
 
@@ -330,7 +329,6 @@ class RunPlan:
         }
 
     def _courier_shares(self) -> list[list[str]]:
-        """Return the robots of each courier process."""
         size = max(self.options.pack, -(-len(self.alive) // COURIERS))
         return [self.alive[first : first + size] for first in range(0, len(self.alive), size)]
 

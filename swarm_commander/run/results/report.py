@@ -124,7 +124,6 @@ def _collisions(statistics: RunStatistics, verdict: Mapping[str, Any]) -> list[C
 
 
 def _orders(statistics: RunStatistics, sim_time: float) -> dict[str, Any]:
-    """Return what became of the orders; nothing for a mission without any."""
     if statistics.orders is None:
         return {}
     figures = statistics.orders.as_json(sim_time)
@@ -188,7 +187,6 @@ def _robots(statistics: RunStatistics, measured: Mapping[str, Mapping[str, Any]]
 
 
 def _battery(measured: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what became of a robot's battery; nothing without one."""
     battery = measured.get("battery") or {}
     return {
         f"battery_{name}": value if isinstance(value, int) else rounded(value)
