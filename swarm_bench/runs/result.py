@@ -131,7 +131,7 @@ class RunResult:
         cpu_ms_per_robot_second: CPU [ms] of world and brains per robot and simulated second.
         pose_error: `median`, `p95`, `max` [m] of estimated against true positions, with sensors
             that err.
-        trajectory_sha256: Hash of the true poses of all ticks.
+        trajectory_sha256: Hash of all true poses.
         per_robot: By name.
         wait_circles: Circles of robots that waited for each other for 5 s or more.
         longest_wait_circle: [s] that the longest of them lasted.
@@ -140,7 +140,7 @@ class RunResult:
         ground_truth: Standing, deadlocks and use of stations in truth; None on the ROS graph.
         steady: What was finished after the warm-up; None in a run without a duration.
         origin: Code, inputs and machine; None in results of older files.
-        orders: Figures of the orders, as in report.json; None for a mission without orders.
+        orders: Figures as in report.json; None for a mission without orders.
         centre: What the method's centre cost: CPU [ms] and bytes per robot-second, and its longest
             decision [ms]; None where each robot decides alone.
         no_guarantee: Conditions of liveness that did not hold before the run.
