@@ -1,4 +1,4 @@
-"""What one robot's decision costs, by the number of neighbours that it hears.
+"""Cost of one robot's decision, by the number of neighbours that it hears.
 
 A decision is everything that a brain does in a tick: odometry, beacons and scan in, route,
 traffic, controller and beacon out. CPU time of the thread is counted, so that the figures do not

@@ -1,4 +1,4 @@
-"""What a message costs: processes that exchange a robot's messages of a tick and do nothing else.
+"""Cost of a message: processes that exchange a robot's messages of a tick and do nothing else.
 
 One process plays the world: it publishes odom, neighbors and, in every other tick, a scan for each
 robot. Each robot is a process that waits for them, takes them and answers with beacon and cmd_vel.

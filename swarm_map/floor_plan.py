@@ -40,7 +40,7 @@ class Thing:
 
 @dataclass(frozen=True, slots=True)
 class FloorPlan:
-    """What a plan says: things, and sites as `sites.yaml` has them; `notes` are for its author."""
+    """Content of a plan: things, and sites as `sites.yaml` has them; `notes` are for its author."""
 
     name: str
     things: tuple[Thing, ...]

@@ -44,7 +44,7 @@ class LayoutPosition(msgspec.Struct, frozen=True):
 
 
 class NodeProperties(msgspec.Struct, frozen=True, rename="camel"):
-    """What a type of vehicle does at a node."""
+    """Properties of a node for one type of vehicle."""
 
     theta: float | None = None
 
@@ -154,7 +154,7 @@ def layout_of(name: str, sites: Sites, grid: Grid, radius: float, robot: str) ->
     """Return the layout of a world.
 
     Args:
-        name: Of the world; its map has this mapId.
+        name: Name of the world; its map has this mapId.
         grid: Map of the world.
         radius: [m] of a robot.
         robot: Its model, as the only vehicle type.

@@ -45,7 +45,7 @@ NAME_RULE = "expected letters, digits, _ and -"
 
 
 class PlanKind(enum.Enum):
-    """What a world is made of."""
+    """Kind of plan from which a world is made."""
 
     YAML = "a floor plan in YAML"
     PICTURE = "a picture"

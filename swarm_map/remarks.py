@@ -1,4 +1,4 @@
-"""What the author of a floor plan is told about the world made of it, and what is kept of it."""
+"""Remarks for the author of a floor plan on the world made of it, and the record of them."""
 
 from __future__ import annotations
 

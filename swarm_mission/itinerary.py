@@ -24,7 +24,7 @@ class ItineraryState(Enum):
 
 
 class ItineraryEvent(Enum):
-    """What may happen to it."""
+    """Event in the life of an itinerary."""
 
     START = "start"
     REACHED = "reached"

@@ -70,7 +70,7 @@ class Stop:
 
 @dataclass(frozen=True, slots=True)
 class Draw:
-    """What one leg means for one robot in one lap."""
+    """Input from which the stops of one leg follow, for one robot in one lap."""
 
     sites: Sites  # of the world
     home_map: Pose  # where the robot started

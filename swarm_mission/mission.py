@@ -69,7 +69,7 @@ class Mission:
         """Return this mission with orders that somebody else gives to the robots.
 
         Args:
-            dispatch: As in a mission file.
+            dispatch: Name of the dispatcher, as in a mission file.
 
         Raises:
             ConfigError: If it has no orders, or there is no such dispatcher.
@@ -153,14 +153,14 @@ class Mission:
         """Return the goals of one robot in order; equal arguments give equal goals.
 
         Args:
-            sites: Of the world; must have the route's stations.
+            sites: Sites of the world; must have the route's stations.
             home_map: Where the robot goes for a `home` leg.
             robot_id: From 1; robots draw different orders from one seed.
             laps: Times that the route is driven, each with an order of its own.
             first_lap: Number of the first of them, from 0.
             limit: Cut after this many goals; None for all.
             homes_map: Where all robots start, for legs that need to know.
-            names: Of all robots, for people; None for the usual ones.
+            names: Names of all robots, for people; None for the usual ones.
 
         Raises:
             ConfigError: If such a leg does not get them, or there are too few places; or the

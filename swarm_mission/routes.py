@@ -20,7 +20,7 @@ def routes(config: Mapping[str, Any]) -> list[tuple[Mission, list[Stop]]]:
     """Return each robot's mission and its goals in order.
 
     Args:
-        config: As `RunPlan.runner_config` writes it.
+        config: Configuration as `RunPlan.runner_config` writes it.
 
     Returns:
         One per robot, in the order of `config["robots"]`, which have missions; where they have
@@ -63,7 +63,7 @@ def goals(config: Mapping[str, Any]) -> dict[str, list[tuple[float, float]]]:
     """Return the places of each robot's first `LOOKED_AT` goals, each once.
 
     Args:
-        config: As of `routes`.
+        config: Configuration as for `routes`.
 
     Returns:
         (x, y) [m] in map by name of the robot; nothing without a mission, or with an unusable one,

@@ -23,11 +23,12 @@ class Bag:
     """One or several MCAP files of ROS 2 messages.
 
     Attributes:
-        path: Of its only file, or of the folder.
+        path: Path of its only file, or of the folder.
         files: In the order of metadata.yaml.
         topics: By name; quality as far as the files say.
-        encodings: Of the messages, by topic: ``cdr`` in ROS 2.
-        definitions: Of the types, by topic; empty where they are not in the form of .msg files.
+        encodings: Encodings of the messages, by topic: ``cdr`` in ROS 2.
+        definitions: Definitions of the types, by topic; empty where they are not in the form of
+            .msg files.
         counts: Messages by topic.
         first: [ns] time of the first message, of those that stay for latecomers apart.
         last: [ns] time of the last message.

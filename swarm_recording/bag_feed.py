@@ -35,9 +35,9 @@ class BagFeed:
         """Open a bag at its start, paused.
 
         Args:
-            path: As of `Bag`.
+            path: Path of the bag, as for `Bag`.
             clock: [s] that the speed refers to.
-            tell: As of `Bag`.
+            tell: Receives remarks on the bag, as for `Bag`.
 
         Raises:
             ConfigError: If it cannot be read.

@@ -47,7 +47,7 @@ Tell = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class BagMetadata:
-    """What a bag's `metadata.yaml` says that a reader can use."""
+    """Content of a bag's `metadata.yaml` that a reader can use."""
 
     files: tuple[str, ...] = ()  # as written, in order
     message_count: int | None = None

@@ -80,7 +80,7 @@ class Losses:
     """Counts the messages that were sent and did not arrive, by gaps in their numbers.
 
     Attributes:
-        count: Of all messages, those that are kept for latecomers excepted.
+        count: Number of lost messages, those that are kept for latecomers excepted.
     """
 
     def __init__(self) -> None:

@@ -40,7 +40,7 @@ class Item(NamedTuple):
 
 
 class MessageKind(NamedTuple):
-    """What the messages of a channel are."""
+    """Type and encoding of the messages of a channel."""
 
     type: str  # like ``nav_msgs/msg/Path``; empty if the file does not say
     encoding: str  # of the messages; ROS 2 has ``cdr``
@@ -62,8 +62,8 @@ class McapFile:
     """A file whose messages are read in order of time.
 
     Attributes:
-        path: Of the file.
-        streams: Of its messages; empty if it has none.
+        path: Path of the file.
+        streams: Streams of its messages; empty if it has none.
         about: Facts about the run, if swarm-up wrote the file.
         span: [ns] times of the first and the last message.
         was_cut: Whether it has no end, or is damaged, and its readable parts are read.

@@ -1,4 +1,4 @@
-"""What of a bag is played on the ROS graph, and how; without ROS."""
+"""Options of playing a bag on the ROS graph; without ROS."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from swarm_recording.filter import CLOCK
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlayOptions:
-    """What of a bag is played, and how."""
+    """Choice of what is played of a bag, and how."""
 
     topics: Collection[str] | None = None  # None for all
     # [s] in the recording where to begin; the last message of each topic before comes first

@@ -57,7 +57,7 @@ class Recorder:
 
         Args:
             node: Appears as the subscriber in the graph.
-            stamps: Of the messages; simulated time needs `/clock`, recorded or not.
+            stamps: Stamps of the messages; simulated time needs `/clock`, recorded or not.
 
         Raises:
             ConfigError: If a topic cannot be recorded.

@@ -1,4 +1,4 @@
-"""What every run leaves for its replay: poses, states and the scene, in small MCAP files.
+"""Trace that every run leaves for its replay: poses, states and the scene, in small MCAP files.
 
 Each process that knows something writes a file of its own; a bag of several files is read as one.
 """

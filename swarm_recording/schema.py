@@ -101,8 +101,8 @@ def layout(text: str, name: str) -> Layout:
     """Return the fields of a type and of those that it uses, from a schema ``ros2msg``.
 
     Args:
-        text: As of `schema_text`.
-        name: Of the type, like ``nav_msgs/msg/Path``.
+        text: Schema as `schema_text` returns it.
+        name: Name of the type, like ``nav_msgs/msg/Path``.
 
     Raises:
         ConfigError: If it is not understood.

@@ -115,7 +115,7 @@ class Tape:
         """Begin a file.
 
         Args:
-            path: Of the file, which is there after the first save; replaced if it exists.
+            path: Path of the file, which is there after the first save; replaced if it exists.
             about: Facts about the run, kept in the file as metadata ``swarm``.
             has_metadata: Whether rosbag2's metadata.yaml is written beside it.
 

@@ -1,4 +1,4 @@
-"""What a run was given, as flat names and values, and in what several runs differ there."""
+"""Inputs of a run as flat names and values, and the differences between several runs."""
 
 from __future__ import annotations
 
@@ -127,7 +127,6 @@ def _text(value: Any) -> str:
 
 
 def _short(value: Any) -> str:
-    """Return the name of a world, mission or robot; of a path the part that tells it apart."""
     path = Path(str(value or "none"))
     return path.parent.name if path.name == "world.sdf" else path.name
 

@@ -78,7 +78,6 @@ def _occupancy(series: Series, station: Pose) -> float:
 
 
 def _most_at_once(spans: Iterable[Span]) -> int:
-    """Return how many spans there are at most at a time; one may begin when another ends."""
     changes = sorted(
         change for span in spans for change in ((span.start, 1), (span.end, -1))
     )  # at equal times ends come first

@@ -1,4 +1,4 @@
-"""What the folder of a run says, as arrays; of a run that ended badly as much as there is."""
+"""Data in the folder of a run, as arrays; of a run that ended badly as much as there is."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ class RunData:
 
     @functools.cached_property
     def _diary(self) -> tuple[list[StateLine], list[GoalLine]]:
-        """What the robots of the run did, by kind."""
+        """Lines about the robots of the run, by kind."""
         found = self._trace("robots.jsonl", StateLine, WaitLine, GoalLine)
         states, _, goals = ([line for line in k if line["robot"] in self._index] for k in found)
         return states, goals
@@ -169,7 +169,7 @@ class RunData:
 
     @functools.cached_property
     def spans(self) -> list[Span]:
-        """What each robot did when, in order of robots and time."""
+        """Activities of each robot with their times, in order of robots and time."""
         changes: list[list[StateLine]] = [[] for _ in self.robots]
         for line in self._diary[0]:
             changes[self._index[line["robot"]]].append(line)

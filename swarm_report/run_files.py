@@ -1,4 +1,4 @@
-"""What the files of a run may hold: the one door through which `swarm-report` takes them."""
+"""Schemas of the files of a run: the one door through which `swarm-report` reads them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Millimetres = list[Number | None]  # of each robot; None of one that is absent
 
 
 class Goals(TypedDict):
-    """What became of the goals."""
+    """Numbers of goals by their outcome."""
 
     sent: Count
     reached: Count
@@ -70,7 +70,7 @@ class UnfinishedEntry(TypedDict):
 
 
 class Breaches(TypedDict, total=False):
-    """What went wrong, one by one."""
+    """Contacts, missed goals and unfinished goals, one by one."""
 
     collisions: list[CollisionEntry]
     missed_goals: list[MissedEntry]
@@ -78,7 +78,7 @@ class Breaches(TypedDict, total=False):
 
 
 class ZoneCounts(TypedDict):
-    """What happened in keepout and speed zones; times [s] are sums over robots."""
+    """Entries and violations in keepout and speed zones; times [s] are sums over robots."""
 
     keepout_entries: Count
     keepout_time: Number
@@ -87,7 +87,7 @@ class ZoneCounts(TypedDict):
 
 
 class Report(TypedDict):
-    """What is read of report.json; it has more (docs/report.md)."""
+    """Part of report.json that is read; it has more (docs/report.md)."""
 
     swarm_size: Count
     goals: Goals
@@ -122,7 +122,7 @@ class WorldRobotEntry(TypedDict):
 
 
 class WorldEntry(TypedDict, total=False):
-    """What is read of config/world.json."""
+    """Part of config/world.json that is read."""
 
     world: str
     map: str | None

@@ -83,7 +83,6 @@ def settled(
 
 
 def _knows_nodes(node: Node) -> bool:
-    """Tell whether somebody is there, and each participant has said which nodes it has."""
     publishers = node.get_publishers_info_by_topic(NODES_TOPIC, no_mangle=True)
     return 1 < len(publishers) <= len(node.get_node_names())
 

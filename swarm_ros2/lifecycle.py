@@ -29,7 +29,6 @@ def add_verbs(verbs: Any) -> None:
 
 
 def _names(node: Node, *, hidden: bool = False) -> list[str]:
-    """Return the nodes that have a lifecycle."""
     graph.settle(node)
     services = dict(node.get_service_names_and_types())
     return [n for n in graph.node_names(node, hidden=hidden) if f"{n}/get_state" in services]

@@ -1,4 +1,4 @@
-"""What arrives on a topic, in figures: rate, bandwidth, delay."""
+"""Figures of a topic's messages: rate, bandwidth, delay."""
 
 from __future__ import annotations
 

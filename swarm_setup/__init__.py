@@ -1,1 +1,1 @@
-"""What an environment is given once: interface packages that PyPI lacks, compiled navigators."""
+"""Setup of an environment: interface packages that PyPI lacks, compiled navigators."""

@@ -85,7 +85,6 @@ def foreign_interfaces() -> dict[str, Path]:
 
 
 def _wanted() -> list[InterfacePackage]:
-    """Return the packages of ours that nobody else provides."""
     foreign = foreign_interfaces()
     return [package for package in _packages() if package.name not in foreign]
 

@@ -107,7 +107,7 @@ class RunningAction:
     """One action, from its acceptance to its end.
 
     Attributes:
-        action: As the fleet control sent it.
+        action: Action as the fleet control sent it.
         scope: Where it stood.
         status: How far it is.
         result: For people; empty without one.

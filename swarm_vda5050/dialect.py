@@ -128,7 +128,7 @@ class Dialect:
     """Reads and writes the messages of one robot.
 
     Attributes:
-        identity: Of the robot.
+        identity: Identity of the robot.
     """
 
     identity: Identity

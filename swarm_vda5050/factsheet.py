@@ -1,4 +1,4 @@
-"""What a robot model can do, as the fleet control reads it."""
+"""Factsheet of a robot model, as the fleet control reads it."""
 
 from __future__ import annotations
 

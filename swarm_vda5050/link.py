@@ -43,7 +43,7 @@ class Address:
 
 
 class BrokerEventKind(Enum):
-    """What comes from the broker."""
+    """Kind of an event from the broker."""
 
     CONNECTED = "connected"
     REFUSED = "refused"
@@ -72,7 +72,7 @@ class Link:
 
         Args:
             will: Returns topic and payload of the last will; None for a client without one.
-            name: Of the robot, for the client's id.
+            name: Name of the robot, for the client's id.
         """
         self.inbox: queue.SimpleQueue[BrokerEvent] = queue.SimpleQueue()
         self._address = address

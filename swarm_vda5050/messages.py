@@ -25,7 +25,7 @@ class Outgoing(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, re
 
 
 class BlockingType(StrEnum):
-    """What an action allows meanwhile."""
+    """Activities that an action allows meanwhile."""
 
     NONE = "NONE"  # driving and other actions
     SINGLE = "SINGLE"  # driving, but no other action; of 3.0
@@ -118,7 +118,7 @@ class Node(OrderPart, frozen=True):
 
     @property
     def key(self) -> tuple[str, int]:
-        """What tells nodes of an order apart."""
+        """Key that identifies a node within an order."""
         return self.node_id, self.sequence_id
 
 
@@ -188,7 +188,7 @@ class DriveOrder(Header, frozen=True):
 
     @property
     def content(self) -> tuple[Any, ...]:
-        """What makes two messages the same order."""
+        """Content by which two messages are the same order."""
         return self.order_id, self.order_update_id, self.nodes, self.edges
 
     @property
@@ -241,7 +241,7 @@ class ZoneSetMessage(Header, frozen=True):
 
 
 class GrantType(StrEnum):
-    """What the fleet control answers."""
+    """Answer of the fleet control to a request."""
 
     GRANTED = "GRANTED"
     QUEUED = "QUEUED"
@@ -316,7 +316,7 @@ class AgvVelocity(Outgoing, frozen=True):
 
 
 class VehicleLoad(Outgoing, frozen=True):
-    """What the robot carries."""
+    """Load that the robot carries."""
 
     load_id: str | None = None
     load_type: str | None = None
@@ -331,7 +331,7 @@ class BatteryState(Outgoing, frozen=True):
 
 
 class Reference(Outgoing, frozen=True):
-    """What an error or an information is about."""
+    """Subject of an error or an information."""
 
     reference_key: str
     reference_value: str

@@ -33,7 +33,7 @@ class DrivingArea:
     """Where robots may drive.
 
     Attributes:
-        map_id: Of the only map.
+        map_id: Id of the only map.
         obstacle_at: Returns what is in the way at a place x, y [m]; empty if it is free.
         grid: The map.
     """

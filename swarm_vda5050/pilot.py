@@ -87,8 +87,8 @@ class Pilot:
 
         Args:
             node: Node that all ROS traffic goes through; spinning it is the caller's work.
-            door: Of the statuses of all robots.
-            names: Of all robots, for what is said of them; may change.
+            door: Check of the statuses of all robots.
+            names: Names of all robots, for messages about them; may change.
             is_realistic: Whether the robot estimates its pose; otherwise it knows it.
             rejections: Of reports, in lockstep; None in free run.
         """
@@ -175,7 +175,7 @@ class Pilot:
     # Turns
 
     def turn(self, now: float) -> None:
-        """Take what arrived, drive, and publish.
+        """Receive what arrived, drive, and publish.
 
         Args:
             now: Wall time [s].

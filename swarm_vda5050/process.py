@@ -58,7 +58,7 @@ class VehicleFleet:
         """Attach to the robots.
 
         Args:
-            config: As `LocalRun` writes it.
+            config: Configuration as `LocalRun` writes it.
         """
         self._config = config
         self._events = events
@@ -110,7 +110,7 @@ class VehicleFleet:
             self._events.write(Note(f"{topic}: there is no robot '{name:.80}'; there are {known}"))
 
     def obey(self, command: MissionCommand) -> None:
-        """Take what swarm-up says of a robot."""
+        """Handle a message of swarm-up about a robot."""
         name = command.robot
         match command:
             case WatchRobot():
@@ -126,7 +126,7 @@ class VehicleFleet:
                     self._pilots.pop(name).close()
 
     def close(self) -> None:
-        """Take all robots off the broker."""
+        """Disconnect all robots from the broker."""
         for pilot in self._pilots.values():
             pilot.close()
 

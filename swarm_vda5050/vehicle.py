@@ -53,7 +53,7 @@ MOST_USED = 10_000  # orders and instant actions that are remembered: none is do
 
 @dataclass(frozen=True, slots=True)
 class RobotSenses:
-    """What the vehicle is told of its robot.
+    """State of the robot as its vehicle receives it.
 
     Attributes:
         now: Simulated time [s].
@@ -81,7 +81,7 @@ class DriveLeg(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Requests:
-    """What is to be published or sent once."""
+    """Messages to be published or sent once."""
 
     state: bool = False
     factsheet: bool = False
@@ -92,8 +92,8 @@ class Vehicle:
     """The protocol of one robot.
 
     Attributes:
-        order_id: Of the latest order; empty before the first.
-        order_update_id: Of its latest update.
+        order_id: Id of the latest order; empty before the first.
+        order_update_id: Update id of the latest order.
         last_node: Id and sequence id of the node traversed last.
         load: What the robot carries; None for nothing.
         is_paused: Whether the fleet control made it pause.
@@ -184,7 +184,7 @@ class Vehicle:
     # What the robot does
 
     def sense(self, senses: RobotSenses) -> None:
-        """Take how the robot is; time passes."""
+        """Update the state of the robot; time passes."""
         before, self.senses = self.senses, senses
         if before is not None:
             self.driven += senses.pose_map.distance(before.pose_map)
@@ -426,7 +426,6 @@ class Vehicle:
                     self._actions[part.sequence_id] = runs
 
     def _drop_order(self, reason: str) -> None:
-        """Give the order up; its actions fail."""
         for action in self._all:
             action.fail(reason)
         self._nodes, self._edges = [], []
@@ -491,17 +490,14 @@ class Vehicle:
 
     @property
     def _all(self) -> list[RunningAction]:
-        """Actions of the order in their sequence."""
         return [action for key in sorted(self._actions) for action in self._actions[key]]
 
     @property
     def _due(self) -> list[RunningAction]:
-        """Actions that are triggered and have not ended."""
         return [a for a in self._all if a.is_triggered and not a.status.is_final]
 
     @property
     def _is_blocked(self) -> bool:
-        """Whether an action forbids driving."""
         return any(not action.action.blocking_type.allows_driving for action in self._due)
 
     def _advance(self) -> None:

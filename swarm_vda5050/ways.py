@@ -92,7 +92,6 @@ def corridor_area(edge: Edge, line: FloatArray, radius: float) -> shapely.Geomet
 
 
 def _knots(trajectory: Trajectory) -> FloatArray:
-    """Return the knots; those of a polyline if there are none."""
     count = len(trajectory.control_points)
     usual: Sequence[float] = (0.0, *np.linspace(0.0, 1.0, max(count, 2)), 1.0)
     return np.array(trajectory.knot_vector or usual, float)

@@ -46,12 +46,12 @@ class _Request:
 
 @dataclass(slots=True)
 class ZoneKeeper:
-    """What a robot knows of zones.
+    """Zones that a robot knows.
 
     Attributes:
-        map_id: Of the only map.
+        map_id: Id of the only map.
         radius: [m] of the robot's body.
-        errors: That are active.
+        errors: Errors that are active.
     """
 
     map_id: str
@@ -106,7 +106,7 @@ class ZoneKeeper:
         return ""
 
     def respond(self, answers: Sequence[Response]) -> None:
-        """Take what the fleet control answers; of a request that is no more nothing is taken."""
+        """Receive answers of the fleet control; those to requests that are gone are ignored."""
         by_number = {str(request.number): zone for zone, request in self._requests.items()}
         for answer in answers:
             zone = by_number.get(answer.request_id)
@@ -181,7 +181,6 @@ class ZoneKeeper:
 
     @property
     def _barred(self) -> list[str]:
-        """Names of the zones that wait for a release."""
         return [
             name for name, zone in self._zones.items()
             if zone.zone_type == RELEASE and not self._may_be_in(name)

@@ -1,4 +1,4 @@
-"""What runs a swarm, as `Swarm` and `Robot` see it; `bench` and `graph` are two of them."""
+"""Backend that runs a swarm, as `Swarm` and `Robot` see it; `bench` and `graph` are two of them."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class _Stepped(Harness):
         self._think()
 
     def advance(self) -> bool:
-        """Take a step of the world, then decide."""
+        """Advance the world by a step, then decide."""
         self._watch(self.stage.world.step(self._twists, self._sent))
         self._think()
         return True

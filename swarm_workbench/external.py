@@ -32,7 +32,7 @@ POLL_PERIOD = 0.2  # [s] of wall time between two looks whether to end
 
 @dataclass(frozen=True, slots=True)
 class Sensed:
-    """What the robot senses at a tick."""
+    """Measurements of the robot at a tick."""
 
     tick: int
     time: float  # [s] of simulated time

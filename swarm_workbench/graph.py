@@ -75,7 +75,7 @@ class GraphBackend:
 
     Attributes:
         domain: ROS domain id.
-        url: Of the viewer; empty without one.
+        url: Address of the viewer; empty without one.
     """
 
     def __init__(
@@ -198,7 +198,6 @@ class GraphBackend:
             raise SwarmError(f"the swarm has ended with exit code {code}: {lines}")
 
     def _said(self) -> str:
-        """Return the last line that the processes printed."""
         self._console.seek(0)
         lines = self._console.read().decode(errors="replace").split("\n")
         last = [line.strip() for line in lines if line.strip()]
@@ -396,14 +395,14 @@ class GraphBackend:
 
 
 class _View:
-    """What one node sees of a swarm; its own thread spins it.
+    """View of one node on a swarm; its own thread spins it.
 
     Attributes:
         alive: Indices of the robots that have a navigator of ours.
-        tick: That the world has reached, as `GraphBackend.advance` knows it.
+        tick: Tick that the world has reached, as `GraphBackend.advance` knows it.
         changed: Set when something was heard.
         statuses: Latest of each robot; idle before the first.
-        history: Of all statuses.
+        history: History of all statuses, in the order of arrival.
         believed: Tick and pose of each beacon, per robot.
         verdict: Latest swarm_interfaces/Verdict.
         is_ending: Whether the swarm is about to be ended by us.
@@ -573,7 +572,6 @@ class _View:
         goal.settle("canceled", "canceled", self._heard())
 
     def _heard(self) -> int:
-        """Return the latest tick that was seen."""
         return max((_tick_in(data) for data in self._truth if data), default=self.tick)
 
     # What is heard

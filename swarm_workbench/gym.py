@@ -231,7 +231,7 @@ class TeamEnv(gymnasium.Env):  # type: ignore[misc]
         """Read world and robot.
 
         Args:
-            options: As of `SwarmEnv`.
+            options: Options as for `SwarmEnv`.
         """
         self._team = _Team(robots, world, **options)
         self.observation_space = batch_space(self._team.observation_space, robots)
@@ -265,7 +265,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc]
         """Read world and robot.
 
         Args:
-            options: As of `SwarmEnv`.
+            options: Options as for `SwarmEnv`.
         """
         self._env = SwarmEnv(robots, world, **options)
         self._name = self._env.possible_agents[0]

@@ -1,4 +1,4 @@
-"""What the robots of a run did and when, from their statuses as they come."""
+"""History of the robots of a run, from their statuses as they come."""
 
 from __future__ import annotations
 

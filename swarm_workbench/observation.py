@@ -1,4 +1,4 @@
-"""What a policy sees, in an environment and on a robot: the same numbers."""
+"""Observation of a policy, in an environment and on a robot: the same numbers."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def film(
 
     Args:
         radii: [m] of the robots.
-        speed: Of the film, in multiples of real time.
+        speed: Speed of the film, in multiples of real time.
 
     Raises:
         ConfigError: If ffmpeg is wanted and missing, or it cannot be written.

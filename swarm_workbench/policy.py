@@ -103,22 +103,22 @@ class PolicyBrain:
         raise AttributeError(name)
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry of this tick."""
+        """Receive the odometry of this tick."""
         self._twist = odom.twist
         self._navigator.on_odom(odom)
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan."""
+        """Receive a scan."""
         self._ranges = scan.ranges
         self._navigator.on_scan(scan)
 
     def on_reception(self, reception: Reception) -> None:
-        """Take the beacons heard in this tick."""
+        """Receive the beacons heard in this tick."""
         self._others = reception
         self._navigator.on_reception(reception)
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal; of its poses the first counts."""
+        """Receive a goal; only the first of its poses is used."""
         self._goal = goal
 
     def cancel_goal(self) -> None:

@@ -56,7 +56,7 @@ class Robot:
 
     @property
     def state(self) -> str:
-        """What it does, like driving, waiting or idle."""
+        """State, like driving, waiting or idle."""
         return str(self.status.state)
 
     def go_to(self, place: Place) -> Goal:
@@ -80,7 +80,7 @@ class Robot:
 
         Args:
             action: Its name, like `spin`.
-            fields: Of the goal message, like `{"target_yaw": 1.57}`, or the message.
+            fields: Fields, like `{"target_yaw": 1.57}`, or the goal message.
 
         Raises:
             SwarmError: If there is no such action or field, or the swarm is gone.

@@ -28,7 +28,7 @@ def run_scenario(
         scenario: Its name or file, or a `Scenario`.
         robots: Number of robots; None for the scenario's first.
         brain: What decides for each robot: ours, dwa, orca, or `module:Class`.
-        parameters: Of the navigators by dotted name, in place of the defaults.
+        parameters: Navigators' parameters by dotted name, in place of the defaults.
 
     Raises:
         SwarmError: If a file or a value is unusable.

@@ -73,7 +73,7 @@ class Swarm:
             drive: wheels or planar; None for planar on the bench, else that of swarm-up.
             speed: Times real time, at most; None for as fast as possible. Not on the bench.
             realistic: Whether sensors err, and robots localise by AMCL.
-            parameters: Of the navigators by dotted name, in place of the defaults.
+            parameters: Navigators' parameters by dotted name, in place of the defaults.
             run_dir: Folder of the run; None for a new one in runs/. Not on the bench.
             viewer: Whether `show` is going to be used. Not on the bench.
             external: Names of robots that an `ExternalRobot` each drives. Not on the bench.
@@ -332,7 +332,7 @@ class Swarm:
 
         Args:
             path: A GIF; MP4 or WebM need ffmpeg.
-            speed: Of the film, in multiples of real time.
+            speed: Speed of the film, in multiples of real time.
 
         Raises:
             SwarmError: If it cannot be written.

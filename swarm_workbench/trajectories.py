@@ -22,7 +22,7 @@ class Trajectories:
     """Poses of all robots, ten a simulated second.
 
     Attributes:
-        names: Of the robots.
+        names: Names of the robots.
         times: (T,) [s].
         true: (T, n, 3) x, y [m], yaw [rad] in map; NaN where a robot was not there.
         estimated: (T, n, 3) likewise, what the robots believed; NaN where nobody recorded it.

@@ -34,7 +34,7 @@ class World:
     """A world file with what lies beside it.
 
     Attributes:
-        name: Of its folder.
+        name: Name of its folder.
         file: The world file.
         stations: Poses in map by name.
     """

@@ -1,4 +1,4 @@
-"""Take the picture of a report in docs/, in a headless browser.
+"""Draw the picture of a report in docs/, in a headless browser.
 
 Usage: python -m tools.report_picture RUN [--out docs/report.png] [--dark]
 Needs Debian's packages chromium and chromium-driver, and the extra `dev`.
@@ -55,7 +55,7 @@ def open_chromium(flags: Sequence[str]) -> webdriver.Chrome:
 
 
 def main() -> int:
-    """Take the picture."""
+    """Draw the picture."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("run", type=Path)
     parser.add_argument("--out", type=Path, default=Path("docs/report.png"))

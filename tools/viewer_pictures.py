@@ -1,4 +1,4 @@
-"""Take the viewer's pictures in docs/ from a real run, in a headless browser.
+"""Capture the viewer's pictures in docs/ from a real run, in a headless browser.
 
 Usage: python -m tools.viewer_pictures [--robots 20] [--frames 80] [--out docs] [--recording RUN]
 With --recording the run is one that was made with `swarm-up --record`; else it is started here.
@@ -137,7 +137,7 @@ def visit(browser: webdriver.Chrome, address: str) -> None:
 
 
 def main() -> int:
-    """Take the pictures."""
+    """Capture the pictures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--robots", type=int, default=20)
     parser.add_argument("--frames", type=int, default=80)

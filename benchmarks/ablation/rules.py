@@ -1,4 +1,4 @@
-"""What each liveness rule and number pays: the same runs with one of them changed.
+"""Benefit of each liveness rule and number: the same runs with one of them changed.
 
 A rule is left out of `traffic.rules`, or switched off by its parameter; a number is halved and
 doubled. Where the first runs of a row of the suite are the same tick for tick, the others are left
@@ -174,7 +174,6 @@ def _as_it_is(
 
 
 def _is_same(before: RunResult | None, after: RunResult) -> bool:
-    """Whether two runs are the same tick for tick."""
     return before is not None and before.trajectory_sha256 == after.trajectory_sha256
 
 

@@ -1,4 +1,4 @@
-"""What a swarm costs, by its size: `scale`.
+"""Cost of a swarm, by its size: `scale`.
 
 What a module imports of its folder stands above it:
 

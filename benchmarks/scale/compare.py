@@ -36,7 +36,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """What is compared."""
+    """Side of a comparison: a file or a commit, with its results."""
 
     name: str  # a file or a commit
     results: Sequence[ScaleResult]  # of its runs

@@ -112,7 +112,6 @@ def _watch(process: subprocess.Popen[bytes], usage: Path) -> dict[str, Any]:
 
 
 def _is_running(usage: Path) -> bool:
-    """Return whether simulated time runs, that is, the start-up is over."""
     try:
         lines = usage.read_text(encoding="utf-8").splitlines()
         return bool(lines) and json.loads(lines[-1])["t"] > 0.0

@@ -1,4 +1,4 @@
-"""What `python -m benchmarks scale` runs: which hall, how many robots, for how long."""
+"""Runs of `python -m benchmarks scale`: which hall, how many robots, for how long."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one run of `python -m benchmarks scale` cost, and the file of JSON lines that keeps it."""
+"""Cost of one run of `python -m benchmarks scale`, and the file of JSON lines that keeps it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happens in a storm, drawn from its seed: failing navigators, crates, people."""
+"""Events of a storm, drawn from its seed: failing navigators, crates, people."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ START_ROOM = 1.0  # [m] from robots' centres, somewhere along it
 
 
 class Failure(Enum):
-    """What may be wrong with a navigator."""
+    """Failure of a navigator."""
 
     KILLED = "killed"  # does and says nothing; a new one takes over, unless it is for good
     HUNG = "hung"  # likewise, then it goes on where it was

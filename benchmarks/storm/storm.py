@@ -232,7 +232,6 @@ class Storm(Harness):
         }
 
     def _regions(self, discs: Sequence[Disc]) -> NDArray[np.int16]:
-        """Return the regions in which one can get about without meeting the discs."""
         wider = [(x, y, radius + GOAL_ROOM) for x, y, radius in discs]
         return self.floor.components(self._body + WALL_ROOM, wider)
 

@@ -66,7 +66,7 @@ class Baseline(ABC):
         Args:
             config: All parameters, of which a method uses some.
             robot_id: From 1.
-            initial_pose_map: Of base_footprint, at the first odometry.
+            initial_pose_map: Pose of base_footprint in map at the first odometry.
         """
         self.config = config
         self.spec = spec
@@ -137,16 +137,16 @@ class Baseline(ABC):
     # The face of a driver
 
     def on_odom(self, odom: Odometry) -> None:
-        """Take the odometry of this tick."""
+        """Receive the odometry of this tick."""
         self._localiser.on_odom(odom)
         self.twist = odom.twist
 
     def on_battery(self, reading: BatteryReading) -> None:
-        """Take a reading of the battery, which only `status` shows: baselines never charge."""
+        """Receive a battery reading, which only `status` shows: baselines never charge."""
         self._charge = reading.share
 
     def on_scan(self, scan: Scan) -> None:
-        """Take a scan: mark hits that are neither walls nor known robots.
+        """Receive a scan: mark hits that are neither walls nor known robots.
 
         Args:
             scan: Ranges of one revolution, also of a LiDAR that is mounted upside down.
@@ -156,7 +156,7 @@ class Baseline(ABC):
         self.obstacles.update(scan, self.pose, self._planner.terrain, self.neighbors, margin)
 
     def on_reception(self, reception: Reception) -> None:
-        """Take the beacons heard in this tick.
+        """Receive the beacons heard in this tick.
 
         Args:
             reception: Beacons as words, and the rows that are heard.
@@ -164,10 +164,10 @@ class Baseline(ABC):
         self.neighbors.take(reception, self.pose.x, self.pose.y)
 
     def set_goal(self, goal: Goal) -> None:
-        """Take a goal of kind NAVIGATE, for its start tick.
+        """Receive a goal of kind NAVIGATE, for its start tick.
 
         Args:
-            goal: Of its poses the first counts.
+            goal: Goal; only the first of its poses is used.
         """
         self._pending = goal
 

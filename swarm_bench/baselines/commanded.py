@@ -33,7 +33,7 @@ class CommandedDriver(Baseline):
         """Nothing to do: the centre plans."""
 
     def take_order(self, order: TeamOrder) -> None:
-        """Take an order, unless a newer one came first."""
+        """Receive an order; ignore it if a newer one came first."""
         if order.number <= self._heard:
             return
         self._heard = order.number

@@ -19,7 +19,7 @@ GETAWAY = 0.3  # [m] of gap that a way out gains per metre
 
 
 class Obstacles(NamedTuple):
-    """What may be touched."""
+    """Obstacles that the robot may touch: walls, discs and LiDAR points."""
 
     distance: FloatArray  # (h, w) [m] from mapped walls
     frame: Frame  # of these
@@ -156,15 +156,15 @@ def best_twist(
     progress and clearance less the distance from the path.
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot in map.
         twist: Now.
         target: (x, y) [m] in map, on the path ahead.
-        limits: Of the drive.
-        samples: Of the window.
+        limits: Limits of the drive: speeds and accelerations.
+        samples: Numbers of speeds that are tried.
         radius: [m] of the robot.
         obstacles: What may be touched.
         path: (n, 2) [m] in map.
-        scales: Of the objective.
+        scales: Weights of the terms of the objective.
         steps: Periods of a rollout.
     """
     v_max, w_max, v_acc, w_acc = limits
@@ -208,7 +208,7 @@ def can_stop(
     """Whether a robot that drives (v, w) for a period can stop before it touches something.
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot in map.
         v: [m/s]
         w: [rad/s]
         v_acc: [m/s²] with which it brakes.
@@ -224,7 +224,7 @@ def backing_room(pose: Place, way: float, radius: float, obstacles: Obstacles) -
     """Whether backing up in a straight line touches nothing.
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot in map.
         way: [m]
         radius: [m] of the robot.
         obstacles: What may be touched.

@@ -79,7 +79,7 @@ def _edges(occupied: NDArray[np.bool_]) -> dict[Corner, list[Corner]]:
 
 
 def _step(ahead: dict[Corner, list[Corner]], here: Corner, before: Corner | None) -> Corner:
-    """Take an edge out of the pool; where two cells touch at a corner, stay with the same cell."""
+    """Remove an edge from the pool; where two cells touch at a corner, stay with the same cell."""
     choices = ahead[here]
     index = 0
     if before is not None and len(choices) > 1:

@@ -23,7 +23,7 @@ OF_CONTROLLER = "controller."  # may stand before its parameters, as in Nav2's f
 
 @dataclass(frozen=True, slots=True)
 class SweepVariant:
-    """What is run at all sizes."""
+    """Runs that are made at all sizes."""
 
     label: str  # how it differs from the other variants; empty if there is no other
     base: RunOptions  # of any size and seed

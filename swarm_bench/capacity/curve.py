@@ -25,7 +25,7 @@ class Point:
 
     @property
     def steady(self) -> list[Steady]:
-        """What was finished in each run."""
+        """Results after the warm-up, one per run that has them."""
         return [run.steady for run in self.runs if run.steady is not None]
 
     @cached_property
@@ -100,7 +100,7 @@ class Curve:
 
     @property
     def unit(self) -> str:
-        """What is counted."""
+        """Unit that throughput counts, like goals."""
         return next((run.unit for point in self.points for run in point.steady), "goals")
 
 
@@ -108,7 +108,7 @@ def curve_of(label: str, results: Iterable[RunResult]) -> Curve:
     """Return the curve of a variant.
 
     Args:
-        results: Of runs of fixed duration.
+        results: Results of runs of fixed duration.
     """
     by_size: dict[int, list[RunResult]] = {}
     for result in results:

@@ -1,4 +1,4 @@
-"""What the curves say, in sentences that hold over the seeds, or none."""
+"""Findings from the curves, in sentences that hold over the seeds, or none."""
 
 from __future__ import annotations
 
@@ -100,7 +100,6 @@ def comparison_sentences(first: Curve, second: Curve) -> list[str]:
 
 
 def _pairs(first: Curve, second: Curve, robots: int) -> list[tuple[RunResult, RunResult]]:
-    """Return the runs of equal size and seed of two curves."""
     sides: list[dict[int, RunResult]] = [
         {run.seed: run for point in curve.points if point.robots == robots for run in point.runs}
         for curve in (first, second)

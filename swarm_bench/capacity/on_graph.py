@@ -87,12 +87,10 @@ def sweep_on_graph(context: typer.Context) -> None:
 
 
 def _parsed(words: Sequence[str]) -> dict[str, Any]:
-    """Return the values of all options in a command line of `swarm-up`."""
     return typer.main.get_command(up_app).make_context("swarm-up", list(words)).params
 
 
 def _options(words: Sequence[str]) -> UpOptions:
-    """Return what a command line of `swarm-up` means, checked."""
     options = UpArguments(**_parsed(words)).options()
     check_plan(options)
     return options

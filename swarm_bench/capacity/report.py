@@ -34,7 +34,7 @@ ENDINGS = (".html", ".csv", ".json")
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """What is drawn over the number of robots."""
+    """Figure that is drawn over the number of robots."""
 
     title: str  # with its unit
     caption: str
@@ -70,7 +70,7 @@ def sentences(curves: Sequence[Curve], *, compare: bool) -> list[str]:
     """Return what the results say.
 
     Args:
-        curves: Of all variants; a comparison has two.
+        curves: Curves of all variants; a comparison has two.
         compare: Whether the second is compared with the first.
     """
     if compare and len(curves) == 2:

@@ -29,7 +29,7 @@ class Study:
         results: So far.
         failed: Runs without a result.
         planned: Cost of all runs that are planned so far: robots times simulated seconds.
-        done: Of those that have ended.
+        done: Cost of the runs that have ended.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Study:
         """Begin.
 
         Args:
-            seeds: Of each size; with precision or budget, further ones follow.
+            seeds: Seeds of each size; with precision or budget, further ones follow.
             precision: Half-width of intervals of throughput, as a share of it, at which no more
                 seeds are added; None: exactly the sizes and seeds given.
             budget: Wall time [s] in which the study has to end; None for any.
@@ -90,7 +90,7 @@ class Study:
 
         Args:
             sweep: Makes the sweep of a round.
-            file: Of JSON lines; None to keep nothing.
+            file: File of JSON lines; None to keep nothing.
             console: For a line per run.
         """
         todo = share_of(self._first_round(), self._shard)

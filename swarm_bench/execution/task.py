@@ -47,7 +47,7 @@ class Executor(Protocol):
 
         Args:
             runner: Function of a module; it gets one item.
-            items: Of the runs; pickle must be able to keep them.
+            items: One item per run; pickle must be able to keep it.
             pack: Everything that they are made from; None: processes read files themselves.
         """
 

@@ -34,7 +34,7 @@ LINE_STEP = 0.1  # [m] between the points at which a way of people is looked at
 
 @dataclass(frozen=True, slots=True)
 class HallRequest:
-    """What a hall is made for."""
+    """Requirements of a hall."""
 
     robots: int  # number, dead ones included
     radius: float  # [m] circumscribed, of the widest
@@ -48,7 +48,7 @@ def make_hall(wish: HallRequest, seed: int) -> tuple[Hall, Grid]:
     """Return the hall of a seed and its map.
 
     Args:
-        seed: Of walls, stations, homes, goals and people.
+        seed: Seed of walls, stations, homes, goals and people.
 
     Raises:
         ConfigError: If no hall for so many robots comes up.

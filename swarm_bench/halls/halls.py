@@ -45,7 +45,7 @@ def hall_runs(
     """Return the run of each seed and size.
 
     Args:
-        sizes: Of swarms; empty: one of `SIZES` by the seed.
+        sizes: Swarm sizes; empty: one of `SIZES` by the seed.
         mission: One of `MISSIONS`, or `DRAWN`.
         trouble: One of `TROUBLES`, or `DRAWN`: by the seed, none in every second one.
 

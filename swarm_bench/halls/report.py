@@ -17,7 +17,7 @@ def halls_markdown(results: Sequence[RunResult]) -> str:
     """Return a table with a row per swarm size and trouble, and a list of the runs with flaws.
 
     Args:
-        results: Of runs in random halls, in any order.
+        results: Results of runs in random halls, in any order.
     """
     runs = sorted(results, key=lambda run: run.seed)
     sizes = sorted({run.robots for run in runs})

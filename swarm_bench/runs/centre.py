@@ -17,7 +17,7 @@ class Commanded(Driver, Protocol):
         """Return what the centre is to know after a tick."""
 
     def take_order(self, order: TeamOrder) -> None:
-        """Take an order."""
+        """Receive an order of the centre."""
 
 
 def exchange(centre: Centre, tick: int, drivers: Sequence[Commanded], dead: set[int]) -> None:

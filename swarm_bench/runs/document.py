@@ -29,7 +29,7 @@ def check_part(path: Path, name: str) -> None:
     """Look for a part of a file before long runs whose results are put there.
 
     Raises:
-        ConfigError: As of `replace_part`, if the file cannot be read or has no such part.
+        ConfigError: If the file cannot be read or has no such part, as in `replace_part`.
     """
     _around_part(path, name)
 

@@ -56,13 +56,13 @@ class RunOptions:
     """One run of a scenario.
 
     Attributes:
-        scenario: What.
+        scenario: Scenario that is run.
         robots: Swarm size.
-        seed: Of everything random.
+        seed: Seed of everything random.
         method: What drives the robots.
         engine: Physics: planar or bullet.
-        parameters: Of the navigators, by dotted name, in place of the defaults.
-        sections: Likewise, per pattern of node names; `parameters` win.
+        parameters: Parameters of the navigators, by dotted name, in place of the defaults.
+        sections: Parameters per pattern of node names; `parameters` win.
         realistic: Whether sensors err as the robots' models say and navigators localise by AMCL.
         central: Parameters of a centre, by name, in place of its defaults.
     """
@@ -285,7 +285,7 @@ def make_drivers(
 
     Args:
         options: What to run.
-        sites: Of the world.
+        sites: Sites of the world.
         specs: Models of the robots.
         grid: The map.
         homes: Start poses in map, one per robot.
@@ -304,7 +304,7 @@ def make_centre(
 
     Args:
         options: What to run.
-        sites: Of the world.
+        sites: Sites of the world.
         specs: Models of the robots.
         grid: The map.
     """
@@ -403,8 +403,8 @@ def nav_config(options: RunOptions, spec: RobotSpec, number: int = 1) -> NavConf
 
     Args:
         options: Its parameters count more than the defaults and what the model says.
-        spec: Of the robot.
-        number: Of the robot, from 1.
+        spec: Model of the robot.
+        number: Number of the robot, from 1.
 
     Raises:
         ConfigError: If a parameter is unknown or wrong.
@@ -453,7 +453,7 @@ def parameter_sections(path: Path, robots: int) -> Mapping[str, Mapping[str, Any
     """Return the sections of a parameter file, of which every one is for some robot of a run.
 
     Args:
-        path: As of `swarm-up --params`.
+        path: Parameter file, as for `swarm-up --params`.
         robots: Size of the swarm.
 
     Raises:

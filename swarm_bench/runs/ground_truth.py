@@ -45,7 +45,7 @@ class _Errand:
 
 
 class GroundTruthWatch:
-    """What all robots of a run do, looked at once a second."""
+    """Watch over what all robots of a run do, once a second."""
 
     def __init__(
         self,

@@ -51,7 +51,7 @@ Watcher = Callable[[World, Sequence[Driver], Sequence[Output | None]], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InjectedFaults:
-    """What is wrong with some robots, by index; for tests."""
+    """Faults of some robots, by index; for tests."""
 
     # tick from which a robot does and says nothing; its goals are not asked for
     dead: Mapping[int, int] = field(default_factory=dict)
@@ -66,7 +66,7 @@ class InjectedFaults:
         """Return whether the radio is split.
 
         Args:
-            tick: Of a beacon.
+            tick: Tick at which a beacon is sent, of 0.1 s.
         """
         return self.split is not None and self.split[0] <= tick < self.split[1]
 
@@ -96,8 +96,8 @@ class Harness:
         Args:
             options: What to run.
             on_tick: Called in each tick, before the world's step.
-            faults: Of single robots.
-            stage: Instead of the one that `options` describe.
+            faults: Faults of single robots.
+            stage: Stage to use instead of the one that `options` describe.
             times_all: Whether every tick of a brain is timed; else one in `TIMED_EVERY`, as a
                 swarm decides faster when its brains take turns.
         """
@@ -189,7 +189,6 @@ class Harness:
         return True
 
     def _exchange(self, tick: int) -> None:
-        """Let robots and centre speak, where there is one."""
         if self.stage.centre is not None:
             drivers = cast(Sequence[Commanded], self.stage.drivers)
             far = range(1, len(self._sent), 2) if self._faults.splits(tick) else ()
@@ -337,7 +336,7 @@ def of_own_part(reception: Reception, index: int) -> Reception:
 
     Args:
         reception: Beacons of all robots.
-        index: Of the robot, from 0.
+        index: Index of the robot, from 0.
     """
     ids = reception.words[reception.rows, ID].astype(int)
     return Reception(reception.words, reception.rows[(ids - 1) % 2 == index % 2])
@@ -347,7 +346,7 @@ def as_received(odom: Odometry) -> Odometry:
     """Return an odometry as it comes out of a ROS message: the yaw has been a quaternion.
 
     Args:
-        odom: As the world made it.
+        odom: Odometry as the world made it.
     """
     return Odometry(odom.tick, pose_as_received(odom.pose_odom), odom.twist)
 

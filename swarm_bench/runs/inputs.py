@@ -1,4 +1,4 @@
-"""What runs are made from: read once per process, told by a hash, sent to other processes.
+"""Inputs of runs: read once per process, identified by a hash, sent to other processes.
 
 `read_once` caches a reader of worlds, maps, missions or robots. While `gather` loads a run, it
 notes all that these readers return. The hash is of their values: neither the place of a file nor
@@ -68,7 +68,7 @@ def read_once(read: Callable[P, T]) -> Callable[P, T]:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Gathered:
-    """What one run, or several with equal inputs, are made from."""
+    """Inputs of one run, or of several with equal inputs."""
 
     values: Mapping[Key, Any]  # of readers
     modules: Mapping[str, str]  # source of the user's modules by path from a folder of imports
@@ -89,7 +89,7 @@ def gather(load: Callable[[], T], plugins: Callable[[T], Iterable[str]] = lambda
             outside of Python's own folders is gathered, with that of modules which they import.
 
     Raises:
-        SwarmError: As `load`; ConfigError for a plug-in that cannot be imported.
+        SwarmError: If `load` raises it; ConfigError for a plug-in that cannot be imported.
     """
     _open.append(set())
     try:

@@ -65,7 +65,7 @@ class Invariant:
         self._bounds = np.zeros((0, 4))
 
     def check(self, tick: int, beacons: BeaconArray) -> None:
-        """Take in the beacons that were sent at a tick.
+        """Check the beacons that were sent at a tick.
 
         Args:
             beacons: (n,) of all robots; n may change from tick to tick.

@@ -21,7 +21,7 @@ def read_json_lines(path: Path, parse: Callable[[Any], T], command: str) -> list
 
     Args:
         parse: Makes a result of a line's data without its schema.
-        command: That writes such files, for the error.
+        command: Command that writes such files, for the error.
     """
     return [result for _, result in numbered_json_lines(path, parse, command)]
 
@@ -33,7 +33,7 @@ def numbered_json_lines(path: Path, parse: Callable[[Any], T], command: str) -> 
 
     Args:
         parse: Makes a result of a line's data without its schema.
-        command: That writes such files, for the error.
+        command: Command that writes such files, for the error.
 
     Raises:
         ConfigError: If the file cannot be read, or a complete line is not a result.
@@ -65,7 +65,7 @@ def open_to_append(path: Path) -> TextIO:
     """Open a result file; an unfinished last line is cut off.
 
     Args:
-        path: Of the file, which need not exist; its folder has to.
+        path: Path of the file, which need not exist; its folder has to.
 
     Raises:
         ConfigError: If it cannot be written.
@@ -100,7 +100,7 @@ def collected(
     """Print each result as it comes, add it to a file, and return all.
 
     Args:
-        file: Of JSON lines; None to keep nothing.
+        file: File of JSON lines; None to keep nothing.
         as_json: Returns what is kept of a result.
     """
     results = []

@@ -1,4 +1,4 @@
-"""What drives a robot in the bench: our navigator, a baseline, or the brain of a user."""
+"""Drivers of a robot in the bench: our navigator, a baseline, or the brain of a user."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Driver(Brain, Protocol):
     """A brain that also takes the readings of a battery."""
 
     def on_battery(self, reading: BatteryReading) -> None:
-        """Take a reading of the battery, once a second where the robot has one."""
+        """Receive a reading of the battery, once a second where the robot has one."""
 
 
 @runtime_checkable
@@ -39,7 +39,7 @@ class StagedDriver(Driver, Protocol):
         """Decide in a number of stages that is the same for all drivers.
 
         Args:
-            tick: As of `tick`.
+            tick: Tick, as in `tick`.
 
         Yields:
             None after each stage, at last what `tick` returns.

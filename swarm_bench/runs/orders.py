@@ -75,7 +75,7 @@ def demand_remarks(plan: OrderPlan, ways: WayLengths, specs: Sequence[RobotSpec]
 
 
 class OrderSenses:
-    """What a robot knows of itself, asked for once in a tick at most."""
+    """State of a robot for its bids, asked for once in a tick at most."""
 
     def __init__(self, driver: Driver, ways: WayLengths) -> None:
         self._driver, self._ways = driver, ways

@@ -21,7 +21,7 @@ DECIDING = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResultOrigin:
-    """Of one result."""
+    """Origin of one result: code, inputs and machine."""
 
     commit: str  # of the code, shortened; empty outside a repository
     edition: str  # version and a digest of the code

@@ -19,7 +19,7 @@ class PoseErrors:
         self._values = array("f")
 
     def note(self, drivers: Sequence[Driver], truth_map: FloatArray, dead: Collection[int]) -> None:
-        """Take in a tick.
+        """Record the pose errors of a tick.
 
         Args:
             drivers: What decides for each robot; only navigators of ours are asked.

@@ -1,4 +1,4 @@
-"""What a run was: counted by the harness, the same fields for every method."""
+"""Result of a run: counted by the harness, the same fields for every method."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class StationShare:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroundTruth:
-    """What robots do as the simulator sees it: from true poses and the goals that they were sent.
+    """Behaviour of robots as the simulator sees it: by true poses and the goals sent to them.
 
     A robot stands if it has a goal to go to and, for a second, neither moves nor turns.
     """
@@ -56,7 +56,7 @@ class GroundTruth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Steady:
-    """What was finished in the time after the warm-up of a run of fixed duration."""
+    """Work finished in the time after the warm-up of a run of fixed duration."""
 
     warm_up: float  # [s] that do not count
     seconds: float  # [s] that count
@@ -98,7 +98,7 @@ class RunResult:
         scenario: Name.
         method: What drove the robots.
         robots: Swarm size.
-        seed: Of the run.
+        seed: Seed of the run.
         engine: Physics.
         conditions: What differs from the scenario, like loss or a parameter.
         goals_sent: Goals asked for.
@@ -131,7 +131,7 @@ class RunResult:
         cpu_ms_per_robot_second: CPU [ms] of world and brains per robot and simulated second.
         pose_error: `median`, `p95`, `max` [m] of estimated against true positions, with sensors
             that err.
-        trajectory_sha256: Of the true poses of all ticks.
+        trajectory_sha256: Hash of all true poses.
         per_robot: By name.
         wait_circles: Circles of robots that waited for each other for 5 s or more.
         longest_wait_circle: [s] that the longest of them lasted.
@@ -140,7 +140,7 @@ class RunResult:
         ground_truth: Standing, deadlocks and use of stations in truth; None on the ROS graph.
         steady: What was finished after the warm-up; None in a run without a duration.
         origin: Code, inputs and machine; None in results of older files.
-        orders: As in report.json; None for a mission without orders.
+        orders: Figures as in report.json; None for a mission without orders.
         centre: What the method's centre cost: CPU [ms] and bytes per robot-second, and its longest
             decision [ms]; None where each robot decides alone.
         no_guarantee: Conditions of liveness that did not hold before the run.
@@ -210,7 +210,7 @@ class RunResult:
 
     @property
     def breach(self) -> str:
-        """What broke the safety invariant, in words; empty for nothing."""
+        """Breach of the safety invariant, in words; empty for none."""
         if self.keeps_apart:
             return ""
         return f"held space {self.min_held_slack:.3f} m, at least {self.least_held_slack:.3f}"

@@ -135,7 +135,6 @@ def _service(robots: Sequence[RobotResult], goal_times: Sequence[float]) -> dict
 
 
 def _pace(durations: Sequence[float]) -> dict[str, Any]:
-    """Return how long [µs] a brain's tick took."""
     times = np.asarray(durations, np.float64) * 1e6
     if not len(times):
         return {"tick_us_median": None, "tick_us_p99": None}

@@ -85,7 +85,7 @@ def up_flags(options: RunOptions, folder: Path) -> list[str]:
     """Return the flags of `swarm-up` for a run; writes the files that they name to a folder.
 
     Args:
-        folder: That exists; the run's own folder is made in it.
+        folder: Existing folder; the run's own folder is made in it.
     """
     scenario, count = options.scenario, options.robots
     params = folder / "params.yaml"
@@ -151,7 +151,7 @@ def result_of_report(options: RunOptions, report: Mapping[str, Any]) -> RunResul
     """Return the result in a `report.json`; what only the harness knows is None.
 
     Args:
-        report: As `swarm-up` wrote it.
+        report: Report as `swarm-up` wrote it.
     """
     goals, collisions = report["goals"], report["collisions"]
     total = goals["reached"] + goals["failed"] + goals["pending"]

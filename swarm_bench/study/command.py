@@ -215,7 +215,6 @@ def _print_estimates(
 
 
 def _time(runs: Sequence[StudyRun], rates: Rates, processes: int) -> str:
-    """Return how long runs take, in words."""
     minutes = sum(run.cost(rates) for run in runs) / processes / 60.0
     return f"{minutes / 60.0:.1f} h" if minutes >= 100.0 else f"{minutes:.0f} min"
 

@@ -58,7 +58,7 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
 
     @property
     def name(self) -> str:
-        """What tells it apart within an experiment."""
+        """Name that identifies the cell within an experiment."""
         span = f"{self.until - self.at:g} s" if self.until is not None else "for ever"
         parts = [f"{Path(self.scenario).stem} {self.robots}"]
         parts += ["LiDAR"] if self.lidar else []
@@ -146,7 +146,7 @@ class StudyRun:
 
     @property
     def key(self) -> tuple[str, str, str, int, str]:
-        """What tells it apart."""
+        """Key that identifies the run."""
         text = settings_text(self.settings)
         return self.experiment, self.cell.name, self.method, self.seed, text
 

@@ -49,7 +49,7 @@ class StudyLine(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def key(self) -> tuple[str, str, str, int, str]:
-        """What tells it apart."""
+        """Key that identifies the run."""
         return self.experiment, self.cell, self.method, self.seed, self.settings
 
     @property
@@ -71,7 +71,7 @@ class StudyLine(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def gain(self) -> float:
-        """What is the better the larger it is: throughput, or the time with a minus."""
+        """Figure that is better when larger: throughput, or the time with a minus."""
         return -self.time if self.per_hour is None else self.per_hour
 
     @property

@@ -60,7 +60,7 @@ def markdown(
     Args:
         lines: Results, of which those of other experiments are left out.
         quick: Whether it is the short edition.
-        settings: Of methods, as they were tuned.
+        settings: Settings of the methods, as they were tuned.
     """
     sections = list(_sections(experiments, lines, settings))
     runs = [line for _, _, found in sections for group in found for line in group.lines]

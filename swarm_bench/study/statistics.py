@@ -100,7 +100,7 @@ def paired(first: Sequence[float], second: Sequence[float]) -> Paired:
     """Compare two methods on the same seeds.
 
     Args:
-        second: Of the same seeds, in the same order.
+        second: Values of the same seeds, in the same order.
     """
     differences = np.subtract(first, second)
     p = float(stats.wilcoxon(differences).pvalue) if np.any(differences) else 1.0
@@ -164,7 +164,7 @@ def change_of_sides(differences: Mapping[float, Sequence[float]]) -> Interval | 
     """Return the level from which on the side stays ahead that is ahead at the last one.
 
     Args:
-        differences: Of paired runs, by level; positive where the first side is ahead.
+        differences: Differences of paired runs, by level; positive where the first side is ahead.
 
     Returns:
         The level with its interval from resampled pairs; None if one side is ahead at all levels.

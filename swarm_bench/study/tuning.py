@@ -21,7 +21,7 @@ FIRST_SEED = 100  # smaller ones are the study's
 
 
 class Tuning(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What is tried."""
+    """Settings that are tried, and the runs that compare them."""
 
     tries: int  # of each method, its defaults included
     seeds: list[int]

@@ -218,7 +218,7 @@ def run_and_exit(
     ends it with the table of what is done.
 
     Args:
-        file: Of JSON lines; None to keep nothing.
+        file: File of JSON lines; None to keep nothing.
         write: Writes what else is made of the results.
 
     Raises:

@@ -67,7 +67,7 @@ def traffic_report(results: Sequence[RunResult], machine: str, command: str) -> 
     """Return the document.
 
     Args:
-        machine: That they ran on, in one line.
+        machine: Machine on which the runs were made, in one line.
     """
     rows = summarise(results)
     rows.sort(key=lambda row: (row.label, row.first.robots, row.first.method))

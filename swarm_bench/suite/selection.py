@@ -120,10 +120,10 @@ def select(
     """Return the runs asked for, scenario by scenario, size by size, seed by seed.
 
     Args:
-        names: Of scenarios, comma-separated; `all` for every one that comes with the project.
-        sizes: Of swarms; empty for those of each scenario.
+        names: Scenario names, comma-separated; `all` for every one that comes with the project.
+        sizes: Swarm sizes; empty for those of each scenario.
         seeds: The seeds; None for as many as each scenario says.
-        loss: Of beacons, in place of the scenario's.
+        loss: Share of beacons that are lost, in place of the scenario's.
         delay: [s] of beacons, likewise.
         realistic: Whether sensors err and navigators localise by AMCL; needs LiDARs.
         settings: Parameters like traffic.safety_margin=0.06, or central.planner=lacam.
@@ -184,7 +184,7 @@ def check_jobs(jobs: int, *, ros: bool, method: str, cluster: str | None = None)
 
     Args:
         ros: Whether runs are on the ROS graph.
-        cluster: As of `--cluster`.
+        cluster: Value of `--cluster`; None without it.
 
     Raises:
         ConfigError: With what to do.
@@ -206,8 +206,8 @@ def suite_sweeps(
     Each sweep goes seed by seed, so that a killed one has something of every row.
 
     Args:
-        baseline_seeds: Of the other methods; `none` to leave them out.
-        executor: Of the runs in the bench.
+        baseline_seeds: Seeds of the other methods; `none` to leave them out.
+        executor: Executor of the runs in the bench.
     """
     sweeps = [Sweep(_by_seed(select(ALL, (), parse_seeds(seeds))), executor)]
     if baseline_seeds != NONE:

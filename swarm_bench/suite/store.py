@@ -36,7 +36,7 @@ class Line:
 
     @property
     def full_key(self) -> Full:
-        """What this result is of."""
+        """Full key of the run: its key, hash of the inputs and edition."""
         origin = self.origin
         inputs, edition = ("", "") if origin is None else (origin.inputs, origin.edition)
         return key_of(self.result), inputs, edition
@@ -131,7 +131,7 @@ def known_of(
         wanted: Runs by key, hash of the inputs and edition.
 
     Raises:
-        ConfigError: As of `once`.
+        ConfigError: If a file cannot be read, as in `once`.
     """
     if path is None or not path.is_file():
         return {}, 0

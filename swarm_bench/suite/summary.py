@@ -78,12 +78,12 @@ class Row:
 
     @property
     def makespans(self) -> list[float]:
-        """Of the complete runs [s], sorted."""
+        """Makespans of the complete runs [s], sorted."""
         return sorted(run.makespan for run in self.runs if run.makespan is not None)
 
     @property
     def makespan_median(self) -> float | None:
-        """Of the complete runs [s]."""
+        """Median makespan of the complete runs [s]; None if none is complete."""
         return statistics.median(self.makespans) if self.makespans else None
 
     @property

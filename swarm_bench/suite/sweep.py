@@ -31,7 +31,7 @@ Outcome = RunResult | FailedRun
 
 @dataclass(slots=True)
 class Sweep:
-    """What to run, and how.
+    """Runs to be made, and the way to make them.
 
     Attributes:
         failed: Runs without a result, so far.
@@ -62,8 +62,8 @@ class Sweep:
         """Run the jobs that are not in a result file yet, add their results to it, and return all.
 
         Args:
-            file: Of JSON lines; None to keep nothing.
-            results: To which the results are added as they come; None: to a new list.
+            file: File of JSON lines; None to keep nothing.
+            results: List to which the results are added as they come; None: a new list.
         """
         results = [] if results is None else results
         fulls = [self._full_key(item) for item in self.options]

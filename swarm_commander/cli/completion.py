@@ -1,4 +1,4 @@
-"""What TAB offers: robots and stations of the latest run here, subcommands.
+"""Completions by TAB: robots and stations of the latest run here, subcommands.
 
 Nothing is asked of a running swarm: a shell must not wait for DDS.
 """

@@ -1,4 +1,4 @@
-"""What `swarm-commander` prints about a robot on its way."""
+"""Lines that `swarm-commander` prints about a robot on its way."""
 
 from __future__ import annotations
 

@@ -257,7 +257,6 @@ def _cache(facts: Facts) -> Finding:
 
 
 def _kernel(name: str, default: str) -> str:
-    """Return a setting of the kernel, below /proc/sys."""
     try:
         return (Path("/proc/sys") / name).read_text(encoding="ascii").strip()
     except OSError:

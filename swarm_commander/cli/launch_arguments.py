@@ -51,7 +51,7 @@ def misspelt(names: Iterable[str]) -> list[str]:
     """Return a sentence on each name that is nearly one of ours.
 
     Args:
-        names: Of launch configurations, among them some that others have declared.
+        names: Names of launch configurations, among them some that others have declared.
     """
     found = []
     for name in names:

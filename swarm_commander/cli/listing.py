@@ -1,4 +1,4 @@
-"""What `swarm-up --list` shows: the worlds, missions, robots and fleets that come with us."""
+"""Output of `swarm-up --list`: the worlds, missions, robots and fleets that come with us."""
 
 from __future__ import annotations
 

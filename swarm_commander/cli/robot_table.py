@@ -1,4 +1,4 @@
-"""What `swarm-up --describe` shows: every value of a robot model, and where it is from."""
+"""Output of `swarm-up --describe`: every value of a robot model, and where it is from."""
 
 from __future__ import annotations
 

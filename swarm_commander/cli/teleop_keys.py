@@ -19,10 +19,10 @@ Keep a key pressed: half a second without one, the robot stops."""
 
 
 class Keys:
-    """What the operator wants, by the keys so far.
+    """Command of the operator, by the keys so far.
 
     Attributes:
-        share: Of the full speed.
+        share: Share of the full speed, 0 to 1.
         is_over: Whether the operator has had enough.
     """
 
@@ -34,7 +34,7 @@ class Keys:
         self._until = 0.0
 
     def press(self, text: str, now: float) -> None:
-        """Take what was typed at a time [s]; the last key counts."""
+        """Receive the text that was typed at a time [s]; the last key counts."""
         for sequence, key in ARROWS.items():
             text = text.replace(sequence, key)
         for key in text:

@@ -30,7 +30,7 @@ def thing_request(
     """Return a request for `/sim/spawn_entity`.
 
     Args:
-        name: Of the object; empty for the name of its model.
+        name: Name of the object; empty for the name of its model.
         source: Path of an SDF or URDF, or a URI; empty for a box or a cylinder.
         box: Edges [m].
         cylinder: Radius and height [m].

@@ -65,7 +65,6 @@ up_app = typer.Typer(rich_markup_mode="rich")
 
 
 def _list(wanted: bool) -> None:
-    """Answer --list."""
     if wanted:
         typer.echo(listing())
         raise typer.Exit()
@@ -366,7 +365,6 @@ up_app.command("up", epilog=EXAMPLES)(_up)
 
 
 def _typed(context: typer.Context) -> dict[str, object]:
-    """Return the options that were given on the command line."""
     return {
         name: value
         for name, value in context.params.items()
@@ -387,7 +385,6 @@ def _address_to_bind(bind: str | None) -> str:
 def _rviz_windows(
     text: str | None, headless: bool, names: RobotNames, swarm_size: int
 ) -> tuple[str, ...]:
-    """Return which windows of RViz to open."""
     if text is None:
         return ()
     if headless:

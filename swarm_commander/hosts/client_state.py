@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from swarm_commander.hosts.host_table import LOST_AFTER, NOTICE_AFTER, HostReport, Standing
+from swarm_commander.hosts.host_table import LOST_AFTER, NOTICE_AFTER, HostReport, HostState
 from swarm_commander.hosts.run_description import RunDescription, parse
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import (
@@ -40,7 +40,7 @@ class ClientState:
     """The state of one robots' host in its exchange with the world's host.
 
     Attributes:
-        description: Of the run; None until the world's host has sent one that fits.
+        description: Description of the run; None until the world's host has sent one that fits.
         is_over: Whether there is nothing more to be said: the run has ended, or was given up.
         silences: [s] that each silence of the world's host lasted.
     """
@@ -58,7 +58,7 @@ class ClientState:
         """Begin to look for the world's host.
 
         Args:
-            numbers: Of the robots to serve, which the description names.
+            numbers: Numbers of the robots to serve, which the description names.
             stated: Facts that the user states about the run, see `RunDescription.facts`.
             now: Wall time [s].
             find_limit: [s] to find it in.
@@ -109,7 +109,7 @@ class ClientState:
         self._report["is_leaving"] = True
 
     def receive_description(self, text: str, now: float) -> list[Event]:
-        """Take what the world's host says of the run."""
+        """Receive the description of the run from the world's host."""
         if self._is_welcome or self.is_over:
             return []
         self._heard_at = now
@@ -138,7 +138,7 @@ class ClientState:
         return self._end(WorldHasOtherSecret())
 
     def receive_table(self, run: str, answer: Mapping[str, Any], now: float) -> list[Event]:
-        """Take how the world's host sees the hosts, and how run `run` goes."""
+        """Receive the world's host's view of the hosts, and the progress of run `run`."""
         if self.description is None or self.is_over:
             return []
         if run != self.description.run:
@@ -155,13 +155,13 @@ class ClientState:
         standing = answer["hosts"].get(own)
         if own in answer["refused"]:
             return self._end(Refused(answer["refused"][own]))
-        if standing == Standing.LOST.value:
+        if standing == HostState.LOST.value:
             message = "the world's host has given this one up after its silence"
             return self._end(WorldLost(message))
-        if standing == Standing.LEFT.value:
+        if standing == HostState.LEFT.value:
             return self._end()
         events += self._news(answer, standing)
-        is_unheard = standing == Standing.SILENT.value
+        is_unheard = standing == HostState.SILENT.value
         if is_unheard and not self._is_unheard:
             events.append(WorldUnhearing())
         self._is_unheard = is_unheard

@@ -1,4 +1,4 @@
-"""What both ends of the line between the world's host and a robots' host have in common."""
+"""Parts that both ends of the line between the world's host and a robots' host share."""
 
 from __future__ import annotations
 

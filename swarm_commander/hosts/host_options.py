@@ -11,7 +11,7 @@ MOST = 1000  # highest number of a robot
 
 
 class Role(StrEnum):
-    """What a host of a swarm is there for."""
+    """Role of a host of a swarm."""
 
     WORLD = "world"
     ROBOTS = "robots"

@@ -32,8 +32,8 @@ NOTICE_AFTER = 3.0  # [s] of silence that the user is told of
 LOST_AFTER = 30.0  # [s] of silence after which the other side is given up
 
 
-class Standing(Enum):
-    """Of a host."""
+class HostState(Enum):
+    """State of a host, as the world's host sees it."""
 
     SERVING = "serving"
     SILENT = "silent"
@@ -76,7 +76,7 @@ def parse_report(data: Mapping[str, Any], sender: str) -> HostReport:
 class _Host:
     report: HostReport
     heard_at: float
-    standing: Standing = Standing.SERVING
+    standing: HostState = HostState.SERVING
     silences: list[float] = field(default_factory=list)  # [s] that each lasted
     active: set[str] = field(default_factory=set)
     died: set[str] = field(default_factory=set)
@@ -105,17 +105,17 @@ class HostTable:
         self._refused: dict[str, str] = {}
 
     def hear(self, report: HostReport, now: float) -> list[Event]:
-        """Take a host's report at wall time `now`; return the changes."""
+        """Receive a host's report at wall time `now`; return the changes."""
         if report.host in self._refused:
             return []
         host = self._hosts.get(report.host)
         if host is None:
             return self._enlist(report, now)
-        if host.standing in (Standing.LEFT, Standing.LOST):
+        if host.standing in (HostState.LEFT, HostState.LOST):
             return []
         events: list[Event] = []
-        if host.standing is Standing.SILENT:
-            host.standing = Standing.SERVING
+        if host.standing is HostState.SILENT:
+            host.standing = HostState.SERVING
             host.silences.append(round(now - host.heard_at, 3))
             events.append(HostHeard(*_who(report), host.silences[-1]))
         host.report, host.heard_at = report, now
@@ -126,11 +126,11 @@ class HostTable:
         events: list[Event] = []
         for host in self._hosts.values():
             waited = now - host.heard_at
-            if host.standing is Standing.SERVING and waited > self._notice_after:
-                host.standing = Standing.SILENT
+            if host.standing is HostState.SERVING and waited > self._notice_after:
+                host.standing = HostState.SILENT
                 events.append(HostSilent(*_who(host.report), waited))
-            if host.standing is Standing.SILENT and waited > self._lost_after:
-                host.standing = Standing.LOST
+            if host.standing is HostState.SILENT and waited > self._lost_after:
+                host.standing = HostState.LOST
                 host.silences.append(round(waited, 3))
                 events.append(HostLost(*_who(host.report), host.silences[-1]))
         return events
@@ -158,14 +158,14 @@ class HostTable:
     def all_have_left(self) -> bool:
         """True if no host is left that should learn how the run ended."""
         standings = [host.standing for host in self._hosts.values()]
-        return Standing.SERVING not in standings
+        return HostState.SERVING not in standings
 
     def _enlist(self, report: HostReport, now: float) -> list[Event]:
         if report.is_leaving:
             return []
         for other in self._hosts.values():
             both = [robot for robot in report.robots if robot in other.report.robots]
-            if both and other.standing in (Standing.SERVING, Standing.SILENT):
+            if both and other.standing in (HostState.SERVING, HostState.SILENT):
                 self._refused[report.host] = (
                     f"{both[0]} is on {other.report.label} already; choose other --robots"
                 )
@@ -189,7 +189,7 @@ class HostTable:
                 host.died.add(robot)
                 events.append(NavigatorDied(robot, code, report.label))
         if report.is_leaving:
-            host.standing = Standing.LEFT
+            host.standing = HostState.LEFT
             events.append(HostLeft(*_who(report)))
         return events
 

@@ -1,4 +1,4 @@
-"""What `swarm-up --role` does beside a run on one host: profiles of DDS, and the robots' side."""
+"""Parts of `swarm-up --role` beside a run on one host: profiles of DDS, and the robots' side."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ class Asker:
         return made
 
     def take(self, data: bytes, now: float) -> None:
-        """Take an answer; foreign packets are ignored."""
+        """Receive an answer; foreign packets are ignored."""
         found = _open(self._secret, ANSWER, data)
         if found is None or found[0] != self._host:
             return

@@ -13,7 +13,7 @@ UNREADABLE = "host's report"
 
 
 class ReportCheck:
-    """Takes reports that were made with the secret, for this run, and not heard before."""
+    """Accepts reports that were made with the secret, for this run, and not heard before."""
 
     def __init__(self, secret: str, run: str, rejections: Rejections) -> None:
         self._run = run

@@ -59,7 +59,7 @@ def robots_plan(
         connect: Name or address of the world's host.
         bind: Own address or interface; None for the one on the way there.
         typed: Every option that was typed, by its name.
-        secret: That the user gave; empty for none.
+        secret: Secret that the user gave; empty for none.
 
     Raises:
         ConfigError: For the first thing that is wrong with the input.

@@ -24,7 +24,7 @@ SITES = "sites"  # the one parameter that is a path on the world's host
 
 @dataclass(frozen=True, slots=True)
 class RunDescription:
-    """Of a run on several hosts."""
+    """Description of a run on several hosts."""
 
     run: str  # name of the run, different for each
     edition: str  # of the software on the world's host
@@ -102,7 +102,7 @@ def compose(
     Args:
         sites_path: Sites file, if there is one.
         peers: See `RunDescription`.
-        names: Of all robots by number, see `RobotNames`.
+        names: Names of all robots by number, see `RobotNames`.
     """
     flats = {robot: flatten(tree[f"/{robot}/{NODE}"][SECTION]) for robot, tree in trees.items()}
     first = next(iter(flats.values()))

@@ -60,7 +60,7 @@ class WorldRun(LocalRun):
     mission runs here, too: goals, collisions and the report are in one hand, wherever a robot is.
 
     Attributes:
-        hosts: Of the robots, for the report.
+        hosts: Hosts of the robots, for the report.
     """
 
     stop_order = (*(name for name in STOP_ORDER if name != HOST), SERVER)

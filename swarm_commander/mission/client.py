@@ -72,11 +72,11 @@ class RobotCommander:
 
         Args:
             node: Node that all traffic goes through; spinning it is the caller's work.
-            namespace: Of the robot, like `Srobot3`.
+            namespace: Namespace of the robot, like `Srobot3`.
             on_status: Called with every status.
             with_feedback: Whether tasks receive feedback; for many robots it costs more than
                 all the rest of a client.
-            door: Of the statuses of all robots that the caller attaches to; this robot's alone
+            door: Check of the statuses of all robots that the caller attaches to; this robot's
                 if there is none.
             watches_swarm: Whether tasks end as failed when the robot or the swarm is gone; False
                 for a caller that watches them.

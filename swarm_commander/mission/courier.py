@@ -136,7 +136,7 @@ class OrderRobot:
         return self.topic is not None and self._report is None
 
     def poll(self) -> None:
-        """Take its reports; a repeated one means that our release was lost."""
+        """Receive its reports; a repeated one means that our release was lost."""
         if self.topic is None:
             return
         while (data := self.topic.take()) is not None:
@@ -176,7 +176,7 @@ class OrderRobot:
         self._goals = []
 
     def on_status(self, status: RobotStatus) -> int:
-        """Take that it lives; return the tick of the status."""
+        """Record that the robot lives; return the tick of the status."""
         if self.topic is None and self._is_mute(self._status_tick):
             self.client.ask()
         self._heard_at = time.monotonic()
@@ -205,7 +205,7 @@ class OrderRobot:
         self._goals.append(self._task.goal_id)
 
     def settle(self, tick: int, news: GoalNews) -> None:
-        """Take the end of the current goal, if it has come."""
+        """Handle the end of the current goal, if it has come."""
         task, goal = self._task, self._goal
         if task is None or goal is None:
             return
@@ -279,7 +279,7 @@ class CourierProcess:
         """Attach to the robots.
 
         Args:
-            config: As `RunPlan.courier_configs` writes it.
+            config: Configuration as `RunPlan.courier_configs` writes it.
 
         Raises:
             ConfigError: If mission, map or sites are unusable.
@@ -411,7 +411,7 @@ class CourierProcess:
             robot.client.look()
 
     def obey(self, command: MissionCommand) -> None:
-        """Take what swarm-up knows of a navigator."""
+        """Handle a message of swarm-up about a navigator."""
         robot = self._robots.get(command.robot)
         if robot is None:
             return

@@ -102,7 +102,7 @@ class Delivery:
         self._task_time = TASK_TIME
 
     def hear(self, event: DeliveryEvent, now: float, question: int = 0) -> Action:
-        """Take news at wall time `now`; return the next action.
+        """Handle an event at wall time `now`; return the next action.
 
         Args:
             now: Wall time [s].

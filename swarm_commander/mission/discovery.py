@@ -155,7 +155,7 @@ def read_parameters(node: Node, robot: str, names: list[str]) -> list[ParameterV
 
     Args:
         node: Node that asks; it is spun here.
-        names: Of the parameters, like `initial_pose.x`.
+        names: Names of the parameters, like `initial_pose.x`.
 
     Returns:
         One value per name, in their order.

@@ -1,4 +1,4 @@
-"""Takes one robot through its itinerary: goals out, results and status in."""
+"""Driver of one robot through its itinerary: goals out, results and status in."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Listener(Protocol):
         """A goal was sent.
 
         Args:
-            driver: Of the robot that it is about.
+            driver: Driver of the robot whose goal it is.
             order: The goal, with the number of the try.
         """
 
@@ -46,7 +46,7 @@ class Listener(Protocol):
         """A stop is settled.
 
         Args:
-            driver: Of the robot that it is about.
+            driver: Driver of the robot whose stop it is.
             outcome: The stop, reached or missed for good.
         """
 
@@ -54,14 +54,14 @@ class Listener(Protocol):
         """The mission is over; return whether the robot is to be released from lockstep.
 
         Args:
-            driver: Of the robot that it is about.
+            driver: Driver of the robot whose mission it is.
         """
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
         """A status message of the robot arrived.
 
         Args:
-            driver: Of the robot that it is about.
+            driver: Driver of the robot that sent the status.
         """
 
 
@@ -77,7 +77,7 @@ class RobotDriver:
         robot: The robot.
         itinerary: Its mission; None for a robot that is only watched.
         order: The goal sent last.
-        tick: Of the latest status.
+        tick: Tick of the latest status, of 0.1 s.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class RobotDriver:
             itinerary: Its mission; None to watch it only.
             listener: Told of the progress, from the callbacks of `node`.
             announces: Whether the robot is told that more goals follow, so that it waits for them.
-            door: Of the statuses of all robots of the caller; this robot's alone if there is none.
+            door: Check of the statuses of all robots of the caller; this robot's alone if None.
         """
         self.robot = RobotCommander(
             node, name, self._receive_status, with_feedback=False, door=door, watches_swarm=False
@@ -275,7 +275,7 @@ def has_goal(status: RobotStatus) -> bool:
     """Whether the robot has any goal.
 
     Args:
-        status: Of the robot; the goal in it is NaN where there is none.
+        status: Status of the robot; the goal in it is NaN where there is none.
     """
     return not math.isnan(status.goal.x)
 
@@ -284,7 +284,7 @@ def is_for_good(result: Any) -> bool:
     """Return whether another try of a goal would end alike, since the map alone decided it.
 
     Args:
-        result: Of a NavigateToPose; None if the goal was refused.
+        result: Result of a NavigateToPose; None if the goal was refused.
     """
     return is_final(getattr(result, "error_code", 0), getattr(result, "error_msg", ""))
 

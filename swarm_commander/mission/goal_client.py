@@ -27,7 +27,7 @@ class GoalClient:
         Args:
             node: Node that all traffic goes through; spinning it is the caller's work.
             kind: Class of the action, like `nav2_msgs.action.NavigateToPose`.
-            name: Of the action, with the namespace: `/Srobot3/navigate_to_pose`.
+            name: Name of the action, with the namespace: `/Srobot3/navigate_to_pose`.
             with_feedback: Whether to subscribe to the action's feedback.
         """
         self._kind = kind

@@ -29,7 +29,7 @@ MOST_PERIOD = 1.0  # [s] and at most, as it doubles
 
 
 class Batch(msgspec.Struct, frozen=True):
-    """What one process says in a tick, as the JSON text of a message; often nothing."""
+    """Messages of one process in a tick, as the JSON text of a message; often none."""
 
     tick: int
     envelopes: list[Envelope]
@@ -45,9 +45,9 @@ class OrderChannel:
     """Sends and receives batches; what arrives is lost or delayed as the radio says.
 
     Attributes:
-        tick: That this process decides on next.
+        tick: Tick on which this process decides next.
         barrier: Who has spoken.
-        topics: That are worth waiting for.
+        topics: Topics that are worth waiting for.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class OrderChannel:
         self._repeat_at = self._period = 0.0
 
     def poll(self) -> None:
-        """Take what has arrived."""
+        """Receive what has arrived."""
         while (data := self._clock.take()) is not None:
             self.barrier.see(cdr.read_tick(data))
         while (data := self._orders.take()) is not None:

@@ -27,7 +27,7 @@ BEAT_PERIOD = 2.0  # [s] of wall time between two signs of life
 
 
 class OrderParty(Protocol):
-    """What such a process is about."""
+    """Party of a process: what it decides and sends in a tick."""
 
     @property
     def topics(self) -> Sequence[PolledTopic]:

@@ -69,7 +69,8 @@ class Runner:
 
         Args:
             hubs: Nodes that the robots are spread over.
-            config: As `RunPlan.runner_config` writes it, with `resumed_at` and `settled` in place
+            config: Configuration as `RunPlan.runner_config` writes it, with `resumed_at` and
+                `settled` in place
                 of another mission process that died.
         """
         self._hubs = hubs
@@ -161,7 +162,7 @@ class Runner:
         """Count a goal when it is sent first.
 
         Args:
-            driver: Of the robot that it is about.
+            driver: Driver of the robot whose goal it is.
             order: The goal; a second try of it is not counted again.
         """
         self._news.sent(driver.name, order, driver.tick)
@@ -170,7 +171,7 @@ class Runner:
         """Pass a settled stop on.
 
         Args:
-            driver: Of the robot that it is about.
+            driver: Driver of the robot whose stop it is.
             outcome: The stop, reached or missed for good.
         """
         if driver.name in self._removed:
@@ -182,7 +183,7 @@ class Runner:
         """Say so when all are done; keep the last from answering so that time stands still.
 
         Args:
-            driver: Of the robot that it is about.
+            driver: Driver of the robot whose mission is over.
 
         Returns:
             Whether the robot is to be released from lockstep.
@@ -198,7 +199,7 @@ class Runner:
         """Remember to pass it on.
 
         Args:
-            driver: Of the robot that it is about.
+            driver: Driver of the robot that sent the status.
         """
         if self._state_log is not None:
             self._state_log.note(driver.name, status)
@@ -295,7 +296,8 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
     """Return each robot's mission; None for all if there is none, or if they have orders.
 
     Args:
-        config: As `RunPlan.runner_config` writes it; `settled` has the number of stops that each
+        config: Configuration as `RunPlan.runner_config` writes it; `settled` has the number of
+            stops that each
             robot has done.
 
     Returns:

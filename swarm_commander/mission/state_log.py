@@ -1,4 +1,4 @@
-"""What the robots did and when, for the report: a line whenever the state of one changes."""
+"""States of the robots over time, for the report: a line whenever the state of one changes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class StateLog:
 
         Args:
             robot: Name of the robot, like `Srobot3`.
-            status: As received; the stamp in it is the time that is written.
+            status: Status as received; the stamp in it is the time that is written.
         """
         at = round(status.stamp.sec + 1e-9 * status.stamp.nanosec, 3)
         self._keep(robot, status, at)

@@ -29,7 +29,7 @@ class StationProcess:
         """Make the party.
 
         Args:
-            config: As `RunPlan.station_configs` writes it.
+            config: Configuration as `RunPlan.station_configs` writes it.
 
         Raises:
             ConfigError: If the mission is unusable.

@@ -53,7 +53,7 @@ class Task:
         """Send a goal.
 
         Args:
-            client: Of the action.
+            client: Client of the action, which sends the goal.
             goal: Message of the action's goal type.
             on_end: Called with the task when it has ended.
         """

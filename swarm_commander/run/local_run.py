@@ -565,7 +565,7 @@ class LocalRun(ProcessRun):
         else:
             self._requests.setdefault(name, []).append(request)
             self._record_incident(f"{name} is restarted, as its user wants")
-            self._navigators.renew(name)
+            self._navigators.restart(name)
 
     # Time
 

@@ -162,7 +162,7 @@ class ProcessRun:
         """Accept requests of the user's other processes until the run ends.
 
         Args:
-            lock: Of the run's domain; requests arrive there.
+            lock: Lock of the run's domain; requests arrive there.
         """
 
         def take() -> None:
@@ -185,7 +185,6 @@ class ProcessRun:
     # What a kind of run is made of
 
     def _begin(self) -> None:
-        """Start the first processes."""
         raise NotImplementedError
 
     def _check(self) -> None:
@@ -195,10 +194,9 @@ class ProcessRun:
         """Read CPU time and memory of the processes."""
 
     def _measure_last(self) -> None:
-        """Take the measurements that are made once, just before the end."""
+        """Make the measurements that are made once, just before the end."""
 
     def _is_fine(self, exit_: Exit) -> bool:
-        """Whether a process may end like this."""
         return False
 
     def _revives(self, exit_: Exit) -> bool:
@@ -262,7 +260,7 @@ class ProcessRun:
             self._on_own_event(event)
 
     def _on_own_event(self, event: OwnEvent) -> None:
-        """Take what only processes of this kind of run report; overridden by each kind."""
+        """Handle an event that only this kind of run has; overridden by each kind."""
         self._fail(f"no process of this kind of run may report {event}")
         self._stop("stopping")
 
@@ -295,7 +293,7 @@ class ProcessRun:
                 assert_never(event)
 
     def _on_progress(self, event: WorldProgress) -> None:
-        """Take how the world is."""
+        """Handle the progress of the world."""
 
     def _sample(self, *, now: bool = False) -> None:
         if self._is_stopping or (time.monotonic() < self._next_sample and not now):
@@ -324,7 +322,6 @@ class ProcessRun:
         return path
 
     def _environment(self, name: str) -> Mapping[str, str]:
-        """Return the environment of a process."""
         return os.environ
 
     def _spawn(self, spec: ProcessSpec) -> ProcessChild:

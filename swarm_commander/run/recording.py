@@ -1,4 +1,4 @@
-"""What swarm-up tells the recorder process, and where the bag goes."""
+"""Settings that swarm-up gives the recorder process, and the place of the bag."""
 
 from __future__ import annotations
 

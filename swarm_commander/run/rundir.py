@@ -156,7 +156,8 @@ def write_env_sh(folder: RunFolder, environment: Mapping[str, str]) -> None:
     """Write `env.sh`, which another terminal sources to see this swarm.
 
     Args:
-        environment: Of the swarm; variables of `ros_env.VARIABLES` that it lacks are unset there.
+        environment: Variables of the swarm; those of `ros_env.VARIABLES` that it lacks are unset
+            there.
     """
     programs = shlex.quote(str(Path(sys.prefix) / "bin"))
     lines = [  # what is not set here may be set there, for another swarm

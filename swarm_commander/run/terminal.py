@@ -58,7 +58,7 @@ class Outlet(io.TextIOBase):
 
     @property
     def encoding(self) -> Any:  # type: ignore[override]
-        """Of the stream."""
+        """Encoding of the stream."""
         return self._stream.encoding
 
     def _close(self) -> None:

@@ -1,4 +1,4 @@
-"""What an RViz window shows: one robot; the whole swarm; the whole swarm with its models."""
+"""Content of an RViz window: one robot; the whole swarm; the whole swarm with its models."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Takes one robot through its orders: where it is to drive next, and when it is served."""
+"""Courier of one robot with orders: where it is to drive next, and when it is served."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from swarm_mission.itinerary import RETRY_TICKS, NextGoal, StopOutcome
 from swarm_mission.leg import HOME, Stop
 from swarm_mission.orders.messages import AnyMessage, Envelope, HoldPhase
 from swarm_mission.orders.order import TransportOrder
-from swarm_mission.orders.order_book import OrderEvent, What
+from swarm_mission.orders.order_book import OrderEvent, OrderEventKind
 from swarm_mission.orders.robot_bidder import BidSenses, RobotBidder
 from swarm_mission.orders.states import COURIER_TRANSITIONS, CourierEvent, CourierState
 
@@ -38,7 +38,7 @@ class Courier:
 
     Attributes:
         state: What the robot does.
-        bidder: Of the robot.
+        bidder: Bidder of the robot, which offers to carry orders.
         events: What happened since they were last taken, for the results.
         outcomes: Stations that it reached or missed, and its ways home.
     """
@@ -59,7 +59,7 @@ class Courier:
             home_map: Where it waits for orders.
             retries: Times that a goal is tried again.
             capacity: Orders that it carries at a time.
-            bids_for_all: As of `RobotBidder`.
+            bids_for_all: Whether it bids for all orders, as in `RobotBidder`.
         """
         self.state = CourierState.IDLE
         self.bidder = RobotBidder(name, capacity=capacity, bids_for_all=bids_for_all)
@@ -118,11 +118,11 @@ class Courier:
                 return "idle"
 
     def receive(self, message: AnyMessage, tick: int) -> None:
-        """Take what was heard."""
+        """Receive a message from the radio."""
         self.bidder.receive(message, tick)
 
     def on_end(self, reached: bool, tick: int, reason: str = "") -> NextGoal | None:
-        """Take the end of the goal under way; return the next goal, None if there is none now."""
+        """Handle the end of the goal under way; return the next goal, None if there is none now."""
         self._pass_time(tick)
         if self.state not in (CourierState.DRIVING, CourierState.PARKING):
             return None
@@ -178,11 +178,11 @@ class Courier:
         if target.is_origin:
             if held is None or held.phase is not HoldPhase.LOADED:
                 return None
-            ticks, what = target.order.load_ticks, What.LOADING
+            ticks, what = target.order.load_ticks, OrderEventKind.LOADING
         else:
             if not self.bidder.receipts.pop(target.order.id, False):
                 return None
-            ticks, what = target.order.unload_ticks, What.UNLOADING
+            ticks, what = target.order.unload_ticks, OrderEventKind.UNLOADING
         self._enter(CourierEvent.SERVICE)
         self._until = tick + ticks
         self._note(what, tick, target, until=self._until)
@@ -218,13 +218,13 @@ class Courier:
     def _arrive(self, tick: int) -> None:
         assert self._target is not None
         self._at = self._target.station
-        self._note(What.ARRIVED, tick, self._target)
+        self._note(OrderEventKind.ARRIVED, tick, self._target)
         if self._target.order.id in self.bidder.held:
             self.bidder.arrive(self._target.order.id)
 
     def _depart(self, tick: int) -> None:
         if self._at:
-            self.events.append(OrderEvent(What.LEFT, tick, "", self._at, self.name))
+            self.events.append(OrderEvent(OrderEventKind.LEFT, tick, "", self._at, self.name))
             self._at = ""
 
     def _try_again(self, tick: int, reason: str) -> NextGoal | None:
@@ -258,7 +258,7 @@ class Courier:
         why = "" if reached else reason
         self.outcomes.append(StopOutcome(self._stop, reached, tick, self._begun, why))
 
-    def _note(self, what: What, tick: int, target: Errand, until: int = 0) -> None:
+    def _note(self, what: OrderEventKind, tick: int, target: Errand, until: int = 0) -> None:
         event = OrderEvent(what, tick, target.order.id, target.station, self.name, until=until)
         self.events.append(event)
 

@@ -43,9 +43,9 @@ class Dispatcher(Protocol):
         """Return the bids that are to be granted.
 
         Args:
-            tick: Of 0.1 s.
+            tick: Tick of 0.1 s.
             offers: Open orders of all stations, the most urgent first.
-            bids: Of all idle robots, by order; a robot bids for each order that it hears of.
+            bids: Bids of all idle robots, by order; a robot bids for each order that it hears of.
 
         Returns:
             Bids out of `bids`, at most one for each order and each robot.
@@ -128,7 +128,7 @@ class DispatcherAgent:
         self._assigned: dict[str, int] = {}  # tick, by robot
 
     def receive(self, message: AnyMessage, tick: int) -> None:
-        """Take what was heard."""
+        """Receive a message from the radio."""
         if isinstance(message, Announcement):
             self._offers[message.station] = tick, message.offers
         elif isinstance(message, Bid):

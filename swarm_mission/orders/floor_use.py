@@ -46,7 +46,7 @@ class FloorUse:
     _times: defaultdict[tuple[int, int], float] = field(default_factory=lambda: defaultdict(float))
 
     def note(self, tick: int, robot: str, x: float, y: float, share: str) -> None:
-        """Take a sample.
+        """Record a sample.
 
         Args:
             x: [m] in map.

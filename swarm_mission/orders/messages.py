@@ -1,4 +1,4 @@
-"""What stations and robots say to each other over the radio; any of it may be lost or late.
+"""Messages of stations and robots over the radio; any of them may be lost or late.
 
 Every kind may arrive twice, and each receiver tells by order and grant whether it still counts.
 Grants of one order are numbered from 1: a later one makes all before it void.
@@ -14,7 +14,7 @@ from swarm_mission.orders.order import TransportOrder
 
 
 class HoldPhase(Enum):
-    """What a robot says of an order that it holds."""
+    """Phase of an order that a robot holds, as the robot reports it."""
 
     COMING = "coming"  # on its way to the origin
     HERE = "here"  # at the origin, to be loaded

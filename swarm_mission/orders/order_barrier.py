@@ -69,7 +69,7 @@ class OrderBarrier:
         """Return who has not spoken of a tick and is waited for.
 
         Args:
-            among: Of whom; None for all.
+            among: Parties that are asked about; None for all.
         """
         return [
             party

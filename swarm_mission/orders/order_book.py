@@ -1,4 +1,4 @@
-"""What became of every order, station and robot; the same for bench and report."""
+"""Records of every order, station and robot; the same for bench and report."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ HOUR = 3600.0  # [s]
 DIGITS = 3
 
 
-class What(Enum):
-    """What happens to an order."""
+class OrderEventKind(Enum):
+    """Kind of an event in the life of an order."""
 
     CREATED = "created"
     GRANTED = "granted"
@@ -33,7 +33,7 @@ class What(Enum):
 class OrderEvent(msgspec.Struct, frozen=True, omit_defaults=True):
     """Something that stations and robots tell for the results."""
 
-    what: What
+    what: OrderEventKind
     tick: int
     order: str = ""
     station: str = ""
@@ -138,7 +138,7 @@ class OrderBook:
     def apply(self, event: OrderEvent) -> None:
         """Add an event."""
         self._visit(event)
-        if event.what is What.CREATED:
+        if event.what is OrderEventKind.CREATED:
             self.records[event.order] = OrderRecord(
                 event.order, event.station, event.target, event.tick, event.priority, event.due
             )
@@ -152,21 +152,21 @@ class OrderBook:
     def _record(self, event: OrderEvent) -> None:
         record = self.records[event.order]
         match event.what:
-            case What.GRANTED if not record.receipts:
+            case OrderEventKind.GRANTED if not record.receipts:
                 record.granted, record.robot = event.tick, event.robot
                 record.at_origin = record.loading = record.loaded = record.at_target = None
-            case What.TAKEN_BACK:
+            case OrderEventKind.TAKEN_BACK:
                 record.taken_back += 1
-            case What.ARRIVED if not record.receipts or event.robot == record.robot:
+            case OrderEventKind.ARRIVED if not record.receipts or event.robot == record.robot:
                 if event.station == record.origin:
                     record.at_origin = event.tick
                 else:
                     record.at_target = event.tick
-            case What.LOADING if not record.receipts or event.robot == record.robot:
+            case OrderEventKind.LOADING if not record.receipts or event.robot == record.robot:
                 record.loading, record.loaded = event.tick, event.until
-            case What.UNLOADING:
+            case OrderEventKind.UNLOADING:
                 record.unloading, record.done = event.tick, event.until
-            case What.RECEIVED:
+            case OrderEventKind.RECEIVED:
                 record.receipts += 1
                 record.robot = event.robot
                 if record.done is None:  # as it stays if the robot dies before it is told
@@ -177,11 +177,11 @@ class OrderBook:
     def _visit(self, event: OrderEvent) -> None:
         visits = self._visits[event.station]
         match event.what:
-            case What.ARRIVED:
+            case OrderEventKind.ARRIVED:
                 visits.present.setdefault(event.robot, event.tick)
-            case What.LOADING | What.UNLOADING:
+            case OrderEventKind.LOADING | OrderEventKind.UNLOADING:
                 visits.services.append((event.tick, event.until))
-            case What.LEFT if event.robot in visits.present:
+            case OrderEventKind.LEFT if event.robot in visits.present:
                 visits.stays.append((visits.present.pop(event.robot), event.tick))
             case _:
                 pass

@@ -28,7 +28,7 @@ def parse_orders(content: Mapping[str, Any], path: Path) -> OrderPlan:
     """Return the orders of a mission file.
 
     Args:
-        path: Of the file; files of times lie beside it.
+        path: Path of the file; files of times lie beside it.
 
     Raises:
         ConfigError: If something in it is wrong.

@@ -87,7 +87,7 @@ class OrderRun:
         """Let everybody hear, decide and send.
 
         Args:
-            senses: Of each robot that lives, by name.
+            senses: State of each robot that lives, by name.
             dead: Robots that do and hear nothing.
 
         Returns:

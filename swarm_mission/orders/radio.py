@@ -42,7 +42,7 @@ class OrderRadio:
         self._transit: dict[int, list[Envelope]] = defaultdict(list)  # by tick of the sending
 
     def send(self, tick: int, envelopes: Iterable[Envelope]) -> None:
-        """Take what is sent at a tick; the order of the senders' calls does not matter."""
+        """Send messages at a tick; the order of the senders' calls does not matter."""
         self._transit[tick] += envelopes
 
     def receive(self, tick: int, receivers: Sequence[str]) -> dict[str, list[AnyMessage]]:

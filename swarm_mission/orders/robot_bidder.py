@@ -41,7 +41,7 @@ TICKS_PER_SECOND = 10.0
 
 @dataclass(frozen=True, slots=True)
 class BidSenses:
-    """What a robot knows of itself when it bids."""
+    """State of a robot from which its bids follow."""
 
     way_to: Callable[[str], float]  # [m] to a station by name; inf if there is no way
     speed: float  # [m/s] at most
@@ -105,7 +105,7 @@ class RobotBidder:
         self._replies: list[Envelope] = []
 
     def receive(self, message: AnyMessage, tick: int) -> None:
-        """Take what was heard; it may be late, repeated, or for others."""
+        """Receive a message, which may be late, repeated, or for others."""
         if isinstance(message, Announcement):
             self._offers[message.station] = tick, message.offers
             return

@@ -39,7 +39,7 @@ class ServiceTime:
 
     @property
     def form(self) -> str:
-        """What the parameters are."""
+        """Meaning of the parameters."""
         return PARAMETERS[self.kind]
 
     @property

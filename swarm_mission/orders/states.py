@@ -15,7 +15,7 @@ class OrderState(Enum):
 
 
 class OrderChange(Enum):
-    """What may happen to it."""
+    """Change of an order's state."""
 
     GRANT = "grant"
     LOAD = "load"
@@ -42,7 +42,7 @@ ORDER_TRANSITIONS: dict[OrderState, dict[OrderChange, OrderState]] = {
 
 
 class CourierState(Enum):
-    """What a robot does for its orders."""
+    """State of a robot with its orders."""
 
     IDLE = "idle"
     PARKING = "parking"  # on its way home, without orders
@@ -52,7 +52,7 @@ class CourierState(Enum):
 
 
 class CourierEvent(Enum):
-    """What may happen to it."""
+    """Event in the work of a robot with its orders."""
 
     STOP = "stop"  # there is a station to go to
     HOME = "home"  # there is none

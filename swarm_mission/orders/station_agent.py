@@ -29,7 +29,7 @@ from swarm_mission.orders.messages import (
     Void,
 )
 from swarm_mission.orders.order import TransportOrder
-from swarm_mission.orders.order_book import OrderEvent, What
+from swarm_mission.orders.order_book import OrderEvent, OrderEventKind
 from swarm_mission.orders.states import ORDER_TRANSITIONS, OrderChange, OrderState
 
 # Ticks of 0.1 s.
@@ -72,7 +72,7 @@ class StationAgent:
         """Begin before the first order.
 
         Args:
-            orders: Of this station, in the order of time; may never end.
+            orders: Orders of this station, in the order of time; may never end.
             awaits_dispatcher: Whether a dispatcher chooses who gets an order; else the lowest bid.
         """
         self.name = name
@@ -102,7 +102,7 @@ class StationAgent:
         return bool(self._open)
 
     def receive(self, message: AnyMessage, tick: int) -> None:
-        """Take what was heard; it may be late, repeated, or about others."""
+        """Receive a message, which may be late, repeated, or about others."""
         if message.station != self.name:
             return
         match message:
@@ -145,7 +145,7 @@ class StationAgent:
             self._open[order.id] = _Entry(order)
             self.events.append(
                 OrderEvent(
-                    What.CREATED, order.created, order.id, self.name, target=order.target,
+                    OrderEventKind.CREATED, order.created, order.id, self.name, target=order.target,
                     priority=order.priority, due=order.due,
                 )
             )  # fmt: skip
@@ -179,7 +179,7 @@ class StationAgent:
         entry.bids = {}
         for other in self._open.values():
             other.bids.pop(bid.robot, None)
-        self._note(What.GRANTED, entry.order.id, tick, bid.robot)
+        self._note(OrderEventKind.GRANTED, entry.order.id, tick, bid.robot)
 
     def _chosen(self, entry: _Entry, tick: int) -> Bid | None:
         if self._awaits_dispatcher:
@@ -231,7 +231,7 @@ class StationAgent:
     def _take_back(self, entry: _Entry, reason: str, tick: int) -> None:
         self._change(entry, OrderChange.TAKE_BACK)
         self._reply(entry.robot, Void(self.name, entry.robot, entry.order.id, entry.number))
-        self._note(What.TAKEN_BACK, entry.order.id, tick, entry.robot, reason=reason)
+        self._note(OrderEventKind.TAKEN_BACK, entry.order.id, tick, entry.robot, reason=reason)
         entry.bids = {}
         self._is_news = True
 
@@ -242,7 +242,7 @@ class StationAgent:
             self._bringers[unload.order] = unload.robot
             self._untold[unload.order] = unload.origin, tick - REPEAT_TICKS
             self._ends[unload.order] = tick + unload.ticks + REPEAT_TICKS
-            self._note(What.RECEIVED, unload.order, tick, unload.robot)
+            self._note(OrderEventKind.RECEIVED, unload.order, tick, unload.robot)
         # It asks again if it has not heard the answer; only then is it served.
         self._busy_until = max(self._busy_until, tick + unload.ticks + REPEAT_TICKS)
         is_new = self._bringers[unload.order] == unload.robot
@@ -271,7 +271,9 @@ class StationAgent:
     def _change(self, entry: _Entry, change: OrderChange) -> None:
         entry.state = ORDER_TRANSITIONS[entry.state][change]
 
-    def _note(self, what: What, order: str, tick: int, robot: str, reason: str = "") -> None:
+    def _note(
+        self, what: OrderEventKind, order: str, tick: int, robot: str, reason: str = ""
+    ) -> None:
         self.events.append(OrderEvent(what, tick, order, self.name, robot, reason=reason))
 
     def _envelope(self, receiver: str, message: AnyMessage) -> Envelope:

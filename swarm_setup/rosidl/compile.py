@@ -37,7 +37,7 @@ class BuildError(SwarmError):
 
 @dataclass(frozen=True, slots=True)
 class Toolchain:
-    """What to call and where to look."""
+    """Programs to call and folders to search."""
 
     c: str
     cxx: str

@@ -66,7 +66,6 @@ def platform_key(tools: Toolchain) -> str:
 
 
 def _version(package: str, origin: str) -> str:
-    """Return the version in package.xml beside an installed generator."""
     for folder in Path(origin).parents:
         file = folder / "share" / package / "package.xml"
         if file.exists():

@@ -22,7 +22,7 @@ class Driving:
         self._until = self._due = 0.0
 
     def begin(self, robot: str, tell: Tell, on_end: Callable[[], None]) -> None:
-        """Take a robot."""
+        """Begin to drive a robot."""
         self.end()
         self.robot = robot
         self._way, self._until = (0.0, 0.0), 0.0
@@ -41,7 +41,7 @@ class Driving:
             self._link.end_drive(robot)
 
     def steer(self, ahead: float, turn: float, now: float) -> None:
-        """Take what the page's keys say, each -1 to 1; it counts for a moment only."""
+        """Set the command of the page's keys, each -1 to 1; it counts for a moment only."""
         self._way = min(1.0, max(-1.0, ahead)), min(1.0, max(-1.0, turn))
         self._until = now + HOLD
 

@@ -1,4 +1,4 @@
-"""What a page's own script tells: its size, a click on the time line, keys (see `page.js`)."""
+"""Messages of a page's own script: its size, a click on the time line, keys (see `page.js`)."""
 
 from __future__ import annotations
 

@@ -188,7 +188,6 @@ class Page:
         )
 
     def _drive(self, driving: Driving) -> None:
-        """Drive the robot by hand, or no more."""
         if driving.robot:
             driving.end()
         else:
@@ -212,7 +211,6 @@ class Page:
         self._post(lambda: self._say(f"Saved {name}."))
 
     def _film(self) -> None:
-        """Begin to film, or stop and save it."""
         self._is_filming = not self._is_filming
         self._panel.film.label = STOP_FILM if self._is_filming else FILM
         name = json.dumps(f"swarm_{self.shown_time:.1f}s")
@@ -220,7 +218,6 @@ class Page:
         run_script(self._client, f"window.swarm.{script}")
 
     def _copy_link(self) -> None:
-        """Copy a link to camera, robot and time."""
         camera, time = self._view.camera, self.shown_time
         is_past = self._playback is not None or self._past.time is not None
         view = None if camera is None else np.array([camera.position, camera.target])
@@ -354,7 +351,6 @@ class Page:
         )  # fmt: skip
 
     def _shows_tubes(self) -> bool:
-        """True if the held space of all robots is shown."""
         is_small = self._plan.is_on and len(self._swarm.names) <= MOST_TUBES
         return bool(self._panel.claims.value) or is_small
 

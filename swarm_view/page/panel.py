@@ -72,7 +72,6 @@ class Panel:
             self._add_view()
 
     def _button(self, label: str, hint: str, color: Any = None) -> Any:
-        """Add a button with a hint."""
         self.hints[label] = hint
         return self._gui.add_button(label, color=color)
 

@@ -1,4 +1,4 @@
-"""What the panel says, as Markdown and HTML."""
+"""Text of the panel, as Markdown and HTML."""
 
 from __future__ import annotations
 

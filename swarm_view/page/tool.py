@@ -23,7 +23,7 @@ Post = Callable[[Callable[[], None]], None]
 
 
 class Tool(Enum):
-    """What the reader has in hand; the value is its name on the panel."""
+    """Tool that the reader uses; the value is its name on the panel."""
 
     SELECT = "Select"
     GOAL = "Goal"
@@ -58,7 +58,7 @@ class Hand:
         self._arrow: Any = None
 
     def take(self, tool: Tool, raster: Raster) -> None:
-        """Take a tool that is used on the floor of a map."""
+        """Select a tool that is used on the floor of a map."""
         self.drop()
         self.tool = tool
         self._show()

@@ -1,4 +1,4 @@
-"""What is drawn in 3D, and the camera that looks at it; parts of viser that are not public.
+"""Drawings in 3D, and the camera that looks at them; parts of viser that are not public.
 
 What a module imports of its folder stands above it:
 

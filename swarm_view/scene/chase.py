@@ -66,7 +66,7 @@ class Chase:
         self._seen = place
 
     def _heed_reader(self, seen: FloatArray, now: float) -> None:
-        """Take over how the reader has turned and zoomed."""
+        """Follow the way in which the reader has turned and zoomed."""
         look_at = self._camera.look_at
         if now < self._doubt_end and np.abs(look_at - seen).max() > COME:
             return

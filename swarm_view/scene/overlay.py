@@ -1,4 +1,4 @@
-"""What one page shows of all robots: names and states, trails, committed motion."""
+"""Overlay of one page on all robots: names and states, trails, committed motion."""
 
 from __future__ import annotations
 

@@ -115,7 +115,6 @@ class PageView:
         self._scaled = (-1, 0.0)
 
     def _paint(self, color: RGB) -> None:
-        """Give the space around the hall a colour."""
         shares = [round(value / 255, 4) for value in color]
         run_script(self._client, f"window.swarm.setBackground({shares})")
 

@@ -1,4 +1,4 @@
-"""What one page shows of its robot: scan, plans, claims, costmaps, goal."""
+"""Layers that one page shows of its robot: scan, plans, claims, costmaps, goal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a robot looks like: the visuals of its URDF as GLB, also without its wheels."""
+"""Mesh of a robot: the visuals of its URDF as GLB, also without its wheels."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ DIRECTIONS = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat
 
 @dataclass(frozen=True, slots=True)
 class Wheel:
-    """What rolls, to draw."""
+    """Wheel of a robot, to be drawn."""
 
     glb: bytes  # binary glTF in the wheel's own frame
     root_from_wheel: FloatArray  # (4, 4), the joint at zero

@@ -166,7 +166,6 @@ def _box(marker: Any) -> Box:
 
 
 def _triangles(marker: Any) -> tuple[FloatArray, Any]:
-    """Return vertices (n, 3) and faces (m, 3) of a list of triangles."""
     points = np.array([(p.x, p.y, p.z) for p in marker.points]).reshape(-1, 3)
     return points, np.arange(len(points)).reshape(-1, 3)
 

@@ -1,4 +1,4 @@
-"""What the links of a URDF show: meshes in their colours, and spokes on plain wheels."""
+"""Visuals of the links of a URDF: meshes in their colours, and spokes on plain wheels."""
 
 from __future__ import annotations
 
@@ -42,7 +42,6 @@ def visuals(robot: Any) -> list[VisualMesh]:
 
 
 def _origin(visual: Any) -> FloatArray:
-    """Return link_from_visual."""
     origin: FloatArray = np.eye(4) if visual.origin is None else visual.origin
     return origin
 

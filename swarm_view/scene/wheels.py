@@ -92,7 +92,7 @@ class WheelHubs:
     """Where the wheels of robots of one model are."""
 
     def __init__(self, wheels: Sequence[tuple[FloatArray, FloatArray]]) -> None:
-        """Take root_from_wheel (4, 4) and axis (3,), in the wheel's frame, of each."""
+        """Store root_from_wheel (4, 4) and axis (3,), in the wheel's frame, of each."""
         self._places = np.array([place[:3, 3] for place, _ in wheels]).reshape(-1, 3)
         still = [SO3.from_matrix(place[:3, :3]) for place, _ in wheels]
         half = [SO3(np.array([0.0, *axis])) for _, axis in wheels]  # a turn by 180 degrees

@@ -1,4 +1,4 @@
-"""What is known of a swarm, and where it comes from: topics, messages, states, history.
+"""State of a swarm as the viewer knows it, and its sources: topics, messages, states, history.
 
 What a module imports of its folder stands above it:
 

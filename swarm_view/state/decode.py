@@ -44,7 +44,7 @@ class Raster:
 
 @dataclass(frozen=True, slots=True)
 class CommittedMotion:
-    """What a robot claims: polylines (n, 2) in map."""
+    """Committed motion of a robot: polylines (n, 2) [m] in map."""
 
     held: FloatArray
     wanted: FloatArray

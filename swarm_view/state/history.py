@@ -1,4 +1,4 @@
-"""What has happened so far, by statuses, verdicts and poses: marks, states, curves, places."""
+"""History of a run from statuses, verdicts and poses: marks, states, curves, places."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class _Robot:
 
 
 class History:
-    """What happened between the first and the last message.
+    """History of a run between the first and the last message.
 
     Attributes:
         start: [s] of the first message; None before it.
@@ -107,7 +107,7 @@ class History:
     # Messages
 
     def add_poses(self, tick: int, names: Sequence[str], poses: FloatArray) -> None:
-        """Take poses (n, 3) of robots, in map."""
+        """Add poses (n, 3) of robots: x, y [m], yaw [rad] in map."""
         time = self._see(tick)
         if self._poses and time < self._poses[-1][0] * CONTROL_PERIOD + self._period:
             return
@@ -121,7 +121,7 @@ class History:
             del self._poses[: MOST_POSES // 10]
 
     def add_status(self, robot: str, state: ReportedState) -> None:
-        """Take what a robot says of itself."""
+        """Add a robot's report of its state."""
         time, known = self._see(state.tick), self._robots[robot]
         self._latest[robot] = state.state
         if time >= self._sample_due:
@@ -139,7 +139,7 @@ class History:
             known.changes.append(StateChange(time, state))
 
     def add_verdict(self, verdict: Any) -> None:
-        """Take what the world says of the run."""
+        """Add a verdict of the world on the run."""
         time = self._see(tick_of(verdict.stamp))
         counts = (
             int(verdict.collisions_robot_robot),

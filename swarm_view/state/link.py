@@ -1,4 +1,4 @@
-"""What the address of a page carries beside its robot: camera, time, dark or light."""
+"""Parameters in the address of a page beside its robot: camera, time, dark or light."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PARAMETERS = ("robot", "camera", "time", "dark")
 
 @dataclass(frozen=True, slots=True)
 class Viewpoint:
-    """What a page opens with."""
+    """View with which a page opens."""
 
     robot: str = ""  # that it looks at; empty for none
     camera: FloatArray | None = None  # position and target (2, 3) in map; None for a preset

@@ -1,4 +1,4 @@
-"""What a page can tell the swarm: goals, poses, pause, speed, robots. Nothing here waits."""
+"""Commands of a page to the swarm: goals, poses, pause, speed, robots. Nothing here waits."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ class OperatorLink:
         """Put something at `end_map` (2,) in map.
 
         Args:
-            name: Of a robot; empty for the object that is nearest to `start_map` (2,).
+            name: Name of a robot; empty for the object that is nearest to `start_map` (2,).
             robots: Names of those that are no objects.
             yaw: [rad] in map; None to leave it as it is.
         """

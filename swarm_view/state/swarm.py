@@ -106,7 +106,7 @@ class Swarm:
         return self.names.index(robot) if robot in self.names else None
 
     def apply(self, taken: list[tuple[str, bytes]], now: float) -> None:
-        """Take messages in their order; `now` is wall time."""
+        """Apply messages in their order; `now` is wall time."""
         newest = {topic: data for topic, data in taken if topic == topics.TF}
         for topic, data in taken:
             if topic == topics.TF and newest[topic] is not data:

@@ -15,7 +15,7 @@ _WORLD = {topic.name: topic for topic in WORLD_TOPICS}
 
 
 class Layer(Enum):
-    """What can be shown of one robot; the value is the topic in its namespace."""
+    """Layer that can be shown of one robot; the value is the topic in its namespace."""
 
     SCAN = "scan"
     PLAN = "plan"

@@ -32,7 +32,7 @@ class Track:
         return self._to
 
     def add(self, poses: FloatArray, now: float) -> None:
-        """Take new poses (n, 3): x, y, yaw in map, that came at wall time `now` [s]."""
+        """Add new poses (n, 3): x, y, yaw in map, that came at wall time `now` [s]."""
         if len(poses) != len(self._to):
             self._from = self._to = poses
             self._since = now
@@ -66,7 +66,7 @@ class Trails:
         self._spacing = spacing
 
     def add(self, poses: FloatArray) -> None:
-        """Take poses (n, 3); keep them when a robot has moved far enough."""
+        """Add poses (n, 3); keep them when a robot has moved far enough."""
         places = poses[:, :2].copy()
         if self._points and len(self._points[-1]) != len(places):
             self._points.clear()

@@ -1,4 +1,4 @@
-"""What a run is given: options, parameter files, and the plan that follows from them.
+"""Input of a run: options, parameter files, and the plan that follows from them.
 
 What a module imports of its folder stands above it:
 

@@ -31,7 +31,7 @@ DEFAULT_ROBOT = "turtlebot3_waffle"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UpOptions:
-    """What the user asked for; names as on the command line."""
+    """Options of the user; names as on the command line."""
 
     swarm_size: int = DEFAULT_SIZE
     world: str = "slim_blockage"
@@ -192,7 +192,7 @@ def parse_speed(text: str | None, in_real_time: bool) -> float | None:
     """Return --speed as a factor of real time, None for as fast as possible.
 
     Args:
-        text: As typed, None for the default.
+        text: Text that was typed, None for the default.
         in_real_time: Whether the default is real time; otherwise there is no limit.
 
     Raises:
@@ -215,7 +215,7 @@ def swarm_size_of(given: int | None, fleet: Fleet | None) -> int:
     """Return the swarm size: as typed, that of the fleet, or the default.
 
     Args:
-        given: As typed; None if it was not.
+        given: Number that was typed; None if it was not.
         fleet: None without --fleet.
 
     Raises:
@@ -235,7 +235,7 @@ def names_of(given: str | None, fleet: Fleet | None, swarm_size: int) -> RobotNa
     """Return the names of the robots: as typed, those of the fleet, or the default.
 
     Args:
-        given: As typed, a pattern or names with commas between them; None if it was not.
+        given: Text that was typed, a pattern or names with commas between them; None if it was not.
         fleet: None without --fleet.
 
     Raises:
@@ -253,7 +253,7 @@ def robot_of(given: str | None, fleet: Fleet | None) -> str:
     """Return the robot model: as typed, what the fleet consists of, or the default.
 
     Args:
-        given: As typed; None if it was not.
+        given: Text that was typed; None if it was not.
         fleet: None without --fleet.
 
     Raises:

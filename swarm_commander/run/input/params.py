@@ -147,7 +147,7 @@ def write_parameter_file(path: Path, tree: Mapping[str, Any]) -> None:
     """Write a parameter file.
 
     Args:
-        tree: As `robot_parameter_file` returns it.
+        tree: Parameters as `robot_parameter_file` returns them.
     """
     dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # in C: ten times faster
     text = yaml.dump(dict(tree), Dumper=dumper, sort_keys=False)

@@ -54,7 +54,7 @@ class RunPlan:
     """The checked input of a run.
 
     Attributes:
-        options: As typed.
+        options: Options that the user typed.
         world: World file.
         map: Map of the user or of a world that comes with us; None to draw it from the world.
         sites_path: Its sites file; None if there is none beside it.
@@ -62,8 +62,9 @@ class RunPlan:
         fleet: Model of each robot.
         mission: What the robots are to do, if anything.
         defaults: Parameters of the navigators by dotted name.
-        overrides: Of the user.
-        copies: Of files that processes read again when they are restarted, by the file's name as
+        overrides: Parameters that the user gave.
+        copies: Copies of files that processes read again when they are restarted, by the file's
+            name as
             the user gave it; see `with_copies`.
         remarks: What may end badly, a sentence each.
     """
@@ -142,7 +143,7 @@ class RunPlan:
             verdict: File that the world is to write at its end.
 
         Returns:
-            As `swarm_sim.ros.settings` reads it.
+            Configuration as `swarm_sim.ros.settings` reads it.
         """
         options, params = self.options, self.overrides.world
         broken = params.broken_map
@@ -263,7 +264,6 @@ class RunPlan:
         return robot_parameter_file(name, number, member.spec, initial_pose_map, values)
 
     def _rules(self) -> dict[str, Any]:
-        """Return the rules of traffic, if they are not the usual ones."""
         is_led = self.options.coordination is Coordination.FLEET
         return {"traffic.rules": FLEET_RULES} if is_led else {}
 
@@ -281,11 +281,11 @@ class RunPlan:
         """Return the configuration of the centre.
 
         Args:
-            map_file: Of the map that the robots have.
+            map_file: File of the map that the robots have.
             params: Parameter file of the first robot that has a navigator.
 
         Returns:
-            As `swarm_central.process` reads it.
+            Configuration as `swarm_central.process` reads it.
         """
         numbers = {name: number for number, name in enumerate(self.options.robot_names, 1)}
         return {
@@ -341,7 +341,6 @@ class RunPlan:
         }
 
     def _courier_shares(self) -> list[list[str]]:
-        """Return the robots of each courier process."""
         size = max(self.options.pack, -(-len(self.alive) // COURIERS))
         return [self.alive[first : first + size] for first in range(0, len(self.alive), size)]
 
@@ -350,7 +349,7 @@ class RunPlan:
 
         Args:
             homes_map: Where each robot starts, broken ones included.
-            map_file: That the navigators use; ways to stations are measured on it.
+            map_file: Map file that the navigators use; ways to stations are measured on it.
         """
         if not self.has_orders:
             return []
@@ -383,7 +382,7 @@ class RunPlan:
             homes_map: Where each robot starts, broken ones included.
 
         Returns:
-            As `mission.runner` reads it.
+            Configuration as `mission.runner` reads it.
         """
         options = self.options
         return {
@@ -414,10 +413,10 @@ class RunPlan:
         """Return the configuration of the process that makes vehicles of VDA 5050 of the robots.
 
         Args:
-            map_file: Of the map that the robots have.
+            map_file: File of the map that the robots have.
 
         Returns:
-            As `swarm_vda5050.process` reads it.
+            Configuration as `swarm_vda5050.process` reads it.
         """
         assert self.options.vda5050 is not None
         members = zip(self.options.robot_names, self.fleet.members, strict=True)

@@ -21,7 +21,7 @@ SENSORS = "sensors"
 
 @dataclass(frozen=True, slots=True)
 class WorldParams:
-    """What the user wants of the world.
+    """Parameters of the world that the user wants.
 
     Attributes:
         values: Parameters by dotted name, without those of broken robots.

@@ -53,7 +53,7 @@ class NavigatorSupervisor:
         """Record a death.
 
         Args:
-            name: Of the robot, like `Srobot3`.
+            name: Name of the robot, like `Srobot3`.
             begins_anew: Whether it ended because it was stopped and others had forgotten it; it is
                 restarted even if nobody else is.
 
@@ -75,7 +75,7 @@ class NavigatorSupervisor:
         """Note that the fork server has started a navigator.
 
         Args:
-            name: Of the robot, like `Srobot3`.
+            name: Name of the robot, like `Srobot3`.
         """
         self._asked.pop(name, None)
         if name in self.down:
@@ -85,7 +85,7 @@ class NavigatorSupervisor:
         """Note that a navigator is active.
 
         Args:
-            name: Of the robot, like `Srobot3`.
+            name: Name of the robot, like `Srobot3`.
 
         Returns:
             Whether it is one that had died.
@@ -110,17 +110,17 @@ class NavigatorSupervisor:
         """End a navigator that hangs.
 
         Args:
-            name: Of the robot, like `Srobot3`.
+            name: Name of the robot, like `Srobot3`.
         """
         if name in self.params and name not in self.given_up:
             self._asked[name] = self._clock()
             self._tell(KillNavigator(name))
 
-    def renew(self, name: str) -> None:
+    def restart(self, name: str) -> None:
         """Restart a navigator at the user's request, in any state.
 
         Args:
-            name: Of the robot, like `Srobot3`.
+            name: Name of the robot, like `Srobot3`.
         """
         if name in self.given_up:
             self.given_up.discard(name)
@@ -136,7 +136,7 @@ class NavigatorSupervisor:
         """Forget a robot that was taken out of the world.
 
         Args:
-            name: Of the robot, like `Srobot3`.
+            name: Name of the robot, like `Srobot3`.
         """
         for names in (self.down, self.given_up):
             names.discard(name)

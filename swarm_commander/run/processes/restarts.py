@@ -31,7 +31,7 @@ class Restarts:
         return self._is_allowed
 
     def on_death(self, name: str, now: float) -> float | None:
-        """Take a death.
+        """Record a death; return the pause before the restart.
 
         Args:
             now: Wall time [s].

@@ -42,7 +42,7 @@ class ProcessSpec:
 
 
 class ChildState(Enum):
-    """Of a process."""
+    """State of a process."""
 
     RUNNING = "running"
     STOPPING = "stopping"
@@ -51,7 +51,7 @@ class ChildState(Enum):
 
 
 class ChildEvent(Enum):
-    """What happens to a process."""
+    """Event in the life of a process."""
 
     STOP = "stop"
     DEADLINE = "deadline"

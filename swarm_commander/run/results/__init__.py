@@ -1,4 +1,4 @@
-"""What a run comes to: numbers while it goes on, the terminal, and the report.
+"""Results of a run: numbers while it goes on, the terminal, and the report.
 
 What a module imports of its folder stands above it:
 

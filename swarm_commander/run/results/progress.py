@@ -1,4 +1,4 @@
-"""What the user sees while a run goes, and the table at its end."""
+"""Progress that the user sees while a run goes, and the table at its end."""
 
 from __future__ import annotations
 
@@ -90,8 +90,8 @@ class Progress:
         """Print a line that stays.
 
         Args:
-            text: Of any length; the terminal wraps it.
-            style: Of rich, like `yellow`; empty for none.
+            text: Text of any length; the terminal wraps it.
+            style: Style of rich, like `yellow`; empty for none.
         """
         self._console.print(Text(text, style=style), soft_wrap=True)
 
@@ -187,7 +187,7 @@ def goals_text(goals: Mapping[str, int]) -> str:
     """Return how many of all goals were reached, and what became of the others.
 
     Args:
-        goals: Of the report: `sent`, `reached`, `failed`, `pending`.
+        goals: Goals of the report: `sent`, `reached`, `failed`, `pending`.
     """
     reached, failed, pending = goals["reached"], goals["failed"], goals["pending"]
     under_way = min(pending, max(0, goals["sent"] - reached - failed))

@@ -124,7 +124,6 @@ def _collisions(statistics: RunStatistics, verdict: Mapping[str, Any]) -> list[C
 
 
 def _orders(statistics: RunStatistics, sim_time: float) -> dict[str, Any]:
-    """Return what became of the orders; nothing for a mission without any."""
     if statistics.orders is None:
         return {}
     figures = statistics.orders.as_json(sim_time)
@@ -188,7 +187,6 @@ def _robots(statistics: RunStatistics, measured: Mapping[str, Mapping[str, Any]]
 
 
 def _battery(measured: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what became of a robot's battery; nothing without one."""
     battery = measured.get("battery") or {}
     return {
         f"battery_{name}": value if isinstance(value, int) else rounded(value)
@@ -217,7 +215,7 @@ def load_verdict(path: Path) -> dict[str, Any]:
     """Return what the world wrote at its end; empty if it could not.
 
     Args:
-        path: Of the file, which may be missing or damaged.
+        path: Path of the file, which may be missing or damaged.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))

@@ -70,10 +70,11 @@ class Meters:
         self._before: dict[str, float] = {}
 
     def count(self, name: str, value: float) -> float:
-        """Take a reading.
+        """Count a reading.
 
         Args:
-            value: As the present navigator reports it; less than the last one is a new navigator's.
+            value: Value as the present navigator reports it; less than the last one is a new
+                navigator's.
 
         Returns:
             Sum over all navigators that the robot has had.
@@ -93,8 +94,8 @@ class GivenGoals:
 
     Attributes:
         sent: Settled goals, and the current one.
-        reached: Of them.
-        missed: Of them.
+        reached: Number of goals that were reached.
+        missed: Number of goals that were missed.
         misses: Where and when it gave one up, and why.
         durations: [s] that each took which was reached.
     """
@@ -117,7 +118,7 @@ class GivenGoals:
         now: float,
         reason: str = "",
     ) -> None:
-        """Take what a robot reports.
+        """Count the goals that a robot reports.
 
         Args:
             goal_map: (x, y) [m] of where it is to go; None without a goal.
@@ -156,7 +157,7 @@ def _place_name(place_map: tuple[float, float] | None) -> str:
 
 @dataclass(slots=True)
 class RobotStatistics:
-    """Of one robot.
+    """Statistics of one robot.
 
     Attributes:
         restarts: Times that its navigator was restarted.
@@ -198,7 +199,7 @@ class RobotStatistics:
 
 @dataclass(slots=True)
 class RunStatistics:
-    """Of all; `apply` is told every event.
+    """Statistics of all robots; `apply` receives every event.
 
     Attributes:
         robots: By name.
@@ -332,7 +333,7 @@ class RunStatistics:
                     assert_never(event)
 
     def on_mission_restart(self) -> None:
-        """Take back the current goals: the next mission process sends them again."""
+        """Withdraw the current goals: the next mission process sends them again."""
         for robot in self.robots.values():
             robot.drop_goal()
 
@@ -398,7 +399,7 @@ class RunStatistics:
         self._settle(event.sim_time)
 
     def _restore(self, event: GoalsRestored) -> None:
-        """Take back the goals that a robot had lost, as it is there again."""
+        """Restore the goals that a robot had lost, as it is there again."""
         robot = self.robots[event.robot]
         robot.failed -= event.goals
         robot.sent = robot.reached + robot.failed + 1  # the current one

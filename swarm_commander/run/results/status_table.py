@@ -69,7 +69,7 @@ def legend(statistics: RunStatistics) -> Text:
     """Return the meaning of the letters that are shown now.
 
     Args:
-        statistics: Of the run; states that no robot is in are left out.
+        statistics: Statistics of the run; states that no robot is in are left out.
     """
     seen = {shown_state(robot) or "inactive" for robot in statistics.robots.values()}
     line = Text()

@@ -1,7 +1,7 @@
 """Tables of orders: the same records as in report.json."""
 
 from swarm_mission.orders.floor_use import FloorUse
-from swarm_mission.orders.order_book import OrderBook, OrderEvent, What
+from swarm_mission.orders.order_book import OrderBook, OrderEvent, OrderEventKind
 from swarm_report.orders import order_sections
 
 
@@ -9,15 +9,15 @@ def test_orders_stations_robots_and_floor_have_a_table_each() -> None:
     book = OrderBook("claim", ("240 orders/h need at least 17 robots by distance alone",))
     book.apply_all(
         [
-            OrderEvent(What.CREATED, 0, "1-1", "a", target="b", due=250),
-            OrderEvent(What.GRANTED, 5, "1-1", "a", "r1"),
-            OrderEvent(What.ARRIVED, 100, "1-1", "a", "r1"),
-            OrderEvent(What.LOADING, 102, "1-1", "a", "r1", until=132),
-            OrderEvent(What.LEFT, 132, "", "a", "r1"),
-            OrderEvent(What.ARRIVED, 232, "1-1", "b", "r1"),
-            OrderEvent(What.RECEIVED, 233, "1-1", "b", "r1"),
-            OrderEvent(What.UNLOADING, 234, "1-1", "b", "r1", until=264),
-            OrderEvent(What.CREATED, 200, "1-2", "a", target="b"),
+            OrderEvent(OrderEventKind.CREATED, 0, "1-1", "a", target="b", due=250),
+            OrderEvent(OrderEventKind.GRANTED, 5, "1-1", "a", "r1"),
+            OrderEvent(OrderEventKind.ARRIVED, 100, "1-1", "a", "r1"),
+            OrderEvent(OrderEventKind.LOADING, 102, "1-1", "a", "r1", until=132),
+            OrderEvent(OrderEventKind.LEFT, 132, "", "a", "r1"),
+            OrderEvent(OrderEventKind.ARRIVED, 232, "1-1", "b", "r1"),
+            OrderEvent(OrderEventKind.RECEIVED, 233, "1-1", "b", "r1"),
+            OrderEvent(OrderEventKind.UNLOADING, 234, "1-1", "b", "r1", until=264),
+            OrderEvent(OrderEventKind.CREATED, 200, "1-2", "a", target="b"),
         ]
     )
     floor = FloorUse()

@@ -74,7 +74,7 @@ def test_one_that_is_wanted_anew_is_killed_first_and_its_deaths_do_not_count(cas
         case.supervisor.on_death("Srobot1")
         case.turn(60.0)
     case.told.clear()
-    case.supervisor.renew("Srobot1")
+    case.supervisor.restart("Srobot1")
     case.turn(0.1)
     assert case.told == [KillNavigator("Srobot1")], "not started before it is dead"
     assert case.supervisor.on_death("Srobot1") == 0.0
@@ -93,7 +93,7 @@ def test_one_that_others_have_forgotten_begins_anew_even_if_nobody_is_restarted(
 
 def test_one_that_stays_down_may_be_wanted_again(case: Case) -> None:
     case.supervisor.given_up.add("Srobot1")
-    case.supervisor.renew("Srobot1")
+    case.supervisor.restart("Srobot1")
     case.turn(0.0)
     assert case.told == [StartNavigator("Srobot1", "1.yaml")]
     assert case.supervisor.given_up == set()
