@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 
-PATIENCE = 5.0  # [s] of wall time for a party's word on a tick that the world has left behind
+PATIENCE = 8.0  # [s] of wall time for a party's word on a tick that the world has left behind
 START_PATIENCE = 600.0  # [s] the same for its first word
 REPEATED = 2  # latest words of a party that it repeats while it waits
 

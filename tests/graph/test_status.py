@@ -20,6 +20,7 @@ STATUS = Status(
 )  # fmt: skip
 SAME = {field.name for field in dataclasses.fields(Status)} - {
     "pose_map", "goal_map", "holding_since_tick",
+    "reach",  # told in the report of a tick, to a courier
 }  # fmt: skip
 
 

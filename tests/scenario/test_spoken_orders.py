@@ -125,7 +125,14 @@ def charging(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Pa
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-@pytest.mark.parametrize("pack", [pytest.param("1", id="once"), pytest.param("1", id="again"), "3"])
+@pytest.mark.parametrize(
+    "pack",
+    [
+        pytest.param("1", id="once"),
+        pytest.param("1", id="again", marks=pytest.mark.long),
+        pytest.param("3", marks=pytest.mark.long),
+    ],
+)
 def test_charging_between_orders_repeats_and_is_that_of_the_bench(
     charging: tuple[Path, str], pack: str
 ) -> None:
