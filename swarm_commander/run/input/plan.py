@@ -231,7 +231,7 @@ class RunPlan:
             number,
             member,
             initial_pose_map,
-            {"wait_for_courier": self._has_pilots},
+            {"wait_for_mission": False, "wait_for_courier": self._has_pilots},
             map_sha256,
         )
 
