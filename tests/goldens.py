@@ -37,12 +37,20 @@ KEPT = Path(__file__).with_suffix(".json")
 RUNS: dict[str, dict[str, Any]] = yaml.safe_load(
     Path(__file__).with_name("goldens_runs.yaml").read_text(encoding="utf-8")
 )
-# What depends on the machine, the time of day or the code's edition: only keys and nulls count.
+# What depends on the machine, the time of day or the code's edition: only its keys count.
 MASKED = frozenset(
     {
         "wall_time", "real_time_factor", "active_after_wall", "tick_us_median", "tick_us_p99",
         "cpu_ms_per_robot_second", "longest_decision_ms", "memory_mb", "private_mb", "rss_mb",
         "origin",
+    }
+)  # fmt: skip
+# Put together from status messages on the graph, as these come: not even its keys count.
+MASKED_ON_GRAPH = frozenset(
+    {
+        "wait_time", "hold_time", "worst_wait", "state_shares", "bottleneck", "headline", "lost",
+        "longest_stop", "waited_for", "queue", "longest_queue", "queue_time", "orders.robots",
+        "orders.floor",
     }
 )  # fmt: skip
 ABSENT = "(absent)"
@@ -153,19 +161,24 @@ def golden(name: str, folder: Path) -> Any:
             found = _result(shlex.split(COMMANDS[name]), _call)
         else:
             found = _result(shlex.split((GRAPH | LONG_GRAPH)[name]), _start)
-    text = json.dumps(masked(found)).replace(str(folder), "FOLDER").replace(str(ROOT), "ROOT")
+    value = masked(found, on_graph=name.startswith("up: "))
+    text = json.dumps(value).replace(str(folder), "FOLDER").replace(str(ROOT), "ROOT")
     return json.loads(text)
 
 
-def masked(value: Any, is_masked: bool = False) -> Any:
+def masked(value: Any, path: str = "", *, on_graph: bool = False, is_masked: bool = False) -> Any:
     """Return a result fit for JSON, with * for what is not compared."""
+    *_, parent, name = ("", "", *path.split("."))
+    if on_graph and not MASKED_ON_GRAPH.isdisjoint({name, f"{parent}.{name}"}):
+        return "*"
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    kind = {"on_graph": on_graph, "is_masked": is_masked or name in MASKED}
     if isinstance(value, Mapping):
-        return {str(k): masked(v, is_masked or k in MASKED) for k, v in value.items()}
+        return {str(key): masked(item, f"{path}.{key}", **kind) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [masked(item, is_masked) for item in value]
-    return "*" if is_masked and value is not None else value
+        return [masked(item, path, **kind) for item in value]
+    return "*" if kind["is_masked"] else value
 
 
 def differences(old: Any, new: Any, path: str = "") -> Iterator[str]:
