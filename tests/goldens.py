@@ -144,12 +144,7 @@ def _result(words: list[str], run: Callable[[list[str]], tuple[int, str]]) -> di
 
 
 def golden(name: str, folder: Path) -> Any:
-    """Return what comes of a run, masked.
-
-    Args:
-        name: One of `NAMES`.
-        folder: With what `write_files` writes.
-    """
+    """Return what comes of one of `NAMES` in a folder of runs, masked."""
     found: object
     with contextlib.chdir(folder):
         if name in PYTHON:
