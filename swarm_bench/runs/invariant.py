@@ -11,9 +11,7 @@ import numpy as np
 from swarm_bench.runs.invariant_kernels import smallest_gap
 from swarm_common.model.beacon import BeaconArray
 from swarm_nav.behaviour.navigator import Navigator
-from swarm_nav.core.config import NavConfig
-from swarm_nav.core.localisation_config import AMCL
-from swarm_nav.core.plugins import LOCALISER
+from swarm_nav.core.plugins import corrects_pose
 from swarm_nav.reservation.tube import TOLERANCE as BESIDE
 
 DEVIATION = BESIDE + 0.001  # [m] of a robot from what it holds: Margin in safety.md
@@ -39,13 +37,9 @@ def least_slack(drivers: Sequence[object]) -> float | None:
         drivers: What decides for each robot.
     """
     configs = [driver.config for driver in drivers if isinstance(driver, Navigator)]
-    if not configs or len(configs) < len(drivers) or any(map(_is_corrected, configs)):
+    if not configs or len(configs) < len(drivers) or any(map(corrects_pose, configs)):
         return None
     return -(max(config.traffic.yield_slack for config in configs) + 2.0 * DEVIATION)
-
-
-def _is_corrected(config: NavConfig) -> bool:
-    return config.localisation.type == AMCL or LOCALISER.is_own(config.localiser.plugin)
 
 
 class Invariant:

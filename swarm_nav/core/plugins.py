@@ -11,6 +11,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.process.plugins import Guard, PluginFault, load_plugin
 from swarm_nav.core.config import NavConfig, parameter_values
 from swarm_nav.core.goals import ErrorCode
+from swarm_nav.core.localisation_config import AMCL
 
 # Nav2's codes of goals that end because a plug-in failed.
 CONTROL_CODES = {
@@ -132,3 +133,8 @@ def rule_names(rules: str) -> tuple[str, ...]:
 def _found(parameter: str, name: str) -> Callable[..., Any]:
     (kind,) = (kind for kind in (*KINDS, RULE) if kind.parameter == parameter)
     return kind.load(name)
+
+
+def corrects_pose(config: NavConfig) -> bool:
+    """Whether a robot's pose is corrected while it drives, so that it may jump."""
+    return config.localisation.type == AMCL or LOCALISER.is_own(config.localiser.plugin)

@@ -14,8 +14,7 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Twist
 from swarm_common.model.robot_names import RobotNames
 from swarm_nav.core.config import NavConfig, PlannerConfig
-from swarm_nav.core.localisation_config import AMCL
-from swarm_nav.core.plugins import LOCALISER
+from swarm_nav.core.plugins import corrects_pose
 from swarm_nav.core.rank import Donations
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
@@ -268,9 +267,7 @@ class RobotState:
         tube, pose, limits = self.tube, self.pose, self.config.controller
         if last >= tube.stop:
             return tube.stop
-        if self.is_standing:
-            return max(last, near)
-        at, way = (pose.x, pose.y), self.braking_way
+        at, way = (pose.x, pose.y), 0.0 if self.is_standing else self.braking_way
         ahead = tube_kernels.point_beyond(tube.points, near, tube.stop, at, way)
         now = self.velocity
         return int(
@@ -434,7 +431,7 @@ def initial_state(
         terrain=terrain,
         planner=make_planner(terrain, config.planner),
         make_planner=make_planner,
-        is_corrected=config.localisation.type == AMCL or LOCALISER.is_own(config.localiser.plugin),
+        is_corrected=corrects_pose(config),
         neighbors=NeighborTable(robot_id, traffic),
         obstacles=ObstacleLayer(config.costmap, spec.lidar, spec.footprint),
         tube=tube,

@@ -9,6 +9,7 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.planning.planner import SPACING
+from swarm_nav.reservation.tube import TOLERANCE
 from swarm_nav.traffic.robot_state import FEWEST_BRAKE_POINTS, RobotState, ticks_of
 from swarm_nav.traffic.zone import lane_at
 from tests.fakes.navigation import beacon, hear, robot_in, room
@@ -128,3 +129,16 @@ def test_a_body_of_absurd_size_is_no_larger_robot(radius: float) -> None:
     hear(s, of_size(radius))
     s.record_bodies()
     assert s.passing == (s.terrain, s.usual_radius)
+
+
+@pytest.mark.parametrize(("ahead", "aside", "stop"), [(0.02, 0.0, 2), (0.02, 0.034, 3)])
+def test_a_robot_that_stands_keeps_the_space_that_it_stands_beside(
+    ahead: float, aside: float, stop: int
+) -> None:
+    """After braking without data it may be ahead of the point nearest to it, and aside."""
+    s = on_a_path()
+    s.tube.stop = 7
+    s.pose = Pose(2.0 + 2 * SPACING + ahead, 4.0 + aside, 0.0)
+    s.release_ahead(0)
+    assert s.tube.stop == stop
+    assert s.tube.gap(s.pose) <= TOLERANCE
