@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 from typing import NoReturn
 
 import rclpy
@@ -24,10 +25,15 @@ def open_node() -> Node:
     return Node("viewer", namespace="sim", enable_rosout=False, start_parameter_services=False)
 
 
-def serve_live(server: Server, node: Node, hear: Hear | None = None) -> None:
+def serve_live(
+    server: Server,
+    node: Node,
+    hear: Hear | None = None,
+    announce: Callable[[], None] | None = None,
+) -> None:
     """Show the live graph until a signal asks for the end; the node is destroyed then."""
     link = OperatorLink(node)
-    run_until_signal(Viewer(server, LiveFeed(node), link, hear=hear))
+    run_until_signal(Viewer(server, LiveFeed(node), link, hear=hear), announce)
     link.close()
     node.destroy_node()
     rclpy.try_shutdown()

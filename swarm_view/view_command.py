@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import rclpy
@@ -49,8 +50,7 @@ def view(
     try:
         robots = find_robots(node, [], patience_for(domain_id()))
         server = Server(host, port)
-        _announce(server, robots, open_)
-        serve_live(server, node)
+        serve_live(server, node, announce=partial(_announce, server, robots, open_))
     finally:
         rclpy.try_shutdown()
     leave(0)
@@ -64,8 +64,8 @@ def show_recording(feed: BagFeed, port: int, *, opens: bool | None = None) -> No
     """
     check_address(LOOPBACK, port)
     server = Server(LOOPBACK, port)
-    _announce(server, robots_in(feed.topics()), opens)
-    run_until_signal(Viewer(server, feed, None, feed))
+    announce = partial(_announce, server, robots_in(feed.topics()), opens)
+    run_until_signal(Viewer(server, feed, None, feed), announce)
 
 
 def _announce(server: Server, robots: Sequence[str], opens: bool | None) -> None:

@@ -262,9 +262,11 @@ class Viewer:
         self._loop.call_soon_threadsafe(call)
 
 
-def run_until_signal(viewer: Viewer) -> None:
-    """Run a viewer until SIGINT or SIGTERM, and close it."""
+def run_until_signal(viewer: Viewer, announce: Callable[[], None] | None = None) -> None:
+    """Run a viewer until SIGINT or SIGTERM, which `announce` may tell users of, and close it."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: viewer.stop())
+    if announce is not None:
+        announce()
     viewer.run()
     viewer.close()

@@ -1,0 +1,38 @@
+"""The viewer's loop between its announcement and its end."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+import pytest
+
+from swarm_view.viewer import run_until_signal
+
+
+class Stopped:
+    """A viewer that only notes what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+
+    def stop(self) -> None:
+        self.told.append("stop")
+
+    def run(self) -> None:
+        self.told.append("run")
+
+    def close(self) -> None:
+        self.told.append("close")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_who_ends_it_as_soon_as_it_is_announced_ends_it_properly(number: int) -> None:
+    before = {sign: signal.getsignal(sign) for sign in (signal.SIGINT, signal.SIGTERM)}
+    viewer = Stopped()
+    try:
+        run_until_signal(viewer, lambda: os.kill(os.getpid(), number))  # type: ignore[arg-type]
+    finally:
+        for sign, handler in before.items():
+            signal.signal(sign, handler)
+    assert viewer.told == ["stop", "run", "close"]
