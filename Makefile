@@ -45,7 +45,7 @@ test-style: .venv/.ready-test
 	.venv/bin/ruff format --check --quiet .
 	.venv/bin/mypy
 	.venv/bin/lint-imports --no-logo
-	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict
 
 test-kernels: .venv/.ready-test
 	.venv/bin/swarm-setup

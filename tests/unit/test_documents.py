@@ -2,6 +2,8 @@
 
 import re
 import shlex
+import subprocess
+import sys
 import tomllib
 from collections.abc import Iterator
 from dataclasses import MISSING, fields
@@ -112,6 +114,17 @@ def test_files_that_are_named_exist(document: Path) -> None:
     named = {name for name in MENTION.findall(text) if "NAME" not in name}  # of a run
     linked = {str((document.parent / name).relative_to(ROOT)) for name in LINK.findall(text)}
     assert not [name for name in named | linked if not (ROOT / name).exists()]
+
+
+def test_the_check_of_the_site_fails_at_a_link_that_leads_nowhere(tmp_path: Path) -> None:
+    """With --quiet, mkdocs does not count the warnings that --strict is about."""
+    [command] = re.findall(r"\.venv/bin/mkdocs (build .*)", (ROOT / "Makefile").read_text("utf-8"))
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "docs" / "index.md").write_text("[code](../setup.py)\n")
+    (tmp_path / "mkdocs.yml").write_text("site_name: tiny\n")
+    mkdocs = Path(sys.executable).with_name("mkdocs")
+    run = subprocess.run([mkdocs, *command.split()], cwd=tmp_path, capture_output=True, text=True)
+    assert run.returncode == 1, run.stderr
 
 
 def test_the_state_diagrams_in_the_documents_are_the_automata() -> None:
