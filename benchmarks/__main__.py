@@ -12,11 +12,7 @@ if TYPE_CHECKING:
 
 def load() -> typer.Typer:
     """Return the command with all of its parts."""
-    import benchmarks.ablation.command  # each adds its command
-    import benchmarks.decisions
-    import benchmarks.floor
-    import benchmarks.peers_command
-    import benchmarks.profile_parts
+    import benchmarks.decisions  # each adds its command
     import benchmarks.results_page
     import benchmarks.scale.command
     import benchmarks.storm.command  # noqa: F401

@@ -13,4 +13,4 @@ benchmarks_app = typer.Typer(add_completion=False, rich_markup_mode=None, no_arg
 
 @benchmarks_app.callback()
 def benchmarks() -> None:
-    """Measure ourselves against others, and what things cost."""
+    """Measure ourselves: results, reliability, and what things cost."""
