@@ -11,6 +11,7 @@ What a module imports of its folder stands above it:
     trajectory_io  True poses of every robot at every tick, in a file
     whole_file  Files that are there whole or not at all
     yaml_io     Strict reading of YAML files
+    convert     The one door for settings: values become typed values, or ConfigError
     other_worlds  Floor plans, maps and worlds of other programs: how to make a world of them
     resources   Folders of the data that ships with the project
     cache       Results kept in the user's cache between runs

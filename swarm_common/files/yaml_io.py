@@ -184,15 +184,17 @@ def read_yaml(
     may_be_empty: bool = False,
     as_written: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Return the mapping at the top of a YAML file; all keys are texts as written.
+    """Return the mapping at the top of a YAML file; see `read_text` and `parse_yaml`."""
+    return parse_yaml(
+        read_text(path, error), path, error, may_be_empty=may_be_empty, as_written=as_written
+    )
 
-    Args:
-        may_be_empty: Whether a file without any key is an empty mapping, not an error.
-        as_written: Places whose values are names or paths, and so texts as written: keys with dots
-            between them, `*` for all keys or items.
+
+def read_text(path: Path, error: type[SwarmError] = ConfigError) -> str:
+    """Return the content of a text file of any length up to `LONGEST`.
 
     Raises:
-        SwarmError: `error`, naming file and line, if the file cannot be read or parsed.
+        SwarmError: `error`, naming the file, if it cannot be read.
     """
     try:
         with path.open("rb") as file:  # which may be a pipe
@@ -205,25 +207,53 @@ def read_yaml(
         raise error(f"{path}, line {at}: it is not UTF-8; save it as UTF-8") from cause
     if not text and content:
         raise error(f"{path} has more than {LONGEST // 1_000_000} MB; expected lines of YAML")
+    return text
+
+
+def parse_yaml(
+    text: str,
+    where: object,
+    error: type[SwarmError] = ConfigError,
+    *,
+    may_be_empty: bool = False,
+    as_written: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Return the mapping at the top of a YAML document; all keys are texts as written.
+
+    Args:
+        where: Name of the document in messages.
+        may_be_empty: Whether a document without any key is an empty mapping, not an error.
+        as_written: Places whose values are names or paths, and so texts as written: keys with dots
+            between them, `*` for all keys or items.
+
+    Raises:
+        SwarmError: `error`, naming document and line, if it cannot be parsed.
+    """
     try:
         data = _parse(text, as_written)
     except yaml.MarkedYAMLError as cause:
         mark = cause.problem_mark
-        where = f"{path}, line {mark.line + 1}" if mark else str(path)
-        raise error(f"{where}: malformed YAML: {cause.problem}") from cause
+        place = f"{where}, line {mark.line + 1}" if mark else str(where)
+        raise error(f"{place}: malformed YAML: {cause.problem}") from cause
     except (yaml.YAMLError, ValueError, TypeError, OverflowError, RecursionError) as cause:
         what = "nested too deep" if isinstance(cause, RecursionError) else str(cause).split("\n")[0]
-        raise error(f"{path}: malformed YAML: {what}") from cause
+        raise error(f"{where}: malformed YAML: {what}") from cause
     if data is None and may_be_empty:
         return {}
     if data is None:
-        raise error(f"{path} is empty; expected 'key: value' lines")
+        raise error(f"{where} is empty; expected 'key: value' lines")
     if not isinstance(data, dict):
-        raise error(f"{path}: expected 'key: value' lines, found {type(data).__name__}")
+        raise error(f"{where}: expected 'key: value' lines, found {type(data).__name__}")
     return data
 
 
-def _shown(value: object) -> str:
+def yaml_nodes(text: str) -> yaml.Node | None:
+    """Return a document that `parse_yaml` has read, as nodes with their lines."""
+    return yaml.compose(text, NamedKeyLoader)
+
+
+def shown(value: object) -> str:
+    """Return a value for a message: short, also if it is a huge number."""
     text = repr(value) if not isinstance(value, int) or abs(value) < LARGEST else "a huge number"
     return text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + " ..."
 
@@ -286,14 +316,14 @@ def name_in(value: object, what: str) -> str:
     if isinstance(value, str) and value and value == value.strip() and value.isprintable():
         return value
     raise ConfigError(
-        f"{what}: the name is {_shown(value)}; expected text on one line, without blanks around it"
+        f"{what}: the name is {shown(value)}; expected text on one line, without blanks around it"
     )
 
 
 def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
     """Return a finite number; true and false are none."""
     if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > LARGEST:
-        raise error(f"{what} is {_shown(value)}; expected a number")
+        raise error(f"{what} is {shown(value)}; expected a number")
     if not math.isfinite(value):
         raise error(f"{what} is {value}; expected a number")
     return float(value)

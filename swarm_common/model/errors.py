@@ -131,6 +131,7 @@ class UnknownNameError(ConfigError):
         kind: Kind of thing that the name stands for, for example ``world``.
         name: The name as given.
         known: All valid names, sorted.
+        where: File that the name is in, or place in one; empty if unknown.
     """
 
     def __init__(self, kind: str, name: str, known: Iterable[str], where: str = "") -> None:
@@ -142,6 +143,7 @@ class UnknownNameError(ConfigError):
         self.kind = kind
         self.name = name
         self.known = sorted(known)
+        self.where = where
         place = f" in {where}" if where else ""
         super().__init__(f"unknown {kind} '{name}'{place}; {self._advice()}")
 
