@@ -10,7 +10,7 @@ from pathlib import Path
 
 from setuptools import setup
 
-COMPILED = (".py", ".pyc", ".nbi", ".nbc")  # or copied as code
+COMPILED = (".py", ".pyc")  # or copied as code
 NAME = "swarm_commander"
 HERE = Path(__file__).resolve().parent
 ROOT = Path("..", "..")  # setuptools takes no absolute paths

@@ -15,7 +15,6 @@ from pathlib import Path
 
 import psutil
 
-from swarm_common.files.home import cache_base, can_be_written
 from swarm_common.middleware.dds_profile import foreign_setting
 from swarm_common.middleware.ros_env import (
     DISCOVERY_RANGE,
@@ -27,6 +26,7 @@ from swarm_common.middleware.ros_env import (
 )
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.compiled_code import is_compiled
+from swarm_common.process.home import NAME, cache_base, can_be_written
 from swarm_setup.build import foreign_interfaces, stale_interfaces
 
 CPU_PER_ROBOT = 0.02  # [s] of CPU per simulated second; 0.019 measured with 20 robots
@@ -273,9 +273,6 @@ def _own_dds(environment: Mapping[str, str]) -> str:
 
 
 def _kernel_cache(environment: Mapping[str, str]) -> Path | None:
-    """Return the folder of numba's compiled kernels, None without one."""
-    own = Path(__file__).resolve().parents[2] / "swarm_nav" / "__pycache__"
-    for folder in (Path(environment.get("NUMBA_CACHE_DIR") or own), cache_base() / "numba"):
-        if can_be_written(folder):
-            return folder
-    return None
+    """Return the folder of compiled kernels, None if it cannot be written."""
+    folder = Path(environment.get("NUMBA_CACHE_DIR") or cache_base() / NAME / "kernels")
+    return folder if can_be_written(folder) else None

@@ -117,8 +117,8 @@ def check_surroundings() -> None:
         ConfigError: If the current folder was deleted, numba must not compile, or nothing can be
             written anywhere.
     """
-    from swarm_common.files import home
     from swarm_common.model.errors import ConfigError
+    from swarm_common.process import home
 
     try:
         os.getcwd()

@@ -31,12 +31,12 @@ from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_s
 from swarm_commander.run.terminal import complain
 from swarm_commander.viewers.foxglove import write_foxglove
 from swarm_commander.viewers.rviz import write_rviz
-from swarm_common.files.home import log_to
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.secret import own_secret
 from swarm_common.model.breaches import breach_lines, broken_lines, shortened
 from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
 from swarm_common.model.run_words import SERIES_FIELDS
+from swarm_common.process.home import log_to
 from swarm_common.process.start import ensure_bytecode, own_packages
 from swarm_setup.build import ensure_interfaces, interface_packages
 

@@ -19,9 +19,9 @@ from swarm_commander.run.results.report import COMPONENT_FAILED, OK, write_repor
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.run.terminal import complain
-from swarm_common.files.home import log_to
 from swarm_common.middleware import dds_profile, ros_env
 from swarm_common.model.breaches import shortened
+from swarm_common.process.home import log_to
 from swarm_setup.build import ensure_interfaces
 
 TOOLS_PROFILE = "fastdds_host.xml"  # of all that is not a navigator

@@ -4,7 +4,6 @@ What a module imports of its folder stands above it:
 
     edition     Edition of the software: hosts of one swarm must run the same
     fuel        Models and worlds of Gazebo Fuel in the user's cache
-    home        Folders for files if there is no home folder, or a read-only one
     journal     Append-only files of JSON lines that stay readable if the writer is killed
     run_folders  Folders of runs, the latest first
     map_image   Images of maps as Nav2's map_server sees them

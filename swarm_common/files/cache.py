@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
-from swarm_common.files.home import NAME, cache_base
 from swarm_common.files.whole_file import write_whole
+from swarm_common.process.home import NAME, cache_base
 
 MOST_KEPT = 100  # results of a kind; the oldest go first
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 from swarm_common.files.fuel import name_in_fuel
-from swarm_common.files.home import home_folder
 from swarm_common.files.other_worlds import refuse_plan
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
+from swarm_common.process.home import home_folder
 
 SHARE_VARIABLE = "SWARM_SHARE"
 WORLD_ENDINGS = (".sdf", ".world", ".xacro")

@@ -8,8 +8,8 @@ import socket
 from collections.abc import Iterable
 from pathlib import Path
 
-from swarm_common.files import home
 from swarm_common.model.errors import ConfigError
+from swarm_common.process import home
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 DISCOVERY_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"

@@ -9,7 +9,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from swarm_common.files.fuel import name_in_fuel
-from swarm_common.files.home import home_folder
+from swarm_common.process.home import home_folder
 
 MODEL_VARIABLES = (
     "GZ_SIM_RESOURCE_PATH",

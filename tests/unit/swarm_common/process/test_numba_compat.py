@@ -11,13 +11,14 @@ ROOT = Path(__file__).parents[4]
 KERNEL = """
 from typing import NamedTuple
 from swarm_common.process.numba_compat import njit
+FACTOR = 2.0
 
 class {name}(NamedTuple):
     x: float
 
 @njit(cache=True)
 def double(place):
-    return 2.0 * place.x
+    return FACTOR * place.x
 
 print(double({name}(2.0)), sum(double.stats.cache_hits.values()))
 """
@@ -30,13 +31,13 @@ def run(tmp_path: Path):
     def run_module(name: str) -> str:
         (tmp_path / "kernel.py").write_text(KERNEL.format(name=name), encoding="utf-8")
         done = subprocess.run(
-            (
-                sys.executable,
-                "-c",
-                "import kernel",
-            ),
+            (sys.executable, "-c", "import kernel"),
             cwd=tmp_path,
-            env=os.environ | {"PYTHONPATH": f"{tmp_path}:{ROOT}"},
+            env=os.environ
+            | {
+                "PYTHONPATH": f"{tmp_path}:{ROOT}",
+                "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+            },
             capture_output=True,
             text=True,
             check=False,
@@ -57,7 +58,7 @@ def test_a_kernel_is_loaded_and_a_renamed_class_has_it_compiled_again(run) -> No
 def test_a_place_that_cannot_be_used_has_it_compiled(run, tmp_path: Path) -> None:
     """Files of another user, or a full disk, ended the process."""
     run("Place")
-    for path in (tmp_path / "__pycache__").glob("*.nbi"):
+    for path in (tmp_path / "cache").rglob("*.nbi"):
         path.unlink()
         path.mkdir()
     assert run("Place") == "4.0 0"
@@ -66,7 +67,39 @@ def test_a_place_that_cannot_be_used_has_it_compiled(run, tmp_path: Path) -> Non
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
 def test_a_file_that_was_cut_short_is_written_anew(run, tmp_path: Path, suffix: str) -> None:
     run("Place")
-    for path in (tmp_path / "__pycache__").glob(f"*.{suffix}"):
+    for path in (tmp_path / "cache").rglob(f"*.{suffix}"):
         path.write_bytes(path.read_bytes()[:-20])
     assert run("Place") == "4.0 0"
     assert run("Place") == "4.0 1"
+
+
+def test_another_checkout_finds_its_kernels_and_what_they_call_counts(tmp_path: Path) -> None:
+    """numba itself keeps a callee's old code in callers whose own file did not change."""
+    caller = "from swarm_common.process.numba_compat import njit\nfrom swarm_a.callee import one\n"
+    caller += "@njit(cache=True)\ndef two():\n    return 2 * one()\n"
+    callee = "from swarm_common.process.numba_compat import njit\n"
+    callee += "@njit(cache=True)\ndef one():\n    return {}\n"
+
+    modules = ("process/numba_compat", "process/home", "process/private_parts", "model/errors")
+    packages = ("__init__", "process/__init__", "model/__init__")
+
+    def say(checkout: str, value: int) -> str:
+        folder = tmp_path / checkout
+        texts = {"swarm_a/__init__": "", "swarm_a/caller": caller}
+        texts |= {"swarm_a/callee": callee.format(value)}
+        texts |= {f"swarm_common/{name}": "" for name in packages}
+        for name in (f"swarm_common/{name}" for name in modules):
+            texts[name] = (ROOT / f"{name}.py").read_text(encoding="utf-8")
+        for name, text in texts.items():
+            file = folder / f"{name}.py"
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text, encoding="utf-8")
+        program = "from swarm_a.caller import two; print(two(), sum(two.stats.cache_hits.values()))"
+        return subprocess.run(
+            (sys.executable, "-c", program), cwd=folder, capture_output=True, text=True, check=True,
+            env=os.environ | {"PYTHONPATH": "", "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+        ).stdout.strip()  # fmt: skip
+
+    assert say("one", 3) == "6 0"
+    assert say("other", 3) == "6 1"
+    assert say("one", 4) == "8 0"

@@ -12,7 +12,6 @@ from pathlib import Path
 from swarm_common.model.errors import ConfigError
 
 NAME = "swarm-workbench"
-PACKAGES = Path(__file__).resolve().parents[2]
 
 
 def home_folder() -> Path:
@@ -56,20 +55,17 @@ def temporary_base() -> Path:
 
 
 def set_defaults(environment: MutableMapping[str, str]) -> None:
-    """Set where ROS, numba and matplotlib write if the user's own folders cannot be written.
+    """Set where ROS and matplotlib write if the user's own folders cannot be written.
 
-    Without that rclpy does not start: it wants a folder for logs. Nor is a kernel compiled for
-    which numba finds no place.
+    Without that rclpy does not start: it wants a folder for logs.
 
     Args:
-        environment: Environment of this process, before ROS, numba and matplotlib are loaded.
+        environment: Environment of this process, before ROS and matplotlib are loaded.
     """
     ros = environment.get("ROS_HOME") or Path(environment.get("HOME") or os.devnull) / ".ros"
-    cache, config = _base("XDG_CACHE_HOME", ".cache"), _base("XDG_CONFIG_HOME", ".config")
+    config = _base("XDG_CONFIG_HOME", ".config")
     if not can_be_written(Path(environment.get("ROS_LOG_DIR") or Path(ros) / "log")):
         environment["ROS_LOG_DIR"] = str(temporary_base() / "ros")
-    if not (can_be_written(cache / "numba") or _is_installation_ours()):
-        environment.setdefault("NUMBA_CACHE_DIR", str(temporary_base() / "numba"))
     if not can_be_written(config / "matplotlib"):
         environment.setdefault("MPLCONFIGDIR", str(temporary_base() / "matplotlib"))
 
@@ -86,9 +82,3 @@ def _base(variable: str, usual: str) -> Path:
     """Return a base folder of the XDG specification, which has relative ones ignored."""
     own = Path(os.environ.get(variable, ""))
     return own if own.is_absolute() else home_folder() / usual
-
-
-def _is_installation_ours() -> bool:
-    """Report whether compiled kernels can be kept beside their sources."""
-    sources = PACKAGES.glob("swarm_*/**/__init__.py")
-    return all(can_be_written(path.parent / "__pycache__") for path in sources)

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common.files import home
 from swarm_common.model.errors import ConfigError
+from swarm_common.process import home
 
 NOBODY = 65534
-PLACES = ("ROS_LOG_DIR", "NUMBA_CACHE_DIR", "MPLCONFIGDIR")
+PLACES = ("ROS_LOG_DIR", "MPLCONFIGDIR")
 
 
 @pytest.fixture
@@ -24,7 +24,6 @@ def temporary(tmp_path, monkeypatch):
     (tmp_path / "tmp").mkdir()
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "tmp"))
-    monkeypatch.setattr(home, "_is_installation_ours", lambda: False)
     return tmp_path / "tmp"
 
 
@@ -37,7 +36,7 @@ def test_an_own_home_folder_needs_nothing(temporary):
 
 @pytest.mark.parametrize("variable", [None, "XDG_CACHE_HOME", "ROS_LOG_DIR"])
 def test_each_folder_in_it_counts(temporary, monkeypatch, variable):
-    """After one `sudo swarm-up` they may belong to root; rclpy and numba then refused to start."""
+    """After one `sudo swarm-up` they may belong to root; rclpy then refused to start."""
     for name in (".ros", ".cache", ".config"):
         (temporary.parent / "home" / name).touch()  # not even root can put files into a file
     if variable is not None:
