@@ -33,6 +33,7 @@ class Bag:
         first: [ns] time of the first message, of those that stay for latecomers apart.
         last: [ns] time of the last message.
         about: Facts about the run, if swarm-up wrote the file.
+        lost: Messages that were sent and are not there, by topic, if the files say so.
     """
 
     def __init__(self, path: Path, tell: Callable[[str], None] = lambda words: None) -> None:
@@ -54,6 +55,8 @@ class Bag:
         self.files = tuple(file.path for file in self._files)
         self.path = self.files[0] if len(self.files) == 1 else self.files[0].parent
         self.about = next((file.about for file in self._files if file.about), {})
+        lost = [item for file in self._files for item in file.lost.items()]
+        self.lost = {name: sum(n for topic, n in lost if topic == name) for name, _ in lost}
         self.topics: dict[str, Topic] = {}
         self.encodings: dict[str, str] = {}
         self.definitions: dict[str, str] = {}

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import struct
+from collections import Counter
+from collections.abc import Callable
 
 from swarm_common.middleware.rcl_take import Sender
 from swarm_common.middleware.topic_table import Topic
@@ -59,6 +61,11 @@ class RateFilter:
         self._kept[key] = stamp
         return stamp
 
+    def is_after_begin(self, topic: Topic, data: bytes) -> bool:
+        """Whether a message was sent after the recording began, by its own stamp."""
+        stamp = self._read(topic, data)
+        return self.begin is not None and stamp is not None and stamp > self.begin
+
     def _read(self, topic: Topic, data: bytes) -> int | None:
         if topic.stamp_at is None or len(data) < topic.stamp_at + _STAMP.size:
             return None
@@ -80,24 +87,41 @@ class Losses:
     """Counts the messages that were sent and did not arrive, by gaps in their numbers.
 
     Attributes:
-        count: Number of lost messages, those that are kept for latecomers excepted.
+        counts: Number of lost messages by topic, without topics that are kept for latecomers.
     """
 
-    def __init__(self) -> None:
-        self.count = 0
+    def __init__(self, is_late: Callable[[Topic, bytes], bool] | None = None) -> None:
+        """Begin to count.
+
+        Args:
+            is_late: Whether all that the sender of a message sent before it should be there;
+                None where senders may have begun before the recording.
+        """
+        self.counts: Counter[str] = Counter()
+        self._is_late = is_late
+        self._met: set[tuple[str, Sender]] = set()
         self._latest: dict[tuple[str, Sender], int] = {}
 
-    def note(self, topic: Topic, sender: Sender, sequence: int) -> None:
+    def meet(self, topic: Topic, sender: Sender) -> None:
+        """Note that nothing of a sender is lost from now on, whatever it sent before."""
+        self._met.add((topic.name, sender))
+
+    def note(self, topic: Topic, sender: Sender, sequence: int, data: bytes) -> None:
         """Note a message that has arrived.
 
         Args:
-            sequence: Its number among those of the sender on the topic.
+            sequence: Its number among those of the sender on the topic, which begin at 1.
         """
         if topic.is_latched:
             return
         key = (topic.name, sender)
         if key not in self._latest and len(self._latest) >= MOST_SENDERS:
             self._latest.clear()
-        latest = self._latest.get(key, sequence)
+            self._is_late = None
+        latest = self._latest.get(key)
+        if latest is None:
+            is_late = None if key in self._met else self._is_late
+            latest = 0 if is_late is not None and is_late(topic, data) else sequence
         self._latest[key] = max(sequence, latest)
-        self.count += max(0, sequence - latest - 1)
+        if sequence > latest + 1:
+            self.counts[topic.name] += sequence - latest - 1

@@ -22,6 +22,7 @@ from mcap.writer import MCAP0_MAGIC, Writer
 from swarm_common.model.errors import ConfigError
 from swarm_recording.bag_folder import wrong_format
 from swarm_recording.recorded_quality import Offer, offers
+from swarm_recording.tape import LOST
 
 NANOSECONDS = 1_000_000_000
 CDR = "cdr"
@@ -65,6 +66,7 @@ class McapFile:
         path: Path of the file.
         streams: Streams of its messages; empty if it has none.
         about: Facts about the run, if swarm-up wrote the file.
+        lost: Messages that were sent and are not there, by topic, if the file says so.
         span: [ns] times of the first and the last message.
         was_cut: Whether it has no end, or is damaged, and its readable parts are read.
     """
@@ -136,9 +138,13 @@ class McapFile:
         self.streams = tuple(_streams(summary, statistics.channel_message_counts))
         self.span = (statistics.message_start_time, statistics.message_end_time)
         self.about: dict[str, str] = {}
+        self.lost: dict[str, int] = {}
         for record in reader.iter_metadata():
             if record.name == "swarm":
                 self.about = dict(record.metadata)
+            elif record.name == LOST:
+                counts = record.metadata.items()
+                self.lost = {name: int(n) for name, n in counts if re.fullmatch(r"\d{1,15}", n)}
         self._reader = reader
         return reader
 

@@ -11,13 +11,14 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Protocol
 
 import rclpy
 from rclpy.node import Node
 
+from swarm_common.middleware.rcl_take import sender_of
 from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic
 from swarm_common.model.errors import SwarmError
@@ -30,6 +31,7 @@ from swarm_recording.topic_source import SwarmTopics, TopicSource
 
 LOOK_PERIOD = 0.02  # [s] of wall time between two looks at all topics
 DEPTH = 200  # messages of a topic that may come in between
+PATIENCE = 60.0  # [s] of wall time for all to be heard before time begins
 LAST_LOOK = 0.3  # [s] in which messages under way still arrive when the run ends
 PLACES = "/sim/tf"
 
@@ -49,10 +51,13 @@ class Recorder:
     """Writes the messages of all wanted topics to a tape, byte by byte as received.
 
     Attributes:
-        losses: Messages that are not on the tape although they were sent.
+        losses: Gaps in the numbers of messages.
     """
 
-    def __init__(self, node: Node, source: TopicSource, tape: Tape, stamps: Stamps) -> None:
+    def __init__(
+        self, node: Node, source: TopicSource, tape: Tape, stamps: Stamps,
+        losses: Losses | None = None,
+    ) -> None:  # fmt: skip
         """Subscribe to everything.
 
         Args:
@@ -62,7 +67,8 @@ class Recorder:
         Raises:
             ConfigError: If a topic cannot be recorded.
         """
-        self.losses = Losses()
+        self.losses = losses or Losses()
+        self._heard: set[str] = set()  # topics
         self._node, self._source, self._tape, self._stamps = node, source, tape, stamps
         self._inputs: list[tuple[Topic, PolledTopic]] = []
         # The clock comes first: it says when messages without a stamp were sent.
@@ -80,6 +86,47 @@ class Recorder:
         kind, depth = message_class(topic.type), quality(topic, DEPTH)
         self._inputs.append((topic, PolledTopic(self._node, kind, topic.name, depth)))
 
+    @property
+    def missing(self) -> list[Topic]:
+        """Topics that the world publishes before time begins, and of which nothing has come."""
+        silent = {name for name, count in self._tape.counts.items() if not count}
+        return [t for t, _ in self._inputs if t.comes_first and t.name in silent]
+
+    @property
+    def lost(self) -> dict[str, int]:
+        """Number of messages by topic that are not on the tape although they were sent."""
+        stay = {topic.name: 1 for topic in self.missing if topic.is_latched}
+        return stay | dict(sorted(self.losses.counts.items()))
+
+    def await_swarm(self, robots: Collection[str], is_stopped: Callable[[], bool]) -> None:
+        """Record until the world and the navigators of robots are heard, before time begins.
+
+        Each side of a topic finds the other by itself. So they have met when this one knows all
+        publishers, and an answer has come that was sent since.
+        """
+        answers = {f"/{robot}/cmd_vel" for robot in robots} & self._tape.counts.keys()
+        spaces = ("sim", *robots)
+        topics = [
+            (topic, source) for topic, source in self._inputs
+            if not topic.is_optional
+            and (topic.name.count("/") == 1 or topic.name.split("/")[1] in spaces)
+        ]  # fmt: skip
+        end = time.monotonic() + PATIENCE
+        have_met = False
+        while not is_stopped() and time.monotonic() < end:
+            if not have_met:
+                have_met = all(source.senders > topic.many for topic, source in topics)
+                self._heard.clear()
+            self.take()
+            if not self.missing and have_met and answers <= self._heard:
+                break
+            time.sleep(LOOK_PERIOD)
+        else:
+            return
+        for topic, _ in topics:
+            for info in self._node.get_publishers_info_by_topic(topic.name):
+                self.losses.meet(topic, sender_of(info.endpoint_gid))
+
     def take(self, *, is_last: bool = False) -> None:
         """Record the messages that have arrived; what stays can wait for the time, unless last."""
         latest = b""
@@ -88,7 +135,8 @@ class Recorder:
                 continue
             is_recorded = topic.name in self._tape.counts
             while (data := source.take()) is not None:
-                self.losses.note(topic, source.sender, source.sequence)
+                self._heard.add(topic.name)
+                self.losses.note(topic, source.sender, source.sequence, data)
                 stamp = self._stamps.stamp(topic, data, source.received)
                 if stamp is not None and is_recorded:
                     self._tape.write(topic.name, stamp, data)
@@ -104,8 +152,8 @@ class Recorder:
         self._tape.save_if_due()
 
 
-def run(recorder: Recorder, tape: Tape, is_stopped: Callable[[], bool]) -> int:
-    """Record until it is stopped; return how many messages were lost."""
+def run(recorder: Recorder, tape: Tape, is_stopped: Callable[[], bool]) -> dict[str, int]:
+    """Record until it is stopped; return how many messages were lost, by topic."""
     while not is_stopped():
         recorder.take()
         time.sleep(LOOK_PERIOD)
@@ -113,32 +161,39 @@ def run(recorder: Recorder, tape: Tape, is_stopped: Callable[[], bool]) -> int:
     while time.monotonic() < end:
         recorder.take(is_last=True)
         time.sleep(LOOK_PERIOD)
-    tape.close()
-    return recorder.losses.count
+    tape.close(recorder.lost)
+    return recorder.lost
 
 
-def record(config: dict[str, Any], events: EventWriter) -> int:
+def record(config: dict[str, Any], events: EventWriter) -> dict[str, int]:
     """Record until SIGTERM.
 
     Args:
-        config: See `recorder_config`.
+        config: See `recorder_config`; `awaited` are the robots to hear before time begins, None
+            if it has begun.
         events: Told of the beginning and the end.
 
     Returns:
-        How many messages were lost.
+        How many messages were lost, by topic.
     """
+    stopping: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
     path = Path(config["path"])
     path.parent.mkdir(parents=True, exist_ok=True)
     tape = Tape(path, config["about"])
     rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
     node = rclpy.create_node("recorder", enable_rosout=False, start_parameter_services=False)
     source = SwarmTopics(config["topics"], config["robots"])
-    recorder = Recorder(node, source, tape, RateFilter(config["rate"]))
-    stopping: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
+    times = RateFilter(config["rate"])
+    awaited = config["awaited"]
+    losses = Losses(None if awaited is None else times.is_after_begin)
+    recorder = Recorder(node, source, tape, times, losses)
+    if awaited is not None:
+        recorder.await_swarm(awaited, lambda: bool(stopping))
     events.write(RecordingBegun(str(path), len(tape.counts)))
     lost = run(recorder, tape, lambda: bool(stopping))
-    events.write(RecordingEnded(str(path), sum(tape.counts.values()), lost))
+    missing = [topic.name for topic in recorder.missing if topic.is_latched]
+    events.write(RecordingEnded(str(path), sum(tape.counts.values()), lost, missing))
     return lost
 
 

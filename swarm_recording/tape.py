@@ -22,6 +22,7 @@ from swarm_recording.schema import schema_text, type_hash
 
 METADATA = "metadata.yaml"
 LIBRARY = "swarm-workbench"
+LOST = "swarm_lost"  # metadata: number of messages that were sent and are not in the file, by topic
 MIN_PERIOD, MAX_PERIOD = 1.0, 5.0  # [s] of wall time between two writes
 CHUNK_SIZE = 4 * 2**20  # [bytes] before compression
 FOOTER = struct.Struct("<BQQQI8s")  # code, length, start of the summary, of offsets, CRC, magic
@@ -199,8 +200,10 @@ class Tape:
         draft.write_text(text, encoding="utf-8")
         draft.replace(self._path.with_name(METADATA))
 
-    def close(self) -> None:
-        """Save and close."""
+    def close(self, lost: Mapping[str, int] | None = None) -> None:
+        """Save and close; `lost` messages of each topic are told in the file."""
+        if lost:
+            self._writer.add_metadata(LOST, {name: str(count) for name, count in lost.items()})
         self.save()
         self._sheet.close()
 

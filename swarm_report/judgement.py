@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from swarm_common.model.breaches import broken_lines
+from swarm_common.model.breaches import broken_lines, recording_lines
 from swarm_report.run import RunData, mission_goals
 
 SHOWN = 12  # breaches in the verdict; the table below has all
@@ -28,13 +28,14 @@ def judge(run: RunData) -> Judgement:
         line = "the run has left no report.json: it was killed, or still goes on"
         return Judgement("open", "No verdict", (line, *_so_far(run)))
     broken = tuple(broken_lines(report))
-    lines = [*broken, *report.get("failures", []), *breach_lines(report)]
+    failures = [*report.get("failures", []), *recording_lines(report)]
+    lines = [*broken, *failures, *breach_lines(report)]
     goals, crashes = report["goals"], report["collisions"]
     collided = (crashes["robot_robot"] or 0) + (crashes["robot_world"] or 0)
     total = _count(mission_goals(report), "goal")
     head = f"{goals['reached']} of {total} reached, {_count(collided, 'collision')}"
     code = report.get("exit_code")
-    if collided or goals["failed"] or code in (1, 3) or report.get("failures"):
+    if collided or goals["failed"] or code in (1, 3) or failures:
         return Judgement("bad", f"Failed: {head}", _cut(lines))
     if goals["pending"]:
         return Judgement("open", f"Stopped early: {head}", broken)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from swarm_common.model.errors import SwarmError
+from swarm_common.model.run_words import lost_text
 from swarm_recording.bag import NANOSECONDS, Bag
 from swarm_ros2 import launcher
 from swarm_ros2.verbs import add_flag, add_verb
@@ -195,5 +196,5 @@ def _record(options: argparse.Namespace) -> None:
             _warn(f"nobody publishes {word} so far; it is recorded as soon as somebody does")
         lost = run(recorder, tape, lambda: bool(stopping))
     if lost:
-        _warn(f"the recording lacks {lost} messages")
+        _warn(lost_text(lost))
     print(f"{sum(tape.counts.values())} messages recorded", file=sys.stderr)

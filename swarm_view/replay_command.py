@@ -20,6 +20,7 @@ from swarm_commander.run.processes.signals import SignalCounter
 from swarm_common.files.run_folders import run_folders
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.run_words import lost_text
 from swarm_recording.bag import Bag
 from swarm_recording.filter import CLOCK
 from swarm_recording.play_options import PlayOptions, played
@@ -103,6 +104,8 @@ def replay(
         raise ConfigError(f"--start is {begin} s; the recording goes from {_span(recording)}")
     if info:
         console.print(_contents(recording))
+        if recording.lost:
+            console.print(lost_text(recording.lost), soft_wrap=True)
     elif ros:
         if start is not None and offset is not None:
             raise ConfigError("--start and --offset both say where to begin; give one")

@@ -40,6 +40,7 @@ from swarm_common.middleware import ros_io
 from swarm_common.middleware.simulation import resource_in
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
+from swarm_common.model.run_words import lost_text
 from swarm_common.process.messages import RestartNavigator
 from swarm_common.process.pipes import EventWriter
 from swarm_common.robots.source import find_robot, robot_names
@@ -206,12 +207,12 @@ def record_(
         "topics": topics,
         "rate": rate,
         "about": about,
+        "awaited": None,
     }
     typer.echo(f"recording {len(names)} robots to {folder}; Ctrl-C ends it", err=True)
     signal.signal(signal.SIGINT, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
-    lost = record(config, EventWriter(None))
-    if lost:
-        typer.echo(f"swarm-commander: the recording lacks {lost} messages", err=True)
+    if words := lost_text(record(config, EventWriter(None))):
+        typer.echo(f"swarm-commander: {words}", err=True)
     rclpy.try_shutdown()
 
 

@@ -33,7 +33,12 @@ from swarm_commander.viewers.foxglove import write_foxglove
 from swarm_commander.viewers.rviz import write_rviz
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.secret import own_secret
-from swarm_common.model.breaches import breach_lines, broken_lines, shortened
+from swarm_common.model.breaches import (
+    breach_lines,
+    broken_lines,
+    recording_lines,
+    shortened,
+)
 from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
 from swarm_common.model.run_words import SERIES_FIELDS
 from swarm_common.process.home import log_to
@@ -131,7 +136,7 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     for line in broken_lines(report):
         console.print(line, highlight=False, soft_wrap=True)
     breaches = breach_lines(report["breaches"], had_to_finish=is_unfinished)
-    for line in (*shortened(run.failures, "failures"), *breaches):
+    for line in (*shortened(run.failures, "failures"), *recording_lines(report), *breaches):
         console.print(Text(line, style="red"), soft_wrap=True)
     if report["headline"]:
         console.print(Text(report["headline"], style="bold"), soft_wrap=True)

@@ -83,6 +83,7 @@ class WorldRun(LocalRun):
 
     def complete(self, report: dict[str, Any]) -> None:
         """Put the robots' hosts, and what their navigators used, into the report."""
+        super().complete(report)
         report["hosts"] = self.hosts
         seconds = report["swarm_size"] * (report["sim_time"] or 0.0)
         if seconds <= 0.0:
@@ -97,8 +98,7 @@ class WorldRun(LocalRun):
         return {**os.environ, VARIABLE: self._secret} if name == SERVER else os.environ
 
     def _begin(self) -> None:
-        trace = {"trace_dir": str(self._folder.trace)}
-        self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace)
+        self._start_world()
 
     def _prepare_navigators(self, homes: Sequence[Pose]) -> None:
         for number, (name, home) in enumerate(

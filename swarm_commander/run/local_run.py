@@ -32,8 +32,10 @@ from swarm_commander.viewers.rviz import (
 from swarm_common.files.map_io import MAP_FILE
 from swarm_common.middleware import ros_env
 from swarm_common.model.records import Pose
+from swarm_common.model.run_words import lost_text
 from swarm_common.process.browser import open_page
 from swarm_common.process.messages import (
+    BeginTime,
     CentreReported,
     CollisionBegan,
     CommandBase,
@@ -57,6 +59,7 @@ from swarm_common.process.messages import (
     OrdersReported,
     OwnEvent,
     ProcessEvent,
+    RecordingBegun,
     RecordingEnded,
     RobotDead,
     RobotGone,
@@ -152,12 +155,19 @@ class LocalRun(ProcessRun):
         if plan.mission is not None and (orders := plan.mission.orders) is not None:
             statistics.orders = OrderBook(orders.dispatch, plan.remarks)
             statistics.stations_left = set(orders.stations)
+        self._recorded: RecordingEnded | None = None
         self._robots: list[dict[str, Any]] = []  # what the fork server is to start
 
     @property
     def never_active(self) -> bool:
         """True if the robots never were active together, so that none has driven."""
         return self._awaits_activity and self.active_after_wall is None
+
+    def complete(self, report: dict[str, Any]) -> None:
+        """Put what the recording has and lacks into the report."""
+        if (told := self._recorded) is not None:
+            lost = {"lost": told.lost, "missing": told.missing}
+            report["recording"] = {"messages": told.messages, **lost}
 
     def _check(self) -> None:
         self._check_start()
@@ -171,11 +181,15 @@ class LocalRun(ProcessRun):
             self._progress.note(remark, "yellow")
         for name in self._plan.options.driven_by_users:
             self._progress.note(f"time begins when a node drives {name}; missions leave it out")
-        trace = {"trace_dir": str(self._folder.trace)}
-        self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace)
+        self._start_world()
         self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
 
     # Processes
+
+    def _start_world(self) -> None:
+        held = {"held": self._plan.options.record}  # until nothing is missed any more
+        trace = {"trace_dir": str(self._folder.trace)}
+        self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace | held)
 
     def _start_robots(self, poses: Sequence[tuple[float, float, float]]) -> None:
         homes = [Pose(*pose) for pose in poses]
@@ -294,6 +308,8 @@ class LocalRun(ProcessRun):
             self._tell(VIEWER, KernelsCompiled(event.ready, event.known))
         elif isinstance(event, CentreReported) and CENTRAL in self._unmet:
             self._meet(CENTRAL)
+        elif isinstance(event, RecordingBegun):
+            self._tell(WORLD, BeginTime())
 
     def _on_mission_event(self, event: MissionEvent) -> None:
         match event:
@@ -327,10 +343,11 @@ class LocalRun(ProcessRun):
     def _on_onlooker_event(self, event: OnlookerEvent) -> None:
         match event:
             case RecordingEnded(path=path, messages=messages, lost=lost):
+                self._recorded = event
                 self._progress.note(f"recorded {messages} messages in {path}")
-                if lost:
+                if words := lost_text(lost):
                     self._record_incident(
-                        f"the recording lacks {lost} messages: the {RECORDER} process or the"
+                        f"{words}; the {RECORDER} process or the"
                         " machine could not keep up, or was stopped for a while"
                     )
             case ViewerOpened(url=url):
@@ -480,6 +497,8 @@ class LocalRun(ProcessRun):
         super()._on_exit(exit_)
         if exit_.name == CENTRAL and CENTRAL in self._unmet:
             self._meet(CENTRAL)
+        elif exit_.name == RECORDER:
+            self._tell(WORLD, BeginTime())
 
     def _may_resign(self, name: str) -> bool:
         """The run is to be led by its centre: it ends if that refuses its input."""

@@ -28,4 +28,5 @@ def recorder_config(plan: RunPlan, folder: Path) -> dict[str, Any]:
         "topics": options.record_topics,
         "rate": options.record_rate,
         "about": about,
+        "awaited": list(plan.alive),
     }

@@ -68,6 +68,11 @@ class PolledTopic:
         """Number of the message taken last among those of its sender on the topic."""
         return self._taker.sequence
 
+    @property
+    def senders(self) -> int:
+        """Number of publishers whose messages it gets."""
+        return int(self.handle.get_publisher_count())
+
     def destroy(self) -> None:
         """Unsubscribe; do it before the node is destroyed."""
         self._pointer = 0  # an index that rcl ignores

@@ -27,11 +27,12 @@ class Topic:
     # whether every message counts, so that a lower rate would lose something
     is_event: bool = False
     is_optional: bool = False  # whether only some robots have it
+    comes_first: bool = False  # whether the world publishes it before time begins
 
 
 WORLD_TOPICS = (
-    Topic("/clock", "rosgraph_msgs/msg/Clock"),
-    Topic("/map", "nav_msgs/msg/OccupancyGrid", is_latched=True, depth=1),
+    Topic("/clock", "rosgraph_msgs/msg/Clock", comes_first=True),
+    Topic("/map", "nav_msgs/msg/OccupancyGrid", is_latched=True, depth=1, comes_first=True),
     Topic("/sim/verdict", "swarm_interfaces/msg/Verdict", is_event=True),
     Topic(
         "/sim/scene",
@@ -39,13 +40,19 @@ WORLD_TOPICS = (
         is_latched=True,
         stamp_at=None,
         depth=1,
+        comes_first=True,
     ),
-    Topic("/sim/tf", "tf2_msgs/msg/TFMessage", stamp_at=8, depth=100),
+    Topic("/sim/tf", "tf2_msgs/msg/TFMessage", stamp_at=8, depth=100, comes_first=True),
     Topic("/sim/movers", "visualization_msgs/msg/MarkerArray", stamp_at=8),
 )
 ROBOT_TOPICS = (
-    Topic("robot_description", "std_msgs/msg/String", is_latched=True, stamp_at=None, depth=1),
-    Topic("tf_static", "tf2_msgs/msg/TFMessage", is_latched=True, stamp_at=None, depth=1),
+    *(
+        Topic(name, kind, is_latched=True, stamp_at=None, depth=1, comes_first=True)
+        for name, kind in (
+            ("robot_description", "std_msgs/msg/String"),
+            ("tf_static", "tf2_msgs/msg/TFMessage"),
+        )
+    ),
     Topic("tf", "tf2_msgs/msg/TFMessage", stamp_at=8, many=True, depth=100),
     Topic("joint_states", "sensor_msgs/msg/JointState"),
     Topic("odom", "nav_msgs/msg/Odometry"),

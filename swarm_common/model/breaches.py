@@ -105,6 +105,12 @@ def broken_lines(report: Mapping[str, Any]) -> list[str]:
     return [f"{len(names)} {verb} broken: {', '.join(names)}"]
 
 
+def recording_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return in words that a recording cannot be shown; nothing if it can."""
+    missing = report.get("recording", {}).get("missing")
+    return [f"the recording has no {', '.join(missing)}"] if missing else []
+
+
 def shortened(lines: Sequence[str], kind: str) -> list[str]:
     """Return the first `SHOWN` lines, and one that says how many more of their kind there are."""
     if len(lines) <= SHOWN:

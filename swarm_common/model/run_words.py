@@ -8,6 +8,7 @@ from typing import Any
 
 _NAMED = re.compile(r"for (\w+)[,:]")  # as `announcement` of swarm_nav says it
 _SERVED = re.compile(r"makes way for (\w+)")
+MOST_LOST = 5  # topics in a line
 OPEN = "goals are open"  # instead of a makespan
 SERIES_FIELDS = (  # of report.json, worked out from the time series
     "stations", "throughput", "state_shares", "bottleneck", "headline", "lost", "ideal_times",
@@ -27,6 +28,16 @@ def robots_text(report: Mapping[str, Any]) -> str:
     came = max(0, len(report.get("robots") or ()) - size)
     text = f"{size} robot{'' if size == 1 else 's'}"
     return f"{text} and {came} that came" if came else text
+
+
+def lost_text(lost: Mapping[str, int]) -> str:
+    """Return how many messages a recording lacks, and of which topics; empty if it lacks none."""
+    if not lost:
+        return ""
+    most = sorted(lost.items(), key=lambda item: -item[1])
+    topics = [f"{count} of {topic}" for topic, count in most[:MOST_LOST]]
+    more = [f"others of {len(most) - MOST_LOST} topics"] if len(most) > MOST_LOST else []
+    return f"the recording lacks {sum(lost.values())} messages: {', '.join([*topics, *more])}"
 
 
 def waits_for(state: str, detail: str) -> str:

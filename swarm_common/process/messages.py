@@ -296,18 +296,19 @@ class StationDone(EventBase, frozen=True, tag="station_done"):
 
 
 class RecordingBegun(EventBase, frozen=True, tag="recording"):
-    """The recorder has opened its file."""
+    """The recorder records: it has heard the world."""
 
     path: str
     topics: int
 
 
 class RecordingEnded(EventBase, frozen=True, tag="recorded"):
-    """The recorder has closed its file; `lost` messages were sent, but did not reach it."""
+    """The recorder has closed its file."""
 
     path: str
     messages: int
-    lost: int = 0
+    lost: dict[str, int] = {}  # how many were sent and did not reach it, by topic
+    missing: list[str] = []  # topics that stay for latecomers, and did not reach it
 
 
 class ViewerOpened(EventBase, frozen=True, tag="viewer"):
@@ -529,6 +530,10 @@ class Go(CommandBase, frozen=True, tag="go"):
     """Read the configuration and start all navigators."""
 
 
+class BeginTime(CommandBase, frozen=True, tag="begin"):
+    """Time may begin: whoever is to see all of it is there."""
+
+
 class StartNavigator(RobotCommand, frozen=True, tag="start"):
     """Start the navigator of a robot with a parameter file."""
 
@@ -623,7 +628,7 @@ class KernelsCompiled(CommandBase, frozen=True, tag="compiled"):
 
 
 ForkServerCommand = Go | StartNavigator | EndNavigator | KillNavigator
-WorldCommand = ServeHost | RobotDead | RobotSilent | RobotHeard
+WorldCommand = BeginTime | ServeHost | RobotDead | RobotSilent | RobotHeard
 MissionCommand = WatchRobot | RobotSilent | RobotHeard | RobotDead | RobotGone
 ServerCommand = ShowFigures | RobotGone | RunOver
 ClientCommand = ReportActive | ReportDeath | ReportUsage

@@ -53,6 +53,7 @@ class Settings:
     seed: int = 0
     speed: float | None = None  # times real time; None: as fast as possible
     paused: bool = False  # at the start; time passes by steps only
+    held: bool = False  # in lockstep: time begins when the command `begin` has come
     free_run: bool = False  # no lockstep, for third-party navigators
     cmd_vel_stamped: bool = True  # TwistStamped; False: Twist, in free run only
     wall_limit: float = 15.0  # [s] for a tick; longer than a mission's next goal is waited for

@@ -23,6 +23,7 @@ from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.process.last_resort import FaultLog
 from swarm_common.process.messages import (
     WORLD,
+    BeginTime,
     MeetingPorts,
     Note,
     RobotDead,
@@ -83,6 +84,7 @@ class WorldNode:
         self._is_speed_new = False
         self.is_over = False
         self._barrier = Barrier(len(stage.specs), settings.wall_limit, not settings.free_run)
+        self._barrier.is_held = settings.held
         speed = settings.speed if settings.speed or not settings.free_run else 1.0
         for index, robot in enumerate(settings.robots):
             if robot.broken_at is not None:
@@ -348,7 +350,9 @@ class WorldNode:
 
     def _obey(self, command: WorldCommand) -> None:
         names = self._links.names
-        if isinstance(command, ServeHost):
+        if isinstance(command, BeginTime):
+            self._barrier.is_held = False
+        elif isinstance(command, ServeHost):
             self._links.move_out(command.host, command.robots, command.run, command.secret)
         elif command.robot in names:
             robot = names.index(command.robot)

@@ -76,6 +76,7 @@ def recorder(swarm: Swarm, tmp_path: Path) -> Iterator[Process]:
         "topics": PATTERNS,
         "rate": None,
         "about": {"seed": "0"},
+        "awaited": None,
     }
     path = tmp_path / "recorder.json"
     path.write_text(json.dumps(config), encoding="utf-8")
@@ -163,7 +164,9 @@ def test_messages_that_a_recorder_missed_are_counted(
     recorder.popen.terminate()
     swarm.spin_until(lambda: recorder.named("recorded"))
     (ended,) = recorder.named("recorded")
-    assert ended["lost"] > 1000
+    assert ended["lost"]["/Srobot1/status"] > 1000
+    with contextlib.closing(Bag(tmp_path / "recording.mcap")) as bag:
+        assert bag.lost == ended["lost"]
 
 
 def test_a_run_is_recorded_from_the_middle_and_told_of_as_rosbag2_does(

@@ -205,7 +205,7 @@ def exit_code(report: Mapping[str, Any], *, is_unfinished: bool, component_faile
     if component_failed:
         return COMPONENT_FAILED
     goals, collisions = report["goals"], report["collisions"]
-    missed = goals["failed"] or is_unfinished
+    missed = goals["failed"] or is_unfinished or report.get("recording", {}).get("missing")
     if missed or collisions["robot_robot"] or collisions["robot_world"]:
         return MISSED
     return OK

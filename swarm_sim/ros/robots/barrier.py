@@ -11,8 +11,12 @@ NEWCOMER_LIMIT = 30.0  # [s] of wall time for a spawned robot's navigator to sta
 class Barrier:
     """Decides when a tick is complete.
 
-    At the start it waits without limit until every robot has answered once. Then a robot that
-    does not answer within the wall limit is late: it is not waited for until it answers again.
+    At the start it waits without limit until every robot has answered once, and while it is held.
+    Then a robot that does not answer within the wall limit is late: it is not waited for until it
+    answers again.
+
+    Attributes:
+        is_held: Whether time may not begin yet.
     """
 
     def __init__(self, count: int, wall_limit: float, expects: bool = True) -> None:
@@ -26,6 +30,7 @@ class Barrier:
         self._opened_at = 0.0
         self._looked_at = 0.0
         self._has_started = not expects
+        self.is_held = False
         self._expects = expects
         self._last_answers = 0
         self._new_late: list[tuple[int, bool]] = []
@@ -107,7 +112,7 @@ class Barrier:
         missing = self.missing()
         self._look(now)
         if not self._has_started:
-            return not missing
+            return not (missing or self.is_held)
         is_alone = 2 * len(missing) <= sum(self._expected)
         for robot in missing:
             waited = now - min(self._opened_at, self._silent_since.get(robot, self._opened_at))

@@ -166,15 +166,16 @@ class Links:
     def repeat_at_start(
         self, observations: Sequence[Observation], now: float, *, to_newcomers: bool
     ) -> None:
-        """Publish once more for robots that were not there.
+        """Publish once more for robots that were not there; for all while only others are missing.
 
         Args:
             to_newcomers: Only for those that have been there for few repeats.
         """
         newcomers = []
-        for robot in self._barrier.missing():
+        missing = self._barrier.missing()
+        for robot in missing or range(len(self._links)):
             link = self._links[robot]
-            if link.is_newcomer() or not to_newcomers:
+            if link.is_newcomer() or not (to_newcomers and missing):
                 newcomers.append(robot)
                 link.trip.repeat(now)
         self._publish(newcomers, observations)
@@ -197,6 +198,9 @@ class Links:
             timeout: [s] at most; less if an answer is to be asked for again before.
         """
         due_times = self._due_times()
+        if not due_times:  # time is held
+            time.sleep(timeout)
+            return
         due, missing = min(due_times.values()), list(due_times)
         middle = self._links[missing[len(missing) // 2]]
         self._waiter.wait([middle.awaited], min(timeout, max(due - now, SHORTEST)))

@@ -75,6 +75,16 @@ def test_a_recorder_that_hangs_at_the_end_is_no_success(up: Up) -> None:
     assert " ".join(failure.split()[:8]) in " ".join(output.split())
 
 
+def test_a_recording_that_cannot_be_shown_is_no_success(up: Up) -> None:
+    """Without a map; the exit code was 0, and no word said so."""
+    code, output, _ = up.run(*MISSION, "--record", recorder="lacks")
+    assert code == 1, output
+    assert up.report()["recording"]["missing"] == ["/map"]
+    text = " ".join(output.split())
+    assert "the recording lacks 8 messages: 7 of /Srobot1/odom, 1 of /map" in text
+    assert "the recording has no /map" in text
+
+
 def test_a_recorder_without_room_does_not_end_the_swarm(up: Up) -> None:
     code, output, _ = up.run(*MISSION, "--record")
     assert code == 3

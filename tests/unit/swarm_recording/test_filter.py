@@ -30,12 +30,22 @@ def test_a_gap_in_the_numbers_of_a_sender_is_what_was_lost() -> None:
     losses = Losses()
     status, latched = TOPICS["/Srobot1/status"], TOPICS["/map"]
     for sender, sequence in (((1, 1), 7), ((1, 1), 8), ((2, 2), 1), ((1, 1), 12), ((2, 2), 2)):
-        losses.note(status, sender, sequence)
-    assert losses.count == 3
-    losses.note(status, (1, 1), 9)  # late
-    losses.note(status, (1, 1), 13)
-    losses.note(TOPICS["/Srobot1/odom"], (1, 1), 20)
-    assert losses.count == 3
+        losses.note(status, sender, sequence, b"")
+    assert losses.counts == {status.name: 3}
+    losses.note(status, (1, 1), 9, b"")  # late
+    losses.note(status, (1, 1), 13, b"")
+    losses.note(TOPICS["/Srobot1/odom"], (1, 1), 20, b"")
     for sequence in (1, 5):  # only the latest is kept for latecomers
-        losses.note(latched, (1, 1), sequence)
-    assert losses.count == 3
+        losses.note(latched, (1, 1), sequence, b"")
+    assert losses.counts == {status.name: 3}
+
+
+def test_what_a_whole_recording_lacks_before_the_first_message_is_lost_too() -> None:
+    """A recorder that came late said nothing, as it knew no number before its first."""
+    times = RateFilter(None)
+    losses = Losses(times.is_after_begin)
+    odom, status = TOPICS["/Srobot1/odom"], TOPICS["/Srobot1/status"]
+    times.stamp(TOPICS["/clock"], stamped("/clock", 0))
+    losses.note(odom, (1, 1), 6, stamped("/Srobot1/odom", 5))
+    losses.note(status, (2, 2), 3, stamped("/Srobot1/status", 0))  # before time begins
+    assert losses.counts == {odom.name: 5}

@@ -24,6 +24,17 @@ def test_the_time_in_which_the_world_slept_does_not_count():
     assert barrier.receive_late() == [(2, True)]
 
 
+def test_a_held_barrier_opens_when_it_is_released():
+    """Time began before those who were to record it could."""
+    barrier = Barrier(1, 5.0)
+    barrier.is_held = True
+    barrier.open(0.0)
+    barrier.answer(0)
+    assert not complete(barrier, 0.0, 60.0)
+    barrier.is_held = False
+    assert barrier.is_complete(60.0)
+
+
 def test_who_is_late_is_told_once():
     barrier = Barrier(2, 5.0)
     for robot in (0, 1):

@@ -1,0 +1,37 @@
+"""A run begins when its recorder records, and its end says what the recording lacks."""
+
+import contextlib
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from swarm_common.model.records import CONTROL_PERIOD
+from swarm_recording.bag import Bag
+
+SECONDS = 20
+ROBOTS = ("Srobot1", "Srobot2")
+
+
+def test_a_short_fast_run_is_recorded_from_its_first_tick(tmp_path: Path) -> None:
+    """Nobody waited for the recorder: it came when the run was over, or in its midst."""
+    code = "from swarm_commander.cli.main import swarm_up; swarm_up()"
+    flags = ("--world", "hall_12", "--swarm-size", "2", "--duration", str(SECONDS))
+    more = ("--record", "--headless", "--no-report", "--speed", "max", "--run-dir")
+    subprocess.run((sys.executable, "-c", code, *flags, *more, tmp_path / "run"), check=True)
+    report = json.loads((tmp_path / "run" / "report.json").read_text(encoding="utf-8"))
+    told = report["recording"]
+    assert told["missing"] == []
+    with contextlib.closing(Bag(tmp_path / "run")) as bag:
+        assert bag.lost == told["lost"]
+        assert told["messages"] == sum(bag.counts.values())
+        for topic in ("/map", "/sim/scene", *(f"/{robot}/tf_static" for robot in ROBOTS)):
+            assert bag.counts[topic] == 1
+        for robot in ROBOTS:
+            for name in ("odom", "cmd_vel"):
+                topic = f"/{robot}/{name}"
+                stamps = [item.time for item in bag.messages([topic])]
+                assert stamps[0] == 0, topic
+
+                ticks = round(SECONDS / CONTROL_PERIOD) + 1
+                assert len(stamps) + bag.lost.get(topic, 0) == ticks, topic  # on a busy machine
