@@ -1,4 +1,4 @@
-"""The operator: bring-up, missions, reports; imports swarm_common only.
+"""The operator: bring-up, missions, reports; imports swarm_run and what that may.
 
 Lower folders never import higher ones; the lowest stands first:
 

@@ -15,5 +15,5 @@
     pilot        One robot of the swarm, driven as its vehicle wants
     process      The process that swarm-up starts
 
-May import swarm_common and swarm_commander.
+May import swarm_common and swarm_run.
 """

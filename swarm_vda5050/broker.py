@@ -9,9 +9,9 @@ import sys
 import time
 from pathlib import Path
 
-from swarm_commander.run.input.fleet_link import check_free, find_mosquitto
 from swarm_common.model.errors import ConfigError
 from swarm_common.process.lifetime import die_with
+from swarm_run.fleet_link import check_free, find_mosquitto
 
 START_LIMIT = 15.0  # [s] for it to answer
 CONFIG = """listener {port} 127.0.0.1

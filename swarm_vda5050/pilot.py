@@ -21,10 +21,6 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import BatteryState as BatteryMsg
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.client import RobotCommander
-from swarm_commander.mission.driver import has_goal, is_final, is_for_good
-from swarm_commander.mission.status_check import StatusCheck
-from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.battery_state import read_battery
 from swarm_common.middleware.courier_io import EndedGoal, TickRelease, TickReport
@@ -33,6 +29,10 @@ from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.model.battery import BatteryReading, SupplyStatus
 from swarm_common.model.palette import BY_HAND
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, wrap_angle
+from swarm_run.robots.client import RobotCommander
+from swarm_run.robots.driver import has_goal, is_final, is_for_good
+from swarm_run.robots.status_check import StatusCheck
+from swarm_run.robots.task import Task, TaskResult
 from swarm_vda5050.dialect import INCOMING, Dialect, Identity
 from swarm_vda5050.factsheet import factsheet, localization_score
 from swarm_vda5050.faults import OrderRejectedError

@@ -15,7 +15,6 @@ import msgspec
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from swarm_commander.mission.status_check import StatusCheck
 from swarm_common.files.map_io import load_map
 from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware import ros_env
@@ -39,6 +38,7 @@ from swarm_common.process.messages import (
 )
 from swarm_common.process.pipes import EventWriter, MessageReader, child_options
 from swarm_common.robots.loading import load_robot
+from swarm_run.robots.status_check import StatusCheck
 from swarm_vda5050.broker import Broker
 from swarm_vda5050.dialect import Identity
 from swarm_vda5050.link import Address, Link

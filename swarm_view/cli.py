@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from swarm_commander.cli.main import prepare_ros, run_command
+from swarm_run.command_line import prepare_ros, run_command
 
 if TYPE_CHECKING:
     import typer

@@ -33,9 +33,9 @@ from __future__ import annotations
 
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario
-from swarm_commander.run.input.options import UpOptions
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import Pose, Twist
+from swarm_run.options import UpOptions
 from swarm_workbench.external import ExternalRobot, Sensed
 from swarm_workbench.goal import Goal, GoalResult
 from swarm_workbench.place import Pixel

@@ -11,8 +11,8 @@ import signal
 import sys
 import threading
 
-from swarm_commander.cli.main import run_app
-from swarm_commander.run.input.options import UpOptions
+from swarm_run.command_line import run_app
+from swarm_run.options import UpOptions
 
 
 def _end_with(program: int) -> None:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from swarm_commander.run.domain import domain_id
 from swarm_common.model.beacon import (
     FLAG_STUCK,
     HEARD_ENTRIES,
@@ -25,6 +24,7 @@ from swarm_common.process.late_interrupt import late_interrupt
 from swarm_common.robots.loading import load_robot
 from swarm_nav.behaviour.brain_adapter import plain_beacon
 from swarm_nav.core.config import NavConfig
+from swarm_run.domain import domain_id
 
 STOP_POINTS = 6  # of the path to standstill in a beacon
 POLL_PERIOD = 0.2  # [s] of wall time between two looks whether to end
@@ -99,7 +99,7 @@ class ExternalRobot:
         """
         if self._thread is not None:
             raise SwarmError("an ExternalRobot starts once; make another one")
-        from swarm_commander.cli.main import prepare_ros
+        from swarm_run.command_line import prepare_ros
 
         prepare_ros()
         self._connect()

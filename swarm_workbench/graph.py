@@ -31,17 +31,6 @@ from typing import Any, TypeVar
 import numpy as np
 import yaml
 
-from swarm_commander.mission.swarm_watch import has_swarm
-from swarm_commander.run.domain import HIGHEST_DOMAIN, domain_id
-from swarm_commander.run.input.options import (
-    LOOPBACK,
-    VIEWER_PORT,
-    UpOptions,
-    names_of,
-    robot_of,
-    swarm_size_of,
-)
-from swarm_commander.run.input.plan import check_plan
 from swarm_common.files.map_io import MAP_FILE, load_map
 from swarm_common.model.breaches import Collision
 from swarm_common.model.coordination import Coordination
@@ -50,6 +39,17 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSp
 from swarm_common.process import start
 from swarm_common.process.late_interrupt import late_interrupt
 from swarm_common.robots.fleet import load_fleet
+from swarm_run.domain import HIGHEST_DOMAIN, domain_id
+from swarm_run.options import (
+    LOOPBACK,
+    VIEWER_PORT,
+    UpOptions,
+    names_of,
+    robot_of,
+    swarm_size_of,
+)
+from swarm_run.plan import check_plan
+from swarm_run.robots.swarm_watch import has_swarm
 from swarm_workbench.bench import figures_of
 from swarm_workbench.goal import Goal
 from swarm_workbench.history import RunTables
@@ -106,7 +106,7 @@ class GraphBackend:
                 "this Python has no rclpy, which processes need: pip install"
                 " 'ros-jazzy-rclpy[fastrtps]', or use Swarm(bench=True)"
             )
-        from swarm_commander.cli.main import prepare_ros
+        from swarm_run.command_line import prepare_ros
 
         crew = load_fleet(fleet) if fleet is not None else None
         size = swarm_size_of(robots, crew)
@@ -418,9 +418,9 @@ class _View:
         from simulation_interfaces.srv import StepSimulation
         from swarm_interfaces.msg import Beacon, RobotStatus, Verdict
 
-        from swarm_commander.mission.client import RobotCommander
         from swarm_common.middleware import ros_io
         from swarm_common.middleware.cdr import OdometryReader
+        from swarm_run.robots.client import RobotCommander
 
         self.tick = 0
         self.alive: Sequence[int] = ()

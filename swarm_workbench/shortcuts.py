@@ -9,9 +9,9 @@ from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario, load_scenario
-from swarm_commander.run.input.options import UpOptions
 from swarm_common.model.records import RobotSpec
 from swarm_common.robots import loading
+from swarm_run.options import UpOptions
 
 
 def run_scenario(

@@ -14,9 +14,10 @@ from typing import Any
 from benchmarks.scale.plan import WORKLOADS, ScaleJob
 from benchmarks.scale.result import ScaleResult
 from benchmarks.scale.watch import Neighbours, ThreadTimes, dds_share, proportional_mb
-from swarm_bench.runs.ros_run import SWARM_UP, SwarmUpError, last_lines
+from swarm_bench.runs.ros_run import SwarmUpError, last_lines
 from swarm_commander.run.processes.usage import process_tree
 from swarm_common.process.lifetime import die_with
+from swarm_run.command_line import SWARM_UP
 
 POLL_PERIOD = 0.5  # [s] of wall time
 SAMPLE_PERIOD = 5.0  # [s] between two looks at MANY processes; fewer are looked at more often

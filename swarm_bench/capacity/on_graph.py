@@ -19,19 +19,19 @@ from swarm_bench.capacity.curve import Curve, curve_of
 from swarm_bench.capacity.report import print_curves, sentences, write_output
 from swarm_bench.runs.episode import RunOptions, parse_parameters
 from swarm_bench.runs.result import RunResult, Steady
-from swarm_bench.runs.ros_run import LAST, SWARM_UP, result_of_report
+from swarm_bench.runs.ros_run import LAST, result_of_report
 from swarm_bench.runs.scenario import Scenario
 from swarm_bench.runs.steady import steady_of
 from swarm_bench.suite.command import MISSED, new_console
 from swarm_bench.suite.table import run_line
-from swarm_commander.cli.main import run_command
-from swarm_commander.cli.up_command import UpArguments, up_app
-from swarm_commander.run.input.options import UpOptions
-from swarm_commander.run.input.plan import check_plan
 from swarm_common.files.journal import read_journal
 from swarm_common.files.run_folders import RUNS
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError
+from swarm_run.arguments import UpArguments, parser
+from swarm_run.command_line import SWARM_UP, run_command
+from swarm_run.options import UpOptions
+from swarm_run.plan import check_plan
 
 FLAGS = {"robots": "--swarm-size"}  # axes that are called otherwise than their option
 OF_POINT = ("robots", "swarm_size", "seed")  # axes within a curve
@@ -87,7 +87,8 @@ def sweep_on_graph(context: typer.Context) -> None:
 
 
 def _parsed(words: Sequence[str]) -> dict[str, Any]:
-    return typer.main.get_command(up_app).make_context("swarm-up", list(words)).params
+    params: dict[str, Any] = parser().make_context("swarm-up", list(words)).params
+    return params
 
 
 def _options(words: Sequence[str]) -> UpOptions:
@@ -121,7 +122,7 @@ def _tell(curves: Sequence[Curve], folder: Path) -> None:
 def _run_of(
     chosen: Mapping[str, str], words: Sequence[str], folder: Path, number: int
 ) -> _GraphRun:
-    flags = {item.name: item.opts[0] for item in typer.main.get_command(up_app).params}
+    flags = {item.name: item.opts[0] for item in parser().params}
     changed, parameters = list(words), dict[str, Any]()
     for name, text in chosen.items():
         flag = FLAGS.get(name) or flags.get(name.replace("-", "_"))

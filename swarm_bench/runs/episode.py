@@ -17,8 +17,6 @@ from swarm_bench.runs.orders import BenchOrders, demand_remarks, make_orders, me
 from swarm_bench.runs.scenario import Scenario
 from swarm_central.link import Centre, delay_ticks
 from swarm_central.movingai import check_program
-from swarm_commander.run.input.params import Overrides, load_overrides
-from swarm_commander.run.input.world_params import WorldParams
 from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.files.params_io import REALISTIC, default_parameters
 from swarm_common.model.coordination import Coordination
@@ -40,6 +38,8 @@ from swarm_mission.orders.radio import OrderRadio
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.core.plugins import BRAIN, check_plugins, own_plugins
 from swarm_nav.traffic.conditions import Conditions, conditions
+from swarm_run.params import Overrides, load_overrides
+from swarm_run.world_params import WorldParams
 from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
 from swarm_sim.maps.spawn import deal_places
 from swarm_sim.maps.world_check import checked

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,8 +21,8 @@ from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.process.lifetime import die_with
+from swarm_run.command_line import SWARM_UP
 
-SWARM_UP = (sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()")
 ENGINE = "ros"  # what a result's engine is called: rigid bodies behind the ROS graph
 LAST = "/*/navigator"  # section of all robots, whose values win: it comes last
 LAST_LINES = 5  # of swarm-up's output, in an error

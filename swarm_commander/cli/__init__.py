@@ -2,12 +2,10 @@
 
 What a module imports of its folder stands above it:
 
-    teleop_keys        Keys of `swarm-teleop`, which count while they are pressed
     teleop_command     The command `swarm-teleop`: drives a robot of a running swarm by hand
     setup_command      The command `swarm-setup`: installs missing ROS 2 interface packages
     command_node       The node of a command that works with a running swarm
     robot_table        What `swarm-up --describe` shows: a robot's values, and their origins
-    listing            What `swarm-up --list` shows: worlds, missions, robots and fleets
     doctor             Is this machine fit for a swarm of some size? If not, what to change
     console            What `swarm-commander` prints about a robot on its way
     completion         What Tab offers: robots, stations, runs, subcommands
@@ -17,8 +15,7 @@ What a module imports of its folder stands above it:
     doctor_command     The command `swarm-doctor`: looks at the machine before a large run
     fleet_command      `swarm-commander spawn`, `remove`, `move`, `list` and the like
     up_command         The command `swarm-up`: its options
-    launch_arguments   The options of `swarm-up` as arguments of a ROS 2 launch file
     main               Entry points of the commands `swarm-up`, `swarm-commander` and `swarm-report`
 
-May import of swarm_commander: `hosts`, `run`, `mission`, `viewers`; and swarm_common.
+May import of swarm_commander: `hosts`, `run`, `mission`, `viewers`; swarm_run and swarm_common.
 """

@@ -9,7 +9,7 @@ import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from swarm_commander.run.domain import check_swarm, domain_id
+from swarm_run.domain import check_swarm, domain_id
 
 
 @contextmanager

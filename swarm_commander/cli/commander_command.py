@@ -16,21 +16,11 @@ from swarm_interfaces.msg import RobotStatus
 from swarm_commander.cli.command_node import command_node
 from swarm_commander.cli.completion import first_words, stations
 from swarm_commander.cli.console import Moment, StatusConsole
-from swarm_commander.mission.discovery import (
-    find_robots,
-    read_home,
-    read_number,
-    read_sites,
-    robot_on_mission,
-)
-from swarm_commander.mission.driver import RobotDriver, has_goal, sim_seconds
-from swarm_commander.mission.swarm_watch import SwarmWatch
-from swarm_commander.run.domain import domain_id, patience_for
-from swarm_commander.run.processes.signals import SignalCounter
 from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.errors import ConfigError, UnknownNameError, close_names
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import FLEET_COMMANDS
+from swarm_common.process.signals import SignalCounter
 from swarm_mission.itinerary import Itinerary, NextGoal, StopOutcome
 from swarm_mission.mission import (
     Mission,
@@ -39,6 +29,16 @@ from swarm_mission.mission import (
     single_goal,
     usual_mission,
 )
+from swarm_run.domain import domain_id, patience_for
+from swarm_run.robots.discovery import (
+    find_robots,
+    read_home,
+    read_number,
+    read_sites,
+    robot_on_mission,
+)
+from swarm_run.robots.driver import RobotDriver, has_goal, sim_seconds
+from swarm_run.robots.swarm_watch import SwarmWatch
 
 CANCEL_LIMIT = 2.0  # [s] of wall time for cancelled goals to end
 READY_LIMIT = 20.0  # [s] of wall time for a robot to say where it is and to take goals

@@ -10,8 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from swarm_commander.cli.doctor import Finding, Level, examine, look
-from swarm_commander.run.domain import domain_id
 from swarm_common.model.errors import ConfigError
+from swarm_run.domain import domain_id
 
 STYLES = {Level.GOOD: "green", Level.WARNING: "yellow", Level.ERROR: "bold red"}
 MOST_ROBOTS = 1000

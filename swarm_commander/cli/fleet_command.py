@@ -31,9 +31,6 @@ from swarm_interfaces.msg import RobotStatus
 from swarm_commander.cli.command_node import command_node
 from swarm_commander.cli.completion import robots
 from swarm_commander.cli.thing_request import thing_request
-from swarm_commander.mission.swarm_watch import SwarmWatch
-from swarm_commander.run import domain
-from swarm_commander.run.domain import domain_id
 from swarm_commander.run.recording import FILE
 from swarm_commander.viewers.frame_relay import relay_frames
 from swarm_common.middleware import ros_io
@@ -46,6 +43,9 @@ from swarm_common.process.pipes import EventWriter
 from swarm_common.robots.source import find_robot, robot_names
 from swarm_recording.recorder import record
 from swarm_recording.selection import select
+from swarm_run import domain
+from swarm_run.domain import domain_id
+from swarm_run.robots.swarm_watch import SwarmWatch
 
 DEFAULT_ROBOT = "turtlebot3_waffle"
 NO_HINTS: Mapping[int, str] = {}

@@ -12,14 +12,9 @@ from rich.console import Console
 from rich.text import Text
 
 from swarm_commander.run import terminal
-from swarm_commander.run.domain import DomainLock, domain_id
-from swarm_commander.run.input.options import UpOptions
-from swarm_commander.run.input.plan import RunPlan, check_plan
 from swarm_commander.run.local_run import LocalRun
 from swarm_commander.run.results.progress import Progress, summary_table
 from swarm_commander.run.results.report import (
-    COMPONENT_FAILED,
-    OK,
     RunTimes,
     compose_report,
     exit_code,
@@ -43,6 +38,10 @@ from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
 from swarm_common.model.run_words import SERIES_FIELDS
 from swarm_common.process.home import log_to
 from swarm_common.process.start import ensure_bytecode, own_packages
+from swarm_run.command_line import COMPONENT_FAILED, OK
+from swarm_run.domain import DomainLock, domain_id
+from swarm_run.options import UpOptions
+from swarm_run.plan import RunPlan, check_plan
 from swarm_setup.build import ensure_interfaces, interface_packages
 
 COPIES = "inputs"  # of the user's files

@@ -23,15 +23,15 @@ from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.cli.command_node import command_node
 from swarm_commander.cli.completion import robots
-from swarm_commander.cli.teleop_keys import HELP, Keys
-from swarm_commander.mission.client import RobotCommander
-from swarm_commander.mission.discovery import find_robots, read_parameters
-from swarm_commander.mission.swarm_watch import SwarmWatch
-from swarm_commander.mission.task import Task, TaskResult
-from swarm_commander.run.domain import domain_id, patience_for
 from swarm_common.middleware.ros_io import RELIABLE
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Twist
+from swarm_run.domain import domain_id, patience_for
+from swarm_run.robots.client import RobotCommander
+from swarm_run.robots.discovery import find_robots, read_parameters
+from swarm_run.robots.swarm_watch import SwarmWatch
+from swarm_run.robots.task import Task, TaskResult
+from swarm_run.robots.teleop_keys import HELP, Keys
 
 ACTION = ("assisted_teleop", AssistedTeleop)
 PERIOD = 0.05  # [s] of wall time between two wishes

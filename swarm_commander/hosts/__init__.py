@@ -5,7 +5,6 @@ What a module imports of its folder stands above it:
     run_description  The run as the world's host describes it to the robots' hosts
     distributor      On a robots' host: gives each robot its part of a batch of beacons
     host_link        What both ends of the line between two hosts have in common
-    host_options     Options of a run on several hosts, checked once
     link_probe       Probes of the network: packet sizes, directions, losses, round trips
     host_table       The robots' hosts as the world's host knows them: robots, silences
     client_state     What a robots' host reports, and how it reacts to the answers
@@ -17,5 +16,5 @@ What a module imports of its folder stands above it:
     world_run        `swarm-up --role world`: world and mission here, navigators elsewhere
     hosts_command    What `--role` does beside a run: DDS profiles, the robots' side
 
-May import of swarm_commander: `run`, `mission`, `viewers`; and swarm_common.
+May import of swarm_commander: `run`, `mission`, `viewers`; swarm_run and swarm_common.
 """

@@ -13,15 +13,16 @@ from rich.text import Text
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.robots_run import RobotsRun, robots_report
 from swarm_commander.run import terminal
-from swarm_commander.run.domain import domain_id
 from swarm_commander.run.results.progress import Progress
-from swarm_commander.run.results.report import COMPONENT_FAILED, OK, write_report
+from swarm_commander.run.results.report import write_report
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.run.terminal import complain
 from swarm_common.middleware import dds_profile, ros_env
 from swarm_common.model.breaches import shortened
 from swarm_common.process.home import log_to
+from swarm_run.command_line import COMPONENT_FAILED, OK
+from swarm_run.domain import domain_id
 from swarm_setup.build import ensure_interfaces
 
 TOOLS_PROFILE = "fastdds_host.xml"  # of all that is not a navigator

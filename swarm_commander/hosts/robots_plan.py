@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from swarm_commander.hosts.host_options import parse_robots
-from swarm_commander.run.domain import domain_id
 from swarm_common.middleware.addresses import address_of, address_towards, own_address
 from swarm_common.middleware.dds_profile import MOST_PROCESSES, check_environment
 from swarm_common.middleware.secret import FILE_VARIABLE, VARIABLE
 from swarm_common.model.errors import ConfigError
+from swarm_run.domain import domain_id
+from swarm_run.host_options import parse_robots
 
 # On the robots' side: own options, and what may be stated of the world's side to be compared.
 OWN = frozenset({"role", "robots", "connect", "bind", "pack", "run_dir", "headless"})

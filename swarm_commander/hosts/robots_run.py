@@ -11,7 +11,6 @@ from typing import Any, assert_never
 
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.run_description import RunDescription, parse
-from swarm_commander.run.input.params import ParameterSource, write_parameter_file
 from swarm_commander.run.local_run import HOST, MODULES
 from swarm_commander.run.process_run import ProcessRun
 from swarm_commander.run.processes.usage import process_tree
@@ -46,6 +45,7 @@ from swarm_common.process.messages import (
     WorldUnansweredYet,
     WorldUnhearing,
 )
+from swarm_run.params import ParameterSource, write_parameter_file
 
 CLIENT, DISTRIBUTOR = "client", "distributor"
 OWN_MODULES = {

@@ -10,9 +10,6 @@ from pathlib import Path
 from typing import Any, assert_never
 
 from swarm_commander.hosts.run_description import RunDescription, compose
-from swarm_commander.run.domain import domain_id
-from swarm_commander.run.input.params import write_parameter_file
-from swarm_commander.run.input.plan import RunPlan
 from swarm_commander.run.local_run import HOST, MODULES, RUNNER, STOP_ORDER, WORLD, LocalRun
 from swarm_commander.run.processes.supervisor import describe_exit
 from swarm_commander.run.results.progress import Progress
@@ -48,6 +45,9 @@ from swarm_common.process.messages import (
     ShowFigures,
     WorldProgress,
 )
+from swarm_run.domain import domain_id
+from swarm_run.params import write_parameter_file
+from swarm_run.plan import RunPlan
 
 SERVER = "server"
 OWN_MODULES = {SERVER: "swarm_commander.hosts.host_server"}

@@ -21,13 +21,10 @@ from nav2_msgs.action import NavigateToPose
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.client import RobotCommander
 from swarm_commander.mission.goal_news import GoalNews
 from swarm_commander.mission.order_channel import OrderChannel
 from swarm_commander.mission.order_party import run_party
 from swarm_commander.mission.state_log import FILE, StateLog
-from swarm_commander.mission.status_check import StatusCheck
-from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.files.journal import Journal
 from swarm_common.files.map_io import load_map
 from swarm_common.files.sites_io import load_sites
@@ -58,6 +55,9 @@ from swarm_mission.orders.floor_use import FloorUse
 from swarm_mission.orders.messages import Envelope
 from swarm_mission.orders.robot_bidder import BidSenses
 from swarm_mission.orders.way_lengths import WayLengths
+from swarm_run.robots.client import RobotCommander
+from swarm_run.robots.status_check import StatusCheck
+from swarm_run.robots.task import Task, TaskResult
 
 # A robot says nothing after so long without a status; the status may wait in a busy machine.
 MUTE_TICKS = 50

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from swarm_commander.mission.driver import sim_seconds
 from swarm_commander.mission.state_log import StateLog
 from swarm_common.model.breaches import MissedGoal
 from swarm_common.process.messages import GoalMissed, GoalReached, GoalSent
 from swarm_common.process.pipes import EventWriter
 from swarm_mission.itinerary import NextGoal, StopOutcome
+from swarm_run.robots.driver import sim_seconds
 
 
 class GoalNews:

@@ -18,10 +18,8 @@ from typing import Any, assert_never
 import rclpy
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.driver import RobotDriver, has_goal
 from swarm_commander.mission.goal_news import GoalNews
 from swarm_commander.mission.state_log import FILE, StateLog
-from swarm_commander.mission.status_check import StatusCheck
 from swarm_common.files.journal import Journal
 from swarm_common.middleware.participants import Hubs, prepare
 from swarm_common.middleware.rclpy_compat import SafeExecutor
@@ -50,6 +48,8 @@ from swarm_common.process.pipes import EventWriter, MessageReader, child_options
 from swarm_mission.itinerary import Itinerary, NextGoal, StopOutcome
 from swarm_mission.routes import routes
 from swarm_recording.run_trace import RunTrace
+from swarm_run.robots.driver import RobotDriver, has_goal
+from swarm_run.robots.status_check import StatusCheck
 
 BEAT_PERIOD = 2.0  # [s] of wall time between two signs of life
 TURN_PERIOD = 0.25  # [s] of wall time between two looks at everything else

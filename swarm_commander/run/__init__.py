@@ -2,9 +2,6 @@
 
 What a module imports of its folder stands above it:
 
-    domain       One swarm per ROS domain, since two would have the same names; its owner takes
-                 requests
-    input        What a run is given: options, parameter files, and the plan that follows from them
     processes    The processes of a run: started, watched, restarted, measured, ended
     rundir       The folder of a run: parameters, logs, report, and what another terminal must
                  source
@@ -16,5 +13,5 @@ What a module imports of its folder stands above it:
     local_run    A run from the first process to the report: what `swarm-up` does after its input is
                  checked
 
-May import of swarm_commander: `mission`, `viewers`; and swarm_common.
+May import of swarm_commander: `mission`, `viewers`; swarm_run and swarm_common.
 """

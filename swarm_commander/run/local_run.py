@@ -11,9 +11,6 @@ from typing import Any, assert_never
 
 import psutil
 
-from swarm_commander.run.domain import Request
-from swarm_commander.run.input.params import write_parameter_file
-from swarm_commander.run.input.plan import RunPlan
 from swarm_commander.run.process_run import ProcessRun
 from swarm_commander.run.processes.supervisor import Exit, describe_exit
 from swarm_commander.run.processes.usage import process_tree
@@ -22,13 +19,7 @@ from swarm_commander.run.results.progress import Progress
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder
 from swarm_commander.viewers.foxglove import write_foxglove
-from swarm_commander.viewers.rviz import (
-    MERGED,
-    find_rviz,
-    relay_command,
-    rviz_command,
-    write_rviz,
-)
+from swarm_commander.viewers.rviz import find_rviz, relay_command, rviz_command, write_rviz
 from swarm_common.files.map_io import MAP_FILE
 from swarm_common.middleware import ros_env
 from swarm_common.model.records import Pose
@@ -80,6 +71,10 @@ from swarm_common.process.messages import (
 )
 from swarm_mission.orders.order_book import OrderBook
 from swarm_mission.routes import goals
+from swarm_run.domain import Request
+from swarm_run.options import MERGED
+from swarm_run.params import write_parameter_file
+from swarm_run.plan import RunPlan
 
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
 RVIZ, VIEWER, VDA5050 = "rviz", "viewer", "vda5050"

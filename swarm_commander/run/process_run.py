@@ -13,12 +13,10 @@ from typing import Any, assert_never
 
 import psutil
 
-from swarm_commander.run.domain import DomainLock, Request
 from swarm_commander.run.processes.heartbeat import Heartbeats
 from swarm_commander.run.processes.launch import ProcessChild
 from swarm_commander.run.processes.navigators import NavigatorSupervisor
 from swarm_commander.run.processes.restarts import MOST, Restarts
-from swarm_commander.run.processes.signals import SignalCounter
 from swarm_commander.run.processes.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
 from swarm_commander.run.processes.usage import UsageLog, UsageMeter
 from swarm_commander.run.results.progress import Progress
@@ -50,6 +48,8 @@ from swarm_common.process.messages import (
     VerdictReached,
     WorldProgress,
 )
+from swarm_common.process.signals import SignalCounter
+from swarm_run.domain import DomainLock, Request
 
 USAGE_FILE = "usage.jsonl"
 POLL_PERIOD = 0.1  # [s] of wall time

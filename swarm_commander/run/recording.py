@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from swarm_commander.run.input.plan import RunPlan
+from swarm_run.plan import RunPlan
 
 FILE = "recording.mcap"
 

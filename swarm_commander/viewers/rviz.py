@@ -10,10 +10,9 @@ from typing import Any
 import yaml
 
 from swarm_commander.viewers.rviz_config import merged_config, robot_config, swarm_config
-from swarm_common.model.errors import UnknownNameError
 from swarm_common.process import start
+from swarm_run.options import MERGED, SWARM
 
-SWARM, MERGED, ALL = "swarm", "merged", "all"
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # the dumper in C is ten times as fast
 HOW_TO_GET = (
     "--rviz: rviz2 is not installed; on Ubuntu 24.04 with ROS 2: apt install ros-jazzy-rviz2."
@@ -35,24 +34,6 @@ def write_rviz(
 
 def _write(path: Path, config: dict[str, Any]) -> None:
     path.write_text(yaml.dump(config, Dumper=DUMPER, sort_keys=False), encoding="utf-8")
-
-
-def windows(text: str, robots: Sequence[str]) -> list[str]:
-    """Return which windows --rviz asks for: names of robots, `swarm` or `merged`.
-
-    Args:
-        text: Names separated by commas; `all` for one window per robot, empty for the swarm.
-
-    Raises:
-        ConfigError: If a name is unknown.
-    """
-    names = [word.strip() for word in text.split(",") if word.strip()] or [SWARM]
-    if names == [ALL]:
-        return list(robots)
-    for name in names:
-        if name not in (SWARM, MERGED, *robots):
-            raise UnknownNameError("robot", name, [*robots, ALL, SWARM, MERGED], "--rviz")
-    return names
 
 
 def find_rviz(tell: Callable[[str], None]) -> str | None:

@@ -16,6 +16,7 @@ What a module imports of its folder stands above it:
     pipes          Pipes between swarm-up and its processes; one message per line
     plugins        Plug-ins of users, found by name and kept from harming anybody else
     private_parts  Parts of libraries that are private to them: one that moved is told
+    signals        Signals that ask for the end, counted
     quick_start    Quick start of a process: its user waits for all that it does before
     single_thread  Forking is safe only in a process of one thread; this keeps it so
     standard_streams  stdin, stdout and stderr, whatever those that started us made of them

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from swarm_commander.cli.teleop_keys import HOLD, LEAST, MOST
 from swarm_common.model.records import Twist
+from swarm_run.robots.teleop_keys import HOLD, LEAST, MOST
 from swarm_view.state.operator_link import OperatorLink, Tell
 
 PERIOD = 0.05  # [s] of wall time between two wishes

@@ -12,7 +12,6 @@ import pytest
 import yaml
 
 from swarm_bench.runs.scenario import load_scenario
-from swarm_commander.run.input.params import load_overrides
 from swarm_common.files.map_io import load_map
 from swarm_common.files.params_io import default_parameters
 from swarm_common.files.sites_io import load_sites
@@ -20,6 +19,7 @@ from swarm_common.model.errors import SwarmError
 from swarm_common.robots.fleet import load_fleet
 from swarm_map.floor_plan import load_plan
 from swarm_mission.mission import load_mission
+from swarm_run.params import load_overrides
 from swarm_sim.scene.actors import load_actors
 
 ROBOTS = ["Srobot1", "Srobot2"]

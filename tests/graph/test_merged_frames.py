@@ -24,11 +24,11 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 from yourdfpy import URDF
 
-from swarm_commander.run.domain import DomainLock
 from swarm_commander.viewers.rviz import write_rviz
 from swarm_commander.viewers.rviz_config import merged_config, named_topics
 from swarm_common.middleware.ros_io import LATCHED, pose_stamped
 from swarm_common.model.records import Pose
+from swarm_run.domain import DomainLock
 from tests.graph.conftest import START_LIMIT
 
 STATIC = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # tf2_ros's listener

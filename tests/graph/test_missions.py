@@ -17,13 +17,13 @@ import rclpy
 from rclpy.node import Node
 from swarm_interfaces.msg import Mission, RobotStatus
 
-from swarm_commander.mission.client import NotActiveError, RobotCommander
-from swarm_commander.mission.discovery import robot_on_mission
-from swarm_commander.mission.task import TaskResult
-from swarm_commander.run.domain import DomainLock
 from swarm_common.middleware.ros_io import LATCHED, RELIABLE, pose_stamped
 from swarm_common.model.errors import NoSwarmError
 from swarm_common.model.records import Pose
+from swarm_run.domain import DomainLock
+from swarm_run.robots.client import NotActiveError, RobotCommander
+from swarm_run.robots.discovery import robot_on_mission
+from swarm_run.robots.task import TaskResult
 
 ROOT = Path(__file__).resolve().parents[2]
 SITES = ROOT / "worlds" / "slim_blockage" / "sites.yaml"

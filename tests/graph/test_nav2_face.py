@@ -25,12 +25,12 @@ from rclpy.time import Time
 from std_msgs.msg import Empty
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.client import RobotCommander
-from swarm_commander.mission.task import TaskResult
 from swarm_common.files.resources import share_directory
 from swarm_common.middleware.ros_io import LATCHED, pose_from_msg, pose_stamped, start_text, tick_of
 from swarm_common.model.records import Pose
 from swarm_ros2 import command_line
+from swarm_run.robots.client import RobotCommander
+from swarm_run.robots.task import TaskResult
 from tests.graph.conftest import START_LIMIT, WORLD
 
 NAMES = ("amcl", "behavior_server", "bt_navigator", "controller_server", "map_server",

@@ -9,14 +9,14 @@ from simulation_interfaces.msg import Result
 from simulation_interfaces.srv import SpawnEntity
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.client import RobotCommander
-from swarm_commander.mission.discovery import robots_in_graph
-from swarm_commander.mission.task import TaskResult
 from swarm_commander.viewers.frame_relay import FrameRelay
 from swarm_common.middleware.ros_io import pose_stamped
 from swarm_common.middleware.simulation import resource_in
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import RobotNames
+from swarm_run.robots.client import RobotCommander
+from swarm_run.robots.discovery import robots_in_graph
+from swarm_run.robots.task import TaskResult
 from tests.graph.conftest import ROBOT, START_LIMIT
 
 NAMES = RobotNames(("amr_beta", "amr_alpha"), "agv{:02}")

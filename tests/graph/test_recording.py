@@ -30,7 +30,6 @@ from rosbags.typesys import Stores, get_typestore
 from rosgraph_msgs.msg import Clock
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.run.domain import DomainLock
 from swarm_commander.viewers.rviz_config import (
     merged_config,
     named_topics,
@@ -42,6 +41,7 @@ from swarm_recording.bag import Bag
 from swarm_recording.ros_types import message_class, quality
 from swarm_recording.selection import select
 from swarm_ros2 import command_line
+from swarm_run.domain import DomainLock
 from tests.fakes.ros_domains import reserved_domain
 from tests.graph.conftest import Process, Swarm
 

@@ -9,10 +9,10 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from swarm_commander.mission.client import RobotCommander
-from swarm_commander.mission.task import TaskResult
 from swarm_common.middleware.ros_io import pose_from_msg, pose_stamped
 from swarm_common.model.records import Pose
+from swarm_run.robots.client import RobotCommander
+from swarm_run.robots.task import TaskResult
 from tests.graph.conftest import START_LIMIT, Process
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -20,7 +20,7 @@ from rclpy.executors import MultiThreadedExecutor
 from std_msgs.msg import Empty
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.run.domain import DomainLock
+from swarm_run.domain import DomainLock
 from tests.graph.conftest import reserved_domain
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -17,8 +17,8 @@ import rclpy
 from geometry_msgs.msg import TwistStamped
 from rclpy.context import Context
 
-from swarm_commander.mission.swarm_watch import has_swarm
 from swarm_common.model.errors import SwarmError
+from swarm_run.robots.swarm_watch import has_swarm
 from swarm_workbench import ExternalRobot, Swarm, Trajectories, Twist
 from tests.fakes.ros_domains import reserved_domain
 

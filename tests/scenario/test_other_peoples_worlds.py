@@ -13,10 +13,10 @@ from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario, load_scenario
-from swarm_commander.cli.main import run_app
 from swarm_common.files.map_io import load_map, map_path, save_map
 from swarm_common.model.grid import Grid
 from swarm_map.map_command import map_app
+from swarm_run.command_line import run_app
 from tests.unit.swarm_sim.test_mesh_soups import double_faced, room
 
 SITES = """stations: {west: [-2.0, 0.0, 3.1416], east: [2.0, 0.0, 0.0]}

@@ -22,9 +22,9 @@ from rclpy.executors import SingleThreadedExecutor
 from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState
 
-from swarm_commander.run.input.fleet_link import FleetLink
-from swarm_commander.run.input.options import UpOptions
 from swarm_common.process import start
+from swarm_run.fleet_link import FleetLink
+from swarm_run.options import UpOptions
 from tests.fakes.fleet_orders import action, edge, header, node
 from tests.fakes.ros_domains import reserved_domain
 

@@ -22,8 +22,8 @@ PUBLIC = (
     "swarm_bench/runs/result.py",
     "swarm_bench/runs/scenario.py",
     "swarm_bench/runs/episode.py",
-    "swarm_commander/mission/client.py",
-    "swarm_commander/mission/task.py",
+    "swarm_run/robots/client.py",
+    "swarm_run/robots/task.py",
     "swarm_nav/interfaces.py",
 )
 FEWEST_WORDS = 5  # of an entry; fewer only with a unit, a shape, a value or what None means

@@ -20,7 +20,7 @@ from launch.actions import (
 from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
 
-from swarm_commander.cli.launch_arguments import (
+from swarm_run.launch_arguments import (
     check_arguments,
     launch_arguments,
     misspelt,

@@ -5,7 +5,6 @@ What a module imports of its folder stands above it:
     heartbeat   Which processes have said nothing for too long. No I/O
     restarts    Decides when, and how often at most, a process that died is restarted. No clock, no
                 I/O
-    signals     Signals that ask for the end, counted
     supervisor  Table of the processes of a run: which run, which have ended, and the order of
                 stopping
     usage       CPU time and memory of the processes of a run
@@ -13,5 +12,5 @@ What a module imports of its folder stands above it:
                 server obeys
     launch      Starts a child process with its log and two pipes, so that it never outlives us
 
-May import of swarm_commander: what `run` may, but of `run` itself nothing; and swarm_common.
+May import what `run` may, but of `run` itself nothing.
 """

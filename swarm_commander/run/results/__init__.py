@@ -8,6 +8,6 @@ What a module imports of its folder stands above it:
                     swarm
     progress        What the user sees while a run goes, and the table at its end
 
-May import of swarm_commander: what `run` may, of `run` itself `input` and `processes`;
+May import of swarm_commander: what `run` may, of `run` itself `processes`;
 swarm_mission and swarm_common.
 """

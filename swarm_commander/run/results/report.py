@@ -9,16 +9,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from swarm_commander.run.input.options import UpOptions
 from swarm_commander.run.processes.usage import UsageMeter
 from swarm_commander.run.results.run_statistics import COUNTS, RunStatistics
 from swarm_common.files.whole_file import write_whole
 from swarm_common.model.breaches import Collision, breaches_json
 from swarm_mission.fairness import fairness
 from swarm_mission.orders.floor_use import joined
+from swarm_run.command_line import COMPONENT_FAILED, MISSED, OK
+from swarm_run.options import UpOptions
 
 SCHEMA = 1
-OK, MISSED, BAD_INPUT, COMPONENT_FAILED = range(4)  # exit codes
 
 
 @dataclass(frozen=True, slots=True)

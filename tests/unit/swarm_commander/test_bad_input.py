@@ -10,8 +10,8 @@ import pytest
 
 from swarm_commander.cli import main as cli
 from swarm_commander.run import local_run
-from swarm_commander.run.domain import DomainLock
 from swarm_commander.run.processes.supervisor import ProcessSpec
+from swarm_run.domain import DomainLock
 from tests.fakes.charging import hall_with_chargers, waffle_with_battery
 
 DOMAIN = 230

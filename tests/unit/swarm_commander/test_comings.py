@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from swarm_commander.run.input.options import UpOptions
-from swarm_commander.run.input.plan import check_plan
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.results.status_table import shown_state
 from swarm_common.model.records import Pose
 from swarm_common.process import messages as say
 from swarm_common.robots.fleet import load_fleet
+from swarm_run.options import UpOptions
+from swarm_run.plan import check_plan
 from tests.fakes.charging import BATTERY
 
 

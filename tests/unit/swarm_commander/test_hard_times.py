@@ -18,7 +18,6 @@ import psutil
 import pytest
 from rich.console import Console
 
-from swarm_commander.run.processes.signals import SignalCounter
 from swarm_commander.run.processes.supervisor import describe_exit
 from swarm_commander.run.results.report import write_report
 from swarm_commander.run.results.run_statistics import RunStatistics
@@ -28,6 +27,7 @@ from swarm_common.files.whole_file import write_whole
 from swarm_common.model.breaches import MissedGoal
 from swarm_common.model.errors import ConfigError
 from swarm_common.process import messages as say
+from swarm_common.process.signals import SignalCounter
 from tests.fakes.small_disk import fill, small_disk
 from tests.fakes.swarm_up import DOMAIN, MISSION, ROOT, Up, wait_for
 

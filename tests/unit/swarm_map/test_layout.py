@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from swarm_commander.cli.main import run_app
 from swarm_common.files.sites_io import load_sites
 from swarm_map.map_command import map_app
+from swarm_run.command_line import run_app
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:

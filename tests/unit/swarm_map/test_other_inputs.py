@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from swarm_commander.cli.main import run_app
 from swarm_common.files.map_io import load_map
 from swarm_common.files.resources import find_resource
 from swarm_common.model.errors import ConfigError
 from swarm_map.map_command import map_app
+from swarm_run.command_line import run_app
 from swarm_sim.sdf.reader import load_world
 from tests.fakes.scenes import section_at
 

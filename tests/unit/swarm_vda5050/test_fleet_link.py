@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from swarm_commander.run.input.fleet_link import FleetLink, find_mosquitto, fleet_link
-from swarm_commander.run.input.options import UpOptions
-from swarm_commander.run.input.plan import FLEET_RULES, check_plan
 from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_nav.core.plugins import RULE_NAMES
+from swarm_run.fleet_link import FleetLink, find_mosquitto, fleet_link
+from swarm_run.options import UpOptions
+from swarm_run.plan import FLEET_RULES, check_plan
 
 
 def test_addresses_are_read() -> None:

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from swarm_commander.run.input.options import UpOptions
-from swarm_commander.run.input.plan import check_plan
 from swarm_common.middleware.radio_check import read_beacon
 from swarm_common.model.beacon import empty_beacons, serialize_beacon
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import Pose, Twist
 from swarm_common.robots.fleet import load_fleet
+from swarm_run.options import UpOptions
+from swarm_run.plan import check_plan
 from swarm_sim.ros.build import build
 from swarm_sim.ros.settings import parse_settings
 from swarm_workbench import ExternalRobot, Sensed, load_robot

@@ -14,11 +14,8 @@ import pytest
 import typer
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.cli import commander_command, completion, main, setup_command
-from swarm_commander.cli.listing import listing, world_names
+from swarm_commander.cli import commander_command, completion, setup_command
 from swarm_commander.cli.thing_request import thing_request
-from swarm_commander.mission.patience import SwarmPatience
-from swarm_commander.run.domain import DomainLock, check_swarm
 from swarm_common.files.run_folders import run_folders
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError, NoSwarmError
@@ -26,6 +23,10 @@ from swarm_common.model.records import Pose
 from swarm_common.robots.fleet import fleet_names
 from swarm_common.robots.source import robot_names
 from swarm_mission.mission import mission_names
+from swarm_run.command_line import run_app
+from swarm_run.domain import DomainLock, check_swarm
+from swarm_run.listing import listing, world_names
+from swarm_run.robots.patience import SwarmPatience
 from tests.fakes.foreign_robots import ACCELERATIONS, fast_wheels, two_wheels
 from tests.fakes.run_folder import make_run
 
@@ -109,7 +110,7 @@ def test_a_file_that_ends_too_early_is_no_silent_ctrl_c(monkeypatch, capsys) -> 
         raise EOFError("ran out of input")
 
     monkeypatch.setattr(sys, "argv", ["command"])
-    assert main.run_app("command", lambda: app) == 3
+    assert run_app("command", lambda: app) == 3
     assert "EOFError: ran out of input" in capsys.readouterr().err
 
 
@@ -125,7 +126,7 @@ def test_a_signal_ends_a_command_without_a_traceback(monkeypatch, capsys, number
             raise RuntimeError("what a library says when its context is gone")
 
     monkeypatch.setattr(sys, "argv", ["command"])
-    assert main.run_app("command", lambda: app) == 128 + number
+    assert run_app("command", lambda: app) == 128 + number
     assert capsys.readouterr().err == ""
 
 
@@ -138,7 +139,7 @@ def test_a_command_that_is_terminated_was_not_ended_by_ctrl_c(monkeypatch) -> No
         os.kill(os.getpid(), signal.SIGTERM)
 
     monkeypatch.setattr(sys, "argv", ["command"])
-    assert main.run_app("command", lambda: app) == 128 + signal.SIGTERM
+    assert run_app("command", lambda: app) == 128 + signal.SIGTERM
 
 
 def test_a_swarm_that_starts_is_waited_for_and_named_once() -> None:

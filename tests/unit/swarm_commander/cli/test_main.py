@@ -68,7 +68,7 @@ def test_signals_that_the_parent_had_changed_are_usual_ones():
 import signal, subprocess, typer
 signal.signal(signal.SIGCHLD, signal.SIG_IGN)
 signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
-from swarm_commander.cli.main import run_app
+from swarm_run.command_line import run_app
 app = typer.Typer()
 @app.command()
 def look() -> None:

@@ -9,9 +9,9 @@ import pytest
 from rich.console import Console
 
 from swarm_commander.cli import session
-from swarm_commander.run.input.options import UpOptions
 from swarm_commander.run.processes.usage import UsageMeter
 from swarm_commander.run.results.run_statistics import RunStatistics
+from swarm_run.options import UpOptions
 
 
 @pytest.mark.parametrize(

@@ -14,13 +14,13 @@ from rich.console import Console
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.robots_run import RobotsRun
 from swarm_commander.hosts.run_description import compose
-from swarm_commander.run.input.flat import nest
-from swarm_commander.run.input.params import load_overrides
 from swarm_commander.run.results.progress import Progress
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import create_run_folder
 from swarm_common.files.params_io import default_parameters
 from swarm_common.process import messages as say
+from swarm_run.flat import nest
+from swarm_run.params import load_overrides
 
 ROBOTS = ("Srobot1", "Srobot2")
 

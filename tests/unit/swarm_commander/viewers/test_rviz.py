@@ -12,6 +12,7 @@ from swarm_commander.viewers.foxglove import write_foxglove
 from swarm_commander.viewers.rviz_config import named_topics
 from swarm_common.middleware.topic_table import ORDERS, all_topics, robot_topic
 from swarm_common.model.errors import ConfigError
+from swarm_run.options import windows
 
 ROBOTS = ["Srobot1", "Srobot2", "Srobot3"]
 
@@ -104,12 +105,12 @@ def leaves(node: object) -> set[str]:
     ],
 )
 def test_windows(text: str, names: list[str]) -> None:
-    assert rviz.windows(text, ROBOTS) == names
+    assert windows(text, ROBOTS) == names
 
 
 def test_an_unknown_robot_has_no_window() -> None:
     with pytest.raises(ConfigError, match="unknown robot 'Srobot4' in --rviz"):
-        rviz.windows("Srobot4", ROBOTS)
+        windows("Srobot4", ROBOTS)
 
 
 def test_a_window_sees_the_frames_of_its_robot() -> None:

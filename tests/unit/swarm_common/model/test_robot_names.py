@@ -10,10 +10,10 @@ import pytest
 from swarm_commander.hosts.robots_run import OWN_MODULES as ROBOTS_MODULES
 from swarm_commander.hosts.world_run import OWN_MODULES as WORLD_MODULES
 from swarm_commander.run.local_run import MODULES
-from swarm_commander.viewers.rviz import ALL, MERGED, SWARM
 from swarm_common.middleware.topic_table import WORLD_TOPICS
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.robot_names import MOST, RESERVED, RobotNames, in_short, natural
+from swarm_run.options import ALL, MERGED, SWARM
 
 ROOT = Path(__file__).parents[4]
 

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from swarm_commander.run.input.options import UpOptions
 from swarm_commander.run.processes.usage import UsageMeter
 from swarm_commander.run.results.progress import goals_text, summary_line, summary_table
 from swarm_commander.run.results.report import (
@@ -22,6 +21,7 @@ from swarm_commander.run.results.status_table import status_table
 from swarm_common.model.breaches import Collision, MissedGoal, breach_lines
 from swarm_common.process import messages as say
 from swarm_report.document import merits
+from swarm_run.options import UpOptions
 
 ROBOTS = ("Srobot1", "Srobot2")
 VERDICT: dict[str, Any] = {

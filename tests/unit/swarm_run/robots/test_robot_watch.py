@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from swarm_commander.mission.robot_watch import GONE_TIME, RobotWatch
+from swarm_run.robots.robot_watch import GONE_TIME, RobotWatch
 
 DOMAIN = 17
 STATUS = ["swarm_interfaces/msg/RobotStatus"]
@@ -32,7 +32,7 @@ def swarm(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     """Whether a swarm has the domain; the test may change it."""
     state = SimpleNamespace(runs=True)
     for module in ("swarm_watch", "robot_watch"):
-        name = f"swarm_commander.mission.{module}.has_swarm"
+        name = f"swarm_run.robots.{module}.has_swarm"
         monkeypatch.setattr(name, lambda _: state.runs)
     return state
 

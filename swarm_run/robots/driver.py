@@ -10,9 +10,6 @@ from rclpy.node import Node
 from swarm_interfaces.msg import Mission as MissionMsg
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.client import RobotCommander
-from swarm_commander.mission.status_check import StatusCheck
-from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.middleware.ros_io import (
     LATCHED,
     pose_stamped,
@@ -23,6 +20,9 @@ from swarm_common.middleware.ros_io import (
 from swarm_common.model.errors import ON_THIS_MAP
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_mission.itinerary import Itinerary, ItineraryState, NextGoal, StopOutcome
+from swarm_run.robots.client import RobotCommander
+from swarm_run.robots.status_check import StatusCheck
+from swarm_run.robots.task import Task, TaskResult
 
 SAME_GOAL = 1e-3  # [m]
 OFF_THE_MAP = (

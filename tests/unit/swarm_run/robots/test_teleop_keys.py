@@ -2,8 +2,8 @@
 
 import pytest
 
-from swarm_commander.cli.teleop_keys import HOLD, LEAST, MOST, Keys
 from swarm_common.model.records import Twist
+from swarm_run.robots.teleop_keys import HOLD, LEAST, MOST, Keys
 
 FULL = Twist(0.26, 0.0, 1.82)
 

@@ -6,13 +6,6 @@ from typing import Any
 import pytest
 import yaml
 
-from swarm_commander.run.input.flat import nest
-from swarm_commander.run.input.params import (
-    load_overrides,
-    robot_parameter_file,
-    write_parameter_file,
-)
-from swarm_commander.run.input.world_params import WorldParams, default_world_parameters
 from swarm_common.files.params_io import default_parameters, flatten
 from swarm_common.model.engines import BULLET
 from swarm_common.model.errors import ConfigError
@@ -21,10 +14,17 @@ from swarm_common.model.sensors import IDEAL
 from swarm_common.robots.fleet import limits_of
 from swarm_common.robots.loading import load_robot
 from swarm_common.robots.params import robot_from_parameters, robot_parameters
+from swarm_run.flat import nest
+from swarm_run.params import (
+    load_overrides,
+    robot_parameter_file,
+    write_parameter_file,
+)
+from swarm_run.world_params import WorldParams, default_world_parameters
 from swarm_sim.ros.settings import Settings, parse_settings
 from swarm_sim.sensing.radio import RadioConfig
 
-ROOT = Path(__file__).resolve().parents[5]
+ROOT = Path(__file__).resolve().parents[3]
 ROBOTS = ["Srobot1", "Srobot2", "Srobot12"]
 KNOWN: dict[str, Any] = {"max_vel_x": 0.26, "vx_samples": 8, "holding.mode": "auto"}
 

@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from swarm_commander.run.input.flat import nest, typed
 from swarm_common.files.params_io import flatten, read_parameter_file
 from swarm_common.files.resources import share_directory
 from swarm_common.files.yaml_io import pose_numbers
 from swarm_common.model.errors import UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.robots.sensors_io import sensor_errors
+from swarm_run.flat import nest, typed
 
 WORLD_NODES = ("world", "sim/world")  # how a section may name it
 BROKEN = "broken."

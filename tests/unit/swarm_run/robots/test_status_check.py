@@ -6,10 +6,10 @@ import pytest
 from builtin_interfaces.msg import Time
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.status_check import FASTEST, SLACK, StatusCheck
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.records import stamp_from_tick
 from swarm_common.process.pipes import EventWriter
+from swarm_run.robots.status_check import FASTEST, SLACK, StatusCheck
 
 NAMES = ("Srobot1", "Srobot2", "Srobot3")
 

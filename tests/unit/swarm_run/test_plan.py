@@ -9,8 +9,6 @@ from pathlib import Path
 import pytest
 
 from swarm_commander.mission.runner import itineraries
-from swarm_commander.run.input.options import UpOptions, robot_of, swarm_size_of
-from swarm_commander.run.input.plan import RunPlan, check_plan
 from swarm_common.files.params_io import flatten
 from swarm_common.files.resources import find_resource
 from swarm_common.files.sites_io import load_sites
@@ -18,6 +16,8 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.robots.fleet import load_fleet
 from swarm_mission.routes import goals
+from swarm_run.options import UpOptions, robot_of, swarm_size_of
+from swarm_run.plan import RunPlan, check_plan
 
 FLEET = """order: mixed
 groups:

@@ -11,12 +11,12 @@ from typing import Any
 
 import yaml
 
-from swarm_commander.run.input.flat import nest, typed
-from swarm_commander.run.input.world_params import WORLD_NODES, WorldParams, parse_world
 from swarm_common.files.params_io import SECTION, Flat, flatten, is_for, read_parameter_file
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.robots.params import robot_parameters
+from swarm_run.flat import nest, typed
+from swarm_run.world_params import WORLD_NODES, WorldParams, parse_world
 
 NODE = "navigator"
 CENTRAL = "central"  # how a section names the centre

@@ -11,13 +11,6 @@ from typing import Any
 
 import yaml
 
-from swarm_commander.run.input.options import DRIVES, UpOptions
-from swarm_commander.run.input.params import (
-    Overrides,
-    load_overrides,
-    robot_parameter_file,
-)
-from swarm_commander.run.input.world_params import default_world_parameters
 from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.files.params_io import REALISTIC, default_parameters
 from swarm_common.files.resources import find_resource
@@ -41,6 +34,13 @@ from swarm_mission.orders.dispatch import CLAIM, DISPATCHER, load_dispatcher
 from swarm_mission.orders.order import OrderPlan
 from swarm_mission.orders.order_file import times_files
 from swarm_mission.orders.way_lengths import WayLengths
+from swarm_run.options import DRIVES, UpOptions
+from swarm_run.params import (
+    Overrides,
+    load_overrides,
+    robot_parameter_file,
+)
+from swarm_run.world_params import default_world_parameters
 
 WORLD_FILE = "world.sdf"
 SITES_FILE = "sites.yaml"

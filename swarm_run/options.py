@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from swarm_commander.run.input.fleet_link import FleetLink
 from swarm_common.files.zones_io import KEEPOUT_MASK, SPEED_MASK
 from swarm_common.middleware.ros_env import (
     FEW_ROBOTS,
@@ -20,6 +20,7 @@ from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.robots.fleet import Fleet
 from swarm_recording.selection import select
+from swarm_run.fleet_link import FleetLink
 
 SIZE_LIMIT = 100  # robots, without --over-limit
 DEFAULT_SIZE = 5
@@ -27,6 +28,7 @@ LOOPBACK = "127.0.0.1"
 DRIVES = {"wheels": "bullet", "planar": "planar"}  # by the world's engines
 VIEWER_PORT = 8080
 DEFAULT_ROBOT = "turtlebot3_waffle"
+SWARM, MERGED, ALL = "swarm", "merged", "all"  # windows of RViz beside those of robots
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -264,6 +266,24 @@ def robot_of(given: str | None, fleet: Fleet | None) -> str:
     if given is not None:
         raise ConfigError("--robot and --fleet exclude each other: the fleet names its models")
     return fleet.label
+
+
+def windows(text: str, robots: Sequence[str]) -> list[str]:
+    """Return which windows --rviz asks for: names of robots, `swarm` or `merged`.
+
+    Args:
+        text: Names separated by commas; `all` for one window per robot, empty for the swarm.
+
+    Raises:
+        ConfigError: If a name is unknown.
+    """
+    names = [word.strip() for word in text.split(",") if word.strip()] or [SWARM]
+    if names == [ALL]:
+        return list(robots)
+    for name in names:
+        if name not in (SWARM, MERGED, *robots):
+            raise UnknownNameError("robot", name, [*robots, ALL, SWARM, MERGED], "--rviz")
+    return names
 
 
 def _at_least(lowest: int, flag: str, value: int) -> None:

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from swarm_commander.hosts.host_options import Role, check_combination, parse_robots
 from swarm_commander.hosts.robots_plan import robots_plan
 from swarm_commander.hosts.run_description import compose, parse
-from swarm_commander.run.input.options import UpOptions
-from swarm_commander.run.input.plan import check_plan
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
+from swarm_run.host_options import Role, check_combination, parse_robots
+from swarm_run.options import UpOptions
+from swarm_run.plan import check_plan
 
 
 def test_robots_by_numbers_and_ranges() -> None:

@@ -7,10 +7,10 @@ from functools import partial
 
 from rclpy.node import Node
 
-from swarm_commander.mission.discovery import robots_in_graph
-from swarm_commander.mission.swarm_watch import SwarmWatch, has_swarm
 from swarm_common.model.errors import NoSwarmError, SwarmEndedError
 from swarm_common.model.robot_names import natural
+from swarm_run.robots.discovery import robots_in_graph
+from swarm_run.robots.swarm_watch import SwarmWatch, has_swarm
 
 PERIOD = 1.0  # [s] of wall time between two looks
 GONE_TIME = 5.0  # [s] of wall time without a robot after which it is not waited for

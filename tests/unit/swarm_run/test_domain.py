@@ -7,10 +7,10 @@ import threading
 
 import pytest
 
-from swarm_commander.run import domain
-from swarm_commander.run.domain import DomainLock, ask
 from swarm_common.model.errors import ConfigError
 from swarm_common.process.messages import RestartNavigator
+from swarm_run import domain
+from swarm_run.domain import DomainLock, ask
 
 DOMAIN = 226
 

@@ -7,10 +7,8 @@ import functools
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from typer.main import get_command
-
-from swarm_commander.cli.up_command import up_app
 from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_run.arguments import parser
 
 COMPLETION = ("--install-completion", "--show-completion")
 NEAR = 0.75  # likeness from which a name is taken for a misspelt one
@@ -19,10 +17,9 @@ NEAR = 0.75  # likeness from which a name is taken for a misspelt one
 @functools.cache
 def _options() -> dict[str, Any]:
     """Return the options of swarm-up by name of the launch argument, like `swarm_size`."""
-    every: Any = get_command(up_app).params
     return {
         item.opts[0].lstrip("-").replace("-", "_"): item
-        for item in every
+        for item in parser().params
         if item.param_type_name == "option" and item.opts[0] not in COMPLETION
     }
 

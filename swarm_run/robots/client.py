@@ -29,17 +29,17 @@ from nav2_msgs.action import NavigateToPose
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.discovery import robots_in_graph
-from swarm_commander.mission.goal_client import GoalClient
-from swarm_commander.mission.patience import SwarmPatience
-from swarm_commander.mission.robot_watch import RobotWatch, others
-from swarm_commander.mission.status_check import StatusCheck
-from swarm_commander.mission.swarm_watch import SwarmWatch, has_swarm
-from swarm_commander.mission.task import Task, TaskResult
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_io import RELIABLE
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.pipes import EventWriter
+from swarm_run.robots.discovery import robots_in_graph
+from swarm_run.robots.goal_client import GoalClient
+from swarm_run.robots.patience import SwarmPatience
+from swarm_run.robots.robot_watch import RobotWatch, others
+from swarm_run.robots.status_check import StatusCheck
+from swarm_run.robots.swarm_watch import SwarmWatch, has_swarm
+from swarm_run.robots.task import Task, TaskResult
 
 TELL_AFTER = 2.0  # [s] of wall time after which a robot that is not seen is spoken of
 POLL_PERIOD = 0.2  # [s] of wall time between two questions

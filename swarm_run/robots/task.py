@@ -13,8 +13,8 @@ from action_msgs.msg import GoalStatus
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
-from swarm_commander.mission.delivery import Action, Delivery, DeliveryEvent, Phase
-from swarm_commander.mission.goal_client import GoalClient
+from swarm_run.robots.delivery import Action, Delivery, DeliveryEvent, Phase
+from swarm_run.robots.goal_client import GoalClient
 
 REFUSED = "the robot refused the goal"
 FORGOTTEN = "the robot does not know the goal any more; was its navigator restarted?"

@@ -12,13 +12,13 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from swarm_interfaces.msg import Mission
 
-from swarm_commander.mission.patience import SwarmPatience
 from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware.ros_io import LATCHED
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import RobotNames, natural
 from swarm_common.model.sites import Sites
+from swarm_run.robots.patience import SwarmPatience
 
 STATUS_TYPE = "swarm_interfaces/msg/RobotStatus"
 # Every process announces itself once a second (fastdds.xml); on a busy machine that takes longer.

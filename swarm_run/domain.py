@@ -11,8 +11,6 @@ import struct
 import sys
 from collections.abc import Mapping
 
-from swarm_commander.mission.patience import SwarmPatience
-from swarm_commander.mission.swarm_watch import domain_address, has_swarm
 from swarm_common.model.errors import ConfigError, NoSwarmError
 from swarm_common.process.messages import (
     USER,
@@ -21,6 +19,8 @@ from swarm_common.process.messages import (
     decode,
     encode,
 )
+from swarm_run.robots.patience import SwarmPatience
+from swarm_run.robots.swarm_watch import domain_address, has_swarm
 
 LONGEST = 4096  # [bytes] of a request or an answer
 SPEECH_LIMIT = 0.2  # [s] of wall time for a request to arrive

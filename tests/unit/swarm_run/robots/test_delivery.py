@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from swarm_commander.mission.delivery import (
+from swarm_run.robots.delivery import (
     MOST_PATIENCE,
     PATIENCE,
     TASK_TIME,

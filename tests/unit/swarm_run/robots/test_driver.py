@@ -3,13 +3,13 @@
 import pytest
 from nav2_msgs.action import NavigateToPose
 
-from swarm_commander.mission.driver import is_for_good
-from swarm_commander.mission.task import TaskResult, why_not
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import PlanError
 from swarm_nav.planning.planner import Planner
 from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.planning.terrain import terrain_for
+from swarm_run.robots.driver import is_for_good
+from swarm_run.robots.task import TaskResult, why_not
 from tests.fakes.navigation import room, waffle
 
 ROOM = room(7.0, 4.0, (2.5, 0.0, 2.65, 2.8), (4.0, 0.0, 5.0, 4.0))

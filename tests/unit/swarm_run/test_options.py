@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 
 from swarm_commander.cli.console import Moment, StatusConsole
-from swarm_commander.run.domain import DomainLock, domain_id
-from swarm_commander.run.input.options import UpOptions, parse_speed
 from swarm_commander.run.rundir import create_run_folder, write_env_sh
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError
+from swarm_run.domain import DomainLock, domain_id
+from swarm_run.options import UpOptions, parse_speed
 from swarm_sim.world.world import WorldConfig
 
 NOW = datetime(2024, 5, 6, 7, 8, 9)

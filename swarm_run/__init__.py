@@ -1,0 +1,24 @@
+"""A run is a value: what describes it, what checks and loads it, and what reaches it over ROS.
+
+What a module imports of its folder stands above it:
+
+    command_line      A command as a process: what it needs before its imports, and how it ends
+    robots            Robots of a running swarm over ROS: found, watched, driven
+    domain            One swarm per ROS domain, since two would have the same names; its owner takes
+                      requests
+    listing           What `swarm-up --list` shows: worlds, missions, robots and fleets
+    flat              Parameters under dotted names, as ROS 2 counts them, and nested, as files have
+                      them
+    host_options      Options of a run on several hosts, checked once
+    fleet_link        How the robots reach a fleet control of another maker
+    options           Options of a run, checked once
+    world_params      The section `/world:` of a --params file: radio, engine, broken robots
+    params            Parameter files of the navigators: defaults, the robot's data, the user's
+                      overrides
+    plan              Everything that is checked and loaded before a run starts a single process
+    arguments         The options of `swarm-up`, as typed
+    launch_arguments  The options of `swarm-up` as arguments of a ROS 2 launch file
+
+May import swarm_common, swarm_mission, swarm_recording, swarm_setup; swarm_sim, swarm_nav and
+swarm_central where the command line does not pass.
+"""
