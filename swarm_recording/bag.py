@@ -162,6 +162,29 @@ class Bag:
                 f" {metadata.message_count}{rows}"
             )
 
+    def gaps(self, least: float) -> list[tuple[float, float]]:
+        """Return where for at least so long [s] there is no message: from when to when [s].
+
+        Raises:
+            ConfigError: If nothing more can be read.
+        """
+        limit = round(least * NANOSECONDS)
+        times: list[tuple[int, int]] = []
+        for begin, end in [chunk for file in self._files for chunk in file.chunks]:
+            if end - begin < limit:
+                times.append((begin, end))
+                continue
+            for item in self.messages(after=begin - 1):
+                if item.time > end:
+                    break
+                times.append((item.time, item.time))
+        found, until = [], self.first
+        for begin, end in sorted(times):
+            if begin - until >= limit:
+                found.append((until / NANOSECONDS, begin / NANOSECONDS))
+            until = max(until, end)
+        return found
+
     def messages(
         self, topics: Collection[str] | None = None, after: int | None = None
     ) -> Iterator[Item]:

@@ -67,6 +67,7 @@ class McapFile:
         streams: Streams of its messages; empty if it has none.
         about: Facts about the run, if swarm-up wrote the file.
         lost: Messages that were sent and are not there, by topic, if the file says so.
+        chunks: [ns] times of the first and the last message of each of its parts.
         span: [ns] times of the first and the last message.
         was_cut: Whether it has no end, or is damaged, and its readable parts are read.
     """
@@ -136,6 +137,9 @@ class McapFile:
         if statistics.message_count and not summary.chunk_indexes:
             raise McapError("it has no index")
         self.streams = tuple(_streams(summary, statistics.channel_message_counts))
+        self.chunks = [
+            (chunk.message_start_time, chunk.message_end_time) for chunk in summary.chunk_indexes
+        ]
         self.span = (statistics.message_start_time, statistics.message_end_time)
         self.about: dict[str, str] = {}
         self.lost: dict[str, int] = {}

@@ -27,7 +27,8 @@ DEPTH = 100  # messages of a topic that a slow listener may be behind
 BURST = DEPTH // 2  # messages in a row after which listeners are waited for
 DISCOVERY_TIME = 1.0  # [s] for listeners to find the topics, once one has
 MOST_DISCOVERY = 3.0  # [s] the same on a busy machine, or where nobody listens
-LAST_WAIT = 2.0  # [s] for reliable listeners to have everything in the end
+# [s] for reliable listeners to have everything: DDS asks anew every 3 s what they lack
+LAST_WAIT = 7.0
 
 
 class Player:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.run_words import makespan
@@ -153,7 +154,7 @@ def _figures(report: Mapping[str, Any]) -> list[str]:
 
 def _row(entry: Entry) -> str:
     name = escape(entry.folder.name)
-    link = f'<a href="run/{name}">{name}</a>'
+    link = f'<a href="run/{quote(entry.folder.name, safe="")}">{name}</a>'
     cells = "".join(f"<td>{escape(cell)}</td>" for cell in entry.cells[2:])
     verdict = f'<td class="{escape(entry.kind)}">{escape(entry.cells[1])}</td>'
     box = f'<input type="checkbox" name="run" value="{name}" aria-label="choose {name}">'

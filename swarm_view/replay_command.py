@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import math
+import tempfile
 import time
 from collections.abc import Callable
 from functools import partial
@@ -17,7 +19,7 @@ from rich.table import Table
 from swarm_common.files.run_folders import run_folders
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.run_words import lost_text
+from swarm_common.model.run_words import duration_text, lost_text
 from swarm_common.process.signals import SignalCounter
 from swarm_recording.bag import Bag
 from swarm_recording.filter import CLOCK
@@ -26,6 +28,7 @@ from swarm_run.domain import DomainLock, domain_id
 from swarm_run.options import parse_speed
 from swarm_setup.build import ensure_interfaces
 
+LONG_GAP = 60.0  # [s] without a message of which the user is told
 TELL_PERIOD = 2.0  # [s] of wall time between two lines about the progress
 
 EXAMPLES = """Examples:
@@ -104,13 +107,17 @@ def replay(
         raise ConfigError(f"--start is {begin} s; the recording goes from {_span(recording)}")
     if info:
         console.print(_contents(recording))
-        if recording.lost:
-            console.print(lost_text(recording.lost), soft_wrap=True)
+        for line in filter(None, (lost_text(recording.lost), *_gap_lines(recording))):
+            console.print(line, soft_wrap=True, highlight=False)
+        recording.close()
     elif ros:
         if start is not None and offset is not None:
             raise ConfigError("--start and --offset both say where to begin; give one")
         if offset is not None and offset > recording.end - recording.start:
             raise ConfigError(f"--offset is {offset} s; the recording goes from {_span(recording)}")
+        if factor is not None:
+            for line in _gap_lines(recording, begin + (offset or 0.0)):
+                tell(line)
         _play(recording, _play_options(topics, start, offset, factor, loop, clock), tell, console)
     else:
         asked = {"--loop": loop, "--topics": topics, "--offset": offset, "--clock": clock}
@@ -152,6 +159,16 @@ def _contents(bag: Bag) -> Table:
     return table
 
 
+def _gap_lines(bag: Bag, begin: float = -math.inf) -> list[str]:
+    """Return in words where nothing is played for long after `begin`, and how to skip that."""
+    return [
+        f"nothing from {a:.1f} to {b:.1f} s, {duration_text(b - a)}:"
+        f" --start {b:.3f} begins after it"
+        for a, b in bag.gaps(LONG_GAP)
+        if b > begin
+    ]
+
+
 def _span(bag: Bag) -> str:
     return f"{bag.start:.1f} to {bag.end:.1f} s"
 
@@ -170,6 +187,8 @@ def _play(bag: Bag, options: PlayOptions, say: Callable[[str], None], console: C
             console.print(f"t = {t:.1f} of {bag.end:.1f} s", highlight=False)
 
     with contextlib.ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        ros_env.use_quick_heartbeats(folder / "profile.xml")
         if CLOCK in played(bag, options):  # two clocks would jump to and fro
             stack.callback(DomainLock(domain_id()).release)
         signals = stack.enter_context(SignalCounter())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -10,8 +11,10 @@ from typing import Any, TypeVar
 
 from swarm_bench.execution.cluster import DaskExecutor, connect
 from swarm_bench.execution.processes import LocalExecutor
+from swarm_bench.execution.slurm_array import array_share
 from swarm_bench.execution.task import Executor
 from swarm_bench.runs.inputs import gather, packed
+from swarm_common.files.cache import cache_folder
 from swarm_common.model.errors import ConfigError, SwarmError
 
 T = TypeVar("T")
@@ -88,7 +91,11 @@ def share_of(
     """
     if shard is None:
         return list(items)
-    number, count = _array_task(environment) if shard == AUTO else _numbers(shard)
+    if shard == AUTO:
+        sweep = hashlib.sha256(f"{os.getcwd()} {items!r}".encode()).hexdigest()
+        number, count = array_share(environment, cache_folder() / "arrays" / f"{sweep}.json")
+    else:
+        number, count = _numbers(shard)
     if not 1 <= number <= count:
         raise ConfigError(f"--shard is '{shard}'; expected 1/N to N/N")
     return list(items[number - 1 :: count])
@@ -99,16 +106,3 @@ def _numbers(shard: str) -> tuple[int, int]:
     if not (first.isdecimal() and last.isdecimal()):
         raise ConfigError(f"--shard is '{shard}'; expected a share like 2/8, or {AUTO}")
     return int(first), int(last)
-
-
-def _array_task(environment: Mapping[str, str]) -> tuple[int, int]:
-    try:
-        number, first, last = (
-            int(environment[f"SLURM_ARRAY_TASK_{name}"]) for name in ("ID", "MIN", "MAX")
-        )
-        step = int(environment.get("SLURM_ARRAY_TASK_STEP", "1"))
-    except (KeyError, ValueError):
-        raise ConfigError(
-            f"--shard {AUTO}: this is no task of a Slurm array (SLURM_ARRAY_TASK_ID)"
-        ) from None
-    return (number - first) // step + 1, (last - first) // step + 1

@@ -34,6 +34,7 @@ RANGES = ("LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")  # OFF: no node would find an
 _PROFILE = Path(__file__).resolve().parent / "fastdds.xml"
 _MARK = 'profile_name="swarm"'
 _ADDRESS = re.compile(r"<interfaceWhiteList>\s*<address>(?P<own>[0-9.]+)</address>")
+_WRITER = re.compile(r"<data_writer [^>]*>")
 _PEERS = re.compile(r"<initialPeersList>.*</initialPeersList>", re.DOTALL)
 
 
@@ -172,6 +173,22 @@ def write_profile(path: Path, ports: Iterable[int], first_free: int, host: str =
     path.write_text(
         _PEERS.sub(f"<initialPeersList>{peers}</initialPeersList>", text), encoding="utf-8"
     )
+
+
+def use_quick_heartbeats(path: Path) -> None:
+    """Let publishers of this process learn soon what their reliable listeners have.
+
+    Fast DDS asks them every 3 s. Nothing changes where a profile of the user is in effect.
+
+    Args:
+        path: File to write the changed profile to.
+    """
+    if not bound_address():
+        return
+    times = "<times><heartbeatPeriod><nanosec>20000000</nanosec></heartbeatPeriod></times>"
+    text = Path(os.environ[PROFILES]).read_text(encoding="utf-8")
+    path.write_text(_WRITER.sub(lambda found: found[0] + times, text), encoding="utf-8")
+    os.environ[PROFILES] = str(path)
 
 
 def world_port() -> int:

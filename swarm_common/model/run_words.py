@@ -30,6 +30,14 @@ def robots_text(report: Mapping[str, Any]) -> str:
     return f"{text} and {came} that came" if came else text
 
 
+def duration_text(seconds: float) -> str:
+    """Return a long time in its largest unit."""
+    for unit, length in (("years", 31_557_600.0), ("days", 86_400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= length:
+            return f"{seconds / length:.1f} {unit}"
+    return f"{seconds:.1f} s"
+
+
 def lost_text(lost: Mapping[str, int]) -> str:
     """Return how many messages a recording lacks, and of which topics; empty if it lacks none."""
     if not lost:

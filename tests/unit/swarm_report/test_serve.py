@@ -1,9 +1,11 @@
 """The list of runs in the browser, and who gets in."""
 
 import http.client
+import re
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -71,6 +73,17 @@ def test_the_newest_report_is_read(tmp_path: Path) -> None:
 def test_a_run_is_shown_also_if_it_was_killed(server: ReportServer, name: str) -> None:
     status, text = ask(server, f"/{server.token}/run/{name}")
     assert (status, text[:15]) == (200, "<!DOCTYPE html>")
+
+
+def test_links_lead_to_runs_whatever_their_names(tmp_path: Path) -> None:
+    """They were escaped as text, not as a link: `#` ended it, `%2f` was another name."""
+    for name in ("a#1", "50%2f", "two words", "què?"):
+        make_run(tmp_path / name, robots=2, seconds=1)
+    with ReportServer(tmp_path, 0) as server:
+        links = re.findall(r'href="(run/[^"]*)"', server.page("", "") or "")
+        pages = [server.page(urlsplit(link).path, "") for link in links]
+    assert len(pages) == 4
+    assert None not in pages
 
 
 def test_chosen_runs_are_compared(server: ReportServer) -> None:

@@ -1,5 +1,6 @@
 """Options of `swarm-replay`: what does not fit together is refused before anything is played."""
 
+import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_recording.bag import Bag
 from swarm_recording.play_options import PlayOptions, played, topics_to_play
 from swarm_view import replay_command
-from tests.unit.swarm_recording.bags import NOTE, OTHER, notes, split_bag
+from tests.unit.swarm_recording.bags import NOTE, OTHER, cdr, notes, split_bag, write
 
 MESSAGES = notes(40, (NOTE, OTHER))
 
@@ -37,6 +38,20 @@ def bag(tmp_path: Path) -> Path:
 def test_options_that_do_not_fit(bag: Path, options: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         replay_command.replay(bag, **options)
+
+
+def test_a_gap_of_decades_is_named_with_how_to_skip_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Playing waited for 54 years in silence."""
+    times = (1.0, 1.5, 1_717_000_000.0, 1_717_000_004.5)
+    write(tmp_path / "decades.mcap", [(NOTE, round(1e9 * time), cdr("x")) for time in times])
+    replay_command.replay(tmp_path / "decades.mcap", info=True)
+    told = "nothing from 1.5 to 1717000000.0 s, 54.4 years: --start 1717000000.000 begins after it"
+    assert told in capsys.readouterr().out
+    with contextlib.closing(Bag(tmp_path / "decades.mcap")) as bag:
+        assert replay_command._gap_lines(bag, 0.0) == [told]
+        assert replay_command._gap_lines(bag, times[2]) == []
 
 
 def test_topics_are_chosen_and_those_that_are_not_there_are_told(bag: Path) -> None:

@@ -17,6 +17,7 @@ import pytest
 from swarm_bench.execution.cluster import DaskExecutor
 from swarm_bench.execution.executor import executor, share_of
 from swarm_bench.execution.processes import LocalExecutor
+from swarm_bench.execution.slurm_array import array_share
 from swarm_bench.execution.task import DIED
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.result import RunResult
@@ -107,6 +108,29 @@ def test_inputs_travel_and_shards_are_the_whole(
     environment = {f"SLURM_ARRAY_TASK_{name}": str(value)
                    for name, value in {"ID": 7, "MIN": 5, "MAX": 7}.items()}  # fmt: skip
     assert share_of(options, "auto", environment) == shards[2]
+
+
+def test_a_task_that_is_submitted_again_does_its_own_share(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Alone it took itself for the whole."""
+
+    def share(number: int, first: int, last: int, count: int, step: int = 1) -> tuple[int, int]:
+        values = {"ID": number, "MIN": first, "MAX": last, "COUNT": count, "STEP": step}
+        environment = {f"SLURM_ARRAY_TASK_{name}": str(value) for name, value in values.items()}
+        return array_share(environment, tmp_path / "array.json")
+
+    with pytest.raises(ConfigError, match="task 3 alone does not say of how many"):
+        share(3, 3, 3, 1)
+    assert [share(number, 1, 4, 4) for number in (1, 2, 3, 4)] == [(n, 4) for n in (1, 2, 3, 4)]
+    assert capsys.readouterr().err == ""
+    assert share(3, 3, 3, 1) == (3, 4)
+    assert share(4, 3, 4, 2) == (4, 4)
+    assert "task 4 of the array 1-4 of before" in capsys.readouterr().err
+    assert share(4, 1, 4, 3) == (4, 4)
+    assert "the array has 3 of the tasks 1 to 4: the runs of the others" in capsys.readouterr().err
+    assert share(1, 1, 2, 2) == (1, 2)  # another division of the whole
+    assert share(5, 1, 7, 4, 2) == (3, 4)
 
 
 @pytest.fixture
