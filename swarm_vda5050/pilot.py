@@ -152,7 +152,7 @@ class Pilot:
 
     def silence(self) -> None:
         """The navigator died: the broker is to say so."""
-        self._is_silent = True
+        self._is_silent, self._is_ready = True, False
         self._task = self._ended = None
         self._area, self._speed_limit = ({}, []), 0.0  # the next one has heard of neither
         if self._steps is not None:

@@ -72,9 +72,12 @@ class Answers:
         if not self._has_courier:
             self.send_withheld()
 
+    def expect_release(self) -> None:
+        """Wait for the courier in each tick from now on: it has spoken."""
+        self._answer_barrier.on_release()
+
     def on_release(self) -> None:
         """Send what was withheld until the courier released the tick."""
-        self._answer_barrier.on_release()
         self.send_withheld()
 
     def send_withheld(self) -> None:

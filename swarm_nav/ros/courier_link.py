@@ -36,6 +36,7 @@ class CourierLink:
         self._report = b""
         self._tick = -1
         self._release: TickRelease | None = None
+        self._is_obeyed = True
         self._awaited: list[bytes] = []  # goals of the latest release
 
     def report(
@@ -83,9 +84,18 @@ class CourierLink:
         Raises:
             RejectedError: If it is none.
         """
-        self._release = courier_io.read_release(data)
+        before, self._release = self._release, courier_io.read_release(data)
         if self._release.tick == self._tick:
             self._awaited = self._release.goals
+        if before is None or before.tick != self._release.tick:
+            self._is_obeyed = False
+
+    def obey(self) -> TickRelease | None:
+        """Return the latest release, None if it has been returned: its limits count once."""
+        if self._is_obeyed:
+            return None
+        self._is_obeyed = True
+        return self._release
 
     @property
     def release(self) -> TickRelease | None:

@@ -16,7 +16,6 @@ from sensor_msgs.msg import BatteryState, LaserScan
 from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
 
 from swarm_common.middleware import battery_state, cdr, central_io, courier_io, ros_io
-from swarm_common.middleware.courier_io import TickRelease
 from swarm_common.middleware.radio_check import read_neighbors
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
@@ -280,8 +279,12 @@ class NavigatorNode:
         return self._inputs.add_neighbors(tick, beacons)
 
     def _receive_release(self, data: bytes) -> None:
-        assert self._courier is not None
-        self._courier.receive(data)
+        """Receive a release; what one that comes too late says counts from now on."""
+        courier = self._courier
+        assert courier is not None
+        courier.receive(data)
+        if courier.release is None or not self._answers.is_withheld:
+            self._obey()
         self._release()
 
     @property
@@ -294,14 +297,17 @@ class NavigatorNode:
     def _release(self) -> None:
         """Answer the tick if the courier has released it and its goals are there."""
         if self._answers.is_withheld and self._missing_goals == []:
-            assert self._courier is not None
-            assert self._courier.release is not None
-            self._obey(self._courier.release)
+            self._obey()
             self._answers.on_release()
 
-    def _obey(self, release: TickRelease) -> None:
-        """Take the limits that were told with a release."""
+    def _obey(self) -> None:
+        """Take the limits that were told with the latest release, and wait for the next one."""
         assert self._brain is not None
+        assert self._courier is not None
+        release = self._courier.obey()
+        if release is None:
+            return
+        self._answers.expect_release()
         if release.speed_limit is not None:
             self._brain.on_speed_limit(release.speed_limit, is_percentage=False)
         if release.keepout:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import statistics
 import time
 
+from geometry_msgs.msg import Pose2D
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_common.middleware.cdr_layout import check_stamp
@@ -18,6 +19,9 @@ FASTEST = 2000.0  # and ticks per second of wall time since: 200 times real time
 class StatusCheck:
     """Follows the ticks of all robots: no status is of a time that the swarm cannot have reached.
 
+    A navigator that was started again tells its initial pose until its first tick; its robot is
+    where it was heard last.
+
     Time is that of the swarm, which only its statuses tell. Each robot's latest bounds what the
     time can be now; the median of the bounds counts, so that no single forger moves it.
     """
@@ -30,6 +34,7 @@ class StatusCheck:
         """
         self._rejections = rejections
         self._heard: dict[str, tuple[int, float]] = {}  # tick and wall time of the latest
+        self._poses: dict[str, Pose2D] = {}  # in map, of statuses of a tick
 
     def admits(self, name: str, status: RobotStatus, now: float | None = None) -> bool:
         """Whether a status on the topic of a robot is to be believed; one that is not is counted.
@@ -43,6 +48,10 @@ class StatusCheck:
         except RejectedError as error:
             self._rejections.reject("status", name, error)
             return False
+        if self._heard[name][0] == 0:
+            status.pose = self._poses.get(name, status.pose)
+        else:
+            self._poses[name] = status.pose
         return True
 
     def _tick(self, name: str, status: RobotStatus, now: float) -> int:

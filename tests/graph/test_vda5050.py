@@ -210,7 +210,11 @@ def test_a_fleet_control_drives_the_swarm(swarm: tuple[Listener, int, Any, Any])
     track = [m["agvPosition"] for m in listener.all("Srobot1", "visualization")[count:]]
     corner = LineString([(state["agvPosition"]["x"], state["agvPosition"]["y"]), *CORNER])
     far = [corner.distance(Point(at["x"], at["y"])) for at in track]
-    assert max(far) < 0.55, track  # half the corridor's width, and what the pose may err
+    assert max(far) < 0.55, (
+        max(far),
+        state,
+        track,
+    )  # half the corridor's width, and what the pose may err
     assert min(math.hypot(at["x"] - 2.5, at["y"] - 1.5) for at in track) > 1.2
     assert listener.state("Srobot1")["errors"] == []
     count = len(listener.all("Srobot2", "connection"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Pose2D
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_common.middleware.rejections import Rejections
@@ -63,3 +64,17 @@ def test_a_status_of_somebody_else_and_one_without_a_time_are_rejected(door: Sta
     assert not door.admits("Srobot1", status("Srobot2", 101), 50.1)
     for stamp in (Time(sec=-(2**31)), Time(sec=2**31 - 1), Time(nanosec=2**32 - 1)):
         assert not door.admits("Srobot1", RobotStatus(robot="Srobot1", stamp=stamp), 50.1)
+
+
+def test_a_robot_whose_navigator_was_started_again_is_where_it_was(door: StatusCheck) -> None:
+    """A fleet control was told its initial pose, and its next order was refused: 14.7 m off."""
+    there, start = Pose2D(x=5.0, y=4.8), Pose2D(x=-5.5, y=-5.5)
+    for tick, pose, expected in ((110, there, there), (0, start, there), (0, start, there)):
+        message = status("Srobot1", tick)
+        message.pose = pose
+        assert door.admits("Srobot1", message, 51.0)
+        assert message.pose == expected
+    newcomer = status("Srobot4", 0)
+    newcomer.pose = start
+    assert door.admits("Srobot4", newcomer, 51.0)
+    assert newcomer.pose == start
