@@ -39,6 +39,7 @@ from swarm_common.process.messages import (
     FloorReported,
     GoalWithdrawn,
     MissionCommand,
+    MissionDone,
     OrdersReported,
     RobotDead,
     RobotGone,
@@ -314,7 +315,7 @@ class CourierProcess:
         self._news = GoalNews(events, log)
         self._number: int = config["number"]
         self._stations: list[str] = config["ends_with"]  # processes
-        self._has_begun = self._is_joining = False
+        self._has_begun = self._is_joining = self._is_done = False
         self._unreleased: list[OrderRobot] | None = None  # that have decided on the present tick
 
     def _on_status(self, name: str, status: RobotStatus) -> None:
@@ -367,8 +368,13 @@ class CourierProcess:
         """
         if self._unreleased is None:
             return True
-        if self._stations and self._channel.are_over(self._stations, now) is not False:
-            return False
+        if self._stations:
+            are_over = self._channel.are_over(self._stations, now)
+            if are_over and not self._is_done:
+                self._is_done = True
+                self._events.write(MissionDone())
+            if are_over is not False:
+                return False
         for robot in self._unreleased:
             robot.release(self._channel.tick)
         self._unreleased = None

@@ -317,7 +317,9 @@ class LocalRun(ProcessRun):
             case MissionDone():
                 self._on_mission_done()
             case StationDone():
-                if self.statistics.is_done:
+                options = self._plan.options
+                in_step = options.until_done and not options.free_run  # then couriers say when
+                if self.statistics.is_done and not in_step:
                     self._on_mission_done()
             case GoalSent():
                 self._has_sent = True

@@ -56,7 +56,9 @@ def graph(folder: Path, robots: int, seed: int, *more: str) -> dict[str, Any]:
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 5))]
+)
 def test_twenty_robots_and_three_charging_stations(tmp_path: Path, seed: int) -> None:
     result = bench(tmp_path, 20, seed)
     assert (result.goals_reached, result.goals_sent) == (160, 160)
@@ -89,7 +91,7 @@ def test_robots_that_run_empty_are_dead_to_the_others(tmp_path: Path) -> None:
     assert "its battery is empty" in result.first_miss
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.timeout(1600)
 def test_the_graph_does_what_the_bench_does(tmp_path: Path) -> None:
     result = bench(tmp_path, 4, 1, noise=0.0, with_lidar=True)

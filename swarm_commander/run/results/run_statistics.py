@@ -323,7 +323,7 @@ class RunStatistics:
                 self.centre = figures
             case StationDone(station=station):
                 self.stations_left.discard(station)
-                self.is_done = not self.stations_left
+                self.is_done = self.is_done or not self.stations_left
             case WorldBuilt():
                 self.unseen = event.unseen
             case MeetingPorts() | RobotLate() | TimeOver():
