@@ -6,7 +6,6 @@ vector environments run copies of `RobotEnv` and `TeamEnv`, `AsyncVectorEnv` in 
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -170,16 +169,17 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
         self.possible_agents = RobotNames().first(robots)
         self.agents: list[str] = []
         self._index = {name: index for index, name in enumerate(self.possible_agents)}
+        team, names = self._team, self.possible_agents
+        # PettingZoo wants the same object at each call.
+        self._spaces = {name: (team.observation_space, team.action_space) for name in names}
 
-    @functools.cache  # noqa: B019  (PettingZoo wants the same object)
     def observation_space(self, agent: str) -> spaces.Dict:
         """Return the shapes of an observation."""
-        return self._team.observation_space
+        return self._spaces[agent][0]
 
-    @functools.cache  # noqa: B019
     def action_space(self, agent: str) -> spaces.Box:
         """Return the limits of a twist: vx [m/s], wz [rad/s], and vy of an omnidirectional one."""
-        return self._team.action_space
+        return self._spaces[agent][1]
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None

@@ -72,11 +72,21 @@ def start_in(behavior_tree: str) -> int:
     """Return the tick at which a goal is to begin, from its `behavior_tree`; 0 for at once.
 
     Args:
-        behavior_tree: From a client; any text that is not ours means at once.
+        behavior_tree: From a client; a file of Nav2's, or any other text, means at once.
+
+    Raises:
+        RejectedError: If it names a start that is no tick.
     """
-    digits = behavior_tree.removeprefix(START)
-    is_start = digits != behavior_tree and digits.isascii() and digits.isdigit()
-    return int(digits[:MOST_DIGITS]) if is_start else 0
+    words = behavior_tree.split()
+    if words[:1] != [START.strip()]:
+        return 0
+    digits = words[1] if len(words) == 2 else ""
+    if not (digits.isascii() and digits.isdigit()) or len(digits) > MOST_DIGITS:
+        raise RejectedError(
+            f"behavior_tree is '{behavior_tree[:60]}'; expected {START.strip()} and the number of a"
+            " control tick, ten a second"
+        )
+    return int(digits)
 
 
 def header(tick: int, frame: str) -> Header:

@@ -296,7 +296,7 @@ class Navigator:
 
     def deactivate(self) -> None:
         """Stop, end the current goal, and hold the place."""
-        self._goal_manager.end_all("canceled")
+        self._goal_manager.end_all("the navigator was deactivated")
         self.is_active = False
 
     def clear_costmap(self) -> None:

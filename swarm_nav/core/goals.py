@@ -77,12 +77,17 @@ class ErrorCode(enum.IntEnum):
     SMOOTH_COLLISION = 503
     SMOOTH_BAD_PATH = 505
     WAYPOINTS_UNKNOWN = 600
+    SPIN_UNKNOWN = 700
     SPIN_TIMEOUT = 701
+    BACKUP_UNKNOWN = 710
     BACKUP_TIMEOUT = 711
     BACKUP_COLLISION_AHEAD = 714
+    DRIVE_UNKNOWN = 720
     DRIVE_TIMEOUT = 721
     DRIVE_COLLISION_AHEAD = 723
+    TELEOP_UNKNOWN = 730
     TELEOP_TIMEOUT = 731
+    WAIT_UNKNOWN = 740
 
 
 # What a goal without poses ends with; Jazzy's FollowWaypoints has no code of its own for it.
@@ -90,6 +95,20 @@ NO_POSES_CODES = {
     GoalKind.THROUGH: ErrorCode.NO_VIAPOINTS_GIVEN,
     GoalKind.WAYPOINTS: ErrorCode.WAYPOINTS_UNKNOWN,
     GoalKind.FOLLOW_PATH: ErrorCode.INVALID_PATH,
+}
+
+
+# What a goal ends with that is aborted for no fault of its own, by a new one for example.
+UNKNOWN_CODES = {
+    GoalKind.NAVIGATE: ErrorCode.CONTROL_UNKNOWN,
+    GoalKind.THROUGH: ErrorCode.CONTROL_UNKNOWN,
+    GoalKind.WAYPOINTS: ErrorCode.WAYPOINTS_UNKNOWN,
+    GoalKind.FOLLOW_PATH: ErrorCode.CONTROL_UNKNOWN,
+    GoalKind.SPIN: ErrorCode.SPIN_UNKNOWN,
+    GoalKind.BACKUP: ErrorCode.BACKUP_UNKNOWN,
+    GoalKind.DRIVE_ON_HEADING: ErrorCode.DRIVE_UNKNOWN,
+    GoalKind.WAIT: ErrorCode.WAIT_UNKNOWN,
+    GoalKind.TELEOP: ErrorCode.TELEOP_UNKNOWN,
 }
 
 

@@ -27,7 +27,16 @@ from swarm_common.middleware.cdr import MOST_SPEED
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import pose_stamped, start_in
 from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist
-from swarm_nav.core.goals import ErrorCode, Feedback, Goal, GoalEnded, GoalKind, PlanError
+from swarm_nav.core.goals import (
+    UNKNOWN_CODES,
+    ErrorCode,
+    Feedback,
+    Goal,
+    GoalEnded,
+    GoalKind,
+    Outcome,
+    PlanError,
+)
 from swarm_nav.ros.nav2.map_bounds import MapBounds, OffMapError
 
 ACTIONS: dict[GoalKind, Any] = {
@@ -295,15 +304,18 @@ def feedback_msg(goal: Goal, feedback: Feedback, started_tick: int, tick: int) -
     return message
 
 
-def result_msg(goal: Goal, ended: GoalEnded, started_tick: int) -> Any:
+def result_msg(goal: Goal, ended: GoalEnded, started_tick: int, is_asked: bool) -> Any:
     """Return the result message of the action that a goal belongs to.
 
     Args:
         started_tick: Tick at which the goal was accepted.
+        is_asked: Whether the client wants it to end; otherwise a goal that is canceled counts as
+            aborted, and has a code.
     """
     kind = goal.kind
     result = ACTIONS[kind].Result()
-    result.error_code = int(ended.error_code)
+    is_aborted = ended.outcome is Outcome.CANCELED and not is_asked
+    result.error_code = int(UNKNOWN_CODES[kind] if is_aborted else ended.error_code)
     result.error_msg = ended.message
     if kind is GoalKind.WAYPOINTS:
         result.missed_waypoints = [

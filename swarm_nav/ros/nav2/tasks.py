@@ -235,7 +235,9 @@ class Tasks:
         for event in ended:
             running = self._running.pop(event.goal_id, None)
             if running is not None:
-                result = result_msg(running.goal, event, running.started_tick)
+                result = result_msg(
+                    running.goal, event, running.started_tick, running.handle.is_cancel_requested
+                )
                 reached = event.outcome is Outcome.SUCCEEDED
                 running.server.finish(running.handle, result, succeeded=reached)
         running = self._running.get(self._brain.goal_id or 0)

@@ -14,13 +14,22 @@ from nav2_msgs.action import (
     FollowWaypoints,
     SmoothPath,
     Spin,
+    Wait,
 )
 from nav2_msgs.msg import SpeedLimit
 
 from swarm_common.middleware.rejections import RejectedError
-from swarm_common.middleware.ros_io import pose_from_msg, pose_stamped
+from swarm_common.middleware.ros_io import pose_from_msg, pose_stamped, start_in
 from swarm_common.model.records import Pose
-from swarm_nav.core.goals import ErrorCode, Goal, GoalEnded, GoalKind, Outcome, PlanError
+from swarm_nav.core.goals import (
+    UNKNOWN_CODES,
+    ErrorCode,
+    Goal,
+    GoalEnded,
+    GoalKind,
+    Outcome,
+    PlanError,
+)
 from swarm_nav.ros.nav2.goals import (
     UnknownFrameError,
     goal_from_request,
@@ -48,6 +57,11 @@ NAV2 = {
     ErrorCode.NO_VALID_PATH: PLAN.NO_VALID_PATH,
     ErrorCode.NO_VIAPOINTS_GIVEN: THROUGH.NO_VIAPOINTS_GIVEN,
     ErrorCode.WAYPOINTS_UNKNOWN: FollowWaypoints.Result.UNKNOWN,
+    ErrorCode.SPIN_UNKNOWN: Spin.Result.UNKNOWN,
+    ErrorCode.BACKUP_UNKNOWN: BackUp.Result.UNKNOWN,
+    ErrorCode.DRIVE_UNKNOWN: DriveOnHeading.Result.UNKNOWN,
+    ErrorCode.TELEOP_UNKNOWN: AssistedTeleop.Result.UNKNOWN,
+    ErrorCode.WAIT_UNKNOWN: Wait.Result.UNKNOWN,
     ErrorCode.SPIN_TIMEOUT: Spin.Result.TIMEOUT,
     ErrorCode.BACKUP_TIMEOUT: BackUp.Result.TIMEOUT,
     ErrorCode.BACKUP_COLLISION_AHEAD: BackUp.Result.COLLISION_AHEAD,
@@ -113,9 +127,30 @@ def test_a_first_index_behind_the_last_pose_is_refused() -> None:
 def test_a_missed_waypoint_is_told_with_its_index_its_pose_and_its_reason() -> None:
     missed = ((1, ErrorCode.GOAL_OCCUPIED), (2, ErrorCode.FAILED_TO_MAKE_PROGRESS))
     ended = GoalEnded(7, Outcome.SUCCEEDED, 50, missed_waypoints=missed)
-    result = result_msg(waypoints(1), ended, 10)
+    result = result_msg(waypoints(1), ended, 10, is_asked=False)
     assert [(one.index, one.error_code) for one in result.missed_waypoints] == [(1, 206), (2, 105)]
     assert [one.goal.pose.position.x for one in result.missed_waypoints] == [3.0, 5.0]
+
+
+def test_a_goal_that_is_aborted_has_a_code() -> None:
+    """Preempted, or of a navigator that was deactivated, it had 0, which is success."""
+    ended = GoalEnded(7, Outcome.CANCELED, 50, message="preempted by a new goal")
+    for kind, code in UNKNOWN_CODES.items():
+        result = result_msg(Goal(kind=kind), ended, 10, is_asked=False)
+        assert (result.error_code, result.error_msg) == (code, ended.message)
+    assert set(UNKNOWN_CODES) == set(GoalKind)
+    assert result_msg(waypoints(1), ended, 10, is_asked=True).error_code == 0
+
+
+@pytest.mark.parametrize("text", ["abc", "-5", "1.5", "", "1 2", "9" * 13, "\u0663"])
+def test_a_start_that_is_no_tick_is_refused(text: str) -> None:
+    """It began at once, or never."""
+    with pytest.raises(RejectedError, match="expected start_at_tick and the number of a control"):
+        start_in(f"start_at_tick {text}")
+
+
+def test_a_start_is_a_tick_and_a_behaviour_tree_of_nav2_begins_at_once() -> None:
+    assert [start_in(text) for text in ("start_at_tick 1200", "", "/a/b.xml")] == [1200, 0, 0]
 
 
 def test_a_speed_limit_is_that_of_nav2_or_says_why_not() -> None:
