@@ -8,12 +8,12 @@ depend on what else the machine does.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 import typer
-from rich.table import Table
 
 from benchmarks.app import Robots, benchmarks_app
 from swarm_bench.runs.episode import RunOptions, build
@@ -22,6 +22,7 @@ from swarm_bench.runs.methods import Driver
 from swarm_bench.runs.scenario import check_size
 from swarm_bench.suite.command import new_console
 from swarm_bench.suite.selection import select
+from swarm_bench.tables import Table, number
 from swarm_common.model.beacon import Reception
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Odometry
@@ -39,6 +40,14 @@ class DecisionRow:
     count: int  # number of decisions
     median: float  # [ms] CPU time of a decision
     percentile_99: float  # [ms] likewise
+
+
+COLUMNS: dict[str, Callable[[DecisionRow], str]] = {
+    "neighbours": lambda row: f"{row.least}-{row.least + CLASS_WIDTH - 1}",
+    "decisions": lambda row: str(row.count),
+    "median [ms]": lambda row: number(row.median),
+    "99 % [ms]": lambda row: number(row.percentile_99),
+}
 
 
 class Stopwatch:
@@ -105,9 +114,4 @@ def decisions(
     if ticks < 1:
         raise ConfigError(f"--ticks is {ticks}; expected 1 or more")
     options = select(scenario, [check_size(robots, "--robots")], [seed], lidar=lidar)
-    table = Table("neighbours", "decisions", "median [ms]", "99 % [ms]", box=None)
-    for row in measure_decisions(options[0], ticks):
-        last = row.least + CLASS_WIDTH - 1
-        times = f"{row.median:.3f}", f"{row.percentile_99:.3f}"
-        table.add_row(f"{row.least}-{last}", str(row.count), *times)
-    new_console().print(table)
+    new_console().print(Table.of(COLUMNS, measure_decisions(options[0], ticks)).rich())

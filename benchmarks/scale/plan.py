@@ -32,7 +32,6 @@ class Workload:
 WORKLOADS: dict[str, Workload] = {
     "hall": Workload("slim_blockage", "loading_route", 100),
     "warehouse": Workload("warehouse", "warehouse_orders", 200),
-    "pillars": Workload("pillars", "roam", 100),
 }
 
 
@@ -40,7 +39,7 @@ WORKLOADS: dict[str, Workload] = {
 class ScaleJob:
     """One run."""
 
-    system: str  # `graph`, `harness`, or a peer's name
+    system: str  # `graph` or `harness`
     workload: str  # of `WORKLOADS`
     robots: int  # swarm size
     repeat: int = 0  # number of the run, from 0; all have the same seed
@@ -59,8 +58,11 @@ class ScaleJob:
     def setting(self) -> Mapping[str, Any]:
         """How it runs."""
         return {
-            "seconds": self.seconds, "goals": self.goals, "pack": self.pack, "engine": self.engine,
-        }  # fmt: skip
+            "seconds": self.seconds,
+            "goals": self.goals,
+            "pack": self.pack,
+            "engine": self.engine,
+        }
 
     @property
     def scenario(self) -> Scenario:
@@ -80,9 +82,13 @@ class ScaleJob:
     def result(self, **figures: Any) -> ScaleResult:
         """Return the result of the run with these fields."""
         return ScaleResult(
-            system=self.system, workload=self.workload, robots=self.robots, repeat=self.repeat,
-            setting=self.setting, **figures,
-        )  # fmt: skip
+            system=self.system,
+            workload=self.workload,
+            robots=self.robots,
+            repeat=self.repeat,
+            setting=self.setting,
+            **figures,
+        )
 
 
 def plan_jobs(

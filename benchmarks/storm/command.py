@@ -2,27 +2,47 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import msgspec
 import typer
-from rich.table import Table
 
 from benchmarks.app import benchmarks_app
 from benchmarks.storm.storm import ROWS, StormOptions, StormResult, run_storm
-from swarm_bench.execution.executor import executor, share_of, values
-from swarm_bench.execution.task import Executor
-from swarm_bench.runs.json_lines import collected, read_json_lines, taken_over
+from swarm_bench.execution.executor import executor, share_of
+from swarm_bench.execution.store import Store
+from swarm_bench.execution.sweep import Sweep
 from swarm_bench.suite.command import MISSED, Cluster, Jobs, Shard, new_console
 from swarm_bench.suite.selection import check_jobs, parse_seeds
+from swarm_bench.tables import Table, number
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
-KINDS = ("killed", "for_good", "hung", "mute", "deaf")
-COLUMNS = (
-    "world", "robots", "storms", "killed", "for good", "hung", "mute", "deaf",
-    "contacts moving", "standing", "goals", "barred", "clearance [m]",
-)  # fmt: skip
+COMMAND = "python -m benchmarks storm"
+Storms = list[StormResult]  # in one world
+COLUMNS: dict[str, Callable[[Storms], str]] = {
+    "world": lambda storms: storms[0].world,
+    "robots": lambda storms: str(storms[0].robots),
+    "storms": lambda storms: str(len(storms)),
+    **{
+        kind.replace("_", " "): partial(lambda kind, storms: str(_sum(storms, kind)), kind)
+        for kind in ("killed", "for_good", "hung", "mute", "deaf")
+    },
+    "contacts moving": lambda storms: str(_sum(storms, "moving_contacts")),
+    "standing": lambda storms: str(_sum(storms, "standing_contacts")),
+    "goals": lambda storms: f"{_sum(storms, 'goals_reached')}/{_sum(storms, 'goals_sent')}",
+    "barred": lambda storms: str(_sum(storms, "goals_barred")),
+    "clearance [m]": lambda storms: number(
+        min((s.min_clearance for s in storms if s.min_clearance is not None), default=None)
+    ),
+}
+
+
+def _sum(storms: Storms, name: str) -> int:
+    """Return the sum of a kind of faults, or of a field."""
+    return sum(s.faults[name] if name in s.faults else getattr(s, name) for s in storms)
 
 
 @benchmarks_app.command()
@@ -52,29 +72,21 @@ def storm(
     check_jobs(jobs, ros=False, method="ours")
     worlds = list(ROWS) if world == "all" else [world]
     options = [StormOptions(worlds[seed % len(worlds)], seed) for seed in chosen]
-    with executor(jobs, cluster) as computes:
-        results = _run(share_of(options, shard), computes, json_)
-    if not all(result.is_flawless for result in results):
-        raise typer.Exit(MISSED)
-
-
-def _run(options: list[StormOptions], chosen: Executor, file: Path | None) -> list[StormResult]:
     console = new_console()
-    known: list[StormResult] = []
-    if file is not None and file.is_file():
-        known = read_json_lines(
-            file, lambda data: msgspec.convert(data, StormResult), "python -m benchmarks storm"
+    with executor(jobs, cluster) as computes:
+        sweep = Sweep(
+            items=share_of(options, shard),
+            runner=run_storm,
+            store=Store(json_, partial(msgspec.convert, type=StormResult), COMMAND),
+            key=lambda item: (item.world, item.seed),
+            key_of=lambda result: (result.world, result.seed),
+            line=storm_line,
+            executor=computes,
         )
-    wanted = {(item.world, item.seed) for item in options}
-    results = [result for result in known if (result.world, result.seed) in wanted]
-    done = {(result.world, result.seed) for result in results}
-    todo = [item for item in options if (item.world, item.seed) not in done]
-    if results:
-        console.print(taken_over(len(results), len(options), file), soft_wrap=True, markup=False)
-    new = values(chosen, run_storm, todo)
-    results += collected(new, file, console, storm_line, StormResult.as_json)
-    console.print(storm_table(results))
-    return results
+        results = sweep.run(console)
+    console.print(storm_table(results).rich())
+    if sweep.failed or not all(result.is_flawless for result in results):
+        raise typer.Exit(MISSED)
 
 
 def storm_line(result: StormResult) -> str:
@@ -91,22 +103,9 @@ def storm_line(result: StormResult) -> str:
 
 def storm_table(results: list[StormResult]) -> Table:
     """Return a table with a row per world; a row with a storm that is not flawless is red."""
-    table = Table(box=None, header_style="bold")
-    for column in COLUMNS:
-        table.add_column(column, justify="left" if column == "world" else "right")
-    for world in ROWS:
-        rows = [result for result in results if result.world == world]
-        if not rows:
-            continue
-        kinds = [sum(row.faults[kind] for row in rows) for kind in KINDS]
-        contacts = [sum(row.moving_contacts for row in rows)]
-        contacts += [sum(row.standing_contacts for row in rows)]
-        clearances = [row.min_clearance for row in rows if row.min_clearance is not None]
-        table.add_row(
-            world, str(rows[0].robots), *map(str, (len(rows), *kinds, *contacts)),
-            f"{sum(row.goals_reached for row in rows)}/{sum(row.goals_sent for row in rows)}",
-            str(sum(row.goals_barred for row in rows)),
-            f"{min(clearances):.3f}" if clearances else "-",
-            style="" if all(row.is_flawless for row in rows) else "red",
-        )  # fmt: skip
-    return table
+    groups = [[result for result in results if result.world == world] for world in ROWS]
+    return Table.of(
+        COLUMNS,
+        filter(None, groups),
+        style=lambda storms: "" if all(storm.is_flawless for storm in storms) else "red",
+    )

@@ -108,10 +108,14 @@ class StormOptions:
         """The run beneath it: perfect sensors, with LiDARs."""
         row = ROWS[self.world]
         scenario = Scenario(
-            name=f"storm in {self.world}", world=self.world, mission=row.mission,
-            robots=(self.robots,), with_lidar=True, time_limit={self.robots: TIME_LIMIT},
+            name=f"storm in {self.world}",
+            world=self.world,
+            mission=row.mission,
+            robots=(self.robots,),
+            with_lidar=True,
+            time_limit={self.robots: TIME_LIMIT},
             stall_limit=TIME_LIMIT,
-        )  # fmt: skip
+        )
         return RunOptions(scenario=scenario, robots=self.robots, seed=self.seed)
 
 
@@ -130,10 +134,12 @@ class Storm(Harness):
             run_options,
             faults=InjectedFaults(mute=self._mute, deaf=self._deaf),
             stage=build(
-                run_options, world_class=ChangingWorld, walkers=self.plan.walkers,
+                run_options,
+                world_class=ChangingWorld,
+                walkers=self.plan.walkers,
                 most_goals=MOST_GOALS,
             ),
-        )  # fmt: skip
+        )
         self._storm = options
         self._rng = np.random.default_rng((options.seed, 13))
         self._waiting = sorted(self.plan.crates, key=lambda crate: crate.tick)
@@ -181,9 +187,13 @@ class Storm(Harness):
         spec = stage.world.specs[robot]
         make = load_method(options.method)
         stage.drivers[robot] = make(
-            nav_config(options, spec), spec, stage.grid, stage.sites, robot + 1,
+            nav_config(options, spec),
+            spec,
+            stage.grid,
+            stage.sites,
+            robot + 1,
             stage.world.ground_truth()[robot][0],
-        )  # fmt: skip
+        )
         itinerary = stage.itineraries[robot]
         if isinstance(itinerary, Itinerary) and not itinerary.is_over:
             itinerary.on_taken_over()

@@ -17,6 +17,7 @@ from swarm_bench.capacity.axes import SweepVariant, name_of, variants
 from swarm_bench.capacity.report import check_output, print_curves, sentences, write_output
 from swarm_bench.capacity.study import Study
 from swarm_bench.execution.executor import executor
+from swarm_bench.execution.sweep import bar
 from swarm_bench.runs.episode import RunOptions, check, parse_parameters
 from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.scenario import Scenario, load_scenario
@@ -33,9 +34,8 @@ from swarm_bench.suite.command import (
     new_console,
     world_as,
 )
-from swarm_bench.suite.progress import bar
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes, parse_time
-from swarm_bench.suite.sweep import Sweep
+from swarm_bench.suite.sweep import RunSweep
 from swarm_common.model.errors import ConfigError
 
 precise = partial(typer.Option, rich_help_panel="How precise")
@@ -101,12 +101,16 @@ def sweep_command(
     if limit is not None and wished is None:
         wished = PRECISION
     study = Study(
-        chosen, parse_sizes(robots), parse_seeds(seeds) or range(3), precision=wished,
-        budget=limit, shard=shard,
-    )  # fmt: skip
+        chosen,
+        parse_sizes(robots),
+        parse_seeds(seeds) or range(3),
+        precision=wished,
+        budget=limit,
+        shard=shard,
+    )
     with executor(jobs, cluster) as computes:
         runs = study.all_runs()
-        Sweep(runs, computes).check()
+        RunSweep(runs).check()
         console = new_console()
         smallest = [run for run in runs if run.robots == min(each.robots for each in runs)]
         for remark in dict.fromkeys(told for run in smallest for told in check(run)):
@@ -114,9 +118,10 @@ def sweep_command(
         try:
             with bar(console, "robot-hours", study.planned / HOUR) as tell:
                 study.run(
-                    lambda runs: Sweep(runs, computes), json_, console,
+                    lambda runs: RunSweep(runs, json_, computes),
+                    console,
                     lambda: tell(study.done / HOUR, study.planned / HOUR),
-                )  # fmt: skip
+                )
         finally:
             _report(study, console, outputs, compare=compare is not None)
     results = [run for found in study.results for run in found]

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from swarm_bench.capacity.estimate import SizeEstimate, estimate, estimate_of_runs
 from swarm_bench.capacity.knee import Knee, find_knee
 from swarm_bench.runs.result import RunResult, Steady
 from swarm_bench.runs.steady import HOUR
+from swarm_bench.statistics import Interval, mean_of_runs, student_mean
 
 
 @dataclass
@@ -29,16 +29,16 @@ class Point:
         return [run.steady for run in self.runs if run.steady is not None]
 
     @cached_property
-    def throughput(self) -> SizeEstimate:
+    def throughput(self) -> Interval:
         """Finished per hour."""
         per_batch = [
             [HOUR * count * len(run.finished) / run.seconds for count in run.finished]
             for run in self.steady
         ]
-        return estimate_of_runs([run.per_hour for run in self.steady], per_batch)
+        return mean_of_runs([run.per_hour for run in self.steady], per_batch)
 
     @cached_property
-    def lead_time(self) -> SizeEstimate | None:
+    def lead_time(self) -> Interval | None:
         """Lead time [s]; None if a run finished nothing."""
         if any(run.lead_time is None for run in self.steady):
             return None
@@ -46,22 +46,22 @@ class Point:
             [lead for lead, count in zip(run.lead_times, run.finished, strict=True) if count]
             for run in self.steady
         ]
-        return estimate_of_runs([run.lead_time or 0.0 for run in self.steady], batches)
+        return mean_of_runs([run.lead_time or 0.0 for run in self.steady], batches)
 
     @cached_property
-    def stood(self) -> SizeEstimate | None:
+    def stood(self) -> Interval | None:
         """Share of the robots' time that they stood on their way; None on the ROS graph."""
         found = [run.ground_truth.stood_share for run in self.runs if run.ground_truth]
-        return estimate(found) if found else None
+        return student_mean(found) if found else None
 
-    def station_use(self) -> dict[str, SizeEstimate]:
+    def station_use(self) -> dict[str, Interval]:
         """Return the share of time that each station was occupied or approached, most first."""
         shares: dict[str, list[float]] = {}
         for run in self.runs:
             for name, use in (run.ground_truth.stations if run.ground_truth else {}).items():
                 shares.setdefault(name, []).append(use.approached)
-        found = {name: estimate(values) for name, values in shares.items()}
-        return dict(sorted(found.items(), key=lambda item: -item[1].mean))
+        found = {name: student_mean(values) for name, values in shares.items()}
+        return dict(sorted(found.items(), key=lambda item: -item[1].estimate))
 
     @property
     def clearance(self) -> float | None:

@@ -6,8 +6,8 @@ import statistics
 from collections.abc import Callable, Sequence
 
 from swarm_bench.capacity.curve import Curve, Point
-from swarm_bench.capacity.estimate import LEAST_SEEDS, SizeEstimate, estimate, paired
 from swarm_bench.runs.result import RunResult
+from swarm_bench.statistics import LEAST_SEEDS, Interval, paired, student_mean
 
 FULL = 0.8  # share of time from which a station is the reason
 STANDING = 0.2  # share of the robots' time from which standing is
@@ -46,7 +46,7 @@ def _station_reason(points: Sequence[Point], first: int) -> str:
     uses = [point.station_use()[name] for point in points]
     if min(use.low for use in uses) < FULL:
         return ""
-    share = estimate(_over_seeds(points, lambda run: _busiest(run)[1]))
+    share = student_mean(_over_seeds(points, lambda run: _busiest(run)[1]))
     return f"From {first} robots on {name} is occupied or approached {_percent(share)} of the time."
 
 
@@ -57,7 +57,7 @@ def _floor_reason(points: Sequence[Point], first: int) -> str:
         return ""
     if max((_busiest(run)[1] for run in runs), default=0.0) >= FULL:
         return ""
-    share = estimate(
+    share = student_mean(
         _over_seeds(points, lambda run: run.ground_truth.stood_share if run.ground_truth else 0.0)
     )
     return (
@@ -78,33 +78,33 @@ def comparison_sentences(first: Curve, second: Curve) -> list[str]:
     """Return the difference of two variants at each size, on the seeds that both have."""
     sentences = []
     for robots in first.sizes:
-        pairs = _pairs(first, second, robots)
-        if len(pairs) < 2:
+        before, after = (
+            {
+                run.seed: run.steady.per_hour
+                for point in curve.points
+                if point.robots == robots
+                for run in point.runs
+                if run.steady
+            }
+            for curve in (first, second)
+        )
+        seeds = before.keys() & after.keys()
+        if len(seeds) < 2:
             continue
-        before, after = ([run.steady.per_hour for run in side if run.steady]
-                         for side in zip(*pairs, strict=True))  # fmt: skip
-        difference, base = paired(before, after), estimate(before).mean
-        seeds = f"{len(pairs)} seeds"
+        difference = paired(after, before, student_mean).mean
         if difference.low <= 0.0 <= difference.high and difference.half_width > 0.0:
             told = "no difference is certain"
         else:
-            told = f"{second.label} finishes {'more' if difference.mean > 0 else 'less'}"
-            if difference.mean == 0.0:
+            told = f"{second.label} finishes {'more' if difference.estimate > 0 else 'less'}"
+            if difference.estimate == 0.0:
                 told = "both finish the same"
-        share = f", {100.0 * difference.mean / base:+.1f} %" if base else ""
+        base = statistics.fmean(before[seed] for seed in seeds)
+        share = f", {100.0 * difference.estimate / base:+.1f} %" if base else ""
         sentences.append(
-            f"With {robots} robots {told}: {difference.mean:+.1f} {first.unit} per hour "
-            f"[{difference.low:+.1f}, {difference.high:+.1f}]{share} ({seeds})."
+            f"With {robots} robots {told}: {difference.estimate:+.1f} {first.unit} per hour "
+            f"{difference.ends('{:+.1f}')}{share} ({len(seeds)} seeds)."
         )
     return sentences
-
-
-def _pairs(first: Curve, second: Curve, robots: int) -> list[tuple[RunResult, RunResult]]:
-    sides: list[dict[int, RunResult]] = [
-        {run.seed: run for point in curve.points if point.robots == robots for run in point.runs}
-        for curve in (first, second)
-    ]
-    return [(sides[0][seed], sides[1][seed]) for seed in sorted(sides[0].keys() & sides[1].keys())]
 
 
 def _over_seeds(points: Sequence[Point], of: Callable[[RunResult], float]) -> list[float]:
@@ -114,6 +114,6 @@ def _over_seeds(points: Sequence[Point], of: Callable[[RunResult], float]) -> li
     return [statistics.fmean(one[seed] for one in by_size) for seed in seeds]
 
 
-def _percent(share: SizeEstimate) -> str:
+def _percent(share: Interval) -> str:
     low, high = max(0.0, share.low), min(1.0, share.high)
-    return f"{100 * share.mean:.0f} % [{100 * low:.0f}, {100 * high:.0f}]"
+    return f"{100 * share.estimate:.0f} % [{100 * low:.0f}, {100 * high:.0f}]"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swarm_bench.capacity.estimate import LEVEL, SizeEstimate
+from swarm_bench.statistics import CONFIDENCE, Interval
 
 DRAWS = 2000
 FLATTER = 0.5  # slope after the knee over slope before, at most
@@ -31,7 +31,7 @@ class Knee:
     plateau: float  # throughput there
 
 
-def find_knee(sizes: Sequence[int], points: Sequence[SizeEstimate]) -> Knee | None:
+def find_knee(sizes: Sequence[int], points: Sequence[Interval]) -> Knee | None:
     """Return the knee of a curve; None if it has none for sure, or too few sizes.
 
     Args:
@@ -41,7 +41,7 @@ def find_knee(sizes: Sequence[int], points: Sequence[SizeEstimate]) -> Knee | No
     if len(sizes) < LEAST_SIZES:
         return None
     random = np.random.default_rng(0)
-    means = np.array([point.mean for point in points])
+    means = np.array([point.estimate for point in points])
     drawn = np.stack([point.draws(DRAWS, random) for point in points], axis=1)
     knees, slopes, heights = _fit(np.asarray(sizes, float), np.vstack([means, drawn]))
     before, after = slopes
@@ -49,7 +49,7 @@ def find_knee(sizes: Sequence[int], points: Sequence[SizeEstimate]) -> Knee | No
     if not bends[0] or bends[1:].mean() < SURE:
         return None
     low, high = np.quantile(
-        knees[1:][bends[1:]], (0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL), method="nearest"
+        knees[1:][bends[1:]], (0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE), method="nearest"
     )
     return Knee(int(knees[0]), int(low), int(high), float(heights[0]))
 

@@ -155,8 +155,10 @@ def _result(options: UpOptions, folder: Path, warm_up: float | None) -> RunResul
         return None
     mission = options.mission or ""
     scenario = Scenario(
-        name=name_of(options.world, mission), world=options.world, mission=mission,
-    )  # fmt: skip
+        name=name_of(options.world, mission),
+        world=options.world,
+        mission=mission,
+    )
     run = RunOptions(scenario=scenario, robots=options.swarm_size, seed=options.seed)
     steady = _steady(report, folder, warm_up)
     return dataclasses.replace(result_of_report(run, report), steady=steady)

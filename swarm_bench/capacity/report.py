@@ -15,19 +15,17 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table as RichTable
 
 from swarm_bench.capacity.curve import Curve, Point
-from swarm_bench.capacity.estimate import SizeEstimate
 from swarm_bench.capacity.findings import comparison_sentences, knee_sentence, reason_sentence
 from swarm_bench.runs.json_lines import rounded
 from swarm_bench.runs.machine import machine_line
+from swarm_bench.statistics import Interval
+from swarm_bench.tables import Table
 from swarm_common.model.errors import ConfigError
 from swarm_report import charts, style
 from swarm_report.document import Drawing, drawn
-from swarm_report.page import page_html, plots_html, table_html, verdict_html
-from swarm_report.tables import Table
+from swarm_report.page import page_html, plots_html, verdict_html
 
 ENDINGS = (".html", ".csv", ".json")
 
@@ -38,32 +36,34 @@ class Measure:
 
     title: str  # with its unit
     caption: str
-    of: Callable[[Point], SizeEstimate | None]
+    of: Callable[[Point], Interval | None]
     is_share: bool = False
-
-
-def _busiest(point: Point) -> SizeEstimate | None:
-    return next(iter(point.station_use().values()), None)
 
 
 MEASURES = {
     "throughput": Measure(
-        "finished per hour", "Throughput after the warm-up, with 95 % intervals",
+        "finished per hour",
+        "Throughput after the warm-up, with 95 % intervals",
         lambda point: point.throughput,
     ),
     "lead_time": Measure(
-        "lead time [s]", "Mean time that a goal or an order took, with 95 % intervals",
+        "lead time [s]",
+        "Mean time that a goal or an order took, with 95 % intervals",
         lambda point: point.lead_time,
     ),
     "stood": Measure(
-        "share of time", "How much of their time robots stood on their way",
-        lambda point: point.stood, is_share=True,
+        "share of time",
+        "How much of their time robots stood on their way",
+        lambda point: point.stood,
+        is_share=True,
     ),
     "station": Measure(
-        "share of time", "How much of the time the busiest station was occupied or approached",
-        _busiest, is_share=True,
+        "share of time",
+        "How much of the time the busiest station was occupied or approached",
+        lambda point: next(iter(point.station_use().values()), None),
+        is_share=True,
     ),
-}  # fmt: skip
+}
 
 
 def sentences(curves: Sequence[Curve], *, compare: bool) -> list[str]:
@@ -84,46 +84,43 @@ def sentences(curves: Sequence[Curve], *, compare: bool) -> list[str]:
     return found
 
 
+def _text(value: Interval | None, form: str) -> str:
+    return "–" if value is None else form.format(value.estimate)
+
+
+def _use(point: Point) -> tuple[str, Interval | None]:
+    """Return the busiest station, and the share of time for which it was in use."""
+    return next(iter(point.station_use().items()), ("–", None))
+
+
+COLUMNS: dict[str, Callable[[tuple[str, Point]], str]] = {
+    "variant": lambda row: row[0],
+    "robots": lambda row: str(row[1].robots),
+    "seeds": lambda row: str(len(row[1].runs)),
+    "per hour": lambda row: _text(row[1].throughput, "{:.0f}"),
+    "95 %": lambda row: row[1].throughput.ends("{:.0f}"),
+    "lead time [s]": lambda row: _text(row[1].lead_time, "{:.1f}"),
+    "95 % ": lambda row: "–" if row[1].lead_time is None else row[1].lead_time.ends("{:.1f}"),
+    "stood": lambda row: _text(row[1].stood, "{:.0%}").replace("%", " %"),
+    "busiest station": lambda row: _use(row[1])[0],
+    "in use": lambda row: _text(_use(row[1])[1], "{:.0%}").replace("%", " %"),
+    "collisions": lambda row: str(row[1].collisions),
+    "deadlocks": lambda row: "–" if row[1].deadlocks is None else str(row[1].deadlocks),
+    "clearance [m]": lambda row: "–" if row[1].clearance is None else f"{row[1].clearance:.3f}",
+}
+
+
 def points_table(curves: Sequence[Curve]) -> Table:
     """Return a row per variant and size."""
-    head = ["variant", "robots", "seeds", "per hour", "95 %", "lead time [s]", "95 %", "stood",
-            "busiest station", "in use", "collisions", "deadlocks", "clearance [m]"]  # fmt: skip
-    rows = [_row(curve.label, point) for curve in curves for point in curve.points]
-    if not any(curve.label for curve in curves):
-        return Table(head[1:], [row[1:] for row in rows])
-    return Table(head, rows)
-
-
-def _row(label: str, point: Point) -> list[str]:
-    uses = point.station_use()
-    name = next(iter(uses), "")
-    lead = point.lead_time
-    return [
-        label, str(point.robots), str(len(point.runs)),
-        f"{point.throughput.mean:.0f}", _interval(point.throughput),
-        "–" if lead is None else f"{lead.mean:.1f}", "–" if lead is None else _interval(lead, 1),
-        "–" if point.stood is None else f"{100 * point.stood.mean:.0f} %", name or "–",
-        f"{100 * uses[name].mean:.0f} %" if name else "–", str(point.collisions),
-        "–" if point.deadlocks is None else str(point.deadlocks),
-        "–" if point.clearance is None else f"{point.clearance:.3f}",
-    ]  # fmt: skip
-
-
-def _interval(value: SizeEstimate, digits: int = 0) -> str:
-    if value.freedom < 1:
-        return "–"
-    return f"[{value.low:.{digits}f}, {value.high:.{digits}f}]"
+    rows = [(curve.label, point) for curve in curves for point in curve.points]
+    has_label = any(label for label, _ in rows)
+    columns = {name: cell for name, cell in COLUMNS.items() if has_label or name != "variant"}
+    return Table.of(columns, rows, texts=("variant",))
 
 
 def print_curves(curves: Sequence[Curve], told: Sequence[str], console: Console) -> None:
     """Print a table, and what the results say."""
-    points = points_table(curves)
-    table = RichTable(box=None, header_style="bold")
-    for column in points.head:
-        table.add_column(escape(column), justify="right")
-    for row in points.rows:
-        table.add_row(*map(escape, row))
-    console.print(table)
+    console.print(points_table(curves).rich())
     for sentence in told:
         console.print(sentence, highlight=False, soft_wrap=True, markup=False)
 
@@ -157,7 +154,6 @@ def check_output(path: Path) -> None:
 
 
 def _html(curves: Sequence[Curve], told: Sequence[str], command: str) -> str:
-    table = points_table(curves)
     points = [point for curve in curves for point in curve.points]
     flaws = sum(point.collisions + (point.deadlocks or 0) for point in points)
     drawings = {
@@ -172,12 +168,12 @@ def _html(curves: Sequence[Curve], told: Sequence[str], command: str) -> str:
     body = [
         verdict_html("bad" if flaws else "good", headline, told),
         plots_html(drawn(drawings, curves)),
-        table_html(table.head, table.rows),
+        points_table(curves).html(),
     ]
     return page_html("How many robots", f"{command} · {machine_line()}", body)
 
 
-def _known(measure: Measure, curve: Curve) -> list[tuple[int, SizeEstimate]]:
+def _known(measure: Measure, curve: Curve) -> list[tuple[int, Interval]]:
     found = [(point.robots, measure.of(point)) for point in curve.points]
     return [(robots, value) for robots, value in found if value is not None]
 
@@ -190,10 +186,15 @@ def _still(measure: Measure, curves: Sequence[Curve]) -> Figure | None:
         known = _known(measure, curve)
         ends = np.array([_ends(measure, value) for _, value in known]).reshape(-1, 2)
         axes.errorbar(
-            [robots for robots, _ in known], [value.mean for _, value in known], ends.T,
-            label=curve.label or None, capsize=2,
-            color=style.CYCLE[number % len(style.CYCLE)], marker="o", markersize=3,
-        )  # fmt: skip
+            [robots for robots, _ in known],
+            [value.estimate for _, value in known],
+            ends.T,
+            label=curve.label or None,
+            capsize=2,
+            color=style.CYCLE[number % len(style.CYCLE)],
+            marker="o",
+            markersize=3,
+        )
         if measure is MEASURES["throughput"] and curve.knee is not None:
             axes.axvspan(curve.knee.low, curve.knee.high, alpha=0.12, color=style.GREY)
     axes.set_ylim(bottom=0.0)
@@ -210,7 +211,7 @@ def _chart(measure: Measure, curves: Sequence[Curve]) -> charts.Chart:
             charts.line(
                 charts.text(curve.label or measure.title),
                 [robots for robots, _ in known],
-                [value.mean for _, value in known],
+                [value.estimate for _, value in known],
                 mode="lines+markers",
                 error_y={
                     "type": "data",
@@ -232,12 +233,12 @@ def _chart(measure: Measure, curves: Sequence[Curve]) -> charts.Chart:
     return {"data": data, "layout": layout}
 
 
-def _ends(measure: Measure, value: SizeEstimate) -> tuple[float, float]:
+def _ends(measure: Measure, value: Interval) -> tuple[float, float]:
     """Return how far the interval goes below and above the mean; nothing is less than 0."""
-    if value.freedom < 1:
+    if not value.is_known:
         return 0.0, 0.0
-    most = 1.0 - value.mean if measure.is_share else math.inf
-    return min(value.half_width, value.mean), min(value.half_width, most)
+    most = 1.0 - value.estimate if measure.is_share else math.inf
+    return min(value.half_width, value.estimate), min(value.half_width, most)
 
 
 def _csv(curves: Sequence[Curve], told: Sequence[str], command: str) -> str:
@@ -275,12 +276,14 @@ def _records(curve: Curve) -> list[dict[str, Any]]:
     records = []
     for point in curve.points:
         record: dict[str, Any] = {
-            "variant": curve.label, "robots": point.robots, "seeds": len(point.runs),
-        }  # fmt: skip
+            "variant": curve.label,
+            "robots": point.robots,
+            "seeds": len(point.runs),
+        }
         for name, measure in MEASURES.items():
             value = measure.of(point)
-            ends = (None, None) if value is None or value.freedom < 1 else (value.low, value.high)
-            record[name] = None if value is None else value.mean
+            ends = (None, None) if value is None or not value.is_known else (value.low, value.high)
+            record[name] = None if value is None else value.estimate
             record[f"{name}_low"], record[f"{name}_high"] = ends
         record["busiest_station"] = next(iter(point.station_use()), "")
         record["collisions"], record["deadlocks"] = point.collisions, point.deadlocks

@@ -6,7 +6,6 @@ import dataclasses
 import math
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 from rich.console import Console
 
@@ -15,7 +14,7 @@ from swarm_bench.capacity.curve import Curve, Point, curve_of
 from swarm_bench.execution.executor import share_of
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.result import FailedRun, RunResult
-from swarm_bench.suite.sweep import Outcome, Sweep
+from swarm_bench.suite.sweep import Outcome, RunSweep
 
 FIRST_SEEDS = 3  # of each size, before anything is refined
 MOST_SEEDS = 50  # of each size
@@ -81,8 +80,7 @@ class Study:
 
     def run(
         self,
-        sweep: Callable[[Sequence[RunOptions]], Sweep],
-        file: Path | None,
+        sweep: Callable[[Sequence[RunOptions]], RunSweep],
         console: Console,
         tell: Callable[[], None] = lambda: None,
     ) -> None:
@@ -90,7 +88,6 @@ class Study:
 
         Args:
             sweep: Makes the sweep of a round.
-            file: File of JSON lines; None to keep nothing.
             console: For a line per run.
         """
         todo = share_of(self._first_round(), self._shard)
@@ -99,15 +96,13 @@ class Study:
             options = self._options(todo)
             self.planned += sum(map(_cost, options))
             tell()
-            places = [variant for variant, _, _ in todo]
-            self._round(sweep(options), places, file, console, tell)
+            self._round(sweep(options), [variant for variant, _, _ in todo], console, tell)
             todo = self._next_round()
 
     def _round(
         self,
-        sweep: Sweep,
+        sweep: RunSweep,
         places: Sequence[int],
-        file: Path | None,
         console: Console,
         tell: Callable[[], None],
     ) -> None:
@@ -116,12 +111,11 @@ class Study:
                 self.results[places[index]].append(outcome)
             else:
                 self.failed.append(outcome)
-            self.done += _cost(sweep.options[index])
+            self.done += _cost(sweep.items[index])
             tell()
             return not self.is_late
 
-        sweep.watch = watch
-        sweep.run(file, console)
+        sweep.run(console, watch=watch)
 
     def _options(self, todo: Sequence[tuple[int, int, int]]) -> list[RunOptions]:
         return [

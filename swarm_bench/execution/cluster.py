@@ -114,9 +114,12 @@ def _local(jobs: int) -> DaskExecutor:
     from distributed import Client, LocalCluster
 
     cluster = LocalCluster(
-        n_workers=jobs if jobs > 1 else None, threads_per_worker=1, host="127.0.0.1",
-        dashboard_address="127.0.0.1:0", silence_logs=50,
-    )  # fmt: skip
+        n_workers=jobs if jobs > 1 else None,
+        threads_per_worker=1,
+        host="127.0.0.1",
+        dashboard_address="127.0.0.1:0",
+        silence_logs=50,
+    )
     client = Client(cluster)
     return DaskExecutor(client, owned=(client, cluster))
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
@@ -13,12 +12,10 @@ from swarm_bench.execution.cluster import DaskExecutor, connect
 from swarm_bench.execution.processes import LocalExecutor
 from swarm_bench.execution.slurm_array import array_share
 from swarm_bench.execution.task import Executor
-from swarm_bench.runs.inputs import gather, packed
 from swarm_common.files.cache import cache_folder
-from swarm_common.model.errors import ConfigError, SwarmError
+from swarm_common.model.errors import ConfigError
 
 T = TypeVar("T")
-R = TypeVar("R")
 AUTO = "auto"  # the share of this task of a Slurm array
 
 
@@ -43,38 +40,6 @@ def executor(jobs: int = 1, cluster: Any = None) -> Iterator[Executor]:
         yield chosen
     finally:
         chosen.close()
-
-
-class RunFailedError(SwarmError):
-    """Runs have no result."""
-
-
-def values(
-    chosen: Executor,
-    runner: Callable[[T], R],
-    items: Sequence[T],
-    load: Callable[[T], object] | None = None,
-) -> Iterator[R]:
-    """Yield the result of each run as it comes.
-
-    Args:
-        load: Reads what a run reads, which goes to other processes; None: they read it themselves.
-
-    Raises:
-        RunFailedError: At the end, if runs failed.
-    """
-    pack = None
-    if load is not None and items:
-        pack = packed([gather(lambda: [load(item) for item in items])])
-    errors = []
-    with contextlib.closing(chosen.run(runner, items, pack)) as ended:
-        for done in ended:
-            if done.error:
-                errors.append(done.error)
-            else:
-                yield done.value
-    if errors:
-        raise RunFailedError(f"{len(errors)} of {len(items)} runs failed; the first: {errors[0]}")
 
 
 def share_of(

@@ -24,7 +24,7 @@ from swarm_bench.suite.command import (
     run_and_exit,
 )
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes
-from swarm_bench.suite.sweep import Sweep
+from swarm_bench.suite.sweep import RunSweep
 
 EXAMPLES = """Example:
 
@@ -59,9 +59,12 @@ def halls(
     Exit code: 0 every goal reached without a collision; 1 otherwise; 2 bad input.
     """
     options = hall_runs(
-        parse_seeds(seeds) or range(200), parse_sizes(robots), mission, trouble,
+        parse_seeds(seeds) or range(200),
+        parse_sizes(robots),
+        mission,
+        trouble,
         parameters=parse_parameters(set_ or []),
-    )  # fmt: skip
+    )
     check_jobs(jobs, ros=False, method="ours")
     if output is not None:
         check_part(output, "halls")
@@ -71,5 +74,6 @@ def halls(
             replace_part(output, "halls", halls_markdown(results))
 
     with executor(jobs, cluster) as chosen:
-        sweep = Sweep(share_of(options, shard), chosen, runner=run_hall, load=load_hall_inputs)
-        run_and_exit([sweep], json_, write)
+        runs = share_of(options, shard)
+        sweep = RunSweep(runs, json_, chosen, runner=run_hall, load=load_hall_inputs)
+        run_and_exit([sweep], write)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Sequence
 
 from swarm_bench.halls.halls import NONE, TROUBLES
-from swarm_bench.runs.document import table_line
 from swarm_bench.runs.result import RunResult
 from swarm_bench.suite.summary import Row
-from swarm_bench.suite.table import contacts_text, number
+from swarm_bench.suite.table import COLUMNS
+from swarm_bench.tables import Table, contacts_text
 
+_seed = operator.attrgetter("seed")
 TOLD_LENGTH = 90  # characters of a condition in the list of what was missed
 
 
@@ -19,36 +21,40 @@ def halls_markdown(results: Sequence[RunResult]) -> str:
     Args:
         results: Results of runs in random halls, in any order.
     """
-    runs = sorted(results, key=lambda run: run.seed)
-    sizes = sorted({run.robots for run in runs})
-    groups = {f"{size} robots": [r for r in runs if r.robots == size] for size in sizes}
+    flaws = [_flaw(run) for run in sorted(results, key=_seed) if not run.is_flawless]
+    return "\n".join([halls_table(results).markdown(), *flaws])
+
+
+def halls_table(results: Sequence[RunResult]) -> Table:
+    """Return a table with a row per swarm size and trouble, and one of all."""
+    runs = sorted(results, key=_seed)
+    groups = {
+        f"{size} robots": [run for run in runs if run.robots == size]
+        for size in sorted({run.robots for run in runs})
+    }
     for trouble in TROUBLES:
         label = "no trouble" if trouble == NONE else trouble
         groups[label] = [run for run in runs if _trouble_of(run) == trouble]
     groups["all"] = runs
-    text = table_line(["halls with", *COLUMNS])
-    text += table_line(["---", *["---:"] * len(COLUMNS)])
-    for label, chosen in groups.items():
-        if chosen:
-            row = Row(tuple(chosen), None)
-            text += table_line([label, *(cell(row) for cell in COLUMNS.values())])
-    flaws = [_flaw(run) for run in runs if not run.is_flawless]
-    return "\n".join([text, *flaws])
+    table = Table.of(SHOWN, (Row(tuple(chosen), None) for chosen in groups.values() if chosen))
+    labels = [label for label, chosen in groups.items() if chosen]
+    rows = [[label, *row] for label, row in zip(labels, table.rows, strict=True)]
+    return Table(["halls with", *table.head], rows)
 
 
 def _trouble_of(run: RunResult) -> str:
     return run.scenario.partition(", ")[2] or NONE
 
 
-COLUMNS: dict[str, Callable[[Row], str]] = {
-    "runs": lambda row: str(len(row.runs)),
-    "contacts": lambda row: str(row.collisions),
-    "goals": lambda row: f"{row.goals_reached}/{row.goals_sent}",
+SHOWN: dict[str, Callable[[Row], str]] = {
+    "runs": COLUMNS["runs"],
+    "contacts": COLUMNS["contacts"],
+    "goals": COLUMNS["goals"],
     "complete": lambda row: str(_complete(row.runs)),
     "all conditions held": lambda row: str(len(_promised(row.runs))),
     "of these complete": lambda row: str(_complete(_promised(row.runs))),
     "makespan [s]": lambda row: row.makespan_text.partition(",")[0],
-    "worst wait [s]": lambda row: number(row.most("wait_worst"), 0),
+    "worst wait [s]": COLUMNS["worst wait [s]"],
 }
 
 

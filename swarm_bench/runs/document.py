@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from swarm_common.model.errors import ConfigError
@@ -48,12 +47,3 @@ def _around_part(path: Path, name: str) -> tuple[str, str]:
             f"{path} has no part '{name}': it needs a line {begin.strip()} and a line {end}"
         )
     return f"{head}{begin}", f"{end}{tail}"
-
-
-def table_line(cells: Iterable[str]) -> str:
-    """Return a line of a Markdown table.
-
-    Args:
-        cells: Markdown; a | in one is not escaped.
-    """
-    return "| " + " | ".join(cells) + " |\n"

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import contextlib
+import itertools
 import math
+import operator
 import os
 import statistics
-import time
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from swarm_bench.execution.executor import AUTO, executor, share_of
+from swarm_bench.execution.store import Store
+from swarm_bench.execution.sweep import Sweep, bar, taken_over
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.fingerprint import gathered, load_inputs
-from swarm_bench.runs.inputs import packed
-from swarm_bench.runs.json_lines import collected, taken_over
+from swarm_bench.runs.inputs import Pack, packed
 from swarm_bench.runs.origin import bench_edition
 from swarm_bench.study.experiments import (
     Experiment,
@@ -26,7 +27,7 @@ from swarm_bench.study.experiments import (
     runs_of,
     study_folder,
 )
-from swarm_bench.study.lines import StudyLine, pack, read_lines
+from swarm_bench.study.lines import StudyLine, store_of
 from swarm_bench.study.page import markdown, page
 from swarm_bench.study.runner import line_text, run_one
 from swarm_bench.study.tuning import (
@@ -37,13 +38,13 @@ from swarm_bench.study.tuning import (
     write_chosen,
 )
 from swarm_bench.suite.command import Cluster, Jobs, Shard, bench_app, keeping, new_console
-from swarm_bench.suite.progress import bar
 from swarm_bench.suite.selection import check_jobs, parse_time
 from swarm_common.model.errors import ConfigError
 
 DIFFERS = FAILED = 1
 CORES = 2  # of the machine that estimates are for
 Rates = Mapping[tuple[str, bool], float]
+KEY = operator.attrgetter("key")  # of a line
 TUNING = "tuning"  # name of the edition of tuning's lines
 EXAMPLES = """Example:
 
@@ -99,7 +100,9 @@ def study(
     place = experiments or study_folder()
     found, settings = load_experiments(place), load_chosen(place)
     edition = TUNING if tune else "quick" if quick else "full"
-    lines = read_lines(folder, edition)
+    task = os.environ.get("SLURM_ARRAY_TASK_ID", "") if shard == AUTO else shard or ""
+    store = store_of(folder, edition, task)
+    lines = list(store.by_key(KEY).values())
     rates = rates_of(found, lines)
     if estimate:
         _print_estimates(found, tuning_runs(load_tuning(place)), rates)
@@ -121,15 +124,20 @@ def study(
         todo = fitting(todo, rates, math.inf if limit is None else limit * jobs)[:most]
         told = f"{len(todo)} runs to do: about {_time(todo, rates, jobs)} with --jobs {jobs}"
         console.print(told, markup=False)
-        task = os.environ.get("SLURM_ARRAY_TASK_ID", "") if shard == AUTO else shard or ""
-        file = folder / ".".join(filter(None, (edition, task.replace("/", "-"), "jsonl")))
         folder.mkdir(parents=True, exist_ok=True)
-        with contextlib.closing(_computed(todo, jobs, cluster, limit, errors, console)) as new:
-            lines += collected(new, file, console, line_text, StudyLine.as_json)
+        sweep = _sweep(todo, store, cluster)
+        with executor(jobs, cluster) as sweep.executor, bar(console, "runs", len(todo)) as tell:
+            count = itertools.count(1)
+            sweep.run(
+                console,
+                watch=lambda *_: tell(next(count), len(todo)) is None,
+                seconds=math.inf if limit is None else limit,
+            )
+        lines, errors = lines + sweep.results, sweep.failed
         if shard:
             raise typer.Exit(FAILED if errors else 0)
         if lines:
-            pack(folder, edition, lines)
+            store.pack(KEY)
     if not lines:
         raise ConfigError(f"{folder} has no results; run swarm-bench study first")
     if tune:
@@ -146,33 +154,25 @@ def study(
         raise typer.Exit(FAILED)
 
 
-def _computed(
-    runs: Sequence[StudyRun],
-    jobs: int,
-    cluster: str | None,
-    limit: float | None,
-    errors: list[str],
-    console: Console,
-) -> Generator[StudyLine, None, None]:
-    """Yield the result of each run as it comes, until the time [s] is up; failed ones are told."""
-    started = time.monotonic()
-    items = [(run, run.options()) for run in runs]
-    inputs = None
-    if cluster is not None and items:
-        inputs = packed(gathered(options, load_inputs)[1] for _, options in items)
-    with executor(jobs, cluster) as chosen, bar(console, "runs", len(runs)) as tell:
-        with contextlib.closing(chosen.run(run_one, items, inputs)) as ended:
-            for count, done in enumerate(ended, 1):
-                tell(count, len(runs))
-                if done.error:
-                    errors.append(done.error)
-                    experiment, cell, method, seed, _ = runs[done.index].key
-                    told = f"{experiment}: {cell}, {method}, seed {seed}: failed: {done.error}"
-                    console.print(told, soft_wrap=True, markup=False)
-                else:
-                    yield done.value
-                if limit is not None and time.monotonic() - started >= limit:
-                    return
+def _sweep(
+    runs: Sequence[StudyRun], store: Store[StudyLine], cluster: str | None
+) -> Sweep[tuple[StudyRun, RunOptions], StudyLine]:
+    def pack(items: Sequence[tuple[StudyRun, RunOptions]]) -> Pack | None:
+        """Return the inputs; processes of this machine read them themselves."""
+        if cluster is None:
+            return None
+        return packed(gathered(options, load_inputs)[1] for _, options in items)
+
+    return Sweep(
+        items=[(run, run.options()) for run in runs],
+        runner=run_one,
+        store=store,
+        key=lambda item: item[0].key,
+        key_of=KEY,
+        line=line_text,
+        name=lambda item: "{}: {}, {}, seed {}".format(*item[0].key),
+        pack=pack,
+    )
 
 
 def rates_of(experiments: Mapping[str, Experiment], lines: Sequence[StudyLine]) -> Rates:

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import gzip
-import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from swarm_bench.runs.json_lines import read_json_lines
-from swarm_common.model.errors import ConfigError
+from swarm_bench.execution.store import Store
 
 STEP = 10.0  # [s] in which orders are counted
 JAM = 2  # last batches of a run in which nothing is finished if it is jammed
-COMMAND = "swarm-bench study"
 
 
 class StudyLine(msgspec.Struct, frozen=True, kw_only=True):
@@ -75,6 +70,11 @@ class StudyLine(msgspec.Struct, frozen=True, kw_only=True):
         return -self.time if self.per_hour is None else self.per_hour
 
     @property
+    def orders(self) -> tuple[list[int], list[int]] | None:
+        """Orders that came and that were done in each `STEP`; None without any."""
+        return (self.created, self.done) if self.created and self.done else None
+
+    @property
     def contacts(self) -> int:
         """Contact episodes."""
         return self.robot_robot + self.robot_world
@@ -92,53 +92,6 @@ def _line(data: dict[str, Any]) -> StudyLine:
     return msgspec.convert(dict.fromkeys(OPTIONAL) | data, StudyLine)
 
 
-def read_lines(folder: Path, edition: str) -> list[StudyLine]:
-    """Return all lines of an edition, each run once: the compressed ones, and newer ones.
-
-    Args:
-        edition: `quick` or `full`.
-
-    Raises:
-        ConfigError: If a file cannot be read, or a complete line is no result.
-    """
-    found: dict[tuple[Any, ...], StudyLine] = {}
-    packed = packed_file(folder, edition)
-    if packed.is_file():
-        try:
-            texts = gzip.decompress(packed.read_bytes()).decode().splitlines()
-            lines = [_line({k: v for k, v in json.loads(t).items() if k != "schema"})
-                     for t in texts]  # fmt: skip
-        except (OSError, EOFError, ValueError) as cause:
-            raise ConfigError(f"{packed} has no results of {COMMAND}: {cause}") from cause
-        found = {line.key: line for line in lines}
-    for path in new_files(folder, edition):
-        found |= {line.key: line for line in read_json_lines(path, _line, COMMAND)}
-    return list(found.values())
-
-
-def packed_file(folder: Path, edition: str) -> Path:
-    """Return the file of compressed lines."""
-    return folder / f"{edition}.jsonl.gz"
-
-
-def new_files(folder: Path, edition: str) -> Sequence[Path]:
-    """Return the files of lines that are not compressed yet: of this call, and of shards."""
-    return sorted(folder.glob(f"{edition}*.jsonl"))
-
-
-def pack(folder: Path, edition: str, lines: Sequence[StudyLine]) -> None:
-    """Compress all lines into one file, and remove those that it makes needless.
-
-    Equal lines give equal bytes, whatever their order.
-    """
-    texts = [json.dumps(line.as_json()) for line in sorted(lines, key=lambda line: line.key)]
-    data = gzip.compress("".join(f"{text}\n" for text in texts).encode(), mtime=0)
-    old = new_files(folder, edition)
-    try:
-        beside = folder / f"{edition}.new"
-        beside.write_bytes(data)
-        beside.replace(packed_file(folder, edition))
-        for path in old:
-            path.unlink()
-    except OSError as cause:
-        raise ConfigError(f"cannot write {packed_file(folder, edition)}: {cause}") from cause
+def store_of(folder: Path, edition: str, shard: str = "") -> Store[StudyLine]:
+    """Return the store of an edition's lines: quick, full or tuning."""
+    return Store(folder / f"{edition}.jsonl.gz", _line, "swarm-bench study", shard)

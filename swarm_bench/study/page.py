@@ -15,7 +15,6 @@ from swarm_bench.study.experiments import (
 from swarm_bench.study.lines import StudyLine
 from swarm_bench.study.tables import (
     CellRuns,
-    Table,
     contacts_of,
     critical_sizes,
     details,
@@ -27,6 +26,7 @@ from swarm_bench.study.tables import (
     short_dips,
     sides,
 )
+from swarm_bench.tables import Table
 
 TITLE = "Decentralised or central"
 QUESTION = (
@@ -69,7 +69,7 @@ def markdown(
     for name, experiment, found in sections:
         parts += [f"## {_title(name)}", experiment.question]
         parts += ["Expected before the first run:\n\n" + _list(experiment.expected)]
-        parts += [_markdown(table) for table in _short(experiment, found)]
+        parts += [table.markdown().rstrip() for table in _short(experiment, found)]
     parts += ["## Limits", f"{THREATS} {_missing(experiments, lines, quick, settings)[0]}"]
     written = f"Written by `{command}`; study/study.html has every column."
     parts.append(f"{_tuned(settings)} {written}")
@@ -100,8 +100,8 @@ def page(
             "Performance profile": profiles(found),
         }
         for title, table in tables.items():
-            if len(table) > 1:
-                parts += [f"<h3>{title}</h3>", _html(table)]
+            if table.rows:
+                parts += [f"<h3>{title}</h3>", table.html()]
     text, missing = _missing(experiments, lines, quick, settings)
     parts += [f"<h2>Left out</h2><p>{text}", *(f"<br>{html.escape(name)}" for name in missing)]
     return "\n".join(parts) + "\n"
@@ -131,14 +131,12 @@ def _sections(
 
 def _ahead(sections: Sequence[Section]) -> Iterator[str]:
     """Yield who is ahead where, the centre first."""
-    rows: Table = []
-    for _, experiment, found in sections:
-        head, *more = sides(experiment.cells, found)
-        rows += [row for row in more if row[3:] != ["–", "–", "–"]]
+    tables = [sides(experiment.cells, found) for _, experiment, found in sections]
+    rows = [row for table in tables for row in table.rows if row[3:] != ["–", "–", "–"]]
     if rows:
         rows.sort(key=lambda row: row[3] == "–")
         yield "## Where the centre is better, and where it is not"
-        yield _markdown([head, *rows])
+        yield Table(tables[0].head, rows, tables[0].texts).markdown().rstrip()
     else:
         yield "No side is ahead for sure anywhere: too few runs."
 
@@ -147,9 +145,9 @@ def _short(experiment: Experiment, found: Sequence[CellRuns]) -> Iterator[Table]
     """Yield the tables of the document: of every experiment what says most."""
     critical = critical_sizes(experiment.cells, found)
     behind = dips(experiment.cells, found)
-    if any(set(row[1:]) != {"–"} for row in critical[1:]):
+    if any(set(row[1:]) != {"–"} for row in critical.rows):
         yield critical
-    elif len(behind) > 1 and all(group.is_lifelong for group in found):
+    elif behind.rows and all(group.is_lifelong for group in found):
         yield short_dips(behind)
     else:
         shown = {
@@ -198,16 +196,3 @@ def _title(name: str) -> str:
 
 def _list(texts: Sequence[str]) -> str:
     return "\n".join(f"- {text}" for text in texts)
-
-
-def _markdown(table: Table) -> str:
-    head, *rows = table
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"|{'|'.join(row)}|" for row in lines)
-
-
-def _html(table: Table) -> str:
-    head, *rows = table
-    cells = "".join(f"<th>{html.escape(cell)}" for cell in head)
-    body = "\n".join("<tr>" + "".join(f"<td>{html.escape(cell)}" for cell in row) for row in rows)
-    return f"<table><tr>{cells}\n{body}</table>"

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
+from swarm_bench import statistics
 from swarm_bench.runs.methods import TEAMS
-from swarm_bench.study import statistics
 from swarm_bench.study.experiments import Cell
+from swarm_bench.study.levels import Dip, change_of_sides, critical_size, dip_of
 from swarm_bench.study.lines import STEP, StudyLine
+from swarm_bench.tables import Table
 
 REFERENCE = "ours"
 LEAST_PAIRS = 5  # of a difference that counts as sure
 FACTORS = (1.05, 1.1, 1.25, 1.5, 2.0)  # of performance profiles
-Table = list[list[str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +49,16 @@ class CellRuns:
         """Whether the runs have no end."""
         return self.lines[0].per_hour is not None
 
+    @property
+    def values(self) -> list[float]:
+        """Throughputs [1/h], or times [s]."""
+        return [line.time if line.per_hour is None else line.per_hour for line in self.lines]
+
+    def known(self, name: str) -> list[float]:
+        """Return the values of a field of the lines that have it."""
+        values = (getattr(line, name) for line in self.lines)
+        return [value for value in values if value is not None]
+
     def median(self) -> float:
         """Return the median makespan [s]; inf if fewer than half of the runs ended."""
         return statistics.kaplan_meier(
@@ -71,17 +82,24 @@ def groups(lines: Sequence[StudyLine]) -> list[CellRuns]:
 
 def results(found: Sequence[CellRuns]) -> Table:
     """Return median makespans or throughputs, successful runs and contacts: a row per cell."""
-    methods = list(dict.fromkeys(group.method for group in found))
-    table = [["cell", *methods]]
-    for cell, members in groupby(found, lambda group: group.cell):
-        by_method = {group.method: group for group in members}
-        table.append([cell, *(_summary(by_method.get(method)) for method in methods)])
-    return table
+    return _by_method("cell", {(group.cell, group.method): _summary(group) for group in found})
 
 
-def _summary(group: CellRuns | None) -> str:
-    if group is None:
-        return "–"
+def _by_method(title: str, texts: Mapping[tuple[str, str], str]) -> Table:
+    """Return a table with a column per method.
+
+    Args:
+        texts: Cells by name of the row and method.
+    """
+    methods = list(dict.fromkeys(method for _, method in texts))
+    rows = [
+        [name, *(texts.get((name, method), "–") for method in methods)]
+        for name in dict.fromkeys(name for name, _ in texts)
+    ]
+    return Table([title, *methods], rows)
+
+
+def _summary(group: CellRuns) -> str:
     if group.is_lifelong:
         text = f"{group.throughput():.0f}/h ({group.succeeded}/{len(group.lines)})"
     else:
@@ -106,12 +124,17 @@ def contacts_of(lines: Sequence[StudyLine]) -> str:
     return "; ".join(texts)
 
 
-def _percentages(lines: Sequence[StudyLine], ours: Sequence[StudyLine]) -> list[float]:
-    """Return by how much [%] a method is better than ours, for each seed that both have."""
+def _compared(lines: Sequence[StudyLine], ours: Sequence[StudyLine]) -> statistics.Paired | None:
+    """Return by how much [%] a method is better than ours on the seeds that both have."""
     known = {line.seed: line.gain for line in ours}
-    pairs = [(line.gain, known[line.seed]) for line in lines if line.seed in known]
-    scale = sum(abs(other) for _, other in pairs) / max(1, len(pairs)) or 1.0
-    return [100.0 * (gain - other) / scale for gain, other in pairs]
+    gains = {line.seed: line.gain for line in lines if line.seed in known}
+    if not gains:
+        return None
+    scale = sum(abs(known[seed]) for seed in gains) / len(gains) or 1.0
+    return statistics.paired(
+        {seed: 100.0 * gain / scale for seed, gain in gains.items()},
+        {seed: 100.0 * gain / scale for seed, gain in known.items()},
+    )
 
 
 class CellDifference(NamedTuple):
@@ -119,17 +142,15 @@ class CellDifference(NamedTuple):
 
     cell: str
     method: str
-    values: list[float]  # [%]
-    paired: statistics.Paired
+    paired: statistics.Paired  # [%]
     p: float  # adjusted over the table
 
     @property
     def side(self) -> int:
         """1 if the method is better for sure, -1 if ours is, else 0."""
-        if self.paired.pairs < LEAST_PAIRS:
+        if len(self.paired.differences) < LEAST_PAIRS:
             return 0
-        low, high = self.paired.mean[1:]
-        return 1 if low > 0.0 else -1 if high < 0.0 else 0
+        return 1 if self.paired.mean.low > 0.0 else -1 if self.paired.mean.high < 0.0 else 0
 
 
 def compared(found: Sequence[CellRuns]) -> list[CellDifference]:
@@ -142,19 +163,24 @@ def compared(found: Sequence[CellRuns]) -> list[CellDifference]:
         by_method = {group.method: group.lines for group in members}
         ours = by_method.pop(REFERENCE, ())
         for method, lines in by_method.items():
-            if values := _percentages(lines, ours):
-                paired = statistics.paired(values, [0.0] * len(values))
-                rows.append((cell, method, values, paired))
+            if paired := _compared(lines, ours):
+                rows.append((cell, method, paired))
     adjusted = statistics.holm([paired.p for *_, paired in rows])
     return [CellDifference(*row, p) for row, p in zip(rows, adjusted, strict=True)]
 
 
+DIFFERENCES: dict[str, Callable[[CellDifference], str]] = {
+    "cell": lambda row: row.cell,
+    "method": lambda row: row.method,
+    "pairs": lambda row: str(len(row.paired.differences)),
+    "better than ours [%]": lambda row: row.paired.mean.text(),
+    "p (Holm)": lambda row: f"{row.p:.3f}",
+}
+
+
 def differences(found: Sequence[CellRuns]) -> Table:
     """Return by how much other methods are better than ours."""
-    return [["cell", "method", "pairs", "better than ours [%]", "p (Holm)"]] + [
-        [row.cell, row.method, str(row.paired.pairs), interval(row.paired.mean), f"{row.p:.3f}"]
-        for row in compared(found)
-    ]
+    return Table.of(DIFFERENCES, compared(found), texts=("cell", "method"))
 
 
 def _level(cell: Cell, axis: str) -> float:
@@ -170,6 +196,7 @@ def _level_text(axis: str, level: float) -> str:
 
 
 AXES = ("robots", "loss", "delay", "dead", "outage")
+NOT_VARIED = {"seconds", "seeds", "methods", "quick", "at", "until"}  # fields of cells
 
 
 def axes_of(cells: Sequence[Cell]) -> Iterator[tuple[str, str, dict[float, str]]]:
@@ -179,13 +206,13 @@ def axes_of(cells: Sequence[Cell]) -> Iterator[tuple[str, str, dict[float, str]]
         for axis in AXES:
             levels: dict[float, str] = {}
             for cell in members:
-                varied = cell.name == cell.twin or _level(cell, axis) > 0.0
-                others = any(_level(cell, other) for other in AXES[1:] if other != axis)
-                rest = (
-                    cell.lidar, cell.mission, cell.fleet, cell.actors, cell.split, cell.joins,
-                    cell.leaves, cell.blocked, cell.label,
-                )  # fmt: skip
-                if varied and not others and not any(rest):
+                plain = Cell(scenario=scenario, robots=cell.robots)
+                changed = {
+                    name
+                    for name in Cell.__struct_fields__
+                    if getattr(cell, name) != getattr(plain, name)
+                }
+                if changed - NOT_VARIED <= {axis}:
                     levels.setdefault(_level(cell, axis), cell.name)
             if len(levels) > 1:
                 yield Path(scenario).stem, axis, levels
@@ -193,8 +220,8 @@ def axes_of(cells: Sequence[Cell]) -> Iterator[tuple[str, str, dict[float, str]]
 
 def sides(cells: Sequence[Cell], found: Sequence[CellRuns]) -> Table:
     """Return at which levels a centre is ahead of ours for sure, and ours of it."""
-    table = [["world", "varied", "centre", "it is ahead at", "ours ahead at", "from, ahead"]]
-    rows = compared(found)
+    head = ["world", "varied", "centre", "it is ahead at", "ours ahead at", "from, ahead"]
+    table, rows = [], compared(found)
     for world, axis, levels in axes_of(cells):
         for method in dict.fromkeys(row.method for row in rows):
             if method not in TEAMS:
@@ -208,99 +235,104 @@ def sides(cells: Sequence[Cell], found: Sequence[CellRuns]) -> Table:
                 or "–"
                 for side in (1, -1)
             )
-            sure = {lv: row.values for lv, row in known.items() if len(row.values) >= LEAST_PAIRS}
-            change = statistics.change_of_sides(sure)
+            sure = {
+                level: row.paired.differences
+                for level, row in known.items()
+                if len(row.paired.differences) >= LEAST_PAIRS
+            }
+            change = change_of_sides(sure)
             text = "–"
             if change is not None:
                 last = known[max(sure)].paired.mean.estimate
                 who = "the centre" if last > 0.0 else "ours"
-                at, low, high = (_level_text(axis, level) for level in change)
+                at = _level_text(axis, change.estimate)
+                low, high = _level_text(axis, change.low), _level_text(axis, change.high)
                 text = f"{who} from {at} [{low}, {high}]"
             table.append([world, axis, method, won, lost, text])
-    return table
+    return Table(head, table, texts=head)
 
 
 def critical_sizes(cells: Sequence[Cell], found: Sequence[CellRuns]) -> Table:
     """Return from which size on more robots bring no more, and the throughput there."""
-    methods = list(dict.fromkeys(group.method for group in found))
-    table = [["world", *methods]]
     by_name = {(group.cell, group.method): group for group in found}
+    texts = {}
     for world, axis, levels in axes_of(cells):
-        if axis == "robots":
-            texts = [
-                _critical({n: by_name[name, method] for n, name in levels.items()
-                           if (name, method) in by_name})
-                for method in methods
-            ]  # fmt: skip
-            table.append([world, *texts])
-    return table
+        for method in dict.fromkeys(group.method for group in found):
+            if axis == "robots":
+                known = {n: by_name.get((name, method)) for n, name in levels.items()}
+                texts[world, method] = _critical({n: g for n, g in known.items() if g})
+    return _by_method("world", texts)
 
 
 def _critical(members: Mapping[float, CellRuns]) -> str:
     if len(members) < 2 or not all(group.is_lifelong for group in members.values()):
         return "–"
-    size = statistics.critical_size(
+    size = critical_size(
         {int(n): {line.seed: line.gain for line in g.lines} for n, g in members.items()},
         {int(n): {line.seed: line.is_success for line in g.lines} for n, g in members.items()},
     )
     if size.estimate == 0.0:
         return f"below {min(members):g}"
     largest = "≥ " if size.estimate == max(members) else ""
-    span = f" [{size.low:g}, {size.high:g}]"
-    return f"{largest}{size.estimate:g}{span}: {members[size.estimate].throughput():.0f}/h"
+    return f"{largest}{size.text('{:g}')}: {members[size.estimate].throughput():.0f}/h"
+
+
+class TwinDips(NamedTuple):
+    """How far the runs of a method fall behind their undisturbed twins of the same seed."""
+
+    change: str  # what disturbs them
+    group: CellRuns
+    dips: list[Dip]
+
+    def mean(self, field: int) -> statistics.Interval:
+        """Return the mean of a field of the dips."""
+        return statistics.bootstrap_mean([dip[field] for dip in self.dips])
+
+    @property
+    def recovered_after(self) -> str:
+        """Median time to recover."""
+        median = statistics.kaplan_meier(
+            [dip.recovery for dip in self.dips], [dip.has_recovered for dip in self.dips]
+        ).median
+        return f"{median:.0f} s" if math.isfinite(median) else "not in time"
+
+
+DIPS: dict[str, Callable[[TwinDips], str]] = {
+    "change": lambda row: row.change,
+    "method": lambda row: row.group.method,
+    "pairs": lambda row: str(len(row.dips)),
+    "worst minute lacks": lambda row: f"{row.mean(0).estimate:.0%}",
+    "most orders behind": lambda row: row.mean(1).text("{:.1f}"),
+    "order minutes": lambda row: row.mean(2).text("{:.0f}"),
+    "recovered after (median)": lambda row: row.recovered_after,
+    "contacts": lambda row: str(row.group.contacts),
+}
 
 
 def dips(cells: Sequence[Cell], found: Sequence[CellRuns]) -> Table:
     """Return how far runs fall behind their undisturbed twins of the same seed."""
-    table = [[
-        "change", "method", "pairs", "worst minute lacks", "most orders behind", "order minutes",
-        "recovered after (median)", "contacts",
-    ]]  # fmt: skip
     by_name = {(group.cell, group.method): group for group in found}
+    rows = []
     for cell in cells:
         for method in dict.fromkeys(group.method for group in found):
             group, twin = by_name.get((cell.name, method)), by_name.get((cell.twin, method))
-            if cell.name != cell.twin and group is not None and twin is not None:
-                row = _dip(cell, group, twin)
-                if row:
-                    table.append([cell.name.partition(", ")[2], method, *row])
-    return table
+            if cell.name == cell.twin or group is None or twin is None:
+                continue
+            known = {line.seed: line.orders for line in twin.lines}
+            behind = [
+                dip_of(line.orders, orders, cell.at, STEP)
+                for line in group.lines
+                if line.orders and (orders := known.get(line.seed))
+            ]
+            if behind:
+                rows.append(TwinDips(cell.name.partition(", ")[2], group, behind))
+    return Table.of(DIPS, rows, texts=("change", "method"))
 
 
 def short_dips(table: Table) -> Table:
     """Return the most orders behind and the time to recover, a row per change."""
-    methods = list(dict.fromkeys(row[1] for row in table[1:]))
-    texts = {(row[0], row[1]): f"{row[4]}, {row[6]}" for row in table[1:]}
-    changes = dict.fromkeys(row[0] for row in table[1:])
-    return [["orders behind at worst, and time to recover", *methods]] + [
-        [change, *(texts.get((change, method), "–") for method in methods)] for change in changes
-    ]
-
-
-def _dip(cell: Cell, group: CellRuns, twin: CellRuns) -> list[str]:
-    known = {line.seed: line for line in twin.lines}
-    found = [
-        statistics.dip_of(
-            (line.created, line.done), (other.created, other.done), int(cell.at / STEP), STEP
-        )
-        for line in group.lines
-        if (other := known.get(line.seed)) is not None
-        and line.created and line.done and other.created and other.done
-    ]  # fmt: skip
-    if not found:
-        return []
-    depth, behind, area = (
-        statistics.bootstrap_mean([dip[field] for dip in found]) for field in range(3)
-    )
-    curve = statistics.kaplan_meier(
-        [dip.recovery for dip in found], [dip.has_recovered for dip in found]
-    )
-    return [
-        str(len(found)), f"{depth.estimate:.0%}", interval(behind, "{:.1f}"),
-        interval(area, "{:.0f}"),
-        f"{curve.median:.0f} s" if math.isfinite(curve.median) else "not in time",
-        str(group.contacts),
-    ]  # fmt: skip
+    texts = {(row[0], row[1]): f"{row[4]}, {row[6]}" for row in table.rows}
+    return _by_method("orders behind at worst, and time to recover", texts)
 
 
 def profiles(found: Sequence[CellRuns]) -> Table:
@@ -311,7 +343,7 @@ def profiles(found: Sequence[CellRuns]) -> Table:
             if line.is_success:
                 key = group.cell, line.seed
                 best[key] = max(best.get(key, -math.inf), line.gain)
-    table = [["method", "instances", *(f"within {factor:g}" for factor in FACTORS)]]
+    rows = []
     for method in dict.fromkeys(group.method for group in found):
         ratios = [
             _ratio(line, best[group.cell, line.seed])
@@ -322,8 +354,8 @@ def profiles(found: Sequence[CellRuns]) -> Table:
         ]
         if ratios:
             shares = statistics.profile(ratios, FACTORS)
-            table.append([method, str(len(ratios)), *(f"{share:.0%}" for share in shares)])
-    return table
+            rows.append([method, str(len(ratios)), *(f"{share:.0%}" for share in shares)])
+    return Table(["method", "instances", *(f"within {factor:g}" for factor in FACTORS)], rows)
 
 
 def _ratio(line: StudyLine, best: float) -> float:
@@ -335,34 +367,43 @@ def _ratio(line: StudyLine, best: float) -> float:
     return best / line.gain if line.gain else math.inf
 
 
+DETAILS: dict[str, Callable[[CellRuns], str]] = {
+    "cell": lambda group: group.cell,
+    "method": lambda group: group.method,
+    "runs": lambda group: str(len(group.lines)),
+    "successful (95 %)": lambda group: _share(statistics.wilson(group.succeeded, len(group.lines))),
+    "contacts": lambda group: _contacts(group.lines),
+    "makespan, median [s]": lambda group: "–" if group.is_lifelong else _seconds(group.median()),
+    "interquartile mean": lambda group: f"{statistics.interquartile_mean(group.values):.0f}",
+    "worst 5 %": lambda group: _tail(group),
+    "gap to the bound": lambda group: _form(_gap(group.lines), "{:.0%}"),
+    "per hour (95 %)": lambda group: (
+        statistics.bootstrap_mean(group.values).text("{:.0f}") if group.is_lifelong else "–"
+    ),
+    "lead time [s]": lambda group: _form(_mean(group, "lead_time"), "{:.0f}"),
+    "CPU ms per robot-second": lambda group: _form(
+        _mean(group, "cpu_ms_per_robot_second"), "{:.2f}"
+    ),
+    "longest decision of the centre [ms]": lambda group: _form(
+        max(group.known("longest_decision_ms"), default=None), "{:.0f}"
+    ),
+    "radio bytes per robot-second": lambda group: _form(
+        _mean(group, "bytes_per_robot_second"), "{:.0f}"
+    ),
+}
+
+
 def details(found: Sequence[CellRuns]) -> Table:
     """Return everything that is known of each cell and method."""
-    table = [[
-        "cell", "method", "runs", "successful (95 %)", "contacts", "makespan, median [s]",
-        "interquartile mean", "worst 5 %", "gap to the bound", "per hour (95 %)", "lead time [s]",
-        "CPU ms per robot-second", "longest decision of the centre [ms]",
-        "radio bytes per robot-second",
-    ]]  # fmt: skip
-    for group in found:
-        lines = group.lines
-        values = [line.time if line.per_hour is None else line.per_hour for line in lines]
-        share = statistics.wilson(group.succeeded, len(lines))
-        gap = _gap(lines)
-        rate = statistics.bootstrap_mean(values)
-        table.append([
-            group.cell, group.method, str(len(lines)),
-            f"{share.estimate:.0%} ({share.low:.0%} to {share.high:.0%})",
-            _contacts(lines), "–" if group.is_lifelong else _seconds(group.median()),
-            f"{statistics.interquartile_mean(values):.0f}",
-            _tail([-value for value in values] if group.is_lifelong else values),
-            "–" if gap is None else f"{gap:.0%}",
-            interval(rate, "{:.0f}") if group.is_lifelong else "–",
-            _mean([line.lead_time for line in lines], 0),
-            _mean([line.cpu_ms_per_robot_second for line in lines]),
-            _largest([line.longest_decision_ms for line in lines]),
-            _mean([line.bytes_per_robot_second for line in lines], 0),
-        ])  # fmt: skip
-    return table
+    return Table.of(DETAILS, found, texts=("cell", "method"))
+
+
+def _share(share: statistics.Interval) -> str:
+    return f"{share.estimate:.0%} ({share.low:.0%} to {share.high:.0%})"
+
+
+def _form(value: float | None, form: str) -> str:
+    return "–" if value is None else form.format(value)
 
 
 def _contacts(lines: Sequence[StudyLine]) -> str:
@@ -372,26 +413,16 @@ def _contacts(lines: Sequence[StudyLine]) -> str:
     return f"0 (< {statistics.bound_of_zero(len(lines)):.1%} at 95 %)"
 
 
-def _tail(values: Sequence[float]) -> str:
-    ordered = sorted(values)
+def _tail(group: CellRuns) -> str:
+    sign = -1.0 if group.is_lifelong else 1.0
+    ordered = sorted(sign * value for value in group.values)
     return f"{abs(ordered[min(len(ordered) - 1, math.ceil(0.95 * len(ordered)) - 1)]):.0f}"
 
 
-def _mean(values: Sequence[float | None], digits: int = 2) -> str:
-    known = [value for value in values if value is not None]
-    return f"{sum(known) / len(known):.{digits}f}" if known else "–"
-
-
-def _largest(values: Sequence[float | None]) -> str:
-    known = [value for value in values if value is not None]
-    return f"{max(known):.0f}" if known else "–"
+def _mean(group: CellRuns, name: str) -> float | None:
+    known = group.known(name)
+    return sum(known) / len(known) if known else None
 
 
 def _seconds(value: float) -> str:
     return f"{value:.0f}" if math.isfinite(value) else "never"
-
-
-def interval(value: statistics.Interval, form: str = "{:+.0f}") -> str:
-    """Return an estimate with its interval as text."""
-    estimate, low, high = (form.format(number) for number in value)
-    return estimate if math.isnan(value.low) else f"{estimate} [{low}, {high}]"

@@ -13,11 +13,10 @@ import typer
 from rich.console import Console
 
 from swarm_bench.execution.executor import AUTO, executor, share_of
+from swarm_bench.execution.sweep import bar
 from swarm_bench.runs.document import check_part, replace_part
 from swarm_bench.runs.machine import machine_line
 from swarm_bench.runs.result import FailedRun, RunResult
-from swarm_bench.suite import store
-from swarm_bench.suite.progress import bar
 from swarm_bench.suite.report import traffic_report
 from swarm_bench.suite.selection import (
     SUITE,
@@ -27,7 +26,7 @@ from swarm_bench.suite.selection import (
     select,
     suite_sweeps,
 )
-from swarm_bench.suite.sweep import Sweep
+from swarm_bench.suite.sweep import RunSweep, read_results
 from swarm_bench.suite.table import summary_table
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError
@@ -148,7 +147,7 @@ def traffic(
     )
     check_jobs(jobs, ros=ros, method=method, cluster=cluster)
     with executor(jobs, cluster) as chosen:
-        run_and_exit([Sweep(share_of(options, shard), chosen, ros)], json_)
+        run_and_exit([RunSweep(share_of(options, shard), json_, chosen, ros=ros)])
 
 
 @bench_app.command(epilog=SUITES)
@@ -174,8 +173,8 @@ def suite(
     if output.exists():
         check_part(output, "suite")
     with executor(jobs, cluster) as chosen:
-        sweeps = suite_sweeps(seeds, baseline_seeds, ros_seeds, ros_most, chosen)
-        run_and_exit(sweeps, json_, lambda found: _write_report(found, output, machine_line()))
+        sweeps = suite_sweeps(seeds, baseline_seeds, ros_seeds, ros_most, json_, chosen)
+        run_and_exit(sweeps, lambda found: _write_report(found, output, machine_line()))
 
 
 @bench_app.command("report-traffic", epilog=REPORTS)
@@ -188,7 +187,7 @@ def report_traffic(
     ] = "",
 ) -> None:
     """Write the tables of runs that were made before."""
-    results = store.read_results(*files)
+    results = read_results(*files)
     if not results:
         raise ConfigError(f"no results in {', '.join(map(str, files))}")
     _write_report(results, output, machine or machine_line())
@@ -206,8 +205,7 @@ def _write_report(results: Sequence[RunResult], output: Path, machine: str) -> N
 
 
 def run_and_exit(
-    sweeps: Sequence[Sweep],
-    file: Path | None,
+    sweeps: Sequence[RunSweep],
     write: Callable[[list[RunResult]], None] = lambda _: None,
 ) -> None:
     """Check and run sweeps, print the table, and exit with `MISSED` unless all runs are flawless.
@@ -218,7 +216,6 @@ def run_and_exit(
     ends it with the table of what is done.
 
     Args:
-        file: File of JSON lines; None to keep nothing.
         write: Writes what else is made of the results.
 
     Raises:
@@ -226,18 +223,18 @@ def run_and_exit(
     """
     for sweep in sweeps:
         sweep.check()
-    console, results = new_console(), list[RunResult]()
-    total = sum(len(sweep.options) for sweep in sweeps)
+    console, results, failed = new_console(), list[RunResult](), list[FailedRun]()
+    total = sum(len(sweep.items) for sweep in sweeps)
+    for sweep in sweeps:
+        sweep.results, sweep.failed = results, failed  # of all
     try:
         with bar(console, "runs", total) as tell:
             for sweep in sweeps:
-                sweep.watch = lambda *_: tell(len(results) + len(_failed(sweeps)), total) is None
-                sweep.run(file, console, results)
+                sweep.run(console, watch=lambda *_: tell(len(results) + len(failed), total) is None)
     finally:
         if results:
-            console.print(summary_table(results))
+            console.print(summary_table(results).rich())
     write(results)
-    failed = _failed(sweeps)
     if len(sweeps) > 1:
         results = [result for result in results if result.method == "ours"]
         failed = [failure for failure in failed if failure.method == "ours"]
@@ -255,10 +252,6 @@ def end_unless_flawless(failed: Sequence[FailedRun], results: Sequence[RunResult
         raise typer.Exit(REFUSED)
     if failed or not all(result.is_flawless for result in results):
         raise typer.Exit(MISSED)
-
-
-def _failed(sweeps: Sequence[Sweep]) -> list[FailedRun]:
-    return [failure for sweep in sweeps for failure in sweep.failed]
 
 
 def new_console() -> Console:

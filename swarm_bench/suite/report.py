@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 
-from swarm_bench.runs.document import table_line
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import ENGINE as ROS
-from swarm_bench.runs.scenario import Target
 from swarm_bench.suite.summary import Row, summarise
-from swarm_bench.suite.table import contacts_text, number
+from swarm_bench.suite.table import COLUMNS
+from swarm_bench.tables import Table, contacts_text
 
 OURS = "ours"
-SHOWN = 20  # flaws that are listed one by one
+MOST_TOLD = 20  # flaws that are listed one by one
 HEAD = """\
 The tables were written by a command, none by hand:
 
@@ -76,10 +75,14 @@ def traffic_report(results: Sequence[RunResult], machine: str, command: str) -> 
     parts = [HEAD.format(machine=machine, command=command)]
     if bench:
         engines = " and ".join(sorted({ENGINES[row.first.engine] for row in bench}))
-        text = BENCH.format(runs=_run_count(bench), engines=engines)
-        parts.append(text + "\n" + _suite_table(bench))
+        text = BENCH.format(runs=sum(len(row.runs) for row in bench), engines=engines)
+        parts.append(text + "\n" + Table.of(SHOWN, bench).markdown())
     if graph:
-        parts.append(GRAPH.format(runs=_run_count(graph)) + "\n" + _suite_table(graph))
+        parts.append(
+            GRAPH.format(runs=sum(len(row.runs) for row in graph))
+            + "\n"
+            + Table.of(SHOWN, graph).markdown()
+        )
     if others:
         parts.append(COMPARISON + "\n" + _comparison(bench + others))
     flaws = _flaws(bench + graph)
@@ -88,57 +91,7 @@ def traffic_report(results: Sequence[RunResult], machine: str, command: str) -> 
     return "".join(parts)
 
 
-def _run_count(rows: Iterable[Row]) -> int:
-    return sum(len(row.runs) for row in rows)
-
-
-COLUMNS: dict[str, Callable[[Row], str]] = {
-    "scenario": lambda row: row.label,
-    "robots": lambda row: str(row.first.robots),
-    "seeds": lambda row: str(len(row.runs)),
-    "collisions (robots + environment)": lambda row: row.collisions_text,
-    "goals": lambda row: f"{row.goals_reached}/{row.goals_sent}",
-    "makespan [s]": lambda row: row.makespan_text,
-    "mean, 95 % [s]": lambda row: row.mean_text,
-    "target [s]": lambda row: _target_text(row),
-    "goals/min": lambda row: number(row.median("throughput_per_minute"), 1),
-    "deadlocks": lambda row: row.deadlocks_text,
-    "deadlocks resolved": lambda row: str(row.total("deadlocks_resolved")),
-    "pushes": lambda row: str(row.total("pushes")),
-    "retreats": lambda row: str(row.total("retreats")),
-    "worst wait [s]": lambda row: number(row.most("wait_worst"), 0),
-    "worst over median wait": lambda row: number(row.wait_ratio, 1),
-    "clearance [m]": lambda row: number(row.least("min_clearance")),
-    "near misses": lambda row: str(row.total("near_misses")),
-    "held gap [m]": lambda row: number(row.least("min_held_slack")),
-    "µs per tick": lambda row: number(row.median("tick_us_median"), 0),
-}
-
-
-def _suite_table(rows: Sequence[Row]) -> str:
-    lines = [table_line(COLUMNS), table_line(["---", *["---:"] * (len(COLUMNS) - 1)])]
-    lines += [table_line(cell(row) for cell in COLUMNS.values()) for row in rows]
-    return "".join(lines)
-
-
-def _target_text(row: Row) -> str:
-    target = _target(row)
-    if target.release is None:
-        return "-"
-    median = row.makespan_median
-    text = f"≤ {target.release:.0f}"
-    if target.stretch is not None:
-        text += f", stretch {target.stretch:.0f}"
-    if median is None or median > target.release:
-        return f"{text}: missed"
-    is_stretched = target.stretch is not None and median <= target.stretch
-    return f"{text}: {'stretch met' if is_stretched else 'met'}"
-
-
-def _target(row: Row) -> Target:
-    if row.scenario is None:
-        return Target()
-    return row.scenario.targets.get(row.first.robots, Target())
+SHOWN = {name: COLUMNS[name] for name in COLUMNS if name not in ("method", "runs", "contacts")}
 
 
 def _comparison(rows: Sequence[Row]) -> str:
@@ -147,18 +100,17 @@ def _comparison(rows: Sequence[Row]) -> str:
     lines: dict[tuple[str, int], dict[str, Row]] = {}
     for row in rows:
         lines.setdefault((row.label, row.first.robots), {})[row.first.method] = row
-    head = ["scenario", "robots", "seeds", *methods]
-    text = table_line(head) + table_line(["---", *["---:"] * (len(head) - 1)])
+    cells = []
     for (label, robots), by_method in lines.items():
         if len(by_method) < 2:
             continue
         seeds = set.intersection(*({run.seed for run in row.runs} for row in by_method.values()))
-        cells = [
+        found = [
             _comparison_cell(by_method[method], seeds) if method in by_method else "-"
             for method in methods
         ]
-        text += table_line([label, str(robots), str(len(seeds)), *cells])
-    return text
+        cells.append([label, str(robots), str(len(seeds)), *found])
+    return Table(["scenario", "robots", "seeds", *methods], cells).markdown()
 
 
 def _comparison_cell(row: Row, seeds: set[int]) -> str:
@@ -181,6 +133,6 @@ def _flaws(rows: Sequence[Row]) -> str:
         for run in row.runs
         if not run.is_flawless
     ]
-    if len(lines) > SHOWN:
-        lines[SHOWN:] = [f"- and {len(lines) - SHOWN} more\n"]
+    if len(lines) > MOST_TOLD:
+        lines[MOST_TOLD:] = [f"- and {len(lines) - MOST_TOLD} more\n"]
     return "".join(lines)

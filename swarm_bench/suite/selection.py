@@ -13,7 +13,7 @@ from swarm_bench.execution.task import Executor
 from swarm_bench.runs.episode import RunOptions, parameter_sections, parse_parameters
 from swarm_bench.runs.methods import METHODS, TEAMS, load_method
 from swarm_bench.runs.scenario import check_size, load_scenario, scenario_names
-from swarm_bench.suite.sweep import Sweep
+from swarm_bench.suite.sweep import RunSweep
 from swarm_central.config import central_from_texts
 from swarm_central.movingai import check_program
 from swarm_common.model.engines import usual_engine
@@ -144,9 +144,12 @@ def select(
         name = "--central-solver" if central_solver else f"--set {CENTRAL}..."
         raise ConfigError(f"{name} needs --method {' or '.join(TEAMS)}, not {method}")
     common: dict[str, Any] = {
-        "method": method, "engine": engine, "parameters": parse_parameters(ours),
-        "realistic": realistic, "central": central,
-    }  # fmt: skip
+        "method": method,
+        "engine": engine,
+        "parameters": parse_parameters(ours),
+        "realistic": realistic,
+        "central": central,
+    }
     changes: dict[str, Any] = {
         key: value
         for key, value in {"loss": loss, "delay": delay, "with_lidar": lidar}.items()
@@ -199,8 +202,13 @@ def check_jobs(jobs: int, *, ros: bool, method: str, cluster: str | None = None)
 
 
 def suite_sweeps(
-    seeds: str, baseline_seeds: str, ros_seeds: str, ros_most: int, executor: Executor
-) -> list[Sweep]:
+    seeds: str,
+    baseline_seeds: str,
+    ros_seeds: str,
+    ros_most: int,
+    file: Path | None,
+    executor: Executor,
+) -> list[RunSweep]:
     """Return everything that the suite's document is written from.
 
     Each sweep goes seed by seed, so that a killed one has something of every row.
@@ -209,16 +217,18 @@ def suite_sweeps(
         baseline_seeds: Seeds of the other methods; `none` to leave them out.
         executor: Executor of the runs in the bench.
     """
-    sweeps = [Sweep(_by_seed(select(ALL, (), parse_seeds(seeds))), executor)]
+    sweeps = [RunSweep(_by_seed(select(ALL, (), parse_seeds(seeds))), file, executor)]
     if baseline_seeds != NONE:
         chosen = parse_seeds(baseline_seeds)
         others = [method for method in METHODS if method != "ours" and method not in TEAMS]
         sweeps += [
-            Sweep(_by_seed(select(ALL, (), chosen, method=method)), executor) for method in others
+            RunSweep(_by_seed(select(ALL, (), chosen, method=method)), file, executor)
+            for method in others
         ]
     if ros_seeds != NONE:
         runs = select(ALL, (), parse_seeds(ros_seeds), engine=usual_engine(), lidar=True)
-        sweeps.append(Sweep(_by_seed([r for r in runs if r.robots <= ros_most]), ros=True))
+        runs = _by_seed([run for run in runs if run.robots <= ros_most])
+        sweeps.append(RunSweep(runs, file, ros=True))
     return sweeps
 
 

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-
-import numpy as np
 
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.result_builder import conditions
-from swarm_bench.runs.scenario import Scenario, load_scenario, scenario_names
-
-RESAMPLES = 2000  # of the bootstrap
+from swarm_bench.runs.scenario import Scenario, Target, load_scenario, scenario_names
+from swarm_bench.statistics import bootstrap_mean
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +28,10 @@ class Row:
     @property
     def label(self) -> str:
         """Name of the scenario, and what was other than it says."""
-        changes = [f"{name} {value:g}" if _is_number(value) else f"{name} {value}"
-                   for name, value in self._changes()]  # fmt: skip
+        changes = [
+            f"{name} {value:g}" if _is_number(value) else f"{name} {value}"
+            for name, value in self._changes()
+        ]
         return ", ".join([self.first.scenario, *changes])
 
     def _changes(self) -> list[tuple[str, object]]:
@@ -72,6 +71,11 @@ class Row:
         return sum(run.goals_reached for run in self.runs)
 
     @property
+    def goals_text(self) -> str:
+        """Goals reached, of those asked for."""
+        return f"{self.goals_reached}/{self.goals_sent}"
+
+    @property
     def is_flawless(self) -> bool:
         """Whether each run was."""
         return all(run.is_flawless for run in self.runs)
@@ -102,9 +106,24 @@ class Row:
         known = self.makespans
         if not known:
             return "-"
-        low, high = mean_interval(known)
-        text = f"{statistics.fmean(known):.0f}"
-        return f"{text} [{low:.0f}..{high:.0f}]" if len(known) > 1 else text
+        mean = bootstrap_mean(known)
+        ends = f" [{mean.low:.0f}..{mean.high:.0f}]" if mean.is_known else ""
+        return f"{mean.estimate:.0f}{ends}"
+
+    @property
+    def target_text(self) -> str:
+        """Target of the scenario for the median makespan, and whether it is met."""
+        targets = self.scenario.targets if self.scenario else {}
+        target, median = targets.get(self.first.robots, Target()), self.makespan_median
+        if target.release is None:
+            return "-"
+        text = f"≤ {target.release:.0f}"
+        if target.stretch is not None:
+            text += f", stretch {target.stretch:.0f}"
+        if median is None or median > target.release:
+            return f"{text}: missed"
+        is_stretched = target.stretch is not None and median <= target.stretch
+        return f"{text}: {'stretch met' if is_stretched else 'met'}"
 
     @property
     def wait_ratio(self) -> float | None:
@@ -155,26 +174,18 @@ def summarise(results: Iterable[RunResult]) -> list[Row]:
     groups: dict[tuple[object, ...], list[RunResult]] = {}
     for result in results:
         key = (
-            result.scenario, result.method, result.engine, result.robots,
+            result.scenario,
+            result.method,
+            result.engine,
+            result.robots,
             tuple(sorted(result.conditions.items())),
-        )  # fmt: skip
+        )
         groups.setdefault(key, []).append(result)
     known = {name: load_scenario(name) for name in scenario_names()}
     return [
         Row(tuple(sorted(runs, key=lambda run: run.seed)), known.get(runs[0].scenario))
         for runs in groups.values()
     ]
-
-
-def mean_interval(values: Sequence[float]) -> tuple[float, float]:
-    """Return the 95 % interval of a mean, by bootstrap: the same for the same values.
-
-    Args:
-        values: (n,) of n independent runs, one or more.
-    """
-    draws = np.random.default_rng(0).choice(np.asarray(values), (RESAMPLES, len(values)))
-    low, high = np.percentile(draws.mean(1), (2.5, 97.5))
-    return float(low), float(high)
 
 
 def _is_number(value: object) -> bool:

@@ -2,19 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from rich.markup import escape
-from rich.table import Table
+from collections.abc import Callable, Sequence
 
 from swarm_bench.runs.result import FailedRun, RunResult
 from swarm_bench.suite.summary import Row, summarise
+from swarm_bench.tables import Table, number
 
-COLUMNS = (
-    "scenario", "method", "robots", "runs", "collisions (robots\n+ environment)",
-    "goals", "makespan [s]", "deadlocks", "resolved",
-    "pushes", "retreats", "worst wait [s]", "clearance [m]", "held gap - R [m]", "µs/tick",
-)  # fmt: skip
+COLUMNS: dict[str, Callable[[Row], str]] = {
+    "scenario": lambda row: row.label,
+    "method": lambda row: row.first.method,
+    "robots": lambda row: str(row.first.robots),
+    "runs": lambda row: str(len(row.runs)),
+    "seeds": lambda row: str(len(row.runs)),
+    "contacts": lambda row: str(row.collisions),
+    "collisions (robots + environment)": lambda row: row.collisions_text,
+    "goals": lambda row: row.goals_text,
+    "makespan [s]": lambda row: row.makespan_text,
+    "mean, 95 % [s]": lambda row: row.mean_text,
+    "target [s]": lambda row: row.target_text,
+    "goals/min": lambda row: number(row.median("throughput_per_minute"), 1),
+    "deadlocks": lambda row: row.deadlocks_text,
+    "deadlocks resolved": lambda row: str(row.total("deadlocks_resolved")),
+    "pushes": lambda row: str(row.total("pushes")),
+    "retreats": lambda row: str(row.total("retreats")),
+    "worst wait [s]": lambda row: number(row.most("wait_worst"), 0),
+    "worst over median wait": lambda row: number(row.wait_ratio, 1),
+    "clearance [m]": lambda row: number(row.least("min_clearance")),
+    "near misses": lambda row: str(row.total("near_misses")),
+    "held gap [m]": lambda row: number(row.least("min_held_slack")),
+    "µs per tick": lambda row: number(row.median("tick_us_median"), 0),
+}
+SHORT = {  # on a terminal
+    "collisions (robots + environment)": "collisions (robots\n+ environment)",
+    "deadlocks resolved": "resolved",
+    "held gap [m]": "held gap - R [m]",
+    "µs per tick": "µs/tick",
+}
+NOT_ON_TERMINAL = {
+    "seeds",
+    "contacts",
+    "mean, 95 % [s]",
+    "target [s]",
+    "goals/min",
+    "worst over median wait",
+    "near misses",
+}
 
 
 def run_line(result: RunResult) -> str:
@@ -72,39 +104,9 @@ def summary_table(results: Sequence[RunResult]) -> Table:
     Args:
         results: In any order; rows that are not flawless are red.
     """
-    table = Table(box=None, header_style="bold")
-    for column in COLUMNS:
-        table.add_column(escape(column), justify="left" if column in COLUMNS[:2] else "right")
-    for row in summarise(results):
-        table.add_row(*_cells(row), style="" if row.is_flawless else "red")
-    return table
-
-
-def _cells(row: Row) -> tuple[str, ...]:
-    return (
-        row.label,
-        row.first.method,
-        str(row.first.robots),
-        str(len(row.runs)),
-        row.collisions_text,
-        f"{row.goals_reached}/{row.goals_sent}",
-        row.makespan_text,
-        row.deadlocks_text,
-        str(row.total("deadlocks_resolved")),
-        str(row.total("pushes")),
-        str(row.total("retreats")),
-        number(row.most("wait_worst"), 0),
-        number(row.least("min_clearance")),
-        number(row.least("min_held_slack")),
-        number(row.median("tick_us_median"), 0),
+    return Table.of(
+        {SHORT.get(name, name): COLUMNS[name] for name in COLUMNS if name not in NOT_ON_TERMINAL},
+        summarise(results),
+        texts=("scenario", "method"),
+        style=lambda row: "" if row.is_flawless else "red",
     )
-
-
-def contacts_text(count: int) -> str:
-    """Return a number of contact episodes in words."""
-    return "1 contact" if count == 1 else f"{count} contacts"
-
-
-def number(value: float | None, digits: int = 3) -> str:
-    """Return a number for a table, - for None."""
-    return "-" if value is None else f"{value:.{digits}f}"

@@ -2,17 +2,14 @@
 
 import dataclasses
 import io
-import json
 
 import pytest
 from rich.console import Console
 
-from benchmarks.scale.compare import Side, comparison_table
+from benchmarks.scale.command import comparison_table
 from benchmarks.scale.plan import GRAPH, HARNESS, plan_jobs
-from benchmarks.scale.result import ScaleResult, median_of, read_scale_results
-from benchmarks.scale.row import GRAPH_COLUMNS, growth, rows_of, scale_table
-from benchmarks.scale.sweep import run_scale
-from benchmarks.scale.watch import dds_share
+from benchmarks.scale.result import FIGURES, ScaleResult, growth, rows_of, scale_table
+from benchmarks.scale.runs import store_of, sweep_of
 from swarm_bench.runs.document import replace_part
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
@@ -22,7 +19,7 @@ def result_of(job, code="", machine="", cost=1.0):
     return ScaleResult(
         system=job.system, workload=job.workload, robots=job.robots, repeat=job.repeat,
         setting=job.setting, start_up=2.0 + job.repeat, sim_time=job.seconds, wall_time=30.0,
-        cpu_ms={"world": 2.0 * cost, "navigators": 5.0 * cost, "other": 1.0, "dds": 0.5},
+        cpu_ms={"world": 2.0 * cost, "navigators": 5.0 * cost, "other": 1.0},
         memory_mb={"total": 100.0, "robot": 20.0, "rss": 300.0}, late_ticks=0, collisions=0,
         goals_reached=3, others=0.01, code=code, machine=machine,
     )  # fmt: skip
@@ -30,7 +27,7 @@ def result_of(job, code="", machine="", cost=1.0):
 
 def text_of(table):
     console = Console(width=250, file=io.StringIO())
-    console.print(table)
+    console.print(table.rich())
     return console.file.getvalue()
 
 
@@ -67,37 +64,28 @@ def test_impossible_sweeps_are_refused(options, kind, message):
         plan_jobs(GRAPH, values.pop("sizes"), values.pop("repeats"), **values)
 
 
-def test_a_killed_sweep_goes_on_where_it_was(tmp_path):
+def test_a_sweep_goes_on_where_it_was(tmp_path):
     file, done = tmp_path / "scale.jsonl", []
 
-    def runner(job, code, machine):
+    def runner(job):
         done.append(job.key)
-        return result_of(job, code, machine)
+        return result_of(job)
 
     jobs = plan_jobs(HARNESS, [5, 20], 2)
-    console = Console(file=io.StringIO())
-    run_scale(jobs[:3], file, console, runner)
-    file.write_text(file.read_text() + '{"schema": 1, "system"', "utf-8")  # killed while writing
-    results = run_scale(jobs, file, console, runner)
-    assert len(done) == len(jobs) == len(results) == len(read_scale_results(file))
+    for some in (jobs[:3], jobs):
+        results = sweep_of(some, file, runner).run(Console(file=io.StringIO()))
+    assert len(done) == len(jobs) == len(results) == len(store_of(file).read())
     assert {result.key for result in results} == {job.key for job in jobs}
-
-
-def test_a_file_that_is_something_else_is_refused(tmp_path):
-    file = tmp_path / "other.jsonl"
-    file.write_text(json.dumps({"schema": 1, "scenario": "circle"}) + "\n", "utf-8")
-    with pytest.raises(ConfigError, match="line 1 is no result"):
-        read_scale_results(file)
 
 
 def test_rows_are_medians_over_repeats():
     rows = rows_of(result_of(job) for job in plan_jobs(GRAPH, [100, 20], 3))
     assert [row.first.robots for row in rows] == [20, 100]
     assert rows[0].median(lambda run: run.start_up) == pytest.approx(3.0)
-    assert rows[0].factor == pytest.approx(4.0)
+    assert rows[0].median(FIGURES["real-time factor"].of) == pytest.approx(4.0)
     assert rows[0].cpu_total == pytest.approx(8.0)
     assert not rows[0].is_noisy
-    assert "start-up [s]" in text_of(scale_table(rows, GRAPH_COLUMNS))
+    assert "start-up [s]" in text_of(scale_table(rows, list(FIGURES)))
 
 
 def test_growth_is_from_20_to_100_robots():
@@ -116,7 +104,7 @@ def test_rows_measured_beside_other_work_are_told_apart():
 def test_comparison_gives_ratios():
     jobs = plan_jobs(GRAPH, [20], 1)
     first, second = ([result_of(job, cost=cost) for job in jobs] for cost in (1.0, 0.5))
-    text = text_of(comparison_table(Side("a.jsonl", first), Side("b.jsonl", second)))
+    text = text_of(comparison_table(("a.jsonl", "b.jsonl"), (first, second)))
     navigators = next(line for line in text.splitlines() if " navigators " in line)
     assert navigators.split()[-3:] == ["5.00", "2.50", "0.50"]
 
@@ -129,13 +117,3 @@ def test_a_part_of_a_document_is_replaced_and_nothing_else(tmp_path):
     assert file.read_text("utf-8") == "a\n<!-- x -->\n\nnew\n\n<!-- /x -->\nb\n"
     with pytest.raises(ConfigError, match="no part 'y'"):
         replace_part(file, "y", "new")
-
-
-def test_shares_of_dds_are_of_the_time_between_two_looks():
-    shares = dds_share({"world": (10.0, 4.0)}, {"world": (20.0, 5.0), "other": (2.0, 1.0)})
-    assert shares == {"world": pytest.approx(0.1), "other": pytest.approx(0.5)}
-
-
-def test_median_of_what_is_known():
-    assert median_of([3.0, None, 1.0]) == pytest.approx(2.0)
-    assert median_of([None]) is None

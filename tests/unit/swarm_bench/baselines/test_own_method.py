@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from swarm_bench.runs.harness import Harness
-from swarm_bench.runs.json_lines import append_json_line, open_to_append
 from swarm_bench.suite.selection import select
 from swarm_bench.suite.table import run_line
 from swarm_common.model.errors import ConfigError
 from tests.document_blocks import blocks_of
+from tests.fakes.lines import add_lines
 from tests.fakes.results import result
 
 ROOT = Path(__file__).parents[4]
@@ -65,9 +65,7 @@ def test_the_interval_of_the_document_is_around_the_median(
 ) -> None:
     runs = [result(seed=seed, makespan=100.0 + seed) for seed in range(20)]
     runs.append(result(method="dwa", makespan=None))
-    with open_to_append(tmp_path / "runs.jsonl") as file:
-        for run in runs:
-            append_json_line(file, run.as_json())
+    add_lines(tmp_path / "runs.jsonl", runs)
     monkeypatch.setattr(sys, "argv", ["interval.py", str(tmp_path / "runs.jsonl")])
     runpy.run_path(str(save("interval.py", tmp_path)))
     lines = capsys.readouterr().out.splitlines()

@@ -2,41 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_bench.capacity.curve import Curve, curve_of
-from swarm_bench.capacity.estimate import SizeEstimate, estimate, estimate_of_runs, paired
 from swarm_bench.capacity.findings import comparison_sentences, knee_sentence, reason_sentence
 from swarm_bench.capacity.knee import find_knee
 from swarm_bench.runs.result import GroundTruth, RunResult, StationShare
 from swarm_bench.runs.steady import steady_of
+from swarm_bench.statistics import Interval, mean_of_runs
 from tests.fakes.results import result
-
-# Student (1908): hours of sleep that two drugs gave the same ten patients
-FIRST = [0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0]
-SECOND = [1.9, 0.8, 1.1, 0.1, -0.1, 4.4, 5.5, 1.6, 4.6, 3.4]
-
-
-def test_the_paired_interval_is_the_published_one() -> None:
-    found = paired(FIRST, SECOND)
-    assert found.mean == pytest.approx(1.58)
-    assert (found.low, found.high) == pytest.approx((0.7001142, 2.4598858), abs=1e-6)
-    assert found.freedom == 9
-
-
-def test_batch_means_by_hand() -> None:
-    # batches 8, 12, 10, 10: variance 8/3, of the mean 2/3; two such runs: 1/3, 6 degrees
-    found = estimate_of_runs([10.0, 10.0], [[8.0, 12.0, 10.0, 10.0]] * 2)
-    assert found.error == pytest.approx(math.sqrt(1 / 3))
-    assert found.half_width == pytest.approx(2.4469 * math.sqrt(1 / 3), abs=1e-4)
-    assert estimate_of_runs([1.0, 2.0, 3.0], [[5.0, 9.0]] * 3) == estimate([1.0, 2.0, 3.0])
-    assert estimate([4.0]).half_width == math.inf
 
 
 def test_batches_cover_the_throughput_of_a_queue() -> None:
@@ -51,7 +29,7 @@ def test_batches_cover_the_throughput_of_a_queue() -> None:
         leads = leaves - arrivals
         run = steady_of(list(zip(leaves, leads, strict=True)), 10_000.0, 80_000.0)
         per_batch = [360.0 / 7000.0 * 10.0 * count for count in run.finished]
-        found = estimate_of_runs([run.per_hour], [per_batch])
+        found = mean_of_runs([run.per_hour], [per_batch])
         held += found.low <= 36.0 <= found.high
     assert 180 <= held <= 200
     assert sum(run.finished) == round(run.per_hour * 70_000.0 / 3600.0)
@@ -61,6 +39,11 @@ def test_a_mean_lead_time_is_that_of_the_goals_after_the_warm_up() -> None:
     run = steady_of([(5.0, 5.0), (15.0, 4.0), (30.0, 8.0), (999.0, 1.0)], 10.0, 110.0)
     assert run.finished == (1, 0, 1, *[0] * 7)
     assert (run.per_hour, run.lead_time) == (72.0, 6.0)
+
+
+def around(value: float, error: float) -> Interval:
+    """Return Student's interval of ten seeds with a standard error of the mean."""
+    return Interval(value, value - 2.262 * error, value + 2.262 * error, 9)
 
 
 @settings(max_examples=25, deadline=None)
@@ -75,7 +58,7 @@ def test_a_knee_is_found_within_its_interval(
 ) -> None:
     sizes = list(range(4, 61, 4))
     values = [slope * (min(n, knee) + after * max(n - knee, 0)) for n in sizes]
-    points = [SizeEstimate(value, noise * slope * knee, 9) for value in values]
+    points = [around(value, noise * slope * knee) for value in values]
     found = find_knee(sizes, points)
     assert found is not None
     assert abs(found.robots - knee) <= 1
@@ -85,8 +68,8 @@ def test_a_knee_is_found_within_its_interval(
 
 def test_a_straight_line_has_no_knee() -> None:
     sizes = [4, 8, 12, 16, 20]
-    assert find_knee(sizes, [SizeEstimate(10.0 * n, 3.0, 9) for n in sizes]) is None
-    noisy = [SizeEstimate(10.0 * min(n, 12), 40.0, 2) for n in sizes]
+    assert find_knee(sizes, [around(10.0 * n, 3.0) for n in sizes]) is None
+    noisy = [around(10.0 * min(n, 12), 90.0) for n in sizes]
     assert find_knee(sizes, noisy) is None  # not certain
     assert find_knee(sizes[:3], noisy[:3]) is None
 

@@ -14,11 +14,10 @@ from swarm_bench.capacity.axes import SweepVariant, variants
 from swarm_bench.capacity.command import parse_precision
 from swarm_bench.capacity.study import Study
 from swarm_bench.cli import _load
-from swarm_bench.execution.processes import LocalExecutor
 from swarm_bench.runs.episode import RunOptions, check
 from swarm_bench.runs.scenario import Scenario
 from swarm_bench.suite.selection import parse_time
-from swarm_bench.suite.sweep import Sweep
+from swarm_bench.suite.sweep import RunSweep
 from swarm_common.model.errors import ConfigError
 from tests.unit.swarm_bench.capacity.test_statistics import run_of
 
@@ -35,9 +34,9 @@ def test_an_adaptive_study_closes_in_on_the_knee_and_adds_seeds_where_it_must() 
     variant = SweepVariant("", RunOptions(scenario=SCENARIO, robots=1))
     study = Study([variant], [4, 12, 20, 28, 36, 44], [0, 1, 2, 3], precision=0.01)
     study.run(
-        lambda runs: Sweep(runs, LocalExecutor(), runner=answer),  # type: ignore[arg-type]
-        None, Console(quiet=True),
-    )  # fmt: skip
+        lambda runs: RunSweep(runs, runner=answer),  # type: ignore[arg-type]
+        Console(quiet=True),
+    )
     (curve,) = study.curves
     assert curve.knee is not None
     assert curve.knee.robots == 23
@@ -51,7 +50,7 @@ def test_an_adaptive_study_closes_in_on_the_knee_and_adds_seeds_where_it_must() 
 def test_a_study_ends_when_its_time_is_up() -> None:
     study = Study([SweepVariant("", RunOptions(scenario=SCENARIO, robots=1))], [4, 8], [0],
                   precision=0.01, budget=1e-9)  # fmt: skip
-    study.run(lambda runs: pytest.fail("a round began"), None, Console(quiet=True))
+    study.run(lambda runs: pytest.fail("a round began"), Console(quiet=True))
     assert math.isinf(Study([], [4], [0])._deadline)
 
 

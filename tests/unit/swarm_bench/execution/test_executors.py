@@ -8,11 +8,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
 
 from swarm_bench.execution.cluster import DaskExecutor
 from swarm_bench.execution.executor import executor, share_of
@@ -22,9 +23,10 @@ from swarm_bench.execution.task import DIED
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario
-from swarm_bench.suite.sweep import Sweep
+from swarm_bench.suite.sweep import RunSweep
 from swarm_common.model.errors import ConfigError
 
+QUIET = Console(quiet=True)
 POLITE = '''
 """A method of the user's, in two files."""
 from helper import SPEED
@@ -79,7 +81,7 @@ def options_of(folder: Path, seeds: Sequence[int]) -> list[RunOptions]:
     ]
 
 
-def trajectories(results: Iterator[Any]) -> dict[int, str]:
+def trajectories(results: Iterable[Any]) -> dict[int, str]:
     found = list(results)
     assert [item.error for item in found if not isinstance(item, RunResult)] == []
     assert all(item.origin.processor and item.origin.inputs for item in found)
@@ -91,11 +93,11 @@ def test_inputs_travel_and_shards_are_the_whole(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     options = options_of(tmp_path, range(5))
-    alone = trajectories(Sweep(options).outcomes())
+    alone = trajectories(RunSweep(options).run(QUIET))
     assert len(set(alone.values())) == 5
     with executor(2) as local:
         shards = [share_of(options, f"{number}/3") for number in (1, 2, 3)]
-        sweeps = [Sweep(shard, local) for shard in shards]
+        sweeps = [RunSweep(shard, None, local) for shard in shards]
         for sweep in sweeps:
             sweep.check()
         for path in tmp_path.glob("*.*"):
@@ -103,7 +105,7 @@ def test_inputs_travel_and_shards_are_the_whole(
         monkeypatch.chdir("/")
         union: dict[int, str] = {}
         for sweep in sweeps:
-            union |= trajectories(sweep.outcomes())
+            union |= trajectories(sweep.run(QUIET))
     assert union == alone
     environment = {f"SLURM_ARRAY_TASK_{name}": str(value)
                    for name, value in {"ID": 7, "MIN": 5, "MAX": 7}.items()}  # fmt: skip
@@ -178,16 +180,13 @@ def test_a_cluster_gives_the_same_although_a_worker_is_killed(
         dataclasses.replace(item, scenario=dataclasses.replace(item.scenario, time_limit={2: 60.0}))
         for item in options
     ]
-    alone = trajectories(Sweep(options).outcomes())
+    alone = trajectories(RunSweep(options).run(QUIET))
     with Client(address) as client:
         client.wait_for_workers(3, timeout=20)
-        sweep = Sweep(options, DaskExecutor(client))
-        found = []
-        for outcome in sweep.outcomes():
-            found.append(outcome)
-            if len(found) == 1:
-                workers[0].kill()
-        assert trajectories(iter(found)) == alone
+        found = RunSweep(options, None, DaskExecutor(client)).run(
+            QUIET, watch=lambda *_: workers[0].kill() is None
+        )
+        assert trajectories(found) == alone
         failing = list(DaskExecutor(client).run(fail, [0], None))
         assert "ZeroDivisionError" in failing[0].error
         monkeypatch.setattr("swarm_bench.execution.cluster.bench_edition", lambda: "other")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm_bench.execution.executor import executor, values
+from swarm_bench.execution.executor import executor
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness, InjectedFaults, run
 from swarm_bench.runs.methods import Driver
@@ -105,7 +105,7 @@ def test_processes_give_what_one_process_gives(tmp_path: Path) -> None:
     by_jobs = []
     for jobs in (1, 2):
         with executor(jobs) as chosen:
-            found = values(chosen, run, runs)
+            found = [done.value for done in chosen.run(run, runs, None)]
             by_jobs.append({result.seed: without_times(result) for result in found})
     assert by_jobs[0] == by_jobs[1]
 

@@ -15,7 +15,6 @@ import swarm_bench.study.command
 from swarm_bench.baselines import orca
 from swarm_bench.runs import harness
 from swarm_bench.runs.episode import build
-from swarm_bench.runs.json_lines import append_json_line, open_to_append
 from swarm_bench.study import runner, tables
 from swarm_bench.study.experiments import (
     Cell,
@@ -26,7 +25,7 @@ from swarm_bench.study.experiments import (
     settings_text,
     study_folder,
 )
-from swarm_bench.study.lines import StudyLine, pack, read_lines
+from swarm_bench.study.lines import StudyLine, store_of
 from swarm_bench.study.page import markdown, page
 from swarm_bench.study.runner import run_one
 from swarm_bench.study.tuning import (
@@ -40,6 +39,7 @@ from swarm_bench.study.tuning import (
 from swarm_bench.suite.command import bench_app
 from swarm_common.model.beacon import BEACON_DTYPE, reception_of
 from swarm_common.model.errors import ConfigError, SwarmError
+from tests.fakes.lines import add_lines
 
 EXPERIMENT = """
 question: Which is faster?
@@ -67,29 +67,22 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def write(path: Path, lines: list[StudyLine]) -> None:
-    path.parent.mkdir(exist_ok=True)
-    with open_to_append(path) as file:
-        for item in lines:
-            append_json_line(file, item.as_json())
-
-
 def test_a_run_that_did_not_end_stays_in() -> None:
     lines = [line("ours", 0, 100.0), line("ours", 1, None), line("ours", 2, None)]
-    assert tables.results(tables.groups(lines))[1] == ["doorway 4", "never (1/3), +100%"]
+    assert tables.results(tables.groups(lines)).rows[0] == ["doorway 4", "never (1/3), +100%"]
 
 
 def test_differences_are_paired_by_seed() -> None:
     lines = [line("ours", s, 100.0 + 50 * s) for s in (0, 1, 2)]
     lines += [line("central-mapf", s, 90.0 + 50 * s) for s in (2, 0)]
-    found = tables.differences(tables.groups(lines))[1]
+    found = tables.differences(tables.groups(lines)).rows[0]
     assert found[2:4] == ["2", "+7 [+7, +7]"]  # 10 s of 100 and 200 s
 
 
 def test_zero_contacts_have_a_bound() -> None:
     found = tables.details(tables.groups([line("ours", s, 100.0) for s in range(10)]))
-    assert found[1][4] == "0 (< 25.9% at 95 %)"
-    assert found[1][8] == "100%"
+    assert found.rows[0][4] == "0 (< 25.9% at 95 %)"
+    assert found.rows[0][8] == "100%"
 
 
 def test_what_comes_with_the_project_can_be_read() -> None:
@@ -151,7 +144,7 @@ def test_what_was_run_is_not_repeated_and_check_finds_a_changed_document(
         return line(run.method, run.seed, 100.0)
 
     monkeypatch.setattr(swarm_bench.study.command, "run_one", instead)
-    write(folder / "study/full.jsonl", [line("ours", 0, 120.0)])
+    add_lines(folder / "study/full.jsonl", [line("ours", 0, 120.0)])
     document = folder / "study.md"
     common = ["study", "--experiments", str(folder), "--folder", str(folder / "study"),
               "-o", str(document)]  # fmt: skip
@@ -164,7 +157,7 @@ def test_what_was_run_is_not_repeated_and_check_finds_a_changed_document(
     assert outcome.exit_code == 1
     assert "ours, seed 1: failed: no room" in outcome.output
     assert len(ran) == 3
-    assert len(read_lines(folder / "study", "full")) == 3
+    assert len(store_of(folder / "study", "full").read()) == 3
     assert CliRunner().invoke(bench_app, [*common, "--check"]).exit_code == 0
     document.write_text("better figures")
     assert CliRunner().invoke(bench_app, [*common, "--check"]).exit_code == 1
@@ -189,14 +182,14 @@ def test_shards_share_the_runs_and_a_last_call_joins_them(
 
 def test_compressed_lines_do_not_depend_on_the_order_of_runs(tmp_path: Path) -> None:
     lines = [line("ours", seed, 9.0, done=[0, 1], created=[1, 0]) for seed in (0, 1)]
-    pack(tmp_path, "full", lines)
-    first = (tmp_path / "full.jsonl.gz").read_bytes()
-    assert read_lines(tmp_path, "full") == lines
-    pack(tmp_path, "full", lines[::-1])
-    assert (tmp_path / "full.jsonl.gz").read_bytes() == first
-    (tmp_path / "full.jsonl.gz").write_bytes(first[:-20])
-    with pytest.raises(ConfigError, match="has no results"):
-        read_lines(tmp_path, "full")
+    packed = set()
+    for name, ordered in (("full", lines), ("quick", lines[::-1])):
+        store = store_of(tmp_path, name)
+        add_lines(tmp_path / f"{name}.jsonl", ordered)
+        store.pack(lambda each: each.key)
+        assert [each for _, each in store.read()] == lines
+        packed.add((tmp_path / f"{name}.jsonl.gz").read_bytes())
+    assert len(packed) == 1
 
 
 def test_pairs_come_together_and_cheap_cells_more_often(folder: Path) -> None:
@@ -326,7 +319,7 @@ def test_sides_are_named_level_by_level(stream: Path) -> None:
         for method, gain in (("ours", 0.0), ("central-mapf", better + 0.1 * (seed % 2 - 0.5)))
     ]
     found = tables.sides(cells, tables.groups(lines))
-    assert found[1:] == [
+    assert found.rows == [
         ["stream", "loss", "central-mapf", "0.5", "0", "the centre from 0.5 [0.2, 0.5]"]
     ]
 
@@ -339,7 +332,7 @@ def test_a_dip_is_measured_against_the_twin(stream: Path) -> None:
         for each in cells
     ]
     found = tables.dips(cells, tables.groups(lines))
-    assert found[1] == ["50% removed", "ours", "1", "17%", "3.0", "2", "50 s", "0"]
+    assert found.rows[0] == ["50% removed", "ours", "1", "17%", "3.0", "2", "50 s", "0"]
 
 
 def test_the_orders_of_every_cell_can_come() -> None:

@@ -16,18 +16,17 @@ from swarm_bench.execution.processes import LocalExecutor
 from swarm_bench.execution.task import Done
 from swarm_bench.runs import inputs
 from swarm_bench.runs.episode import RunOptions
-from swarm_bench.runs.json_lines import append_json_line, open_to_append
 from swarm_bench.runs.origin import here
 from swarm_bench.runs.result_builder import identity
-from swarm_bench.runs.ros_run import result_of_report, up_flags
-from swarm_bench.suite import store
+from swarm_bench.runs.ros_run import result_of_report, run_on_graph, up_flags
 from swarm_bench.suite.command import bench_app
 from swarm_bench.suite.report import traffic_report
 from swarm_bench.suite.selection import select, suite_sweeps
 from swarm_bench.suite.summary import summarise
-from swarm_bench.suite.sweep import Sweep
+from swarm_bench.suite.sweep import RunSweep, key_of_options, read_results
 from swarm_bench.suite.table import summary_table
 from swarm_common.model.errors import ConfigError
+from tests.fakes.lines import add_lines
 from tests.fakes.results import result
 
 
@@ -50,16 +49,16 @@ def test_a_killed_sweep_continues(tmp_path: Path) -> None:
     path = tmp_path / "runs.jsonl"
     options = select("slim_blockage", [20], [0, 1, 2])
     executor = FakeExecutor()
-    Sweep(options[1:2], executor).run(path, Console(file=io.StringIO()))
+    RunSweep(options[1:2], path, executor).run(Console(file=io.StringIO()))
     with path.open("a", encoding="utf-8") as file:
         file.write('{"schema": 1, "scen')  # killed here
     console = Console(file=io.StringIO(), width=170)
-    results = Sweep(options, executor).run(path, console)
+    results = RunSweep(options, path, executor).run(console)
     said = console.file.getvalue()  # type: ignore[attr-defined]
     assert f"1 of 3 runs are in {path} already" in said
     assert executor.asked == [1, 0, 2]
     assert sorted(item.seed for item in results) == [0, 1, 2]
-    assert [item.seed for item in store.read_results(path)] == [1, 0, 2]
+    assert [item.seed for item in read_results(path)] == [1, 0, 2]
 
 
 def test_results_of_other_inputs_are_not_read_as_these(tmp_path: Path) -> None:
@@ -70,25 +69,22 @@ def test_results_of_other_inputs_are_not_read_as_these(tmp_path: Path) -> None:
     for station in ("loader_1", "loader_2", "loader_1"):
         inputs._values.clear()  # each is a process of its own
         mission.write_text(f"route:\n  - stations: [{station}]\n", encoding="utf-8")
-        Sweep(select(str(scenario), (), [0]), executor).run(path, console)
+        RunSweep(select(str(scenario), (), [0]), path, executor).run(console)
     assert executor.asked == [0, 0]  # the third is the first
     said = console.file.getvalue()  # type: ignore[attr-defined]
     assert said.count("1 results in") == 2  # the second, and beside the third the second's
     with pytest.raises(ConfigError, match=r"line 1.*line 2.*different inputs"):
-        store.read_results(path)
+        read_results(path)
 
 
 def test_equal_lines_count_once_and_different_ones_are_named(tmp_path: Path) -> None:
     first, second = tmp_path / "a.jsonl", tmp_path / "b.jsonl"
     for path, wall_time in ((first, 9.0), (second, 11.0)):
-        with open_to_append(path) as file:
-            append_json_line(file, result(wall_time=wall_time, origin=here("1")).as_json())
-    assert len(store.read_results(first, second)) == 1
-    with open_to_append(second) as file:
-        wrong = result(trajectory_sha256="1", origin=here("1"))
-        append_json_line(file, wrong.as_json())
+        add_lines(path, [result(wall_time=wall_time, origin=here("1"))])
+    assert len(read_results(first, second)) == 1
+    add_lines(second, [result(trajectory_sha256="1", origin=here("1"))])
     with pytest.raises(ConfigError, match=r"a\.jsonl, line 1 .*b\.jsonl, line 2 .*trajectory"):
-        store.read_results(first, second)
+        read_results(first, second)
 
 
 LOSSLESS = {"loss": 0.0, "delay": 0.0, "lidar": False, "noise": 0.02}
@@ -96,7 +92,7 @@ LOSSLESS = {"loss": 0.0, "delay": 0.0, "lidar": False, "noise": 0.02}
 
 def test_the_terminals_table_says_units_and_what_kinds_of_collisions() -> None:
     console = Console(file=io.StringIO(), width=170)
-    console.print(summary_table([result(robot_robot=2, robot_world=1)]))
+    console.print(summary_table([result(robot_robot=2, robot_world=1)]).rich())
     said = console.file.getvalue()  # type: ignore[attr-defined]
     assert "makespan [s]" in said
     assert "(robots" in said
@@ -107,15 +103,15 @@ def test_other_conditions_are_other_runs() -> None:
     (plain,) = select("slim_blockage", [20], [0])
     (lossy,) = select("slim_blockage", [20], [0], loss=0.2)
     (tuned,) = select("slim_blockage", [20], [0], settings=["traffic.safety_margin=0.06"])
-    keys = {store.key_of_options(item, ros=False) for item in (plain, lossy, tuned)}
-    assert len({*keys, store.key_of_options(plain, ros=True)}) == 4
+    keys = {key_of_options(item, ros=False) for item in (plain, lossy, tuned)}
+    assert len({*keys, key_of_options(plain, ros=True)}) == 4
 
 
 def test_a_line_that_is_no_result_is_named(tmp_path: Path) -> None:
     path = tmp_path / "runs.jsonl"
     path.write_text(json.dumps({"scenario": "circle"}) + "\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"runs\.jsonl, line 1 is no result"):
-        store.read_results(path)
+        read_results(path)
 
 
 def test_the_document_has_rows_targets_flaws_and_a_comparison() -> None:
@@ -152,17 +148,17 @@ def test_rows_with_other_conditions_say_so() -> None:
 
 
 def test_the_suite_covers_every_scenario_and_method() -> None:
-    ours, dwa, orca, ros = suite_sweeps("suite", "0-2", "0-2", 50, LocalExecutor())
-    assert len([item for item in ours.options if item.scenario.name == "crossing"]) == 1000
-    assert len([item for item in ours.options if item.robots == 100]) == 5
-    assert {item.method for item in (*dwa.options, *orca.options)} == {"dwa", "orca"}
-    assert ros.ros
-    assert max(item.robots for item in ros.options) == 50
-    assert all(item.scenario.with_lidar for item in ros.options)
-    first = [item for item in ours.options if item.seed == 0]
-    assert list(ours.options[: len(first)]) == first
+    ours, dwa, orca, ros = suite_sweeps("suite", "0-2", "0-2", 50, None, LocalExecutor())
+    assert len([item for item in ours.items if item.scenario.name == "crossing"]) == 1000
+    assert len([item for item in ours.items if item.robots == 100]) == 5
+    assert {item.method for item in (*dwa.items, *orca.items)} == {"dwa", "orca"}
+    assert ros.runner is run_on_graph
+    assert max(item.robots for item in ros.items) == 50
+    assert all(item.scenario.with_lidar for item in ros.items)
+    first = [item for item in ours.items if item.seed == 0]
+    assert list(ours.items[: len(first)]) == first
     assert first[0].robots == 100
-    assert len(suite_sweeps("0", "none", "none", 50, LocalExecutor())) == 1
+    assert len(suite_sweeps("0", "none", "none", 50, None, LocalExecutor())) == 1
 
 
 def test_a_run_on_the_graph_gets_all_that_the_scenario_says(tmp_path: Path) -> None:
@@ -196,8 +192,7 @@ def test_a_report_becomes_a_result() -> None:
 def test_a_document_names_the_files_that_it_was_made_from(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with open_to_append(tmp_path / "own.jsonl") as file:
-        append_json_line(file, result().as_json())
+    add_lines(tmp_path / "own.jsonl", [result()])
     monkeypatch.chdir(tmp_path)
     words = ["report-traffic", "own.jsonl", "-o", "own.md", "--machine", "mine"]
     monkeypatch.setattr("sys.argv", ["swarm-bench", *words])
@@ -210,8 +205,7 @@ def test_a_document_names_the_files_that_it_was_made_from(
 
 
 def test_a_document_without_the_part_is_left_alone(tmp_path: Path) -> None:
-    with open_to_append(tmp_path / "own.jsonl") as file:
-        append_json_line(file, result().as_json())
+    add_lines(tmp_path / "own.jsonl", [result()])
     own = tmp_path / "own.md"
     own.write_text("# Mine\n", encoding="utf-8")
     with pytest.raises(ConfigError, match="has no part 'suite'"):

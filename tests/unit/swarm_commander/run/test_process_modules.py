@@ -7,7 +7,6 @@ from itertools import chain
 
 import pytest
 
-from benchmarks.scale import watch as scale_watch
 from swarm_commander.hosts import robots_run, world_run
 from swarm_commander.run import local_run
 
@@ -16,7 +15,6 @@ NAMES = set(
         local_run.MODULES.values(),
         robots_run.OWN_MODULES.values(),
         world_run.OWN_MODULES.values(),
-        scale_watch.MODULES,
     )
 )
 

@@ -6,7 +6,9 @@ import math
 
 import pytest
 
-from swarm_bench.study import statistics
+from swarm_bench import statistics
+from swarm_bench.statistics import Interval, mean_of_runs, student_mean
+from swarm_bench.study.levels import change_of_sides, critical_size, dip_of
 
 
 def test_wilson_interval_of_newcombe_1998():
@@ -66,15 +68,36 @@ def test_paired_difference_of_darwins_plants():
     Mean 20.93 (Fisher 1935); Wilcoxon's two-sided p is 0.041 for T = 24.
     """
     differences = [49, -67, 8, 16, 6, 23, 28, 41, 14, 29, 56, 24, 75, 60, -48]
-    found = statistics.paired(differences, [0] * 15)
+    found = statistics.paired(dict(enumerate(differences)), dict.fromkeys(range(20), 0))
     assert found.mean.estimate == pytest.approx(20.93, abs=0.01)
     assert found.p == pytest.approx(0.041, abs=1e-3)
     assert found.mean.low == pytest.approx(1.7, abs=2.5)  # Fisher's t interval is 0.03 to 41.8
     assert found.mean.high == pytest.approx(38.0, abs=2.5)
 
 
+# Student (1908): hours of sleep that two drugs gave the same ten patients
+FIRST = [0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0]
+SECOND = [1.9, 0.8, 1.1, 0.1, -0.1, 4.4, 5.5, 1.6, 4.6, 3.4]
+
+
+def test_students_interval_of_pairs_is_the_published_one() -> None:
+    drugs = [dict(enumerate(hours)) for hours in (SECOND, FIRST)]
+    found = statistics.paired(*drugs, student_mean).mean
+    assert found.estimate == pytest.approx(1.58)
+    assert (found.low, found.high) == pytest.approx((0.7001142, 2.4598858), abs=1e-6)
+    assert found.freedom == 9
+
+
+def test_batch_means_by_hand() -> None:
+    # batches 8, 12, 10, 10: variance 8/3, of the mean 2/3; two such runs: 1/3, 6 degrees
+    found = mean_of_runs([10.0, 10.0], [[8.0, 12.0, 10.0, 10.0]] * 2)
+    assert found.half_width == pytest.approx(2.4469 * math.sqrt(1 / 3), abs=1e-4)
+    assert mean_of_runs([1.0, 2.0, 3.0], [[5.0, 9.0]] * 3) == student_mean([1.0, 2.0, 3.0])
+    assert student_mean([4.0]).half_width == math.inf
+
+
 def test_equal_methods_do_not_differ():
-    assert statistics.paired([1.0, 2.0], [1.0, 2.0]).p == 1.0
+    assert statistics.paired({3: 1.0, 5: 2.0}, {3: 1.0, 5: 2.0}).p == 1.0
 
 
 def test_critical_size_is_where_throughput_stays_or_runs_fail():
@@ -82,18 +105,18 @@ def test_critical_size_is_where_throughput_stays_or_runs_fail():
         10: {0: 100, 1: 101}, 20: {0: 180, 1: 181}, 35: {0: 181, 1: 182}, 50: {0: 170, 1: 171}
     }  # fmt: skip
     fine = {size: {0: True, 1: True} for size in gains}
-    assert statistics.critical_size(gains, fine) == (20, 20, 20)
-    assert statistics.critical_size(gains, fine | {20: {0: True, 1: False}}).estimate == 10
-    assert statistics.critical_size(gains, fine | {10: {0: False, 1: False}}).estimate == 0
+    assert critical_size(gains, fine) == Interval(20, 20, 20)
+    assert critical_size(gains, fine | {20: {0: True, 1: False}}).estimate == 10
+    assert critical_size(gains, fine | {10: {0: False, 1: False}}).estimate == 0
 
 
 def test_sides_change_once_or_not_at_all():
     rising = {10: [-5.0, -4.0, -6.0], 20: [-1.0, 2.5, -1.0], 35: [4.0, 5.0, 6.0]}
-    found = statistics.change_of_sides(rising)
+    found = change_of_sides(rising)
     assert found is not None
-    assert found == (20, 20, 35)
-    assert statistics.change_of_sides({10: [1.0], 20: [2.0]}) is None
-    assert statistics.change_of_sides({}) is None
+    assert found == Interval(20, 20, 35)
+    assert change_of_sides({10: [1.0], 20: [2.0]}) is None
+    assert change_of_sides({}) is None
 
 
 def test_performance_profile():
@@ -102,6 +125,6 @@ def test_performance_profile():
 
 def test_a_run_that_never_catches_up_has_not_recovered():
     usual = ([1] * 10, [1] * 10)
-    found = statistics.dip_of(([1] * 10, [1] * 5 + [0] * 5), usual, 5, 60.0)
+    found = dip_of(([1] * 10, [1] * 5 + [0] * 5), usual, 300.0, 60.0)
     assert found == (1.0, 5.0, 15.0, 300.0, False)
-    assert statistics.dip_of(usual, usual, 5, 60.0) == (0.0, 0.0, 0.0, 0.0, True)
+    assert dip_of(usual, usual, 300.0, 60.0) == (0.0, 0.0, 0.0, 0.0, True)
