@@ -2,11 +2,16 @@
 
 What imports nothing of the folders below it stands first:
 
-    baselines  DWA and ORCA, to compare with
-    runs       One run of a scenario, up to its result
-    suite      Many runs, and their tables
-    halls      Random halls
-    cli        The command `swarm-bench`
+    statistics  Intervals, pairs and curves
+    tables      Tables for the terminal, Markdown and HTML
+    baselines   DWA and ORCA, to compare with
+    runs        One run of a scenario, up to its result
+    execution   Many runs, and their results on disk
+    suite       Sweeps over scenarios and seeds
+    halls       Random halls
+    capacity    Throughput over robots
+    study       Decentralised against central control
+    cli         The command `swarm-bench`
 
 May import swarm_sim, swarm_nav, swarm_mission, and swarm_common; nobody
 imports it.

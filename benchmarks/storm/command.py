@@ -41,7 +41,6 @@ COLUMNS: dict[str, Callable[[Storms], str]] = {
 
 
 def _sum(storms: Storms, name: str) -> int:
-    """Return the sum of a kind of faults, or of a field."""
     return sum(s.faults[name] if name in s.faults else getattr(s, name) for s in storms)
 
 

@@ -223,7 +223,6 @@ class Storm(Harness):
         return False
 
     def _stuck(self) -> list[Disc]:
-        """Return the discs that the centres of robots keep from robots that are lost."""
         room = DEAD_ROOM + self._body
         return [(*self.stage.world.poses[robot, :2].tolist(), room) for robot in self._lost]
 

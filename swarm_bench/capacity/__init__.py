@@ -2,7 +2,6 @@
 
 What a module imports of its folder stands above it:
 
-    estimate   Means with intervals: over seeds, by batch means, of pairs
     knee       The number of robots from which more of them bring little, with its interval
     curve      The runs of one variant at all swarm sizes, as points with intervals
     findings   What the curves say, in sentences that hold over the seeds, or none
@@ -12,5 +11,5 @@ What a module imports of its folder stands above it:
     command    The command `swarm-bench sweep`
     on_graph   `swarm-up --sweep`: a run on the ROS graph for each value
 
-May import of swarm_bench: `runs`, `execution`, `suite`.
+May import of swarm_bench: `runs`, `execution`, `suite`, `statistics`, `tables`.
 """

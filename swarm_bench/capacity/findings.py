@@ -108,7 +108,6 @@ def comparison_sentences(first: Curve, second: Curve) -> list[str]:
 
 
 def _over_seeds(points: Sequence[Point], of: Callable[[RunResult], float]) -> list[float]:
-    """Return the mean over sizes of a figure for each seed that all sizes have."""
     by_size = [{run.seed: of(run) for run in point.runs} for point in points]
     seeds = sorted(set.intersection(*(set(one) for one in by_size)))
     return [statistics.fmean(one[seed] for one in by_size) for seed in seeds]

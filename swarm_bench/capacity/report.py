@@ -89,7 +89,6 @@ def _text(value: Interval | None, form: str) -> str:
 
 
 def _use(point: Point) -> tuple[str, Interval | None]:
-    """Return the busiest station, and the share of time for which it was in use."""
     return next(iter(point.station_use().items()), ("–", None))
 
 

@@ -20,18 +20,19 @@ AUTO = "auto"  # the share of this task of a Slurm array
 
 
 @contextmanager
-def executor(jobs: int = 1, cluster: Any = None) -> Iterator[Executor]:
+def executor(jobs: int = 1, cluster: Any = None, *, apart: bool = False) -> Iterator[Executor]:
     """Provide what computes runs; its processes end with the context.
 
     Args:
         cluster: Where else: as `--cluster`, or a `distributed.Client`; None for this machine.
+        apart: As for a `LocalExecutor`.
 
     Raises:
         ConfigError: If a cluster cannot be used.
     """
     chosen: Executor
     if cluster is None:
-        chosen = LocalExecutor(jobs)
+        chosen = LocalExecutor(jobs, apart=apart)
     elif isinstance(cluster, str):
         chosen = connect(cluster, jobs)
     else:

@@ -13,24 +13,27 @@ from swarm_bench.execution.task import DIED, MOST_TRIES, Done, Runner, Runs, exe
 from swarm_bench.runs.inputs import Pack
 from swarm_common.process.lifetime import die_with
 
+MOST_RUNS = 100  # of a process, which then makes room for a new one: caches and leaks stay small
 _CONTEXT = get_context("spawn")  # the threads of numba and pybullet do not survive a fork
 
 
 class LocalExecutor:
     """Computes runs in processes of this machine, or in this process if it is one at a time."""
 
-    def __init__(self, jobs: int = 1) -> None:
+    def __init__(self, jobs: int = 1, *, apart: bool = False) -> None:
         """Set up; processes are started with the first runs.
 
         Args:
             jobs: Number of processes; with 1 none is started.
+            apart: Whether also a single one is started, so that no run can end this process.
         """
-        self._jobs = jobs
+        self._jobs, self._apart = jobs, apart
         self._workers: list[_Worker] = []
 
     def run(self, runner: Runner, items: Sequence[Any], pack: Pack | None) -> Runs:
         """Yield each run when it ends; see `Executor`."""
-        if self._jobs == 1 or (len(items) == 1 and not self._workers):
+        is_alone = self._jobs == 1 or (len(items) == 1 and not self._workers)
+        if is_alone and not self._apart:
             for index, item in enumerate(items):
                 yield execute(runner, index, item)
             return
@@ -49,10 +52,12 @@ class LocalExecutor:
                 for pipe in [pipe for pipe in under_way if pipe in ready]:
                     worker, index = under_way.pop(pipe)
                     done = worker.receive()
+                    if done is None or worker.runs == MOST_RUNS:
+                        self._workers.remove(worker)
+                        worker.kill()
                     if done is not None:
                         yield done
                         continue
-                    self._workers.remove(worker)
                     if tries[index] < MOST_TRIES:
                         waiting.append(index)
                     else:
@@ -86,8 +91,10 @@ class _Worker:
         self._process.start()
         theirs.close()
         self._has = ""  # hash of the inputs that were sent
+        self.runs = 0  # that were sent
 
     def send(self, runner: Runner, index: int, item: Any, pack: Pack | None) -> None:
+        self.runs += 1
         is_new = pack is not None and pack.digest != self._has
         try:
             self.pipe.send((runner, index, item, pack if is_new else None))
@@ -102,7 +109,6 @@ class _Worker:
             done: Done = self.pipe.recv()
             return done
         except (EOFError, ConnectionResetError):
-            self.kill()
             return None
 
     def kill(self) -> None:

@@ -125,7 +125,6 @@ class Store(Generic[Result]):
                 raise ConfigError(f"cannot write {self.path}: {cause}") from cause
 
     def _newer(self) -> Sequence[Path]:
-        """Return the files of lines that are not packed yet."""
         if self.path is None or not self.path.name.endswith(PACKED):
             return ()
         return sorted(self.path.parent.glob(f"{self.path.name.removesuffix(PACKED)}*.jsonl"))

@@ -63,7 +63,6 @@ def _complete(runs: Sequence[RunResult]) -> int:
 
 
 def _promised(runs: Sequence[RunResult]) -> list[RunResult]:
-    """Return the runs of which it was not said before they began that a condition fails."""
     return [run for run in runs if not run.no_guarantee]
 
 

@@ -2,7 +2,7 @@
 
 What a module imports of its folder stands above it:
 
-    statistics   Intervals, tests and curves; sizes, sides and dips
+    levels       Sizes and levels at which something changes; dips
     experiments  Experiments as written in `params/study/*.yaml`, and their runs
     bounds       The least time that a run can take
     lines        Raw results: one JSON line per run
@@ -12,5 +12,5 @@ What a module imports of its folder stands above it:
     page         docs/study.md and study.html
     command      The command: its options
 
-May import of swarm_bench: `suite`, `execution`, `runs`.
+May import of swarm_bench: `suite`, `execution`, `runs`, `statistics`, `tables`.
 """

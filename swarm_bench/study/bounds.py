@@ -75,7 +75,6 @@ class _Ways:
         return max(math.dist(start, goal), found) if math.isfinite(found) else 0.0
 
     def _node(self, place: tuple[float, float]) -> int:
-        """Return the flat index of the node whose cell has a place."""
         frame = self._lattice.frame
         height, width = self._shape
         row = int((place[1] - frame.origin_y) / frame.step)

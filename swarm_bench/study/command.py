@@ -126,7 +126,10 @@ def study(
         console.print(told, markup=False)
         folder.mkdir(parents=True, exist_ok=True)
         sweep = _sweep(todo, store, cluster)
-        with executor(jobs, cluster) as sweep.executor, bar(console, "runs", len(todo)) as tell:
+        with (
+            executor(jobs, cluster, apart=True) as sweep.executor,
+            bar(console, "runs", len(todo)) as tell,
+        ):
             count = itertools.count(1)
             sweep.run(
                 console,

@@ -68,7 +68,8 @@ def markdown(
     parts = [f"# {TITLE}", QUESTION, *_ahead(sections), touched, "## Terms", TERMS]
     for name, experiment, found in sections:
         parts += [f"## {_title(name)}", experiment.question]
-        parts += ["Expected before the first run:\n\n" + _list(experiment.expected)]
+        parts += ["Expected before the first run:"]
+        parts += ["\n".join(f"- {text}" for text in experiment.expected)]
         parts += [table.markdown().rstrip() for table in _short(experiment, found)]
     parts += ["## Limits", f"{THREATS} {_missing(experiments, lines, quick, settings)[0]}"]
     written = f"Written by `{command}`; study/study.html has every column."
@@ -192,7 +193,3 @@ def _tuned(settings: Mapping[str, Settings] | None) -> str:
 
 def _title(name: str) -> str:
     return html.escape(name.replace("_", " ").capitalize())
-
-
-def _list(texts: Sequence[str]) -> str:
-    return "\n".join(f"- {text}" for text in texts)

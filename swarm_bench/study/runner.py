@@ -112,7 +112,6 @@ def _constants(settings: Settings) -> Iterator[None]:
 
 
 def _box(run: StudyRun) -> dict[str, Any]:
-    """Return what a run with a box in the way is to know of it."""
     if not run.cell.blocked:
         return {}
     return {"box": run.cell.blocked, "first": run.cell.span()[0], "end": run.cell.span()[1]}

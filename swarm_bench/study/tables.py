@@ -359,7 +359,6 @@ def profiles(found: Sequence[CellRuns]) -> Table:
 
 
 def _ratio(line: StudyLine, best: float) -> float:
-    """Return how many times worse than the best a run is; inf if it failed."""
     if not line.is_success:
         return math.inf
     if line.per_hour is None:
@@ -371,7 +370,9 @@ DETAILS: dict[str, Callable[[CellRuns], str]] = {
     "cell": lambda group: group.cell,
     "method": lambda group: group.method,
     "runs": lambda group: str(len(group.lines)),
-    "successful (95 %)": lambda group: _share(statistics.wilson(group.succeeded, len(group.lines))),
+    "successful (95 %)": lambda group: "{0.estimate:.0%} ({0.low:.0%} to {0.high:.0%})".format(
+        statistics.wilson(group.succeeded, len(group.lines))
+    ),
     "contacts": lambda group: _contacts(group.lines),
     "makespan, median [s]": lambda group: "–" if group.is_lifelong else _seconds(group.median()),
     "interquartile mean": lambda group: f"{statistics.interquartile_mean(group.values):.0f}",
@@ -396,10 +397,6 @@ DETAILS: dict[str, Callable[[CellRuns], str]] = {
 def details(found: Sequence[CellRuns]) -> Table:
     """Return everything that is known of each cell and method."""
     return Table.of(DETAILS, found, texts=("cell", "method"))
-
-
-def _share(share: statistics.Interval) -> str:
-    return f"{share.estimate:.0%} ({share.low:.0%} to {share.high:.0%})"
 
 
 def _form(value: float | None, form: str) -> str:

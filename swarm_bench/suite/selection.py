@@ -233,5 +233,4 @@ def suite_sweeps(
 
 
 def _by_seed(options: Sequence[RunOptions]) -> list[RunOptions]:
-    """Return runs by seed, the largest swarms of each seed first."""
     return sorted(options, key=lambda item: (item.seed, -item.robots))

@@ -214,7 +214,6 @@ def read_results(*paths: Path) -> list[RunResult]:
 
 
 def _place(line: Line) -> str:
-    """Return where a line stands, and the machine of its run."""
     place, origin = line[0], line[1].origin
     return place if origin is None else f"{place} ({origin.host}, {origin.processor})"
 

@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
+from swarm_bench.execution import processes
 from swarm_bench.execution.cluster import DaskExecutor
 from swarm_bench.execution.executor import executor, share_of
 from swarm_bench.execution.processes import LocalExecutor
@@ -63,9 +64,22 @@ def test_a_run_whose_process_dies_is_repeated_and_stops_nobody(tmp_path: Path) -
     done = sorted(local.run(die_once, paths, None), key=lambda item: item.index)
     assert [(item.value, item.error) for item in done] == [(path, "") for path in paths]
     assert {item.error for item in local.run(die, [0], None)} == {DIED}
+    assert {item.error for item in LocalExecutor(apart=True).run(die, [0], None)} == {DIED}
     (failed,) = local.run(fail, [0], None)
     assert failed.error.startswith("ZeroDivisionError: no (test_executors.py, line ")
     local.close()
+
+
+def own_pid(_: object) -> int:
+    return os.getpid()
+
+
+def test_a_process_makes_room_for_a_new_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(processes, "MOST_RUNS", 2)
+    local = LocalExecutor(apart=True)
+    found = [done.value for done in local.run(own_pid, range(5), None)]
+    local.close()
+    assert found[0] == found[1] != found[2] == found[3] != found[4]
 
 
 def options_of(folder: Path, seeds: Sequence[int]) -> list[RunOptions]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import shutil
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -13,6 +14,7 @@ from typer.testing import CliRunner
 
 import swarm_bench.study.command
 from swarm_bench.baselines import orca
+from swarm_bench.execution.executor import executor
 from swarm_bench.runs import harness
 from swarm_bench.runs.episode import build
 from swarm_bench.study import runner, tables
@@ -65,6 +67,10 @@ def line(method: str, seed: int, makespan: float | None, **changes: object) -> S
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "speed.yaml").write_text(EXPERIMENT, encoding="utf-8")
     return tmp_path
+
+
+def in_this_process(jobs: int, cluster: str | None, *, apart: bool) -> Any:
+    return executor(jobs, cluster)
 
 
 def test_a_run_that_did_not_end_stays_in() -> None:
@@ -144,6 +150,7 @@ def test_what_was_run_is_not_repeated_and_check_finds_a_changed_document(
         return line(run.method, run.seed, 100.0)
 
     monkeypatch.setattr(swarm_bench.study.command, "run_one", instead)
+    monkeypatch.setattr(swarm_bench.study.command, "executor", in_this_process)
     add_lines(folder / "study/full.jsonl", [line("ours", 0, 120.0)])
     document = folder / "study.md"
     common = ["study", "--experiments", str(folder), "--folder", str(folder / "study"),
@@ -169,6 +176,7 @@ def test_shards_share_the_runs_and_a_last_call_joins_them(
     monkeypatch.setattr(
         swarm_bench.study.command, "run_one", lambda item: line(item[0].method, item[0].seed, 9.0)
     )
+    monkeypatch.setattr(swarm_bench.study.command, "executor", in_this_process)
     common = ["study", "--experiments", str(folder), "--folder", str(folder / "study"),
               "-o", str(folder / "study.md")]  # fmt: skip
     for shard in ("1/2", "2/2"):
