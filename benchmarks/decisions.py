@@ -22,7 +22,7 @@ from swarm_bench.runs.methods import Driver
 from swarm_bench.runs.scenario import check_size
 from swarm_bench.suite.command import new_console
 from swarm_bench.suite.selection import select
-from swarm_bench.tables import Table, number
+from swarm_bench.tables import BenchTable, number
 from swarm_common.model.beacon import Reception
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Odometry
@@ -114,4 +114,4 @@ def decisions(
     if ticks < 1:
         raise ConfigError(f"--ticks is {ticks}; expected 1 or more")
     options = select(scenario, [check_size(robots, "--robots")], [seed], lidar=lidar)
-    new_console().print(Table.of(COLUMNS, measure_decisions(options[0], ticks)).rich())
+    new_console().print(BenchTable.of(COLUMNS, measure_decisions(options[0], ticks)).rich())

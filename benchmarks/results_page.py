@@ -25,7 +25,7 @@ from swarm_bench.runs.result import RunResult
 from swarm_bench.suite.command import Cluster, Jobs, new_console
 from swarm_bench.suite.summary import Row, summarise
 from swarm_bench.suite.table import COLUMNS
-from swarm_bench.tables import Table, contacts_text
+from swarm_bench.tables import BenchTable, contacts_text
 from swarm_common.model.errors import UnknownNameError
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -85,7 +85,7 @@ def comparison_part(ours: Sequence[RunResult], others: Sequence[RunResult]) -> s
         for (label, robots), found in sorted(cells.items())
         if "ours" in found and len(found) > 1
     ]
-    table = Table(["scenario", "robots", "this project", "DWA alone", "ORCA"], rows)
+    table = BenchTable(["scenario", "robots", "this project", "DWA alone", "ORCA"], rows)
     minutes = BASELINE_LIMIT / 60.0
     return f"""\
 ## Compared with local avoidance
@@ -129,7 +129,7 @@ def rows_part(title: str, introduction: str, part: str) -> str:
 {introduction} {len(runs)} runs reached {reached:,} of {sent:,} goals with \
 {contacts_text(contacts)}; the smallest clearance was {clearance:.3f} m.
 
-{Table.of({name: COLUMNS[name] for name in SHOWN}, rows).markdown()}
+{BenchTable.of({name: COLUMNS[name] for name in SHOWN}, rows).markdown()}
 {origin_line(runs, part)}"""
 
 
@@ -214,7 +214,7 @@ def readme_table() -> str:
         }
         methods = (cells.get(method, "-") for method in ("dwa", "orca", "ours"))
         rows.append([f"{place[0]}, {place[1]}", *methods])
-    return Table(["scenario, robots", "DWA alone", "ORCA", "this project"], rows).markdown()
+    return BenchTable(["scenario, robots", "DWA alone", "ORCA", "this project"], rows).markdown()
 
 
 @benchmarks_app.command()

@@ -179,9 +179,9 @@ def paired(
     """Compare two methods on the seeds that both have.
 
     Args:
-        first: Values by seed.
-        second: Values by seed, which are taken from the others.
-        mean: Interval of the mean.
+        first: Values of one method by seed.
+        second: Values of the other by seed, which are subtracted.
+        mean: Gives the mean of the differences with its interval.
 
     Raises:
         ValueError: If no seed is common.

@@ -13,7 +13,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class BenchTable:
     """Rows of cells."""
 
     head: Sequence[str]
@@ -29,7 +29,7 @@ class Table:
         *,
         texts: Collection[str] = (),
         style: Callable[[T], str] = lambda item: "",
-    ) -> Table:
+    ) -> BenchTable:
         """Return a table with a row per item.
 
         Args:
@@ -47,7 +47,7 @@ class Table:
     def markdown(self) -> str:
         """Return Markdown; a | in a cell is not escaped."""
         ruler = ["---" if is_text else "---:" for is_text in self.is_text]
-        return "".join(f"| {' | '.join(row)} |\n" for row in (self.head, ruler, *self.rows))
+        return "".join(f"|{'|'.join(row)}|\n" for row in (self.head, ruler, *self.rows))
 
     def html(self) -> str:
         """Return HTML."""

@@ -29,7 +29,7 @@ from benchmarks.scale.result import (
 from benchmarks.scale.runs import REPOSITORY, store_of, sweep_of
 from swarm_bench.suite.command import MISSED, JsonLines, new_console
 from swarm_bench.suite.selection import parse_sizes
-from swarm_bench.tables import Table, number
+from swarm_bench.tables import BenchTable, number
 from swarm_common.model.errors import ConfigError
 
 SIZES = "1,5,20,50,100,200"
@@ -145,7 +145,7 @@ def compare(
     return sides
 
 
-def comparison_table(names: tuple[str, str], sides: Sequence[Sequence[ScaleResult]]) -> Table:
+def comparison_table(names: tuple[str, str], sides: Sequence[Sequence[ScaleResult]]) -> BenchTable:
     """Return each figure of both sides and their ratio, second to first, of runs both have."""
     cells = []
     others = {row.first.kind: row for row in rows_of(sides[1])}
@@ -161,7 +161,7 @@ def comparison_table(names: tuple[str, str], sides: Sequence[Sequence[ScaleResul
             figures = (number(value, 2) for value in (before, after, ratio))
             cells.append([row.first.system, row.label, str(row.first.robots), name, *figures])
     head = ["system", "workload", "robots", "figure", *names, "ratio"]
-    return Table(head, cells, texts=head[:2])
+    return BenchTable(head, cells, texts=head[:2])
 
 
 @contextlib.contextmanager

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from swarm_bench.runs.json_lines import rounded
-from swarm_bench.tables import Table, number
+from swarm_bench.tables import BenchTable, number
 
 NOISY = 0.1  # share of the processors that others had, from which figures are marked
 FEW, MANY = 20, 100  # robots, between which growth is told
@@ -150,7 +150,7 @@ HEADS: dict[str, Callable[[ScaleRow], str]] = {
 
 def scale_table(
     rows: Sequence[ScaleRow], names: Sequence[str], heads: Sequence[str] = tuple(HEADS)
-) -> Table:
+) -> BenchTable:
     """Return a table of figures; rows measured on a busy machine are dim.
 
     Args:
@@ -159,7 +159,7 @@ def scale_table(
     """
     columns = {name: HEADS[name] for name in heads}
     columns |= {name: partial(_cell, name) for name in names}
-    return Table.of(
+    return BenchTable.of(
         columns, rows, texts=("workload",), style=lambda row: "dim" if row.is_noisy else ""
     )
 

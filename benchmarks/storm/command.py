@@ -17,7 +17,7 @@ from swarm_bench.execution.store import Store
 from swarm_bench.execution.sweep import Sweep
 from swarm_bench.suite.command import MISSED, Cluster, Jobs, Shard, new_console
 from swarm_bench.suite.selection import check_jobs, parse_seeds
-from swarm_bench.tables import Table, number
+from swarm_bench.tables import BenchTable, number
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
 COMMAND = "python -m benchmarks storm"
@@ -100,10 +100,10 @@ def storm_line(result: StormResult) -> str:
     return "; ".join([text, *[note for note in (result.first_contact, result.first_miss) if note]])
 
 
-def storm_table(results: list[StormResult]) -> Table:
+def storm_table(results: list[StormResult]) -> BenchTable:
     """Return a table with a row per world; a row with a storm that is not flawless is red."""
     groups = [[result for result in results if result.world == world] for world in ROWS]
-    return Table.of(
+    return BenchTable.of(
         COLUMNS,
         filter(None, groups),
         style=lambda storms: "" if all(storm.is_flawless for storm in storms) else "red",

@@ -21,7 +21,7 @@ from swarm_bench.capacity.findings import comparison_sentences, knee_sentence, r
 from swarm_bench.runs.json_lines import rounded
 from swarm_bench.runs.machine import machine_line
 from swarm_bench.statistics import Interval
-from swarm_bench.tables import Table
+from swarm_bench.tables import BenchTable
 from swarm_common.model.errors import ConfigError
 from swarm_report import charts, style
 from swarm_report.document import Drawing, drawn
@@ -109,12 +109,12 @@ COLUMNS: dict[str, Callable[[tuple[str, Point]], str]] = {
 }
 
 
-def points_table(curves: Sequence[Curve]) -> Table:
+def points_table(curves: Sequence[Curve]) -> BenchTable:
     """Return a row per variant and size."""
     rows = [(curve.label, point) for curve in curves for point in curve.points]
     has_label = any(label for label, _ in rows)
     columns = {name: cell for name, cell in COLUMNS.items() if has_label or name != "variant"}
-    return Table.of(columns, rows, texts=("variant",))
+    return BenchTable.of(columns, rows, texts=("variant",))
 
 
 def print_curves(curves: Sequence[Curve], told: Sequence[str], console: Console) -> None:

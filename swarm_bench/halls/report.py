@@ -9,7 +9,7 @@ from swarm_bench.halls.halls import NONE, TROUBLES
 from swarm_bench.runs.result import RunResult
 from swarm_bench.suite.summary import Row
 from swarm_bench.suite.table import COLUMNS
-from swarm_bench.tables import Table, contacts_text
+from swarm_bench.tables import BenchTable, contacts_text
 
 _seed = operator.attrgetter("seed")
 TOLD_LENGTH = 90  # characters of a condition in the list of what was missed
@@ -25,7 +25,7 @@ def halls_markdown(results: Sequence[RunResult]) -> str:
     return "\n".join([halls_table(results).markdown(), *flaws])
 
 
-def halls_table(results: Sequence[RunResult]) -> Table:
+def halls_table(results: Sequence[RunResult]) -> BenchTable:
     """Return a table with a row per swarm size and trouble, and one of all."""
     runs = sorted(results, key=_seed)
     groups = {
@@ -36,10 +36,10 @@ def halls_table(results: Sequence[RunResult]) -> Table:
         label = "no trouble" if trouble == NONE else trouble
         groups[label] = [run for run in runs if _trouble_of(run) == trouble]
     groups["all"] = runs
-    table = Table.of(SHOWN, (Row(tuple(chosen), None) for chosen in groups.values() if chosen))
+    table = BenchTable.of(SHOWN, (Row(tuple(chosen), None) for chosen in groups.values() if chosen))
     labels = [label for label, chosen in groups.items() if chosen]
     rows = [[label, *row] for label, row in zip(labels, table.rows, strict=True)]
-    return Table(["halls with", *table.head], rows)
+    return BenchTable(["halls with", *table.head], rows)
 
 
 def _trouble_of(run: RunResult) -> str:

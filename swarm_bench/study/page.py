@@ -26,7 +26,7 @@ from swarm_bench.study.tables import (
     short_dips,
     sides,
 )
-from swarm_bench.tables import Table
+from swarm_bench.tables import BenchTable
 
 TITLE = "Decentralised or central"
 QUESTION = (
@@ -137,12 +137,12 @@ def _ahead(sections: Sequence[Section]) -> Iterator[str]:
     if rows:
         rows.sort(key=lambda row: row[3] == "–")
         yield "## Where the centre is better, and where it is not"
-        yield Table(tables[0].head, rows, tables[0].texts).markdown().rstrip()
+        yield BenchTable(tables[0].head, rows, tables[0].texts).markdown().rstrip()
     else:
         yield "No side is ahead for sure anywhere: too few runs."
 
 
-def _short(experiment: Experiment, found: Sequence[CellRuns]) -> Iterator[Table]:
+def _short(experiment: Experiment, found: Sequence[CellRuns]) -> Iterator[BenchTable]:
     """Yield the tables of the document: of every experiment what says most."""
     critical = critical_sizes(experiment.cells, found)
     behind = dips(experiment.cells, found)

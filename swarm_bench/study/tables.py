@@ -14,7 +14,7 @@ from swarm_bench.runs.methods import TEAMS
 from swarm_bench.study.experiments import Cell
 from swarm_bench.study.levels import Dip, change_of_sides, critical_size, dip_of
 from swarm_bench.study.lines import STEP, StudyLine
-from swarm_bench.tables import Table
+from swarm_bench.tables import BenchTable
 
 REFERENCE = "ours"
 LEAST_PAIRS = 5  # of a difference that counts as sure
@@ -80,12 +80,12 @@ def groups(lines: Sequence[StudyLine]) -> list[CellRuns]:
     return [CellRuns(cell, method, found) for (cell, method), found in order.items()]
 
 
-def results(found: Sequence[CellRuns]) -> Table:
+def results(found: Sequence[CellRuns]) -> BenchTable:
     """Return median makespans or throughputs, successful runs and contacts: a row per cell."""
     return _by_method("cell", {(group.cell, group.method): _summary(group) for group in found})
 
 
-def _by_method(title: str, texts: Mapping[tuple[str, str], str]) -> Table:
+def _by_method(title: str, texts: Mapping[tuple[str, str], str]) -> BenchTable:
     """Return a table with a column per method.
 
     Args:
@@ -96,7 +96,7 @@ def _by_method(title: str, texts: Mapping[tuple[str, str], str]) -> Table:
         [name, *(texts.get((name, method), "–") for method in methods)]
         for name in dict.fromkeys(name for name, _ in texts)
     ]
-    return Table([title, *methods], rows)
+    return BenchTable([title, *methods], rows)
 
 
 def _summary(group: CellRuns) -> str:
@@ -178,9 +178,9 @@ DIFFERENCES: dict[str, Callable[[CellDifference], str]] = {
 }
 
 
-def differences(found: Sequence[CellRuns]) -> Table:
+def differences(found: Sequence[CellRuns]) -> BenchTable:
     """Return by how much other methods are better than ours."""
-    return Table.of(DIFFERENCES, compared(found), texts=("cell", "method"))
+    return BenchTable.of(DIFFERENCES, compared(found), texts=("cell", "method"))
 
 
 def _level(cell: Cell, axis: str) -> float:
@@ -218,7 +218,7 @@ def axes_of(cells: Sequence[Cell]) -> Iterator[tuple[str, str, dict[float, str]]
                 yield Path(scenario).stem, axis, levels
 
 
-def sides(cells: Sequence[Cell], found: Sequence[CellRuns]) -> Table:
+def sides(cells: Sequence[Cell], found: Sequence[CellRuns]) -> BenchTable:
     """Return at which levels a centre is ahead of ours for sure, and ours of it."""
     head = ["world", "varied", "centre", "it is ahead at", "ours ahead at", "from, ahead"]
     table, rows = [], compared(found)
@@ -249,10 +249,10 @@ def sides(cells: Sequence[Cell], found: Sequence[CellRuns]) -> Table:
                 low, high = _level_text(axis, change.low), _level_text(axis, change.high)
                 text = f"{who} from {at} [{low}, {high}]"
             table.append([world, axis, method, won, lost, text])
-    return Table(head, table, texts=head)
+    return BenchTable(head, table, texts=head)
 
 
-def critical_sizes(cells: Sequence[Cell], found: Sequence[CellRuns]) -> Table:
+def critical_sizes(cells: Sequence[Cell], found: Sequence[CellRuns]) -> BenchTable:
     """Return from which size on more robots bring no more, and the throughput there."""
     by_name = {(group.cell, group.method): group for group in found}
     texts = {}
@@ -309,7 +309,7 @@ DIPS: dict[str, Callable[[TwinDips], str]] = {
 }
 
 
-def dips(cells: Sequence[Cell], found: Sequence[CellRuns]) -> Table:
+def dips(cells: Sequence[Cell], found: Sequence[CellRuns]) -> BenchTable:
     """Return how far runs fall behind their undisturbed twins of the same seed."""
     by_name = {(group.cell, group.method): group for group in found}
     rows = []
@@ -326,16 +326,16 @@ def dips(cells: Sequence[Cell], found: Sequence[CellRuns]) -> Table:
             ]
             if behind:
                 rows.append(TwinDips(cell.name.partition(", ")[2], group, behind))
-    return Table.of(DIPS, rows, texts=("change", "method"))
+    return BenchTable.of(DIPS, rows, texts=("change", "method"))
 
 
-def short_dips(table: Table) -> Table:
+def short_dips(table: BenchTable) -> BenchTable:
     """Return the most orders behind and the time to recover, a row per change."""
     texts = {(row[0], row[1]): f"{row[4]}, {row[6]}" for row in table.rows}
     return _by_method("orders behind at worst, and time to recover", texts)
 
 
-def profiles(found: Sequence[CellRuns]) -> Table:
+def profiles(found: Sequence[CellRuns]) -> BenchTable:
     """Return the share of instances that each method does within a factor of the best one."""
     best: dict[tuple[str, int], float] = {}
     for group in found:
@@ -355,7 +355,7 @@ def profiles(found: Sequence[CellRuns]) -> Table:
         if ratios:
             shares = statistics.profile(ratios, FACTORS)
             rows.append([method, str(len(ratios)), *(f"{share:.0%}" for share in shares)])
-    return Table(["method", "instances", *(f"within {factor:g}" for factor in FACTORS)], rows)
+    return BenchTable(["method", "instances", *(f"within {factor:g}" for factor in FACTORS)], rows)
 
 
 def _ratio(line: StudyLine, best: float) -> float:
@@ -394,9 +394,9 @@ DETAILS: dict[str, Callable[[CellRuns], str]] = {
 }
 
 
-def details(found: Sequence[CellRuns]) -> Table:
+def details(found: Sequence[CellRuns]) -> BenchTable:
     """Return everything that is known of each cell and method."""
-    return Table.of(DETAILS, found, texts=("cell", "method"))
+    return BenchTable.of(DETAILS, found, texts=("cell", "method"))
 
 
 def _form(value: float | None, form: str) -> str:

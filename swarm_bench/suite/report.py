@@ -8,7 +8,7 @@ from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import ENGINE as ROS
 from swarm_bench.suite.summary import Row, summarise
 from swarm_bench.suite.table import COLUMNS
-from swarm_bench.tables import Table, contacts_text
+from swarm_bench.tables import BenchTable, contacts_text
 
 OURS = "ours"
 MOST_TOLD = 20  # flaws that are listed one by one
@@ -76,12 +76,12 @@ def traffic_report(results: Sequence[RunResult], machine: str, command: str) -> 
     if bench:
         engines = " and ".join(sorted({ENGINES[row.first.engine] for row in bench}))
         text = BENCH.format(runs=sum(len(row.runs) for row in bench), engines=engines)
-        parts.append(text + "\n" + Table.of(SHOWN, bench).markdown())
+        parts.append(text + "\n" + BenchTable.of(SHOWN, bench).markdown())
     if graph:
         parts.append(
             GRAPH.format(runs=sum(len(row.runs) for row in graph))
             + "\n"
-            + Table.of(SHOWN, graph).markdown()
+            + BenchTable.of(SHOWN, graph).markdown()
         )
     if others:
         parts.append(COMPARISON + "\n" + _comparison(bench + others))
@@ -110,7 +110,7 @@ def _comparison(rows: Sequence[Row]) -> str:
             for method in methods
         ]
         cells.append([label, str(robots), str(len(seeds)), *found])
-    return Table(["scenario", "robots", "seeds", *methods], cells).markdown()
+    return BenchTable(["scenario", "robots", "seeds", *methods], cells).markdown()
 
 
 def _comparison_cell(row: Row, seeds: set[int]) -> str:

@@ -86,7 +86,7 @@ class RunSweep(Sweep[RunOptions, RunResult]):
         """Set up; nothing is read yet.
 
         Args:
-            options: The runs, in order.
+            options: Runs in the order in which they are made.
             file: File of JSON lines; None to keep nothing.
             executor: Where they are computed; None for this process.
             ros: Whether on the ROS graph.

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from swarm_bench.runs.result import FailedRun, RunResult
 from swarm_bench.suite.summary import Row, summarise
-from swarm_bench.tables import Table, number
+from swarm_bench.tables import BenchTable, number
 
 COLUMNS: dict[str, Callable[[Row], str]] = {
     "scenario": lambda row: row.label,
@@ -98,13 +98,13 @@ def failure_line(failed: FailedRun) -> str:
     )
 
 
-def summary_table(results: Sequence[RunResult]) -> Table:
+def summary_table(results: Sequence[RunResult]) -> BenchTable:
     """Return the table of a sweep.
 
     Args:
         results: In any order; rows that are not flawless are red.
     """
-    return Table.of(
+    return BenchTable.of(
         {SHORT.get(name, name): COLUMNS[name] for name in COLUMNS if name not in NOT_ON_TERMINAL},
         summarise(results),
         texts=("scenario", "method"),
