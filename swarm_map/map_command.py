@@ -40,6 +40,7 @@ from swarm_sim.maps.world_check import differences, picture
 from swarm_sim.scene.scene import Scene
 from swarm_sim.sdf.reader import SITES_FILE, load_world, world_names
 
+FOREIGN = (".xml", ".geojson", ".svg", ".dxf", ".osm", ".pdf", ".csv")  # endings of what is none
 LAYOUTS = (".lif", ".json")  # endings of files in LIF
 NAME_RULE = "expected letters, digits, _ and -"
 
@@ -307,6 +308,10 @@ def _kind_of(plan: Path) -> PlanKind:
         return PlanKind.GRID
     if suffix in LAYOUTS:
         return PlanKind.LAYOUT
+    if suffix in FOREIGN:
+        raise ConfigError(
+            f"{plan} is no plan; expected a picture, YAML, LIF (.json) or .map (MAPF)"
+        )
     if suffix not in YAML:
         return PlanKind.PICTURE
     if yaml_kind(plan) is YamlKind.NAV2_MAP:

@@ -124,6 +124,11 @@ def edit_distance(one: str, other: str) -> int:
     return rows[-1][-1]
 
 
+def is_path(name: str) -> bool:
+    """Whether a name that a user gave is that of a file."""
+    return "/" in name or name.endswith((".urdf", ".xacro", ".sdf", ".world", ".yaml", ".yml"))
+
+
 class UnknownNameError(ConfigError):
     """A name is not among the known ones.
 
@@ -145,7 +150,9 @@ class UnknownNameError(ConfigError):
         self.known = sorted(known)
         self.where = where
         place = f" in {where}" if where else ""
-        super().__init__(f"unknown {kind} '{name}'{place}; {self._advice()}")
+        is_file = kind in ("robot", "world") and is_path(name)
+        what = f"there is no file or folder '{name}'" if is_file else f"unknown {kind} '{name}'"
+        super().__init__(f"{what}{place}; {self._advice()}")
 
     def _advice(self) -> str:
         close = close_names(self.name, self.known)

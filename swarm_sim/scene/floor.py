@@ -19,6 +19,7 @@ from swarm_sim.scene.section import GROUND_GAP
 
 HIGHEST = 0.3  # [m] above ground that a floor may be
 LEVEL = math.cos(math.radians(2.0))  # of the angle between a floor's normal and the vertical
+LOWEST = GROUND_GAP - 1e-6  # [m] whatever rounding makes of an obstacle of that height
 SAME = 0.005  # [m] by which parts of one floor may differ
 MOST = 0.5  # share of the world, and of the places in it, that a floor must lie under
 LATTICE = 24  # points along either side of the world that are looked at
@@ -42,7 +43,7 @@ def on_floor(scene: Scene) -> Scene:
     corners = triangles_of(scene.fixed)[:, :, :2].reshape(-1, 2)
     lattice = _lattice(corners.min(axis=0), corners.max(axis=0))
     spread = np.abs(_heights(lattice, surfaces) - height) <= SAME
-    if height <= GROUND_GAP or spread.mean() < MOST:
+    if height < LOWEST or spread.mean() < MOST:
         return scene
     name = _owner(scene, height)
     note = (
@@ -61,7 +62,7 @@ def _level(bodies: tuple[Body, ...]) -> FloatArray:
     """Return the level triangles (n, 3, 3) above ground that are low enough to be a floor."""
     triangles = triangles_of(bodies)
     low = triangles[
-        (triangles[:, :, 2].min(axis=1) > GROUND_GAP) & (triangles[:, :, 2].max(axis=1) <= HIGHEST)
+        (triangles[:, :, 2].min(axis=1) > LOWEST) & (triangles[:, :, 2].max(axis=1) <= HIGHEST)
     ]
     normals = np.cross(low[:, 1] - low[:, 0], low[:, 2] - low[:, 0])
     lengths = np.linalg.norm(normals, axis=1)

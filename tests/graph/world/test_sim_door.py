@@ -145,7 +145,7 @@ def test_models_that_are_none(swarm, tmp_path):
     os.mkfifo(fifo)
     for uri in ("x" * 5000, "x" * 4096, str(fifo), f"file://{fifo}"):
         check(spawn(swarm, uri), NAMES.NO_RESOURCE)
-    check(spawn(swarm, "file:///" + "y/" * 2000), NAMES.RESOURCE_PARSE_ERROR, "unknown robot")
+    check(spawn(swarm, "file:///" + "y/" * 2000), NAMES.RESOURCE_PARSE_ERROR, "there is no file")
     check(spawn(swarm, "/dev/zero"), NAMES.NO_RESOURCE)
     link = '<link name="{}"><collision name="c"><geometry><sphere><radius>1</radius></sphere>'
     link += "</geometry></collision></link>"

@@ -114,6 +114,8 @@ def test_the_commander_says_how_it_is_written(
         (["--swarm-sise", "3"], ["--swarm-sise", "--swarm-size"]),
         (["--world", "slim_blokage"], ["unknown world 'slim_blokage'", "'slim_blockage'"]),
         (["--world", "none/world.sdf"], ["none/world.sdf"]),
+        (["--robot", "none/own.urdf"], ["there is no file or folder 'none/own.urdf'"]),
+        (["--world", "none.sdf"], ["there is no file or folder 'none.sdf'"]),
         (["--robot", "turtlebot_waffle"], ["unknown robot", "'turtlebot3_waffle'"]),
         (["--mission", "loading"], ["unknown mission 'loading'", "'loading_route'"]),
         (["--mission", "none.yaml"], ["none.yaml"]),

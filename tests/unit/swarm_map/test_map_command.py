@@ -202,6 +202,15 @@ def test_bad_plans_are_refused(
     assert message in capsys.readouterr().err
 
 
+def test_a_file_of_another_kind_is_told_what_is_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It was a picture that cannot be read."""
+    (tmp_path / "hall.geojson").write_text("{}")
+    assert run(monkeypatch, "new", tmp_path / "hall.geojson", "-o", tmp_path / "out") == 2
+    assert "expected a picture, YAML, LIF (.json) or .map (MAPF)" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("name", ["playground", "warehouse"])
 def test_shipped_worlds_are_those_of_their_plans(name: str) -> None:
     folder = share_directory() / "worlds" / name

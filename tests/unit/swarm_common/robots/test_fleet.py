@@ -106,7 +106,7 @@ def test_names_are_the_fleets_or_the_groups(
         (f"groups: [{{model: {BURGER}, count: 1.5}}]", "count is 1.5"),
         (f"groups: [{{model: {BURGER}, count: true}}]", "count is True"),
         ("groups: [{model: turtlebot3_burgr, count: 1}]", f"did you mean '{BURGER}'"),
-        ("groups: [{model: ../none, count: 1}]", "unknown robot '../none'"),
+        ("groups: [{model: ../none, count: 1}]", "there is no file or folder '../none'"),
         ("groups: [{model: [7], count: 1}]", "model is [7]"),
         (f"groups: [{{model: {BURGER}, count: 1, limit: 1}}]", "did you mean 'limits'"),
         (f"groups: [{{model: {BURGER}, count: 1, limits: 1}}]", "expected max_vel_x"),

@@ -42,7 +42,7 @@ def tiles(height: float) -> str:
     )
 
 
-@pytest.mark.parametrize("height", [0.006, 0.02, 0.05, 0.1])
+@pytest.mark.parametrize("height", [0.005, 0.006, 0.02, 0.05, 0.1])
 @pytest.mark.parametrize("kind", ["slab", "tiles"])
 @pytest.mark.parametrize("engine", ["planar", "bullet"])
 def test_robots_stand_and_drive_on_a_slab(
