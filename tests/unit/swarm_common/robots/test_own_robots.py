@@ -171,7 +171,7 @@ def test_an_undefined_property_is_refused_with_file_and_line(packages: tuple[Pat
 
 
 def test_paths_that_lead_nowhere(tmp_path: Path) -> None:
-    with pytest.raises(UnknownNameError, match="unknown robot"):
+    with pytest.raises(UnknownNameError, match="there is no file or folder"):
         load_robot(tmp_path / "none.urdf")
     (tmp_path / "picture.png").write_bytes(b"\x89PNG")
     with pytest.raises(RobotModelError, match="is no robot"):
