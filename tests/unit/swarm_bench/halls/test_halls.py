@@ -118,10 +118,10 @@ def test_the_table_of_halls_tells_what_was_missed_and_whether_that_was_told_befo
                    makespan=None, robot_robot=1, first_collision="Srobot1 hit Srobot2"),
         ]
     )  # fmt: skip
-    assert "| 12 robots | 1 | 0 | 160/160 | 1 | 1 | 1 | 100 [100..100] | 30 |" in text
-    assert "| 20 robots | 2 | 1 | 168/320 | 0 | 1 | 0 | - | 5 |" in text
-    assert "| dead | 1 | 0 |" in text
-    assert "| all | 3 | 1 | 328/480 | 1 | 2 | 1 |" in text
+    assert "|12 robots|1|0|160/160|1|1|1|100 [100..100]|30|" in text
+    assert "|20 robots|2|1|168/320|0|1|0|-|5|" in text
+    assert "|dead|1|0|" in text
+    assert "|all|3|1|328/480|1|2|1|" in text
     assert "- 2 (20 robots): 159 of 160 goals; **all conditions held**" in text
     assert "- 7 (20 robots): 9 of 160 goals, **1 contact** (Srobot1 hit Srobot2); told" in text
     assert "- 11 " not in text
