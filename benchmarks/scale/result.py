@@ -62,7 +62,7 @@ class ScaleResult:
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """As `ScaleJob.key`."""
+        """Key of the job whose result it is."""
         return (self.system, self.workload, self.robots, self.repeat, *self.setting.values())
 
     def as_json(self) -> dict[str, Any]:

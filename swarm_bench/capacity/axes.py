@@ -33,7 +33,7 @@ def variants(base: RunOptions, axes: Sequence[str]) -> list[SweepVariant]:
     """Return every combination of the axes' values.
 
     Args:
-        base: What all have in common.
+        base: Options that all have in common.
         axes: Each NAME=VALUE,VALUE: a field of a scenario (world, mission, robot, fleet, loss,
             dispatch, ...), method, engine, or a parameter of the navigators.
 

@@ -158,7 +158,6 @@ class Study:
         return self._seed_list(min(MOST_SEEDS, max(count + 1, needed)))
 
     def _seed_list(self, count: int) -> list[int]:
-        """Return the first seeds of the list given; after its end others follow."""
         further = range(max(self._seeds) + 1, max(self._seeds) + 1 + count)
         return [*self._seeds, *further][:count]
 

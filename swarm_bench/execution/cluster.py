@@ -28,7 +28,7 @@ class DaskExecutor:
 
         Args:
             client: A `distributed.Client`.
-            owned: What `close` closes, in order.
+            owned: Clients and clusters that `close` closes, in order.
             patience: Wall time [s] until the first worker has to be there.
 
         Raises:

@@ -25,7 +25,7 @@ def executor(jobs: int = 1, cluster: Any = None, *, apart: bool = False) -> Iter
 
     Args:
         cluster: Where else: as `--cluster`, or a `distributed.Client`; None for this machine.
-        apart: As for a `LocalExecutor`.
+        apart: Whether a run that ends its process must not end this one; see `LocalExecutor`.
 
     Raises:
         ConfigError: If a cluster cannot be used.

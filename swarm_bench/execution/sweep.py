@@ -37,7 +37,7 @@ class Sweep(Generic[Item, Result]):
 
     Attributes:
         results: Results so far, those that were kept before first.
-        failed: What is said of the runs without a result.
+        failed: Errors of the runs without a result.
     """
 
     items: Sequence[Item]  # one per run, in order

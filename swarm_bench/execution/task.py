@@ -67,13 +67,9 @@ def execute(runner: Runner, index: int, item: Any, pack: Pack | None = None) -> 
             is_refused = isinstance(error, ConfigError)
             return Done(index, None, here(), str(error), is_refused=is_refused)
         except Exception as error:  # a fault of a method or of ours stops no other run
-            return Done(index, None, here(), _told(error))
-
-
-def _told(error: Exception) -> str:
-    """Return one line on an error that nobody raised on purpose."""
-    last = traceback.extract_tb(error.__traceback__)[-1]
-    return f"{type(error).__name__}: {error} ({Path(last.filename).name}, line {last.lineno})"
+            last = traceback.extract_tb(error.__traceback__)[-1]
+            place = f"{Path(last.filename).name}, line {last.lineno}"
+            return Done(index, None, here(), f"{type(error).__name__}: {error} ({place})")
 
 
 @functools.cache  # once per process

@@ -110,7 +110,6 @@ def _summary(group: CellRuns) -> str:
 
 
 def _gap(lines: Sequence[StudyLine]) -> float | None:
-    """Return by which share the runs that ended took longer than the least possible, on average."""
     gaps = [line.time / line.bound - 1.0 for line in lines if line.has_ended and line.bound]
     return sum(gaps) / len(gaps) if gaps else None
 
