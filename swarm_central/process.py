@@ -36,7 +36,7 @@ from swarm_common.process.messages import (
     RobotSilent,
 )
 from swarm_common.process.pipes import EventWriter, MessageReader, child_options
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.ros.settings import read_node_settings
 
 TURN_PERIOD = 0.05  # [s] of wall time between two looks at the pipe

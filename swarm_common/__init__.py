@@ -6,10 +6,10 @@ Lower folders never import higher ones; the lowest stands first:
     process     Requests of processes to the kernel and to each other
     files       Files that are read and written: maps, sites, caches, the data that ships with the
                 project
-    robots      Robot models: from a description or robot.yaml to a RobotSpec
     middleware  ROS 2 and DDS as all processes use them
 
-What holds for every function here and in `swarm_sim`, unless its docstring says otherwise:
+What holds for every function here, in `swarm_describe` and in `swarm_sim`, unless its docstring
+says otherwise:
 
 - Lengths are in metres, angles in radians, times in seconds, masses in kilograms.
 - Places and poses (x, y, yaw) are in the map frame.

@@ -11,7 +11,7 @@ from typing import Any
 
 from swarm_common.files.yaml_io import check_keys, name_in, number, numbers, read_yaml, yaw_number
 from swarm_common.model.errors import ConfigError
-from swarm_sim.scene.scene import Box, Color, Cylinder
+from swarm_describe.worlds.scene import Box, Color, Cylinder
 
 KEYS = ("name", "wall_thickness", "wall_height", "wall_color", "walls", "boxes", "posts")
 NAMES = ("name", "walls.*.name", "boxes.*.name", "posts.*.name")  # texts as written

@@ -26,8 +26,8 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import FREE, Grid
 from swarm_common.model.records import FloatArray, Pose
 from swarm_common.model.sites import Sites
+from swarm_describe.worlds.scene import Box
 from swarm_map.floor_plan import LIMIT, FloorPlan, Thing, rounded
-from swarm_sim.scene.scene import Box
 
 MARGIN = 3.0  # [m] between the outermost nodes of a layout and the walls around them
 THICKNESS = 0.15  # [m] of these

@@ -15,12 +15,15 @@ import typer
 from rich.console import Console
 
 from swarm_common.files.map_io import load_map, save_map
-from swarm_common.files.other_worlds import YAML, YamlKind, check_plan_kind, yaml_kind
 from swarm_common.model.engines import BULLET, usual_engine
 from swarm_common.model.errors import ConfigError, MapError
 from swarm_common.model.grid import FREE, OCCUPIED, UNKNOWN
 from swarm_common.model.records import RobotSpec
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.other_worlds import YAML, YamlKind, check_plan_kind, yaml_kind
+from swarm_describe.worlds.reader import load_world
+from swarm_describe.worlds.scene import Scene
+from swarm_describe.worlds.world_file import SITES_FILE, world_names
 from swarm_map.floor_plan import FloorPlan, load_plan
 from swarm_map.grid_map import load_grid_map
 from swarm_map.layout import layout_of, load_layout
@@ -37,8 +40,6 @@ from swarm_map.world_writer import ROBOT, write_world
 from swarm_sim.maps.draw_map import SCAN_HEIGHT, draw_world, reach_of
 from swarm_sim.maps.map_difference import MAX_SHARE, compare
 from swarm_sim.maps.world_check import differences, picture
-from swarm_sim.scene.scene import Scene
-from swarm_sim.sdf.reader import SITES_FILE, load_world, world_names
 
 FOREIGN = (".xml", ".geojson", ".svg", ".dxf", ".osm", ".pdf", ".csv")  # endings of what is none
 LAYOUTS = (".lif", ".json")  # endings of files in LIF

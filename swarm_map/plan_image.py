@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Mask
+from swarm_describe.worlds.scene import Box
 from swarm_map.floor_plan import WALL_COLOR, FloorPlan, Thing, rounded
 from swarm_map.station_list import FILE as STATIONS_FILE
 from swarm_map.station_list import StationMark, read_marks
-from swarm_sim.scene.scene import Box
 
 MAX_PIXELS = 4_000_000
 MAX_BOXES = 20_000

@@ -11,7 +11,7 @@ from swarm_common.files.map_io import MAP_FILE, load_map
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.sites import SpawnArea, SpawnAreas
-from swarm_sim.scene.scene import Scene
+from swarm_describe.worlds.scene import Scene
 
 FILE = "preview.png"
 LONGER_SIDE = 1000  # pixels, about

@@ -12,11 +12,11 @@ import numpy as np
 
 from swarm_common.files.sites_io import load_sites
 from swarm_common.files.yaml_io import read_yaml
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.scene import GROUND_GAP, Scene
 from swarm_map.floor_plan import FloorPlan
 from swarm_map.world_writer import ROBOT
-from swarm_sim.scene.scene import Scene
-from swarm_sim.scene.section import GROUND_GAP, section_between
+from swarm_sim.scene.section import section_between
 
 TALLEST = 1000.0  # [m]
 MOST_STATIONS = 12  # that are told with their places

@@ -10,13 +10,13 @@ from swarm_common.files.map_io import MAP_FILE, load_map
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.grid import FREE, Grid
 from swarm_common.model.records import Mask
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.scene import GROUND_GAP, Scene
 from swarm_map.plan_image import SPAWN_PITCH
 from swarm_map.remarks import TALLEST
 from swarm_map.world_writer import ROBOT
 from swarm_sim.maps.spawn import spawn_poses
-from swarm_sim.scene.scene import Scene
-from swarm_sim.scene.section import GROUND_GAP, section_between
+from swarm_sim.scene.section import section_between
 
 USUAL_SIZE = 5  # robots that the command which is proposed starts
 BLOCK = 0.5  # [m] of the blocks of which a start area consists; one is kept free around it

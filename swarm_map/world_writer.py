@@ -14,12 +14,13 @@ import yaml
 from swarm_common.files.map_io import MAP_FILE, save_map
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import COARSEST
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.reader import load_world
+from swarm_describe.worlds.scene import Box, Cylinder, Scene
+from swarm_describe.worlds.world_file import SITES_FILE, WORLD_FILE
 from swarm_map.floor_plan import FloorPlan, Thing
 from swarm_sim.maps.check import check_sites
 from swarm_sim.maps.draw_map import SCAN_HEIGHT, draw_world, reach_of
-from swarm_sim.scene.scene import Box, Cylinder, Scene
-from swarm_sim.sdf.reader import SITES_FILE, WORLD_FILE, load_world
 
 ROBOT = "turtlebot3_waffle"  # that must fit at every station
 SDF_VERSION = "1.7"

@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.grid import FREE, Grid
 from swarm_common.model.records import FloatArray
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_report.run import RunData
 
 MOST_CELLS = 40_000  # of the grid that is searched

@@ -17,9 +17,9 @@ from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.process.browser import has_display
-from swarm_common.robots.fleet import fleet_names, load_fleet
-from swarm_common.robots.packages import add_package_paths
-from swarm_common.robots.source import robot_names as robot_models
+from swarm_describe.files.packages import add_package_paths
+from swarm_describe.robots.fleet import fleet_names, load_fleet
+from swarm_describe.robots.source import robot_names as robot_models
 from swarm_mission.mission import mission_names
 from swarm_run.domain import DomainLock, domain_id
 from swarm_run.fleet_link import fleet_link

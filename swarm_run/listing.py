@@ -8,9 +8,9 @@ from swarm_common.files.map_io import load_map
 from swarm_common.files.resources import resource_names, share_directory
 from swarm_common.files.sites_io import load_sites
 from swarm_common.files.yaml_io import read_yaml
-from swarm_common.robots.fleet import fleet_names, load_fleet
-from swarm_common.robots.loading import load_robot
-from swarm_common.robots.source import robot_names
+from swarm_describe.robots.fleet import fleet_names, load_fleet
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.robots.source import robot_names
 from swarm_mission.mission import mission_names, mission_path
 
 ABOUT = ("description",)  # a text as written

@@ -18,7 +18,7 @@ from swarm_common.model.coordination import Coordination
 from swarm_common.model.engines import check_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.robot_names import RobotNames
-from swarm_common.robots.fleet import Fleet
+from swarm_describe.robots.fleet import Fleet
 from swarm_recording.selection import select
 from swarm_run.fleet_link import FleetLink
 

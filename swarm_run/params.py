@@ -14,7 +14,7 @@ import yaml
 from swarm_common.files.params_io import SECTION, Flat, flatten, is_for, read_parameter_file
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose, RobotSpec
-from swarm_common.robots.params import robot_parameters
+from swarm_common.model.robot_parameters import robot_parameters
 from swarm_run.flat import nest, typed
 from swarm_run.world_params import WORLD_NODES, WorldParams, parse_world
 

@@ -13,7 +13,6 @@ import yaml
 
 from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.files.params_io import REALISTIC, default_parameters
-from swarm_common.files.resources import find_resource
 from swarm_common.files.sites_io import load_sites
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.files.zones_io import copy_masks
@@ -22,10 +21,11 @@ from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.robot_names import RobotNames
+from swarm_common.model.robot_parameters import frames_parameter
 from swarm_common.model.sites import Sites
-from swarm_common.robots.fleet import Fleet, Member, uniform_fleet
-from swarm_common.robots.loading import fixed_frames, load_robot
-from swarm_common.robots.params import frames_parameter
+from swarm_describe.robots.fleet import Fleet, Member, uniform_fleet
+from swarm_describe.robots.loading import fixed_frames, load_robot
+from swarm_describe.worlds.world_file import find_world
 from swarm_mission.energy import check_energy
 from swarm_mission.leg import Stop
 from swarm_mission.mission import Mission, load_mission, mission_path
@@ -460,7 +460,7 @@ def check_plan(options: UpOptions) -> RunPlan:
     Raises:
         SwarmError: For the first thing that is wrong with the input.
     """
-    world = find_resource("world", options.world, WORLD_FILE).absolute()
+    world = find_world(options.world).absolute()
     sites_path = world.parent / SITES_FILE
     has_sites = sites_path.is_file()
     sites = load_sites(sites_path, options.masks) if has_sites or options.masks else Sites()

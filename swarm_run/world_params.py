@@ -11,7 +11,7 @@ from swarm_common.files.resources import share_directory
 from swarm_common.files.yaml_io import pose_numbers
 from swarm_common.model.errors import UnknownNameError
 from swarm_common.model.records import Pose
-from swarm_common.robots.sensors_io import sensor_errors
+from swarm_describe.robots.sensors_io import sensor_errors
 from swarm_run.flat import nest, typed
 
 WORLD_NODES = ("world", "sim/world")  # how a section may name it

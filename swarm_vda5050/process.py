@@ -37,7 +37,7 @@ from swarm_common.process.messages import (
     WatchRobot,
 )
 from swarm_common.process.pipes import EventWriter, MessageReader, child_options
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_run.robots.status_check import StatusCheck
 from swarm_vda5050.broker import Broker
 from swarm_vda5050.dialect import Identity

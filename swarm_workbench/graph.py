@@ -38,7 +38,7 @@ from swarm_common.model.errors import ConfigError, SwarmEndedError, SwarmError, 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan
 from swarm_common.process import start
 from swarm_common.process.late_interrupt import late_interrupt
-from swarm_common.robots.fleet import load_fleet
+from swarm_describe.robots.fleet import load_fleet
 from swarm_run.domain import HIGHEST_DOMAIN, domain_id
 from swarm_run.options import (
     LOOPBACK,

@@ -10,7 +10,7 @@ from swarm_bench.runs.harness import run
 from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario, load_scenario
 from swarm_common.model.records import RobotSpec
-from swarm_common.robots import loading
+from swarm_describe.robots import loading
 from swarm_run.options import UpOptions
 
 

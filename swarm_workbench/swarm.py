@@ -20,7 +20,7 @@ from swarm_common.model.breaches import Collision
 from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
-from swarm_common.robots.fleet import load_fleet
+from swarm_describe.robots.fleet import load_fleet
 from swarm_workbench import picture
 from swarm_workbench.backend import Backend
 from swarm_workbench.bench import BenchBackend

@@ -12,14 +12,14 @@ from xml.sax.saxutils import quoteattr
 import yaml
 
 from swarm_common.files.map_io import load_map, map_of_world
-from swarm_common.files.resources import find_resource
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds import reader
+from swarm_describe.worlds.scene import Scene
+from swarm_describe.worlds.world_file import find_world
 from swarm_sim.maps.draw_map import draw_world, reach_of
-from swarm_sim.scene.scene import Scene
-from swarm_sim.sdf import reader
 
 WORLD_FILE, SITES_FILE = "world.sdf", "sites.yaml"
 HEIGHT = 1.0  # [m] of walls and boxes
@@ -99,7 +99,7 @@ def load_world(name_or_path: str | Path) -> World:
     Raises:
         SwarmError: If there is no such world, or its files are unusable.
     """
-    file = find_resource("world", str(name_or_path), WORLD_FILE).absolute()
+    file = find_world(str(name_or_path)).absolute()
     scene = reader.load_world(str(file))
     world = World(scene.name, file, dict(scene.sites.stations))
     world.__dict__["scene"] = scene

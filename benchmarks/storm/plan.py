@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.storm.reachable import Floor
 from swarm_common.model.records import Pose
-from swarm_sim.scene.actors import WalkerSpec
+from swarm_describe.worlds.actors import WalkerSpec
 
 FOR_EVER = 1 << 40  # [ticks]
 FIRST, LAST = 100, 1200  # ticks between which things begin

@@ -23,9 +23,9 @@ from swarm_bench.runs.json_lines import rounded
 from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.breaches import Collision
+from swarm_describe.worlds.scene import Body, Box, Part, transform_from_xyz_rpy
 from swarm_mission.itinerary import Itinerary
 from swarm_mission.leg import Stop
-from swarm_sim.scene.scene import Body, Box, Part, transform_from_xyz_rpy
 from swarm_sim.world.changing_world import ChangingWorld
 
 MOST_GOALS = 3  # of each robot's mission

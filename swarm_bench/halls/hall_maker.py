@@ -13,6 +13,7 @@ from swarm_bench.halls.hall import FLOOR, Hall, draw_walls
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Pose
+from swarm_describe.worlds.actors import WalkerSpec
 from swarm_nav.core.config import CostmapConfig, PlannerConfig
 from swarm_nav.planning.distance_kernels import stamp_discs
 from swarm_nav.planning.search import SearchSpace
@@ -20,7 +21,6 @@ from swarm_nav.planning.search_kernels import WALL
 from swarm_nav.planning.terrain import Terrain, terrain_for
 from swarm_sim.maps.draw_map import draw_world
 from swarm_sim.physics import scripted_paths
-from swarm_sim.scene.actors import WalkerSpec
 
 MISSIONS = ("random order", "pipeline", "roam", "swap")
 TRIES = 60  # of halls, before a seed is given up

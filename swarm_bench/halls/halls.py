@@ -23,9 +23,9 @@ from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
+from swarm_describe.worlds.actors import Actors
 from swarm_mission.itinerary import Itinerary
 from swarm_mission.leg import Stop
-from swarm_sim.scene.actors import Actors
 
 SIZES = (5, 12, 20, 35, 50)
 NONE, DEAD, RADIO, PEOPLE, MIXED = TROUBLES = ("none", "dead", "radio", "people", "mixed")

@@ -25,9 +25,12 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
-from swarm_common.robots.description import RobotModel
-from swarm_common.robots.fleet import limits_of
-from swarm_common.robots.loading import load_robot, open_robot
+from swarm_describe.robots.description import RobotModel
+from swarm_describe.robots.fleet import limits_of
+from swarm_describe.robots.loading import load_robot, open_robot
+from swarm_describe.worlds.actors import Actors, WalkerSpec, load_actors
+from swarm_describe.worlds.reader import load_world
+from swarm_describe.worlds.scene import Scene
 from swarm_mission.energy import check_energy
 from swarm_mission.itinerary import Itinerary
 from swarm_mission.leg import Stop
@@ -43,9 +46,6 @@ from swarm_run.world_params import WorldParams
 from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
 from swarm_sim.maps.spawn import deal_places
 from swarm_sim.maps.world_check import checked
-from swarm_sim.scene.actors import Actors, WalkerSpec, load_actors
-from swarm_sim.scene.scene import Scene
-from swarm_sim.sdf.reader import load_world
 from swarm_sim.sensing.radio import RadioConfig
 from swarm_sim.sensing.visibility import overlooked
 from swarm_sim.world.world import World, WorldConfig

@@ -14,7 +14,7 @@ from swarm_common.files.edition import edition
 
 # Packages whose code decides what a run of the bench is.
 DECIDING = (
-    "swarm_common", "swarm_nav", "swarm_mission", "swarm_sim", "swarm_central",
+    "swarm_common", "swarm_describe", "swarm_nav", "swarm_mission", "swarm_sim", "swarm_central",
     "swarm_bench/baselines", "swarm_bench/halls", "swarm_bench/runs",
 )  # fmt: skip
 

@@ -16,11 +16,11 @@ from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.result import RobotResult, RunResult
 from swarm_bench.runs.result_builder import COUNTERS, identity
-from swarm_common.files.resources import find_resource
 from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.process.lifetime import die_with
+from swarm_describe.worlds.world_file import find_world
 from swarm_run.command_line import SWARM_UP
 
 ENGINE = "ros"  # what a result's engine is called: rigid bodies behind the ROS graph
@@ -122,7 +122,7 @@ def _parameters(options: RunOptions) -> dict[str, Any]:
         "radio.delay": float(scenario.delay),
     }
     if scenario.actors:
-        home = find_resource("world", scenario.world, "world.sdf").absolute().parent
+        home = find_world(scenario.world).absolute().parent
         world["actors"] = str(home / scenario.actors)
     first_dead = options.robots - len(scenario.dead) + 1
     for number, pose in enumerate(scenario.dead, first_dead):

@@ -19,7 +19,7 @@ from swarm_common.model.beacon import BEACON_SIZE
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_common.model.shapes import Box, Part, transform_from_xyz_rpy
-from swarm_sim.scene.scene import Body
+from swarm_describe.worlds.scene import Body
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.object_placement import check_object_place
 from swarm_sim.world.world import World

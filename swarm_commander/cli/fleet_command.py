@@ -40,7 +40,7 @@ from swarm_common.model.records import Pose
 from swarm_common.model.run_words import lost_text
 from swarm_common.process.messages import RestartNavigator
 from swarm_common.process.pipes import EventWriter
-from swarm_common.robots.source import find_robot, robot_names
+from swarm_describe.robots.source import find_robot, robot_names
 from swarm_recording.recorder import record
 from swarm_recording.selection import select
 from swarm_run import domain

@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from typing import Any
 
-from swarm_common.robots.loading import account_of
+from swarm_describe.robots.loading import account_of
 
 WIDTH = 100  # characters of a line
 UNITS = {

@@ -12,7 +12,7 @@ from swarm_commander.cli.robot_table import robot_table
 from swarm_commander.cli.session import start
 from swarm_common.middleware.secret import given_secret
 from swarm_common.model.errors import ConfigError
-from swarm_common.robots.packages import add_package_paths
+from swarm_describe.files.packages import add_package_paths
 from swarm_run.arguments import UpArguments, signature_of
 from swarm_run.host_options import Role, check_combination
 

@@ -3,7 +3,6 @@
 What a module imports of its folder stands above it:
 
     edition     Edition of the software: hosts of one swarm must run the same
-    fuel        Models and worlds of Gazebo Fuel in the user's cache
     journal     Append-only files of JSON lines that stay readable if the writer is killed
     run_folders  Folders of runs, the latest first
     map_image   Images of maps as Nav2's map_server sees them
@@ -11,11 +10,9 @@ What a module imports of its folder stands above it:
     whole_file  Files that are there whole or not at all
     yaml_io     Strict reading of YAML files
     convert     The one door for settings: values become typed values, or ConfigError
-    other_worlds  Floor plans, maps and worlds of other programs: how to make a world of them
     resources   Folders of the data that ships with the project
     cache       Results kept in the user's cache between runs
     map_io      Reading and writing of maps in Nav2's format
-    meshes      Mesh files (STL, DAE, OBJ and what else trimesh reads) as convex hulls
     params_io   ROS 2 parameter files: sections by node name, and which node each is for
     zones_io    Reading of zones: the section `zones:` of `sites.yaml`, and Nav2's filter masks
     sites_io    Reading of `sites.yaml`

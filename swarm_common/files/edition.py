@@ -9,7 +9,7 @@ from pathlib import Path
 
 DISTRIBUTION = "swarm-workbench"
 # Packages whose code decides what a robot does, and what the hosts say to each other.
-DECIDING = ("swarm_common", "swarm_nav", "swarm_commander")
+DECIDING = ("swarm_common", "swarm_describe", "swarm_nav", "swarm_commander")
 DIGITS = 10  # of the digest that are shown
 
 

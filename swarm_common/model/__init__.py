@@ -13,13 +13,13 @@ What a module imports of its folder stands above it:
              ideal
     shapes     Collision shapes and where they sit
              descriptions
-    faults   A list of everything that is wrong with one thing, reported at once
     grid     Occupancy grid in Nav2's sense: the one central thing that robots share
     outline  Outlines of bodies seen from above, and what else follows from their shapes
     palette    The colours of all pages and pictures, and what each state of a robot means
              means
     records    Values that cross a topic, as plain dataclasses
              exchange
+    robot_parameters  A robot model as the ROS parameters `robot.*` of its navigator, and back
     robot_names  Names of a run's robots: their namespaces, by the number that beacons carry
     run_words  Words that terminal and report.html share, from the fields of report.json
     beacon   The radio message: `Beacon` as a numpy record whose bytes are its CDR body

@@ -18,7 +18,7 @@ from swarm_common.middleware.rclpy_compat import CheckedParameterService
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import RobotSpec
-from swarm_common.robots.params import robot_parameters
+from swarm_common.model.robot_parameters import robot_parameters
 from swarm_nav.core.config import (
     FIXED_PARAMETERS,
     NavConfig,

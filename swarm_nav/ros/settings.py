@@ -13,8 +13,8 @@ from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.robot_names import DEFAULT, RobotNames
+from swarm_common.model.robot_parameters import frames_from_parameter, robot_from_parameters
 from swarm_common.model.sites import Sites
-from swarm_common.robots.params import frames_from_parameter, robot_from_parameters
 from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
 from swarm_nav.core.plugins import check_plugins
 

@@ -10,5 +10,5 @@ What a module imports of its folder stands above it:
     check           Does the map show this world, and is there room at the stations?
     passages        Can every robot get to every station? If not: the passage in the way
 
-May import of swarm_sim: `physics`, `sdf`, `scene`; and swarm_common.
+May import of swarm_sim: `physics`, `scene`; and lower packages.
 """

@@ -12,12 +12,12 @@ from swarm_common.files.map_io import map_path
 from swarm_common.model.errors import ConfigError, MapError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, RobotSpec
+from swarm_describe.worlds.actors import VehicleSpec, WalkerSpec
+from swarm_describe.worlds.scene import GROUND_GAP, Scene
 from swarm_sim.maps.draw_map import SCAN_HEIGHT, Reach, accessible_points, site_points
 from swarm_sim.maps.map_difference import compare
 from swarm_sim.maps.spawn import keepout_distance, wall_distance
-from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
-from swarm_sim.scene.scene import Scene
-from swarm_sim.scene.section import GROUND_GAP, Section, section_between
+from swarm_sim.scene.section import Section, section_between
 
 WALK_STEP = 0.1  # [m] between the places of a walker's path that are looked at
 

@@ -10,9 +10,9 @@ import numpy as np
 from swarm_common.model.errors import MapError
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
+from swarm_describe.worlds.scene import GROUND_GAP, Scene
 from swarm_sim.maps.raster import MARGIN, NOWHERE, draw_grid, draw_on
-from swarm_sim.scene.scene import Scene
-from swarm_sim.scene.section import GROUND_GAP, Section, joined, section_between
+from swarm_sim.scene.section import Section, joined, section_between
 
 SCAN_HEIGHT = 0.132  # [m] above ground of a TurtleBot3 waffle's scan plane
 Reach = tuple[float, float]  # [m] heights between which robots can touch something

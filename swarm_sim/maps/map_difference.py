@@ -10,8 +10,8 @@ import numpy as np
 from swarm_common.model.errors import MapError
 from swarm_common.model.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from swarm_common.model.records import Mask
+from swarm_describe.worlds.scene import Scene
 from swarm_sim.maps.raster import draw_on
-from swarm_sim.scene.scene import Scene
 from swarm_sim.scene.section import section_between
 
 TOLERANCE = 0.1  # [m] by which an obstacle may be displaced on the map

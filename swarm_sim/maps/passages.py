@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from swarm_common.model.errors import WorldError
 from swarm_common.model.grid import KEEPOUT, OCCUPIED, Grid
 from swarm_common.model.records import FloatArray, Mask, Pose, RobotSpec
+from swarm_describe.worlds.scene import GROUND_GAP, Scene
 from swarm_sim.maps.raster import draw_grid
 from swarm_sim.maps.spawn import wall_distance
-from swarm_sim.scene.scene import Scene
-from swarm_sim.scene.section import GROUND_GAP, section_between
+from swarm_sim.scene.section import section_between
 
 Cell = tuple[int, int]
 RESOLUTION = 0.05  # [m] of the grid on which ways are looked for

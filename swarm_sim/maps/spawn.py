@@ -14,12 +14,12 @@ from swarm_common.model.errors import WorldError
 from swarm_common.model.records import FloatArray, Pose, RobotSpec, wrap_angle
 from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
 from swarm_common.model.zones import keepout_area
+from swarm_describe.worlds.scene import GROUND_GAP, Scene
 from swarm_sim.maps.draw_map import accessible_points, draw_section
 from swarm_sim.maps.raster import connected
 from swarm_sim.physics.planar import bounds_of, pack_polygons
 from swarm_sim.scene.polygon_kernels import corner_distance, nearest_outline
-from swarm_sim.scene.scene import Scene
-from swarm_sim.scene.section import GROUND_GAP, Section, section_between
+from swarm_sim.scene.section import Section, section_between
 
 WALL_GAP = 0.15  # [m] between the robot's circle and an obstacle
 STATION_CLEARANCE = 1.2  # [m] from centre to station

@@ -19,12 +19,12 @@ from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.errors import WorldError
 from swarm_common.model.grid import COARSEST, OCCUPIED, Grid
 from swarm_common.model.records import FloatArray
+from swarm_describe.worlds.raw_triangles import cuts, points_along, triangles_between, triangles_of
+from swarm_describe.worlds.scene import Body, Mesh, Scene
 from swarm_sim.maps.draw_map import Reach
 from swarm_sim.maps.map_difference import MapDifference, grown
 from swarm_sim.maps.raster import draw_grid, draw_on
 from swarm_sim.maps.spawn import wall_distance
-from swarm_sim.scene.raw_triangles import cuts, points_along, triangles_between, triangles_of
-from swarm_sim.scene.scene import Body, Mesh, Scene
 from swarm_sim.scene.section import Section, section_between
 
 STEP = COARSEST / 2.0  # [m] between points that are looked at
@@ -34,8 +34,8 @@ SLIT = 1e-3  # [m] twice as wide is a gap between pieces of one surface, at most
 NAMED = 8  # differences that a message lists
 CODE = (
     "scene/section", "scene/mesh_section", "scene/mesh_kernels", "scene/polygon_pieces",
-    "scene/raw_triangles", "maps/raster", "maps/world_check", "physics/bullet/probe",
-    "physics/bullet/fixed_bodies", "physics/bullet/object_bodies",
+    "../swarm_describe/worlds/raw_triangles", "maps/raster", "maps/world_check",
+    "physics/bullet/probe", "physics/bullet/fixed_bodies", "physics/bullet/object_bodies",
     "physics/bullet/collision_shapes",
 )  # fmt: skip
 

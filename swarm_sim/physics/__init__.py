@@ -15,5 +15,5 @@ What a module imports of its folder stands above it:
     bullet           The rigid-body engine: pybullet, and the bodies that it is given
     trial            The trial of a robot model, alone on the ground
 
-May import of swarm_sim: `scene`; and swarm_common.
+May import of swarm_sim: `scene`; and lower packages.
 """

@@ -7,8 +7,8 @@ from typing import Protocol
 
 from swarm_common.model.records import FloatArray, RobotSpec
 from swarm_common.model.shapes import Transform
-from swarm_common.robots.description import RobotModel
-from swarm_sim.scene.scene import Body
+from swarm_describe.robots.description import RobotModel
+from swarm_describe.worlds.scene import Body
 
 NEAR = 0.5  # [m] clearances beyond this are not measured
 NEAR_MISS = 0.03  # [m] closer than this without contact is a near miss

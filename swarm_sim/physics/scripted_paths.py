@@ -11,9 +11,9 @@ import numpy as np
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
+from swarm_describe.worlds.actors import VehicleSpec, WalkerSpec
 from swarm_sim.physics.engine import Touch
 from swarm_sim.physics.walker_kernels import Loops, RobotStates
-from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
 from swarm_sim.scene.randomness import hash_words, uniform
 
 PAUSES = 64  # drawn for each; then they begin again

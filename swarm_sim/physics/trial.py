@@ -20,8 +20,8 @@ from swarm_common.files.cache import kept
 from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, wrap_angle
-from swarm_common.robots.description import RobotModel
-from swarm_common.robots.loading import taken_for
+from swarm_describe.robots.description import RobotModel
+from swarm_describe.robots.loading import taken_for
 from swarm_sim.physics import objects, vehicles, walkers
 from swarm_sim.physics.bullet.robot_bodies import base_and_wheels
 from swarm_sim.physics.bullet.supports import SAG, SPRING, depths, find_supports, heights

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from swarm_common.model.records import FloatArray
+from swarm_describe.worlds.actors import VehicleSpec
+from swarm_describe.worlds.scene import Body, Box, Part, transform_from_xyz_rpy
 from swarm_sim.physics.scripted_paths import ScriptedPaths
 from swarm_sim.physics.vehicle_kernels import drive, heading_at
 from swarm_sim.physics.walker_kernels import RobotStates
-from swarm_sim.scene.actors import VehicleSpec
-from swarm_sim.scene.scene import Body, Box, Part, transform_from_xyz_rpy
 
 GROUND_GAP = 0.02  # [m] under a vehicle
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from swarm_common.model.records import FloatArray
+from swarm_describe.worlds.actors import WalkerSpec
 from swarm_sim.physics.scripted_paths import ScriptedPaths
 from swarm_sim.physics.walker_kernels import RobotStates, walk
-from swarm_sim.scene.actors import WalkerSpec
 
 
 class Walkers(ScriptedPaths[WalkerSpec]):

@@ -13,5 +13,5 @@ What a module imports of its folder stands above it:
     world_node  The world as a node: what happens between two ticks, and in one
     node        The world's process
 
-May import of swarm_sim: `world`, `sensing`, `maps`, `physics`, `sdf`, `scene`; and swarm_common.
+May import of swarm_sim: `world`, `sensing`, `maps`, `physics`, `scene`; and lower packages.
 """

@@ -11,8 +11,11 @@ from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.model.errors import ConfigError, MapError, RobotModelError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
-from swarm_common.robots.description import RobotModel
-from swarm_common.robots.loading import Robot, open_robot
+from swarm_describe.robots.description import RobotModel
+from swarm_describe.robots.loading import Robot, open_robot
+from swarm_describe.worlds.actors import load_actors
+from swarm_describe.worlds.reader import load_world
+from swarm_describe.worlds.scene import Scene
 from swarm_sim.maps.check import check_map, check_sites, check_vehicles, check_walkers
 from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
 from swarm_sim.maps.map_difference import compare
@@ -20,9 +23,6 @@ from swarm_sim.maps.passages import check_ways
 from swarm_sim.maps.spawn import check_apart, deal_places
 from swarm_sim.maps.world_check import checked
 from swarm_sim.ros.settings import RobotEntry, Settings
-from swarm_sim.scene.actors import load_actors
-from swarm_sim.scene.scene import Scene
-from swarm_sim.sdf.reader import load_world
 from swarm_sim.sensing.visibility import overlooked
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.world import WorldConfig

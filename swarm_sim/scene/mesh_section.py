@@ -21,9 +21,9 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from swarm_common.model.records import FloatArray, IntArray
+from swarm_describe.worlds.scene import Mesh, Transform
 from swarm_sim.scene.mesh_kernels import crossings, roofed
 from swarm_sim.scene.polygon_pieces import convex_pieces
-from swarm_sim.scene.scene import Mesh, Transform
 
 SHEET = 0.002  # [m] on either side of a surface without thickness
 DETAIL = 0.001  # [m] by which outlines are simplified

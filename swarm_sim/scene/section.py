@@ -13,9 +13,8 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from swarm_common.model.records import FloatArray
-from swarm_sim.scene.scene import Body, Box, Cylinder, Hull, Mesh, Shape, Sphere, Transform
+from swarm_describe.worlds.scene import Body, Box, Cylinder, Hull, Mesh, Shape, Sphere, Transform
 
-GROUND_GAP = 0.005  # [m] above ground from which something is an obstacle
 RIM_POINTS = 24  # corners that stand for the rim of a cylinder that is not upright
 UPRIGHT = 1.0 - 1e-9
 

@@ -10,5 +10,5 @@ What a module imports of its folder stands above it:
     radio           The radio: which robots hear which beacons at a tick, with range, loss and delay
     lidar           The LiDARs of all robots: their sections of the world, and scans
 
-May import of swarm_sim: `physics`, `sdf`, `scene`; and swarm_common.
+May import of swarm_sim: `physics`, `scene`; and lower packages.
 """

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, LidarSpec, RobotSpec, Scan
 from swarm_common.model.sensors import IDEAL, LidarErrors, SensorErrors
+from swarm_describe.worlds.scene import Body, Scene
 from swarm_sim.physics.objects import Objects
 from swarm_sim.scene.randomness import hash_words, normal, uniform
-from swarm_sim.scene.scene import Body, Scene
 from swarm_sim.scene.section import Section, section_between
 from swarm_sim.sensing import lidar_kernels
 

@@ -8,8 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import shapely
 
 from swarm_common.model.records import RobotSpec
-from swarm_common.robots.description import RobotModel
-from swarm_sim.scene.scene import bodies_of
+from swarm_describe.robots.description import RobotModel
 from swarm_sim.scene.section import Section, section_between
 
 
@@ -20,7 +19,7 @@ def overlooked(
     margin: float,
 ) -> Iterator[str]:
     """Yield a sentence on each model of which another one's LiDAR sees nothing, or too little."""
-    bodies = {other: bodies_of(models[other.model]) for other in dict.fromkeys(others)}
+    bodies = {other: models[other.model].bodies() for other in dict.fromkeys(others)}
     for seer in dict.fromkeys(seers):
         for other, parts in bodies.items():
             height = seer.lidar.z

@@ -18,5 +18,5 @@ What a module imports of its folder stands above it:
     robot_registry    The robots in the world: which may come, go or be put elsewhere. Knows no ROS
     object_registry   The objects in the world: which may come, go or be put elsewhere. Knows no ROS
 
-May import of swarm_sim: `sensing`, `maps`, `physics`, `sdf`, `scene`; and swarm_common.
+May import of swarm_sim: `sensing`, `maps`, `physics`, `scene`; and lower packages.
 """

@@ -13,8 +13,8 @@ import numpy as np
 from swarm_common.model.breaches import Collision
 from swarm_common.model.records import FloatArray, Pose, RobotSpec, Twist
 from swarm_common.model.shapes import Transform
-from swarm_common.robots.description import RobotModel
-from swarm_sim.scene.scene import Body
+from swarm_describe.robots.description import RobotModel
+from swarm_describe.worlds.scene import Body
 from swarm_sim.sensing.visibility import overlooked
 from swarm_sim.world.world import World
 

@@ -28,8 +28,8 @@ import numpy as np
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.shapes import Box, Cylinder, Hull, Mesh, Part, Plane, Sphere
 from swarm_common.process.lifetime import die_with
-from swarm_common.robots.loading import Robot, open_robot
-from swarm_sim.scene.scene import Body
+from swarm_describe.robots.loading import Robot, open_robot
+from swarm_describe.worlds.scene import Body
 from swarm_sim.world.object_source import is_object, read_object
 from swarm_sim.world.refusal import Reason, RefusedError
 

@@ -10,7 +10,7 @@ import numpy as np
 from swarm_common.model.errors import WorldError
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.shapes import Transform
-from swarm_sim.scene.scene import Body
+from swarm_describe.worlds.scene import Body
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.object_placement import check_apart, check_object_place, height_range
 from swarm_sim.world.refusal import Reason, RefusedError

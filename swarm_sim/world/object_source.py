@@ -11,17 +11,17 @@ import numpy as np
 
 from swarm_common.model.errors import RobotModelError, WorldError
 from swarm_common.model.shapes import inverse_of
-from swarm_common.robots.description import parse_urdf
-from swarm_common.robots.packages import PackageFinder
-from swarm_common.robots.xacro_io import expand
-from swarm_sim.scene.scene import Body, Part, Plane
-from swarm_sim.sdf.bodies import bodies_of, convex, welded
-from swarm_sim.sdf.frames import Scope
-from swarm_sim.sdf.grammar import account_for
-from swarm_sim.sdf.model_paths import ModelPaths
-from swarm_sim.sdf.models import model_file, models_in
-from swarm_sim.sdf.source import Source, check_sdf, is_xacro, parse_sdf, parse_text
-from swarm_sim.sdf.state import WorldState
+from swarm_describe.files.model_paths import ModelPaths
+from swarm_describe.files.packages import PackageFinder
+from swarm_describe.files.xacro_io import expand
+from swarm_describe.robots.description import parse_urdf
+from swarm_describe.worlds.bodies import bodies_of, convex, welded
+from swarm_describe.worlds.frames import Scope
+from swarm_describe.worlds.grammar import account_for
+from swarm_describe.worlds.models import model_file, models_in
+from swarm_describe.worlds.scene import Body, Part, Plane
+from swarm_describe.worlds.source import Source, check_sdf, is_xacro, parse_sdf, parse_text
+from swarm_describe.worlds.state import WorldState
 from swarm_sim.world.refusal import Reason, RefusedError
 
 TEXT = "entity_resource.resource_string"  # what messages call a description without a file

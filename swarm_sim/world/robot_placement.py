@@ -10,9 +10,9 @@ import shapely
 
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
+from swarm_describe.worlds.scene import GROUND_GAP, Body
 from swarm_sim.maps.spawn import wall_distance
-from swarm_sim.scene.scene import Body
-from swarm_sim.scene.section import GROUND_GAP, section_between
+from swarm_sim.scene.section import section_between
 from swarm_sim.world.changing_world import ChangingWorld
 
 GAP = 0.05  # [m] between the robot's circle and anything

@@ -11,7 +11,7 @@ from swarm_common.model.errors import SwarmError, WorldError
 from swarm_common.model.grid import FREE, Grid
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.robot_names import MOST, RobotNames
-from swarm_common.robots.loading import Robot
+from swarm_describe.robots.loading import Robot
 from swarm_sim.maps.spawn import spawn_poses
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.object_placement import outline_of

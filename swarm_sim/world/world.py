@@ -25,19 +25,19 @@ from swarm_common.model.records import (
 )
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sensors import IDEAL, SensorErrors
-from swarm_common.robots.description import RobotModel
-from swarm_common.robots.loading import open_robot, taken_for
-from swarm_common.robots.sensors_io import sensor_errors
+from swarm_describe.robots.description import RobotModel
+from swarm_describe.robots.loading import open_robot, taken_for
+from swarm_describe.robots.sensors_io import sensor_errors
+from swarm_describe.worlds.actors import VehicleSpec, WalkerSpec
+from swarm_describe.worlds.scene import GROUND_GAP, Body, Scene
 from swarm_sim.physics.drive import CommandBuffer, Odometer
 from swarm_sim.physics.engine import Engine
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.planar import PlanarEngine
 from swarm_sim.physics.vehicles import Vehicles
 from swarm_sim.physics.walkers import Walkers
-from swarm_sim.scene.actors import VehicleSpec, WalkerSpec
 from swarm_sim.scene.randomness import normal
-from swarm_sim.scene.scene import Body, Scene, bodies_of
-from swarm_sim.scene.section import GROUND_GAP, section_between
+from swarm_sim.scene.section import section_between
 from swarm_sim.sensing import radio_kernels
 from swarm_sim.sensing.lidar import Lidars
 from swarm_sim.sensing.motion_sensors import Imu, MotionSensors
@@ -185,7 +185,7 @@ class World:
         return [self.errors_of(spec) for spec in self.specs]
 
     def _make_lidars(self) -> Lidars:
-        bodies = {name: bodies_of(model) for name, model in self._models.items()}
+        bodies = {name: model.bodies() for name, model in self._models.items()}
         carried = [bodies[spec.model] for spec in self.specs]
         walkers = len(self._walkers)
         lidars = Lidars(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
-from swarm_common.robots.source import robot_names
+from swarm_describe.robots.source import robot_names
 from swarm_view.page.tool import BUTTONS, ORDERS, Tool
 from swarm_view.scene.views import View
 from swarm_view.state.topics import LABELS, SHOWN_AT_FIRST, Layer

@@ -12,7 +12,7 @@ import trimesh
 
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import FloatArray
-from swarm_common.robots.packages import PackageFinder
+from swarm_describe.files.packages import PackageFinder
 from swarm_view.scene.wheels import Axle
 
 GREY = (0.6, 0.6, 0.6, 1.0)

@@ -13,11 +13,11 @@ import numpy as np
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
+from swarm_describe.worlds.scene import Scene
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome
 from swarm_nav.traffic.conditions import Conditions, conditions
-from swarm_sim.scene.scene import Scene
 from swarm_sim.world.world import World, WorldConfig
 from tests.fakes.navigation import room, waffle, without_lidar
 from tests.fakes.traffic import WALL, hall_scene, smallest_gap

@@ -18,9 +18,9 @@ from swarm_common.middleware import ros_io
 from swarm_common.middleware.cdr import ScanWriter, TransformsWriter
 from swarm_common.middleware.topic_table import ROBOT_TOPICS, WORLD_TOPICS
 from swarm_common.model.records import Scan
-from swarm_common.robots.loading import open_robot
+from swarm_describe.robots.loading import open_robot
+from swarm_describe.worlds.reader import load_world
 from swarm_sim.ros.viewing.scene_publisher import scene_markers
-from swarm_sim.sdf.reader import load_world
 from swarm_view.state import topics
 from swarm_view.state.topics import Layer
 

@@ -22,7 +22,7 @@ from swarm_common.model.records import (
     wrap_angle,
 )
 from swarm_common.model.sites import Sites
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.core.goals import Event, Goal, GoalEnded, GoalKind

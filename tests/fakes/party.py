@@ -20,10 +20,10 @@ from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
+from swarm_describe.worlds.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
 from swarm_mission.itinerary import Itinerary
 from swarm_mission.leg import Stop
 from swarm_sim.maps.draw_map import draw_world
-from swarm_sim.scene.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
 from swarm_sim.sensing.radio import RadioConfig
 from swarm_sim.world.world import World, WorldConfig
 from tests.fakes.navigation import config, waffle, without_lidar

@@ -8,9 +8,9 @@ import numpy as np
 
 from swarm_common.model.records import FloatArray, Pose, Scan
 from swarm_common.model.shapes import Box, Part
-from swarm_common.robots.description import parse_urdf
-from swarm_common.robots.loading import Robot
-from swarm_sim.scene.scene import Body
+from swarm_describe.robots.description import parse_urdf
+from swarm_describe.robots.loading import Robot
+from swarm_describe.worlds.scene import Body
 
 
 def post(x: float, y: float) -> Body:

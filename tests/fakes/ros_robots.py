@@ -28,8 +28,8 @@ from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 from swarm_interfaces.msg import Mission, RobotStatus
 
-from swarm_common.files.resources import find_resource
 from swarm_common.middleware.ros_io import LATCHED, RELIABLE, start_in, time_msg
+from swarm_describe.worlds.world_file import find_world
 
 DRIVE_TICKS = 20
 
@@ -51,7 +51,7 @@ class Robot:
         self._pose = Pose2D(x=float(number), y=0.0, theta=0.0)
         self._tries: dict[tuple[float, float], int] = {}
         self._end: Future | None = None
-        sites = find_resource("world", "slim_blockage", "world.sdf").parent / "sites.yaml"
+        sites = find_world("slim_blockage").parent / "sites.yaml"
         self.node.declare_parameter("sites", str(sites))
         if homes:
             for axis, value in zip(("x", "y", "yaw"), (float(number), 7.0, 0.0), strict=True):

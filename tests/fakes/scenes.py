@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from swarm_sim.scene.scene import Body, Scene
+from swarm_describe.worlds.reader import read_world
+from swarm_describe.worlds.scene import Body, Scene
 from swarm_sim.scene.section import Section, section_between
-from swarm_sim.sdf.reader import read_world
 
 
 def section_at(scene: Scene, height: float) -> Section:

@@ -13,10 +13,10 @@ import numpy as np
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
+from swarm_describe.worlds.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome, Output
-from swarm_sim.scene.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
 from swarm_sim.sensing.radio import RadioConfig
 from swarm_sim.world.world import World, WorldConfig
 from tests.fakes.navigation import room, waffle, without_lidar

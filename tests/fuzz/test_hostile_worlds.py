@@ -21,13 +21,13 @@ from hypothesis import strategies as st
 
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.grid import OCCUPIED
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.reader import load_world
+from swarm_describe.worlds.scene import Scene
 from swarm_sim.maps.draw_map import draw_world, reach_of
 from swarm_sim.maps.spawn import spawn_poses
 from swarm_sim.maps.world_check import differences
-from swarm_sim.scene.scene import Scene
 from swarm_sim.scene.section import section_between
-from swarm_sim.sdf.reader import load_world
 from tests.fuzz.byte_mutation import FUZZ
 from tests.oracles.triangles import hits, raw
 

@@ -16,11 +16,11 @@ from swarm_common.files.map_io import load_map
 from swarm_common.files.params_io import default_parameters
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import SwarmError
-from swarm_common.robots.fleet import load_fleet
+from swarm_describe.robots.fleet import load_fleet
+from swarm_describe.worlds.actors import load_actors
 from swarm_map.floor_plan import load_plan
 from swarm_mission.mission import load_mission
 from swarm_run.params import load_overrides
-from swarm_sim.scene.actors import load_actors
 
 ROBOTS = ["Srobot1", "Srobot2"]
 AREA = {"x_min": 1, "y_min": 1, "x_max": 4, "y_max": 4, "pitch": 1.2, "yaw": 0.5}

@@ -17,8 +17,8 @@ import yaml
 
 from swarm_common.files.resources import share_directory
 from swarm_common.model.errors import SwarmError
-from swarm_common.robots.fleet import load_fleet
-from swarm_common.robots.loading import account_of
+from swarm_describe.robots.fleet import load_fleet
+from swarm_describe.robots.loading import account_of
 from tests.fakes.foreign_robots import SDF, Folder, plugin_drive
 from tests.fakes.own_robots import Own
 

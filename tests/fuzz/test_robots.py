@@ -17,9 +17,9 @@ from swarm_common.model.errors import SwarmError
 from swarm_common.model.outline import placed_corners
 from swarm_common.model.records import Pose, Twist, wrap_angle
 from swarm_common.model.shapes import Part
-from swarm_common.robots.fleet import load_fleet
-from swarm_common.robots.loading import Robot, open_robot
-from swarm_sim.scene.scene import Scene
+from swarm_describe.robots.fleet import load_fleet
+from swarm_describe.robots.loading import Robot, open_robot
+from swarm_describe.worlds.scene import Scene
 from swarm_sim.world.world import World, WorldConfig
 from tests.fakes.own_robots import Own
 from tests.fakes.posts import off_the_posts, points_by_tf, post

@@ -18,11 +18,11 @@ from swarm_common.files.map_io import load_map, save_map
 from swarm_common.files.resources import share_directory
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import SwarmError
+from swarm_describe.worlds.actors import load_actors
+from swarm_describe.worlds.reader import load_world
 from swarm_map.floor_plan import load_plan
 from swarm_map.world_writer import sdf_text, sites_text
 from swarm_sim.maps.check import check_vehicles, check_walkers
-from swarm_sim.scene.actors import load_actors
-from swarm_sim.sdf.reader import load_world
 from tests.fakes.scenes import section_at
 from tests.fuzz.byte_mutation import EDITS, FUZZ, Edit, mutated
 from tests.unit.swarm_sim.gazebo_package import write_package

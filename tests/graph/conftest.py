@@ -21,11 +21,12 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from swarm_common.files.resources import find_resource, share_directory
+from swarm_common.files.resources import share_directory
 from swarm_common.model.robot_names import RobotNames
+from swarm_common.model.robot_parameters import frames_parameter, robot_parameters
 from swarm_common.process.lifetime import die_with
-from swarm_common.robots.loading import fixed_frames, load_robot
-from swarm_common.robots.params import frames_parameter, robot_parameters
+from swarm_describe.robots.loading import fixed_frames, load_robot
+from swarm_describe.worlds.world_file import find_world
 from swarm_nav.core.config import NavConfig, parameter_values
 from tests.fakes.ros_domains import reserved_domain
 
@@ -203,7 +204,7 @@ def parameters(robot_id: int, pose: list[float], model: str = ROBOT) -> dict[str
     """Return the parameters of one navigator by dotted name."""
     spec = load_robot(model)
     limits = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")
-    sites = find_resource("world", WORLD, "sites.yaml")
+    sites = find_world(WORLD, "sites.yaml")
     return (
         parameter_values(NavConfig())
         | {name: getattr(spec, name) for name in limits}

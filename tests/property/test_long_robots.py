@@ -16,7 +16,7 @@ from shapely.ops import unary_union
 
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose, RobotSpec
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.core.goals import Outcome
 from tests.fakes.navigation import Squad, room, without_lidar
 

@@ -14,7 +14,7 @@ from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import run_on_graph
 from swarm_bench.runs.scenario import load_scenario
 from swarm_common.files.map_io import map_path
-from swarm_common.files.resources import find_resource
+from swarm_describe.worlds.world_file import find_world
 
 ROBOTS = 20
 ZONES = {
@@ -38,7 +38,7 @@ def options(folder: Path, seed: int) -> RunOptions:
     """Return a run in a hall whose holding circuit, which the zone would cut, is left out."""
     world = folder / "world"
     world.mkdir()
-    source = find_resource("world", "slim_blockage", "world.sdf")
+    source = find_world("slim_blockage")
     shutil.copy(source, world)
     shutil.copy(map_path("slim_blockage").with_suffix(".pgm"), world)
     shutil.copy(map_path("slim_blockage"), world / "map.yaml")

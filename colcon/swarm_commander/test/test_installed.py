@@ -7,7 +7,9 @@ import subprocess
 from pathlib import Path
 
 import swarm_common
-from swarm_common.files.resources import find_resource, share_directory
+from swarm_common.files.resources import share_directory
+from swarm_describe.robots.source import find_robot
+from swarm_describe.worlds.world_file import find_world
 
 PREFIX = Path(os.environ["AMENT_PREFIX_PATH"].split(os.pathsep)[0])
 
@@ -16,11 +18,8 @@ def test_modules_and_data_are_those_of_the_install_space() -> None:
     """Not those of the checkout, nor of another installation."""
     assert PREFIX in Path(swarm_common.__file__).parents
     assert PREFIX in share_directory().parents
-    for kind, name, file in (
-        ("world", "slim_blockage", "world.sdf"),
-        ("robot", "turtlebot3_waffle", "robot.yaml"),
-    ):
-        assert PREFIX in find_resource(kind, name, file).parents
+    assert PREFIX in find_world("slim_blockage").parents
+    assert PREFIX in find_robot("turtlebot3_waffle").settings.parents
 
 
 def test_a_program_runs() -> None:

@@ -13,5 +13,5 @@ What a module imports of its folder stands above it:
     surroundings      All that robots can touch: fixed bodies, objects, and walkers
     bullet_engine     Rigid-body engine: pybullet without a window, wheels turned by velocity motors
 
-May import of swarm_sim: the modules of `physics` above it, and `scene`; and swarm_common.
+May import of swarm_sim: the modules of `physics` above it, and `scene`; and lower packages.
 """

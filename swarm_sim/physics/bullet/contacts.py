@@ -8,11 +8,11 @@ import numpy as np
 import pybullet
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, RobotSpec
+from swarm_describe.worlds.scene import GROUND_GAP
 from swarm_sim.physics.bullet.bullet_kernels import near_pairs
 from swarm_sim.physics.engine import NEAR, NEAR_MISS, NearPair, Touch
 from swarm_sim.physics.planar import MAX_CORNERS, bounds_of, pack_like, pad_polygon
 from swarm_sim.physics.planar_kernels import Walls
-from swarm_sim.scene.section import GROUND_GAP
 
 EXACT_BELOW = 0.1  # [m] clearances below this come from the engine, larger ones from footprints
 REACH_SLACK = 0.02  # [m] added to how far a robot may move in a control period

@@ -10,9 +10,9 @@ import pybullet
 
 from swarm_common.model.records import FloatArray
 from swarm_common.model.shapes import Transform
+from swarm_describe.worlds.raw_triangles import tiles_between, triangles_of
+from swarm_describe.worlds.scene import Body, Mesh
 from swarm_sim.physics.bullet.collision_shapes import add_multi_body, position_quaternion
-from swarm_sim.scene.raw_triangles import tiles_between, triangles_of
-from swarm_sim.scene.scene import Body, Mesh
 from swarm_sim.scene.section import section_between
 
 GROUND, WHEEL, ROBOT, OBSTACLE, LOOSE = 1, 2, 4, 8, 16  # collision groups

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import FloatArray
 from swarm_common.model.shapes import transform_from_xyz_rpy
+from swarm_describe.worlds.scene import GROUND_GAP, Body, Mesh, Plane, Transform
 from swarm_sim.physics.bullet.collision_shapes import add_multi_body, position_quaternion
 from swarm_sim.physics.bullet.fixed_bodies import (
     GROUND,
@@ -24,8 +25,6 @@ from swarm_sim.physics.bullet.fixed_bodies import (
 )
 from swarm_sim.physics.objects import Objects
 from swarm_sim.scene.mesh_section import SHEET
-from swarm_sim.scene.scene import Body, Mesh, Plane, Transform
-from swarm_sim.scene.section import GROUND_GAP
 
 CHUNK = 20_000  # triangles of a mesh in one body
 OVERLAP = 0.01  # [m] by which something loose may reach into something else while it stands

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
 from swarm_common.model.shapes import Part
-from swarm_common.robots.description import RobotModel
+from swarm_describe.robots.description import RobotModel
+from swarm_describe.worlds.raw_triangles import cuts, triangles_of_part
+from swarm_describe.worlds.scene import Body
 from swarm_sim.physics.bullet.object_bodies import add_loose, add_piece, pieces_of
 from swarm_sim.physics.bullet.robot_bodies import add_robot, base_and_wheels, touchable
 from swarm_sim.physics.bullet.supports import find_supports
-from swarm_sim.scene.raw_triangles import cuts, triangles_of_part
-from swarm_sim.scene.scene import Body
 
 BATCH = 10_000  # rays at a time
 MOST_RAYS = 40_000  # through a body; of a larger one every so many

@@ -21,7 +21,8 @@ import pybullet
 
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
-from swarm_common.robots.description import RigidGroup, RobotModel
+from swarm_describe.robots.description import RigidGroup, RobotModel
+from swarm_describe.worlds.scene import Transform
 from swarm_sim.physics.bullet.collision_shapes import BallLink, add_multi_body
 from swarm_sim.physics.bullet.fixed_bodies import (
     GROUND,
@@ -32,7 +33,6 @@ from swarm_sim.physics.bullet.fixed_bodies import (
     WHEEL,
 )
 from swarm_sim.physics.bullet.supports import Supports, find_supports
-from swarm_sim.scene.scene import Transform
 
 ROTOR_INERTIA = 1e-3  # [kg m²] of the motor's rotor, seen through its gear; steadies the solver
 ROTOR_SHARE = 1.0 / 40.0  # of the robot's mass per wheel: wheels of heavy robots have more

@@ -8,6 +8,7 @@ import numpy as np
 import pybullet
 
 from swarm_common.model.records import FloatArray
+from swarm_describe.worlds.scene import Body
 from swarm_sim.physics.bullet.fixed_bodies import (
     add_walker,
     let_robots_pass,
@@ -18,7 +19,6 @@ from swarm_sim.physics.bullet.object_bodies import BulletObjects, add_piece, pie
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.planar import pack_polygons
 from swarm_sim.physics.walkers import Walkers
-from swarm_sim.scene.scene import Body
 from swarm_sim.scene.section import section_between
 
 SOLVER_ITERATIONS = 10

@@ -10,5 +10,5 @@ What a module imports of its folder stands above it:
     links       One robot's topics on the side of the world
     swarm       The topics of all robots on the side of the world, in the order of robots
 
-May import of swarm_sim: what `ros` may, of `ros` itself `build` and `settings`; and swarm_common.
+May import of swarm_sim: what `ros` may, of `ros` itself `build` and `settings`; and lower packages.
 """

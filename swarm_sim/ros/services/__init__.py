@@ -10,5 +10,5 @@ What a module imports of its folder stands above it:
     entities      Requests that change who and what is there: spawn, delete, move, reset
     inquiries     Questions, which are answered at once, and what is not supported
 
-May import of swarm_sim: what `ros` may, but of `ros` itself nothing; and swarm_common.
+May import of swarm_sim: what `ros` may, but of `ros` itself nothing; and lower packages.
 """

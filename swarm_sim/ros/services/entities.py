@@ -27,11 +27,11 @@ from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_poll import PolledService
 from swarm_common.middleware.simulation import resource_in
 from swarm_common.model.records import Pose
-from swarm_common.robots.loading import Robot
+from swarm_describe.robots.loading import Robot
+from swarm_describe.worlds.scene import Body
 from swarm_sim.ros.services.model_loader import ModelLoader
 from swarm_sim.ros.services.places import check_frame, place_in_map, pose_in_map
 from swarm_sim.ros.services.request_guard import RESULTS, Codes, Door
-from swarm_sim.scene.scene import Body
 from swarm_sim.world.model_reader import Model, ModelRequest
 from swarm_sim.world.object_registry import ObjectRegistry
 from swarm_sim.world.refusal import Reason, RefusedError

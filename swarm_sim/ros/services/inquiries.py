@@ -32,10 +32,10 @@ from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import FloatArray, Pose
 from swarm_common.model.shapes import transform_from_xyz_rpy
 from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas
+from swarm_describe.worlds.overlaps import points_of
+from swarm_describe.worlds.scene import Body
 from swarm_sim.ros.services.places import MAP, message_of, twist_in_map
 from swarm_sim.ros.services.request_guard import RESULTS, Door
-from swarm_sim.scene.overlaps import points_of
-from swarm_sim.scene.scene import Body
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.object_registry import ObjectRegistry
 from swarm_sim.world.refusal import Reason, RefusedError

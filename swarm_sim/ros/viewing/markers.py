@@ -21,7 +21,7 @@ from swarm_common.model.shapes import (
     Transform,
     quaternion_of,
 )
-from swarm_sim.scene.scene import Body
+from swarm_describe.worlds.scene import Body
 
 WALL, BLOCK = (0.80, 0.81, 0.83, 1.0), (0.72, 0.60, 0.44, 1.0)  # where no colour is given
 WALL_HEIGHT = 1.5  # [m] from which a body counts as a wall

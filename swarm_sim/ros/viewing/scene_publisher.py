@@ -15,9 +15,9 @@ from swarm_common.middleware import ros_io
 from swarm_common.middleware.cdr import TransformsWriter
 from swarm_common.model.records import FloatArray, Pose
 from swarm_common.model.zones import keepout_area, speed_area, triangles
+from swarm_describe.worlds.scene import Scene
 from swarm_recording.run_trace import TOPICS, RunTrace
 from swarm_sim.ros.viewing.markers import body_markers, marker_of, set_scale
-from swarm_sim.scene.scene import Scene
 from swarm_sim.world.world import World
 
 WALKER = (0.84, 0.37, 0.00, 1.0)  # colour

@@ -9,7 +9,7 @@ from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.results.status_table import shown_state
 from swarm_common.model.records import Pose
 from swarm_common.process import messages as say
-from swarm_common.robots.fleet import load_fleet
+from swarm_describe.robots.fleet import load_fleet
 from swarm_run.options import UpOptions
 from swarm_run.plan import check_plan
 from tests.fakes.charging import BATTERY

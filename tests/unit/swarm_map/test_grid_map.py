@@ -12,10 +12,10 @@ from swarm_common.files.resources import share_directory
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import OCCUPIED, UNKNOWN
 from swarm_common.model.sites import SpawnAreas
+from swarm_describe.worlds.reader import load_world
 from swarm_map.grid_map import load_grid_map
 from swarm_map.world_writer import sdf_text, sites_text, write_world
 from swarm_mission.mission import load_mission
-from swarm_sim.sdf.reader import load_world
 
 MAP = """type octile
 height 4

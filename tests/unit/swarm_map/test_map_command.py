@@ -12,12 +12,12 @@ from PIL import Image
 
 from swarm_common.files.map_io import load_map, map_path, save_map
 from swarm_common.files.resources import share_directory
+from swarm_describe.worlds.reader import load_world
 from swarm_map.floor_plan import load_plan
 from swarm_map.map_command import map_app
 from swarm_map.plan_image import rectangles
 from swarm_map.world_writer import sdf_text, sites_text
 from swarm_run.command_line import run_app
-from swarm_sim.sdf.reader import load_world
 
 PLAN = """
 name: small

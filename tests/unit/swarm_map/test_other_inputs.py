@@ -10,11 +10,11 @@ import pytest
 from PIL import Image
 
 from swarm_common.files.map_io import load_map
-from swarm_common.files.resources import find_resource
 from swarm_common.model.errors import ConfigError
+from swarm_describe.worlds.reader import load_world
+from swarm_describe.worlds.world_file import find_world
 from swarm_map.map_command import map_app
 from swarm_run.command_line import run_app
-from swarm_sim.sdf.reader import load_world
 from tests.fakes.scenes import section_at
 
 NAV2 = """image: {image}
@@ -111,7 +111,7 @@ def test_worlds_of_other_programs_are_told_the_way(
     said = capsys.readouterr().err
     assert message in said
     with pytest.raises(ConfigError) as caught:
-        find_resource("world", path, "world.sdf")
+        find_world(path)
     assert message in str(caught.value)
     _, has_command, command = said.partition("swarm-map ")
     if has_command:
@@ -125,7 +125,7 @@ def test_a_map_given_as_a_world_is_told_the_way(
     folder.mkdir()
     path = write_map(folder)
     with pytest.raises(ConfigError, match="is a map of Nav2's; build a world of it") as caught:
-        find_resource("world", path, "world.sdf")
+        find_world(path)
     command = shlex.split(str(caught.value).partition("swarm-map ")[2])
     assert run(monkeypatch, *command, "-o", tmp_path) == 0
 
@@ -200,5 +200,5 @@ def test_the_command_that_is_printed_fits_the_world(
     command = shlex.split(said.partition("start robots with")[2])
     assert command[1:] == (["--world", command[2], "--swarm-size", str(count)] if count else [])
     if count:
-        found = find_resource("world", command[2], "world.sdf")
+        found = find_world(command[2])
         assert found.samefile(tmp_path / name / "world.sdf")

@@ -15,7 +15,7 @@ from swarm_common.model.battery import BatterySpec
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_mission.energy import check_energy, least_energy
 from swarm_mission.leg import Stop
 from tests.fakes.charging import hall_with_chargers, waffle_with_battery

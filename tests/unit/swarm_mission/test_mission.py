@@ -3,12 +3,12 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common.files.resources import find_resource
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites, SpawnArea, SpawnAreas
 from swarm_common.model.zones import KeepoutZone, Zones
+from swarm_describe.worlds.world_file import find_world
 from swarm_mission.leg import HOME
 from swarm_mission.mission import (
     Mission,
@@ -24,7 +24,7 @@ LOADERS = [f"loader_{number}" for number in range(1, 7)]
 
 @pytest.fixture(scope="module")
 def hall() -> Sites:
-    return load_sites(find_resource("world", "slim_blockage", "world.sdf").parent / "sites.yaml")
+    return load_sites(find_world("slim_blockage").parent / "sites.yaml")
 
 
 def stops(sites: Sites, **changes: int) -> list[str]:
@@ -222,7 +222,7 @@ def test_a_mission_names_what_the_world_lacks(tmp_path: Path) -> None:
 
 def test_a_robot_without_a_mission_goes_to_what_its_world_has(hall: Sites) -> None:
     assert usual_mission(hall, "").name == "loading_route"
-    folder = find_resource("world", "slim_blockage", "world.sdf").parents[1]
+    folder = find_world("slim_blockage").parents[1]
     for path in sorted(folder.glob("*/sites.yaml")):
         sites = load_sites(path)
         if not sites.stations and not sites.places:

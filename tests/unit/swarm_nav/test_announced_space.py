@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, Twist, wrap_angle
-from swarm_common.robots.fleet import limits_of
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.fleet import limits_of
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.control.dwa_kernels import held_gap
 from swarm_nav.core.config import config_from_parameters
 from swarm_nav.core.goals import GoalKind

@@ -10,13 +10,13 @@ import sys
 import swarm_nav
 from swarm_common.files.map_io import load_map, map_path
 from swarm_common.model.beacon import serialize_neighbors
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.reader import load_world
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import Goal, GoalKind
 from swarm_nav.launch.warm_up import warm_up
 from swarm_sim.maps.spawn import spawn_poses
-from swarm_sim.sdf.reader import load_world
 from swarm_sim.world.world import World, WorldConfig
 from tests.fakes.neighbors import deserialize_neighbors
 

@@ -10,7 +10,7 @@ from swarm_common.files.journal import Journal
 from swarm_common.files.map_io import save_map
 from swarm_common.model.grid import Grid
 from swarm_common.model.run_words import SERIES_FIELDS
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_report.bottleneck import find_bottleneck, lost_words
 from swarm_report.charts import timeline
 from swarm_report.document import document_html, shares

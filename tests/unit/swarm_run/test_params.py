@@ -10,10 +10,10 @@ from swarm_common.files.params_io import default_parameters, flatten
 from swarm_common.model.engines import BULLET
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
+from swarm_common.model.robot_parameters import robot_from_parameters, robot_parameters
 from swarm_common.model.sensors import IDEAL
-from swarm_common.robots.fleet import limits_of
-from swarm_common.robots.loading import load_robot
-from swarm_common.robots.params import robot_from_parameters, robot_parameters
+from swarm_describe.robots.fleet import limits_of
+from swarm_describe.robots.loading import load_robot
 from swarm_run.flat import nest
 from swarm_run.params import (
     load_overrides,

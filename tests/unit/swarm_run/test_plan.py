@@ -10,11 +10,11 @@ import pytest
 
 from swarm_commander.mission.runner import itineraries
 from swarm_common.files.params_io import flatten
-from swarm_common.files.resources import find_resource
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
-from swarm_common.robots.fleet import load_fleet
+from swarm_describe.robots.fleet import load_fleet
+from swarm_describe.worlds.world_file import find_world
 from swarm_mission.routes import goals
 from swarm_run.options import UpOptions, robot_of, swarm_size_of
 from swarm_run.plan import RunPlan, check_plan
@@ -101,7 +101,7 @@ def test_where_missions_lead_is_known_before_they_begin(tmp_path: Path) -> None:
 def test_too_few_places_are_refused_before_the_start(tmp_path: Path) -> None:
     folder = tmp_path / "hall"
     folder.mkdir()
-    for file in find_resource("world", "pillars", "world.sdf").parent.iterdir():
+    for file in find_world("pillars").parent.iterdir():
         shutil.copy(file, folder)
     sites = load_sites(folder / "sites.yaml")
     rows = "".join(f"  - [{p.x}, {p.y}, {p.yaw}]\n" for p in sites.places[:4])
@@ -125,7 +125,7 @@ def test_the_drive_is_the_worlds_engine(tmp_path: Path) -> None:
 def test_what_is_restarted_reads_copies(tmp_path: Path) -> None:
     """A navigator or mission process that was restarted read the user's files as they were then."""
     own = tmp_path / "own"
-    shutil.copytree(find_resource("world", "slim_blockage", "world.sdf").parent, own)
+    shutil.copytree(find_world("slim_blockage").parent, own)
     route = tmp_path / "tour.yaml"
     route.write_text("route: [{stations: [loader_1]}]", encoding="utf-8")
     options = UpOptions(swarm_size=2, world=str(own / "world.sdf"), mission=str(route))
@@ -148,7 +148,7 @@ def test_what_is_restarted_reads_copies(tmp_path: Path) -> None:
 def test_filter_masks_reach_every_process_as_copies(tmp_path: Path) -> None:
     """A world of its own with a mask in its sites, and another mask of the command line."""
     own = tmp_path / "own"
-    shutil.copytree(find_resource("world", "slim_blockage", "world.sdf").parent, own)
+    shutil.copytree(find_world("slim_blockage").parent, own)
     for name, grey in (("keep", 254), ("slow", 100)):
         (tmp_path / f"{name}.pgm").write_bytes(b"P5 2 2 255\n" + bytes([grey] * 4))
         (tmp_path / f"{name}.yaml").write_text(
@@ -176,7 +176,7 @@ def test_filter_masks_reach_every_process_as_copies(tmp_path: Path) -> None:
 
 def test_masks_alone_are_sites_too(tmp_path: Path) -> None:
     world = tmp_path / "hall.sdf"
-    shutil.copy(find_resource("world", "slim_blockage", "world.sdf"), world)
+    shutil.copy(find_world("slim_blockage"), world)
     (tmp_path / "keep.pgm").write_bytes(b"P5 2 2 255\n" + bytes(4))
     (tmp_path / "keep.yaml").write_text("{image: keep.pgm, resolution: 1, origin: [0, 0, 0]}")
     options = UpOptions(swarm_size=2, world=str(world), keepout_mask=tmp_path / "keep.yaml")

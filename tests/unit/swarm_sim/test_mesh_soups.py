@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import LidarSpec, Pose, Twist
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.scene import Body, Scene
 from swarm_sim.maps.raster import draw_grid
 from swarm_sim.maps.spawn import wall_distance
 from swarm_sim.maps.world_check import differences
-from swarm_sim.scene.scene import Body, Scene
 from swarm_sim.scene.section import Section, section_between
 from swarm_sim.sensing.lidar import LidarGroup
 from swarm_sim.world.world import World, WorldConfig

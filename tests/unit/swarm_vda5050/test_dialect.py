@@ -9,7 +9,7 @@ import pytest
 from vda5050.model.order import Order as TheirOrder
 from vda5050.validation import SchemaValidator
 
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_vda5050.dialect import Dialect, Identity
 from swarm_vda5050.factsheet import factsheet
 from swarm_vda5050.faults import OrderFault, OrderRejectedError

@@ -11,7 +11,7 @@ from swarm_common.middleware.radio_check import read_beacon
 from swarm_common.model.beacon import empty_beacons, serialize_beacon
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import Pose, Twist
-from swarm_common.robots.fleet import load_fleet
+from swarm_describe.robots.fleet import load_fleet
 from swarm_run.options import UpOptions
 from swarm_run.plan import check_plan
 from swarm_sim.ros.build import build

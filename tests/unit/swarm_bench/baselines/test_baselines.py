@@ -19,7 +19,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Odometry, Pose, Twist
 from swarm_common.model.sites import Sites
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.control.dwa_kernels import Limits, Velocity
 from swarm_nav.core.config import NavConfig
 from swarm_nav.planning.distance_kernels import Frame, Place

@@ -20,8 +20,8 @@ from swarm_common.files.run_folders import run_folders
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError, NoSwarmError
 from swarm_common.model.records import Pose
-from swarm_common.robots.fleet import fleet_names
-from swarm_common.robots.source import robot_names
+from swarm_describe.robots.fleet import fleet_names
+from swarm_describe.robots.source import robot_names
 from swarm_mission.mission import mission_names
 from swarm_run.command_line import run_app
 from swarm_run.domain import DomainLock, check_swarm

@@ -7,8 +7,8 @@ import pytest
 
 from swarm_common.files import cache
 from swarm_common.files.cache import kept
-from swarm_common.robots import description as robot_model
-from swarm_common.robots.loading import open_robot
+from swarm_describe.robots import description as robot_model
+from swarm_describe.robots.loading import open_robot
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from swarm_common.files import yaml_io
 from swarm_common.files.sites_io import load_sites
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError
-from swarm_common.robots.source import find_robot
+from swarm_describe.robots.source import find_robot
 from swarm_map.floor_plan import load_plan
 from swarm_mission.mission import load_mission
 

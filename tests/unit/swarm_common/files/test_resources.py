@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from swarm_common.files.resources import file_of
-from swarm_common.robots.packages import PackageFinder
+from swarm_describe.files.packages import PackageFinder
 
 NAMES = ["a#b.stl", "a;b.stl", "a?b.stl", "a%20b.stl", "a b.stl", "~a.stl", "ä.stl"]
 

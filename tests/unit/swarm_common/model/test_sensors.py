@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from swarm_common.model.errors import ConfigError, RobotModelError, UnknownNameError
+from swarm_common.model.robot_parameters import robot_from_parameters, robot_parameters
 from swarm_common.model.sensors import IDEAL
-from swarm_common.robots.loading import load_robot
-from swarm_common.robots.params import robot_from_parameters, robot_parameters
-from swarm_common.robots.sensors_io import sensor_errors
-from swarm_common.robots.source import robot_names
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.robots.sensors_io import sensor_errors
+from swarm_describe.robots.source import robot_names
 
 
 def test_nothing_said_is_ideal_and_what_is_said_replaces_the_base() -> None:

@@ -12,7 +12,7 @@ import pytest
 from swarm_common.middleware import rclpy_compat
 from swarm_common.process import numba_compat
 from swarm_common.process.private_parts import MovedPartError, require
-from swarm_common.robots import xacro_compat
+from swarm_describe.files import xacro_compat
 from swarm_view.scene import viser_compat
 
 ROOT = Path(__file__).parents[4]

@@ -28,7 +28,7 @@ UNUSED = {
     "swarm_commander.cli.up_command": ("rclpy", "numba", "scipy", "shapely", "pybullet"),
     "swarm_sim.ros.node": ("rich", "typer"),
     "swarm_nav.launch.fork_server_main": ("rich", "typer", "psutil", "shapely", "pybullet"),
-    "swarm_commander.cli.commander_command": ("numba", "shapely", "swarm_common.robots"),
+    "swarm_commander.cli.commander_command": ("numba", "shapely", "swarm_describe.robots"),
     "swarm_commander.mission.runner": ("rich", "typer", "numba", "scipy", "shapely", "pybullet"),
 }
 # rclpy's own end would wait for threads that the fork server keeps from being there.

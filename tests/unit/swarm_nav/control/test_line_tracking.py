@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import Pose, Twist
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.control.controller import Controller
 from swarm_nav.control.line_tracking import MOST_RATE, StraightController
 from swarm_nav.core.config import ControllerConfig, NavConfig

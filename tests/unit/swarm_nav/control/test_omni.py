@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import Pose, Twist
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.control.controller import TUBE_TOLERANCE, Controller
 from swarm_nav.control.dwa_kernels import held_gap
 from swarm_nav.control.omni import OmniController, make_controller

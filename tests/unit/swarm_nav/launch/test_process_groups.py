@@ -12,8 +12,8 @@ import yaml
 
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError
-from swarm_common.robots.loading import load_robot
-from swarm_common.robots.params import robot_parameters
+from swarm_common.model.robot_parameters import robot_parameters
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.launch.process_groups import Grouping
 from tests.unit.swarm_common.middleware.test_ros_env import PORTS
 

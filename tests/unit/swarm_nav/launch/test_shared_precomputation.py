@@ -9,7 +9,7 @@ from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 from swarm_common.model.zones import KeepoutZone, Zones
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.config import NavConfig
 from swarm_nav.launch import shared_precomputation

@@ -11,7 +11,7 @@ import pytest
 import shapely
 
 from swarm_common.model.records import Pose, RobotSpec, Twist
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.core.config import NavConfig
 from swarm_nav.planning.oblong import (
     LEAST_GAP,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from swarm_common.files.map_io import load_map, map_path
-from swarm_common.files.resources import find_resource
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.grid import OCCUPIED, Grid
+from swarm_describe.worlds.world_file import find_world
 from swarm_nav.core.config import NavConfig
 from swarm_nav.planning.planner import Planner
 from swarm_nav.planning.search_kernels import WALL
@@ -121,7 +121,7 @@ def test_a_heavier_lane_weight_makes_the_wrong_side_dearer() -> None:
 
 def test_every_station_of_the_factory_hall_is_reached_from_every_other() -> None:
     grid = load_map(map_path("slim_blockage"))
-    sites = load_sites(find_resource("world", "slim_blockage", "sites.yaml"))
+    sites = load_sites(find_world("slim_blockage", "sites.yaml"))
     stations = list(sites.stations.values())
     here = terrain(grid)
     for goal in stations:

@@ -4,9 +4,9 @@ import pytest
 import yaml
 
 from swarm_common.model.errors import SwarmError
+from swarm_common.model.robot_parameters import robot_parameters
 from swarm_common.model.sensors import IDEAL
-from swarm_common.robots.loading import load_robot
-from swarm_common.robots.params import robot_parameters
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.ros.settings import parse_node_settings, read_node_settings
 
 SPEC = load_robot("turtlebot3_waffle")

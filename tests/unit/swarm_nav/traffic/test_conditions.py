@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from swarm_common.model.grid import Grid
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.core.config import NavConfig
 from swarm_nav.traffic.conditions import PLACES_PER_ROBOT, Conditions, conditions
 from tests.fakes.navigation import room, waffle

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.rank import OWN_DEPTH
 from swarm_nav.planning import search_kernels

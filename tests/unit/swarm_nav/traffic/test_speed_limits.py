@@ -10,7 +10,7 @@ import pytest
 from swarm_common.model.records import Pose, RobotSpec, Twist
 from swarm_common.model.sites import Sites
 from swarm_common.model.zones import SpeedZone, Zones
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_nav.core.goals import GoalKind, Outcome
 from swarm_nav.traffic.speed_limits import SpeedLimits
 from tests.fakes.navigation import Squad, config, robot_in, room, waffle

@@ -12,14 +12,15 @@ from swarm_common.model.errors import ConfigError, MapError
 from swarm_common.model.grid import FREE, OCCUPIED, UNKNOWN, Grid
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
-from swarm_common.robots.loading import load_robot, open_robot
+from swarm_describe.robots.loading import load_robot, open_robot
+from swarm_describe.worlds.reader import load_world
+from swarm_describe.worlds.world_file import world_names
 from swarm_sim.maps.check import check_map, check_sites
 from swarm_sim.maps.draw_map import draw_world
 from swarm_sim.maps.raster import draw_on
 from swarm_sim.ros import build
 from swarm_sim.ros.settings import RobotEntry, Settings
 from swarm_sim.scene.section import Section
-from swarm_sim.sdf.reader import load_world, world_names
 from tests.fakes.scenes import section_at
 from tests.unit.swarm_sim.sensing.test_lidar import make_section
 

@@ -12,14 +12,14 @@ from swarm_common.model.errors import ConfigError, WorldError
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.sites import SpawnArea, SpawnCircle
 from swarm_common.model.zones import KeepoutZone, Zones
-from swarm_common.robots.fleet import load_fleet
-from swarm_common.robots.loading import load_robot
-from swarm_common.robots.source import robot_names
+from swarm_describe.robots.fleet import load_fleet
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.robots.source import robot_names
+from swarm_describe.worlds.reader import load_world
+from swarm_describe.worlds.scene import Scene
 from swarm_sim.maps.check import check_sites
 from swarm_sim.maps.passages import Ways, check_ways, needed_width
 from swarm_sim.maps.spawn import deal_places
-from swarm_sim.scene.scene import Scene
-from swarm_sim.sdf.reader import load_world
 
 WAFFLE, BURGER = load_robot("turtlebot3_waffle"), load_robot("turtlebot3_burger")
 

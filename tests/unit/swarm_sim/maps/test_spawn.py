@@ -15,7 +15,8 @@ from swarm_common.model.errors import MapError, UnknownNameError, WorldError
 from swarm_common.model.grid import FREE
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites, SpawnArea, SpawnAreas, SpawnCircle
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.reader import load_world
 from swarm_sim.maps.draw_map import draw_world
 from swarm_sim.maps.spawn import (
     CIRCUIT_CLEARANCE,
@@ -27,7 +28,6 @@ from swarm_sim.maps.spawn import (
 from swarm_sim.ros.build import build
 from swarm_sim.ros.settings import RobotEntry, Settings
 from swarm_sim.scene.section import section_between
-from swarm_sim.sdf.reader import load_world
 from swarm_sim.world.world import World, WorldConfig
 
 WAFFLE = load_robot("turtlebot3_waffle")

@@ -12,13 +12,22 @@ import trimesh
 
 from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.errors import WorldError
+from swarm_describe.worlds.reader import load_world
+from swarm_describe.worlds.scene import (
+    Body,
+    Box,
+    Cylinder,
+    Part,
+    Scene,
+    Sphere,
+    transform_from_xyz_rpy,
+)
+from swarm_describe.worlds.world_file import world_names
 from swarm_sim.maps import world_check
 from swarm_sim.maps.spawn import wall_distance
 from swarm_sim.maps.world_check import checked, differences, picture
 from swarm_sim.scene import mesh_section
-from swarm_sim.scene.scene import Body, Box, Cylinder, Part, Scene, Sphere, transform_from_xyz_rpy
 from swarm_sim.scene.section import section_between
-from swarm_sim.sdf.reader import load_world, world_names
 from tests.oracles.triangles import body_of
 from tests.unit.swarm_sim.gazebo_package import write_package
 from tests.unit.swarm_sim.test_mesh_soups import double_faced, room, soup

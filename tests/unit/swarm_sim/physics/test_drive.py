@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import Twist
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_sim.physics.drive import CommandBuffer, Odometer
 
 WAFFLE = load_robot("turtlebot3_waffle")

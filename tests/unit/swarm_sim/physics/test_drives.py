@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import Pose, RobotSpec, Twist, wrap_angle
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.reader import load_world
+from swarm_describe.worlds.scene import Scene
 from swarm_sim.physics.drive import Wheels
-from swarm_sim.scene.scene import Scene
-from swarm_sim.sdf.reader import load_world
 from swarm_sim.world.world import World, WorldConfig
 
 TWO, FOUR, MECANUM = (load_robot(f"linorobot2_{name}") for name in ("2wd", "4wd", "mecanum"))

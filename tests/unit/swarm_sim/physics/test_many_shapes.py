@@ -9,10 +9,10 @@ import pytest
 
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.shapes import Part
-from swarm_common.robots.loading import open_robot
+from swarm_describe.robots.loading import open_robot
+from swarm_describe.worlds.scene import Body, Box, Cylinder, Scene, Sphere
 from swarm_sim.maps.world_check import differences
 from swarm_sim.physics.trial import check_trial
-from swarm_sim.scene.scene import Body, Box, Cylinder, Scene, Sphere
 from tests.fakes.own_robots import LIMITS, ball, box, inertial, joint, link, wheel
 
 pytest.importorskip("pybullet")

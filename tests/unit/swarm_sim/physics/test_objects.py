@@ -13,11 +13,11 @@ import trimesh
 
 from swarm_common.model.errors import ConfigError, WorldError
 from swarm_common.model.records import Pose, Twist
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.actors import VehicleSpec, load_actors
+from swarm_describe.worlds.reader import load_world
+from swarm_describe.worlds.scene import Body, Box, Mesh, Part, Scene, transform_from_xyz_rpy
 from swarm_sim.maps.check import check_vehicles
-from swarm_sim.scene.actors import VehicleSpec, load_actors
-from swarm_sim.scene.scene import Body, Box, Mesh, Part, Scene, transform_from_xyz_rpy
-from swarm_sim.sdf.reader import load_world
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.world import World, WorldConfig
 

@@ -10,11 +10,11 @@ import pytest
 
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import Pose, Twist
-from swarm_common.robots.loading import Robot, open_robot
-from swarm_common.robots.source import robot_names
+from swarm_describe.robots.loading import Robot, open_robot
+from swarm_describe.robots.source import robot_names
+from swarm_describe.worlds.scene import Scene
 from swarm_sim.physics import trial
 from swarm_sim.physics.trial import check_trial
-from swarm_sim.scene.scene import Scene
 from swarm_sim.world.world import World, WorldConfig
 from tests.fakes.foreign_robots import inboard_tyres, mecanum_by_controller, on_rollers
 from tests.fakes.own_robots import (

@@ -11,11 +11,11 @@ import pytest
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose, Twist
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.actors import WalkerSpec
+from swarm_describe.worlds.reader import load_world
+from swarm_describe.worlds.scene import Scene
 from swarm_sim.physics.walkers import Walkers
-from swarm_sim.scene.actors import WalkerSpec
-from swarm_sim.scene.scene import Scene
-from swarm_sim.sdf.reader import load_world
 from swarm_sim.world.world import World, WorldConfig
 
 WAFFLE = load_robot("turtlebot3_waffle")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from swarm_common.model.errors import RobotModelError
-from swarm_common.robots.description import parse_urdf
-from swarm_common.robots.loading import load_robot, open_robot
-from swarm_common.robots.source import robot_names
-from swarm_sim.scene.scene import Box, Sphere, bodies_of
+from swarm_describe.robots.description import parse_urdf
+from swarm_describe.robots.loading import load_robot, open_robot
+from swarm_describe.robots.source import robot_names
+from swarm_describe.worlds.scene import Box, Sphere
 from swarm_sim.scene.section import section_between
 
 URDF = """<robot name="r">
@@ -73,7 +73,7 @@ def test_descriptions_agree_with_robot_yaml(name: str) -> None:
     spec, model = load_robot(name), open_robot(name).model
     scan = model.fixed[spec.lidar.frame]
     np.testing.assert_allclose(scan[:3, 3], [spec.lidar.x, spec.lidar.y, spec.lidar.z], atol=1e-9)
-    section = section_between(bodies_of(model), 0.0, 1.0)
+    section = section_between(model.bodies(), 0.0, 1.0)
     outline = np.vstack(section.outlines(64))
     corners = np.array(spec.footprint)
     edges = np.roll(corners, -1, axis=0) - corners
@@ -87,7 +87,7 @@ def test_descriptions_agree_with_robot_yaml(name: str) -> None:
 
 
 def test_a_waffle_at_its_scan_height_is_its_puck() -> None:
-    section = section_between(bodies_of(open_robot("turtlebot3_waffle").model), 0.132, 0.132)
+    section = section_between(open_robot("turtlebot3_waffle").model.bodies(), 0.132, 0.132)
     np.testing.assert_allclose(section.discs, [[-0.064, 0.0, 0.055]])
     assert not section.polygons
 
@@ -96,7 +96,7 @@ def test_a_burger_is_above_a_waffles_scan_plane_and_a_waffle_below_a_burgers() -
     waffle, burger = load_robot("turtlebot3_waffle"), load_robot("turtlebot3_burger")
     model = open_robot("turtlebot3_burger").model
     assert burger.circumscribed_radius == pytest.approx(0.124, abs=5e-4)
-    seen = section_between(bodies_of(model), waffle.lidar.z, waffle.lidar.z)
+    seen = section_between(model.bodies(), waffle.lidar.z, waffle.lidar.z)
     assert len(seen.polygons) == 1  # its box
     assert waffle.height < burger.lidar.z
     assert sum(group.mass for group in model.groups) == pytest.approx(

@@ -7,7 +7,7 @@ import pytest
 
 from swarm_common.model.records import CONTROL_PERIOD, Twist
 from swarm_common.model.sensors import IDEAL, ImuErrors, OdometryErrors, SensorErrors
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_sim.sensing.drift import LEAST, Drift
 from swarm_sim.sensing.motion_sensors import MotionSensors
 

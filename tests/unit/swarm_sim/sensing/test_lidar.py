@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import LidarSpec, Pose
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.reader import load_world
 from swarm_sim.scene.section import Section
-from swarm_sim.sdf.reader import load_world
 from swarm_sim.sensing.lidar import LidarGroup
 from swarm_sim.world.world import World, WorldConfig
 from tests.fakes.scenes import section_at

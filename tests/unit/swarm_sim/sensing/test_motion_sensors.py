@@ -13,10 +13,10 @@ import pytest
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import LidarSpec, Pose, Twist
 from swarm_common.model.sensors import IDEAL, LidarErrors, SensorErrors
-from swarm_common.robots.loading import load_robot
-from swarm_common.robots.sensors_io import sensor_errors
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.robots.sensors_io import sensor_errors
+from swarm_describe.worlds.scene import Scene
 from swarm_sim.physics.drive import Odometer
-from swarm_sim.scene.scene import Scene
 from swarm_sim.scene.section import Section
 from swarm_sim.sensing.lidar import LidarGroup
 from swarm_sim.sensing.motion_sensors import GRAVITY, MotionSensors

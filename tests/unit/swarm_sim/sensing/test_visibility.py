@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from swarm_common.robots.loading import load_robot, open_robot
+from swarm_describe.robots.loading import load_robot, open_robot
 from swarm_sim.sensing.visibility import overlooked
 
 BURGER, WAFFLE, TWO, FOUR = (

@@ -13,8 +13,8 @@ from swarm_common.model.battery import BatterySpec, SupplyStatus
 from swarm_common.model.beacon import empty_beacons
 from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist
 from swarm_common.model.sites import Sites
-from swarm_common.robots.loading import load_robot
-from swarm_sim.scene.scene import Scene
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.scene import Scene
 from swarm_sim.world.batteries import Batteries
 from swarm_sim.world.world import World, WorldConfig
 

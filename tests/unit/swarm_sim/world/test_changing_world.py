@@ -10,8 +10,8 @@ import pytest
 from swarm_common.model.beacon import FLAG_LEFT, empty_beacons
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import Pose, Twist
-from swarm_common.robots.loading import open_robot
-from swarm_sim.sdf.reader import load_world
+from swarm_describe.robots.loading import open_robot
+from swarm_describe.worlds.reader import load_world
 from swarm_sim.sensing.radio import FAREWELL_TICKS, RadioConfig
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.robot_placement import check_robot_place

@@ -11,10 +11,10 @@ import pytest
 
 from swarm_common.model.beacon import BEACON_DTYPE
 from swarm_common.model.records import Pose, Twist
+from swarm_describe.worlds.scene import Body
 from swarm_sim.maps.draw_map import draw_world
 from swarm_sim.ros.build import build
 from swarm_sim.ros.settings import RobotEntry, Settings
-from swarm_sim.scene.scene import Body
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.model_reader import ModelRequest, read_model
 from swarm_sim.world.object_placement import upright

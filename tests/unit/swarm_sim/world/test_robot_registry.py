@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common.files.resources import find_resource
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose, Twist
-from swarm_common.robots.battery_io import parse_battery
+from swarm_describe.robots.battery_io import parse_battery
+from swarm_describe.worlds.world_file import find_world
 from swarm_sim.ros.build import build
 from swarm_sim.ros.settings import RobotEntry, Settings
 from swarm_sim.world.model_reader import read_robot
@@ -126,7 +126,7 @@ def test_own_names_go_on_by_the_pattern_of_the_run() -> None:
 
 @pytest.mark.parametrize("name", ["walker_1", "slim_blockage"])
 def test_no_robot_is_called_like_something_of_the_world(name: str) -> None:
-    people = find_resource("world", "slim_blockage", "people.yaml")
+    people = find_world("slim_blockage", "people.yaml")
     entries = (RobotEntry(name, WAFFLE),)
     settings = Settings(world="slim_blockage", robots=entries, engine="planar", actors=str(people))
     with pytest.raises(ConfigError, match=f"are both called '{name}'"):

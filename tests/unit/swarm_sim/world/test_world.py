@@ -12,10 +12,10 @@ import pytest
 from swarm_common.model.beacon import empty_beacons
 from swarm_common.model.errors import ConfigError, RobotModelError, UnknownNameError
 from swarm_common.model.records import Pose, RobotSpec, Twist, wrap_angle
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
+from swarm_describe.worlds.reader import load_world
+from swarm_describe.worlds.scene import Scene
 from swarm_sim.maps.spawn import spawn_poses
-from swarm_sim.scene.scene import Scene
-from swarm_sim.sdf.reader import load_world
 from swarm_sim.sensing.radio import RadioConfig
 from swarm_sim.world.world import World, WorldConfig
 

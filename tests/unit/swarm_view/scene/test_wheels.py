@@ -9,8 +9,8 @@ import pytest
 import trimesh
 from viser.transforms import SO3
 
-from swarm_common.robots.loading import load_robot, open_robot
-from swarm_common.robots.source import robot_names
+from swarm_describe.robots.loading import load_robot, open_robot
+from swarm_describe.robots.source import robot_names
 from swarm_sim.physics.drive import Wheels
 from swarm_view.scene.bodies import AWAY, Bodies
 from swarm_view.scene.fleet import NEAR_ROBOTS, DrawnFleet

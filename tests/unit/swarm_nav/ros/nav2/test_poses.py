@@ -11,8 +11,8 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 
 from swarm_common.model.records import Pose
-from swarm_common.robots.loading import fixed_frames
-from swarm_common.robots.params import frames_from_parameter, frames_parameter
+from swarm_common.model.robot_parameters import frames_from_parameter, frames_parameter
+from swarm_describe.robots.loading import fixed_frames
 from swarm_nav.ros.nav2.goals import UnknownFrameError
 from swarm_nav.ros.nav2.poses import pose_in_map
 

@@ -15,7 +15,7 @@ from swarm_common.model.beacon import BEACON_DTYPE, serialize_beacon
 from swarm_common.model.records import Twist
 from swarm_common.model.sensors import IDEAL
 from swarm_common.process.pipes import EventWriter
-from swarm_common.robots.loading import load_robot
+from swarm_describe.robots.loading import load_robot
 from swarm_sim.ros.robots import links as ros_links
 from swarm_sim.ros.robots.foreign import Foreigners
 from swarm_sim.ros.robots.links import RobotLink

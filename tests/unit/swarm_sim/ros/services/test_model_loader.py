@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from swarm_common.process.last_resort import LONGEST_MESSAGE, shown
-from swarm_common.robots.loading import Robot
+from swarm_describe.robots.loading import Robot
+from swarm_describe.worlds.scene import Body
 from swarm_sim.ros.services.model_loader import ModelLoader
-from swarm_sim.scene.scene import Body
 from swarm_sim.world.model_reader import Model, ModelRequest, read_model
 from swarm_sim.world.refusal import Reason, RefusedError
 

@@ -16,9 +16,9 @@ from swarm_common.model.shapes import (
     transform_from_xyz_rpy,
 )
 from swarm_common.model.zones import KeepoutZone, SpeedMask, Zones
+from swarm_describe.worlds.reader import load_world
 from swarm_sim.ros.viewing.markers import shape_marker
 from swarm_sim.ros.viewing.scene_publisher import scene_markers
-from swarm_sim.sdf.reader import load_world
 
 
 @pytest.mark.parametrize("seed", range(20))

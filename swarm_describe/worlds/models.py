@@ -1,0 +1,225 @@
+"""The tree of models in an SDF world: models in models, and models included from other files."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from swarm_common.model.errors import WorldError
+from swarm_common.model.shapes import inverse_of
+from swarm_describe.files.values import flag_of, pose_of, text_of
+from swarm_describe.worlds.frames import SEPARATOR, Scope, base_of
+from swarm_describe.worlds.grammar import account_for
+from swarm_describe.worlds.scene import Transform
+from swarm_describe.worlds.source import NEWEST, Source, parse_sdf, parse_xml, version_of
+
+MAX_DEPTH = 24  # of models in models
+SUN, GROUND = ("sun",), ("ground_plane", "ground plane")
+GROUND_MODEL = """<model name="ground_plane"><static>true</static><link name="link">
+<collision name="collision"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision>
+</link></model>"""
+
+
+@dataclass(slots=True)
+class Model:
+    """A model with all that it includes."""
+
+    name: str  # in its parent
+    element: ET.Element  # `<model>`
+    here: Path  # folder of the file that the element is in
+    is_static: bool  # whether it says so itself
+    scope: Scope  # its frames
+    is_merged: bool = False  # whether its names count as its parent's
+    children: list[Model] = field(default_factory=list)  # models inside
+    # pose and its reference frame, if the including element gives one
+    outer_pose: tuple[Transform, str] | None = None
+    placement: str = ""  # frame of it that stands at its pose
+
+
+def models_in(
+    parent: ET.Element, here: Path, source: Source, scope: Scope, trail: tuple[Path, ...] = ()
+) -> list[Model]:
+    """Return the models in an element, in file order, and enter them into its scope."""
+    if len(trail) > MAX_DEPTH:
+        raise WorldError(f"models are nested more than {MAX_DEPTH} deep at {scope.where}")
+    models = []
+    for child in parent:
+        try:
+            model = _child(child, here, source, scope, trail)
+        except WorldError as cause:
+            if trail:  # the model around it is unusable
+                raise
+            source.break_off(_called(child), cause)
+            continue
+        if model is not None:
+            models.append(model)
+    return models
+
+
+def _called(element: ET.Element) -> str:
+    """Return the name by which a user knows a model that cannot be read."""
+    return text_of(element, "name") or element.get("name") or text_of(element, "uri") or "model"
+
+
+def _child(
+    child: ET.Element, here: Path, source: Source, scope: Scope, trail: tuple[Path, ...]
+) -> Model | None:
+    """Return the model that an element is, entered into the scope; None for other elements."""
+    if child.tag == "model":
+        model = _model(child, child.get("name") or "model", here, source, scope, trail)
+    elif child.tag == "include":
+        included = _included(child, here, source, scope, trail)
+        if included is None:
+            return None
+        model = included
+    else:
+        return None
+    if model.name in scope.inner:
+        twin, model.name = model.name, _free_name(model.name, scope)
+        source.remark(f"a second model '{twin}' is called '{model.name}' here")
+    _enter(model, scope)
+    return model
+
+
+def _model(
+    element: ET.Element,
+    name: str,
+    here: Path,
+    source: Source,
+    parent: Scope,
+    trail: tuple[Path, ...],
+) -> Model:
+    where = f"{parent.where}{SEPARATOR}{name}" if parent.where else name
+    scope = Scope(where)
+    account_for(element, "model", f"model '{where}'", source)
+    for link in element.findall("link"):
+        scope.add(link)
+    for joint in element.findall("joint"):
+        scope.add(joint, text_of(joint, "child"))
+    for frame in element.findall("frame"):
+        scope.add(frame, frame.get("attached_to", ""))
+    model = Model(name, element, here, flag_of(element, "static"), scope)
+    model.placement = element.get("placement_frame", "")
+    model.children = models_in(element, here, source, scope, (*trail, here / name))
+    return model
+
+
+def _included(
+    include: ET.Element, here: Path, source: Source, parent: Scope, trail: tuple[Path, ...]
+) -> Model | None:
+    account_for(include, "include", f"an <include> of {parent.where or 'the world'}", source)
+    uri = text_of(include, "uri")
+    name = text_of(include, "name")
+    where = f"included as '{name}'" if name else "included"
+    if not uri:
+        raise WorldError(f"an <include> of {parent.where or 'the world'} has no <uri>")
+    found = _built_in(uri, here, source)
+    if found is None:
+        path = source.find(uri, here, where)
+        if path is None:
+            return None
+        file = model_file(path, source)
+        if file in trail:
+            chain = " -> ".join(step.parent.name for step in (*trail, file) if step.suffix)
+            raise WorldError(f"model {uri} includes itself: {chain}")
+        root = parse_sdf(file, source)
+        element = root.find("model")
+        if element is None:
+            _without_model(root, uri, file, source)
+            return None
+        account_for(root, "model file", file.name, source)
+        found, here, trail = element, file.parent, (*trail, file)
+    if found.tag != "model":
+        return None
+    model = _model(found, name or found.get("name") or "model", here, source, parent, trail)
+    _override(model, include)
+    return model
+
+
+def _override(model: Model, include: ET.Element) -> None:
+    """Let an `<include>` have its say about pose and the like."""
+    if include.find("static") is not None:
+        model.is_static = flag_of(include, "static")
+    if include.find("pose") is not None:
+        where = f"the <include> of {model.name}"
+        model.outer_pose = (pose_of(include, where), _relative_to(include))
+    model.placement = text_of(include, "placement_frame", model.placement)
+    model.is_merged = include.get("merge", "false").lower() in ("true", "1")
+
+
+def _relative_to(element: ET.Element) -> str:
+    pose = element.find("pose")
+    return "" if pose is None else pose.get("relative_to", "")
+
+
+def _enter(model: Model, scope: Scope) -> None:
+    """Make a model known as a frame of its parent."""
+    name = model.name
+    if model.outer_pose is not None:
+        pose, base = model.outer_pose
+    else:
+        pose = pose_of(model.element, model.scope.where)
+        base = base_of(model.element, scope, "")
+    if model.placement:
+        pose = pose @ inverse_of(model.scope.frame(model.placement))
+    scope.frames[name] = (pose, base)
+    scope.inner[name] = model.scope
+    if model.is_merged:
+        scope.merged.append(name)
+
+
+def _free_name(name: str, scope: Scope) -> str:
+    number = 1
+    while f"{name}_{number}" in scope.inner:
+        number += 1
+    return f"{name}_{number}"
+
+
+def _built_in(uri: str, here: Path, source: Source) -> ET.Element | None:
+    """Return a model that every Gazebo has, if there is no file of it: sun and ground."""
+    name = uri.rstrip("/").rpartition("/")[2].lower().replace("%20", " ")
+    if name not in SUN + GROUND or source.paths.find(uri, here) is not None:
+        return None
+    if name in GROUND:
+        return ET.fromstring(GROUND_MODEL)
+    source.ignored["light"] += 1
+    return ET.Element("light")
+
+
+def _without_model(root: ET.Element, uri: str, file: Path, source: Source) -> None:
+    """Record an included light or actor, which is no obstacle."""
+    for tag in ("light", "actor"):
+        if root.find(tag) is not None:
+            source.ignored[tag] += 1
+            return
+    raise WorldError(f"{file}, included as {uri}, has no <model>")
+
+
+def model_file(path: Path, source: Source) -> Path:
+    """Return the SDF file of a model's folder: the newest that we read."""
+    if path.is_file():
+        return path.resolve()
+    config = path / "model.config"
+    if not config.is_file():
+        if (path / "model.sdf").is_file():
+            return (path / "model.sdf").resolve()
+        raise WorldError(f"{path} is a folder without model.config; expected a model of Gazebo's")
+    root = parse_xml(config, source)
+    choices = []
+    for element in root.iter("sdf"):
+        file = path / (element.text or "").strip()
+        if file.is_file():
+            choices.append((_version_or_zero(element, config), file))
+    readable = [choice for choice in choices if choice[0] <= NEWEST] or choices
+    if not readable:
+        names = ", ".join((element.text or "").strip() for element in root.iter("sdf"))
+        raise WorldError(f"{config} names no SDF file that is there; found: {names or 'none'}")
+    return max(readable, key=lambda choice: choice[0])[1].resolve()
+
+
+def _version_or_zero(element: ET.Element, config: Path) -> tuple[int, int]:
+    try:
+        return version_of(element, config)
+    except WorldError:
+        return (0, 0)

@@ -1,0 +1,75 @@
+"""Reading of the people in a world, and the check of their paths."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_describe.worlds.actors import WalkerSpec, load_actors, parse_walkers
+from swarm_describe.worlds.reader import load_world
+from swarm_sim.maps.check import check_walkers
+
+LINE = [[0.0, 0.0], [2.0, 0.0]]
+
+
+def test_a_walker_needs_only_a_path(tmp_path: Path) -> None:
+    path = tmp_path / "actors.yaml"
+    path.write_text(
+        "walkers:\n  - path: [[0, 0], [2, 0], [2, 1]]\n"
+        "  - {name: Ann, path: [[0, 0], [0, 3]], speed: 1.0, start: 1.5, pause: 0}\n"
+    )
+    first, second = load_actors(path).walkers
+    assert first == WalkerSpec(name="walker_1", path=((0.0, 0.0), (2.0, 0.0), (2.0, 1.0)))
+    assert (second.name, second.speed, second.start, second.pause) == ("Ann", 1.0, 1.5, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("item", "message"),
+    [
+        ({"path": [[0, 0]]}, "needs 2 or more"),
+        ({"path": [[0, 0], [0, 0.05]]}, "repeats the one before"),
+        ({"path": [[0, 0], [1, 0], [0, 0]]}, "repeats the one before"),
+        ({}, r"walkers\[0\].path is None"),
+        ({"path": LINE, "speed": 0}, "speed is 0.0"),
+        ({"path": LINE, "speed": 3}, "speed is 3.0"),
+        ({"path": LINE, "speed": "fast"}, "speed is 'fast'"),
+        ({"path": LINE, "radius": -1}, "radius is -1.0"),
+        ({"path": LINE, "patience": 0}, "patience is 0.0"),
+        ({"path": LINE, "pause": -1}, "must not be negative"),
+        ({"path": [[0, 0], [1, "x"]]}, r"path\[1\]"),
+        (7, r"walkers\[0\] is 7"),
+    ],
+)
+def test_impossible_walkers_are_refused(item: Any, message: str) -> None:
+    with pytest.raises(ConfigError, match=message) as caught:
+        parse_walkers([item], "f.yaml: walkers")
+    assert str(caught.value).startswith("f.yaml: walkers")
+
+
+def test_unknown_keys_and_repeated_names_are_refused() -> None:
+    with pytest.raises(UnknownNameError, match="did you mean 'speed'"):
+        parse_walkers([{"path": LINE, "sped": 1}], "here")
+    with pytest.raises(ConfigError, match="'walker_2' occurs twice"):
+        parse_walkers([{"path": LINE, "name": "walker_2"}, {"path": LINE}], "here")
+    with pytest.raises(ConfigError, match="expected a list"):
+        parse_walkers({"path": LINE}, "here")
+
+
+def test_a_path_through_a_wall_is_refused() -> None:
+    hall = load_world("hall_12")
+    inside = WalkerSpec(name="Ann", path=((0.0, 0.0), (5.0, 0.0)))
+    check_walkers(hall, [inside])
+    outside = WalkerSpec(name="Bob", path=((0.0, 0.0), (8.0, 0.0)))
+    with pytest.raises(ConfigError, match=r"Bob: its path .* does not fit"):
+        check_walkers(hall, [inside, outside])
+
+
+def test_a_world_brings_its_people(tmp_path: Path) -> None:
+    source = load_world("hall_12").directory / "world.sdf"
+    (tmp_path / "world.sdf").write_text(source.read_text())
+    assert load_world(tmp_path).walkers == ()
+    (tmp_path / "actors.yaml").write_text("walkers:\n  - path: [[0, 0], [2, 0]]\n")
+    assert [walker.name for walker in load_world(tmp_path).walkers] == ["walker_1"]
