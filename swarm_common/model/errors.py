@@ -63,11 +63,15 @@ class MapImageError(MapError):
     """The image of a map is missing or unusable."""
 
 
-class WorldError(SwarmError):
+class DescriptionError(SwarmError):
+    """A description of a robot or a world is unusable, or a file that it names."""
+
+
+class WorldError(DescriptionError):
     """A world file is unusable."""
 
 
-class RobotModelError(SwarmError):
+class RobotModelError(DescriptionError):
     """A robot description is unusable."""
 
 
@@ -85,10 +89,6 @@ class MissingPackageError(RobotModelError):
             f"{searched}; give {'their folders' if several else 'its folder'} with "
             "--package-path, ROS_PACKAGE_PATH, or for a robot packages: in robot.yaml"
         )
-
-
-class MeshError(SwarmError):
-    """A mesh file is missing or unusable."""
 
 
 def close_names(name: str, known: Iterable[str], most: int = 3) -> list[str]:

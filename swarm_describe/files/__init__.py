@@ -10,8 +10,7 @@ What a module imports of its folder stands above it:
     values        Numbers, poses and colours in elements, checked as they are read
     xacro_compat  The private parts of xacro that we use, all in one place
     xacro_io      Expansion of xacro files, with errors that name file and line
-    hulls         Mesh files (STL, DAE, OBJ and what else trimesh reads) as convex hulls
-    meshes        Reading of mesh files (.dae, .stl, .obj, ...) for collisions
+    meshes        Mesh files in metres, and their convex hulls
 
 May import of swarm_common: `files`, `model`, `process`.
 """

@@ -9,7 +9,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from swarm_common.files.resources import file_of
-from swarm_common.model.errors import ConfigError, MeshError, MissingPackageError
+from swarm_common.model.errors import ConfigError, DescriptionError, MissingPackageError
 
 DEPTH = 3  # folders below a given path in which packages are looked for
 ANCESTORS = 6  # folders above a file in which its own package is looked for
@@ -66,7 +66,7 @@ class PackageFinder:
         else:
             path = beside / file_of(uri)
         if not path.is_file():
-            raise MeshError(f"there is no file {path} (for '{uri}')")
+            raise DescriptionError(f"there is no file {path} (for '{uri}')")
         return path
 
     def _candidates(self, package: str) -> Iterator[Path]:

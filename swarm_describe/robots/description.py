@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 
 from swarm_common.files.cache import kept
-from swarm_common.model.errors import MeshError, MissingPackageError, RobotModelError
+from swarm_common.model.errors import DescriptionError, MissingPackageError, RobotModelError
 from swarm_common.model.outline import estimated_inertia
 from swarm_common.model.shapes import Box, Cylinder, FloatArray, Part, Shape, Sphere, Transform
 from swarm_describe.files.faults import Faults
-from swarm_describe.files.hulls import load_hull
+from swarm_describe.files.meshes import load_hull
 from swarm_describe.files.packages import PackageFinder
 from swarm_describe.robots.urdf_tree import read_tree, root_link
 from swarm_describe.worlds.scene import Body
@@ -314,7 +314,7 @@ class _Builder:
             self._packages += cause.packages
             self._searched = cause.searched
             return None
-        except (MeshError, RobotModelError) as cause:
+        except DescriptionError as cause:
             self.faults.append(f"{where}: its collision mesh: {cause}")
             return None
 

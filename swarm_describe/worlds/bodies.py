@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from swarm_common.model.errors import WorldError
+from swarm_common.model.errors import DescriptionError, WorldError
 from swarm_common.model.shapes import inverse_of
 from swarm_describe.files.meshes import hull_of, load_mesh
 from swarm_describe.files.values import floats_of, text_of
@@ -45,7 +45,7 @@ def bodies_of(models: list[Model], scope: Scope, state: WorldState, source: Sour
             continue
         try:
             bodies += _whole(model, scope, state, source)
-        except WorldError as cause:
+        except DescriptionError as cause:
             source.break_off(model.name, cause)
     return bodies
 
@@ -141,7 +141,7 @@ def _visuals(
                 if shape is not None:
                     pose = _inside(visual, name, model.scope, model_from_link)
                     yield Visual(shape, pose, material_color(visual, name))
-            except WorldError as error:
+            except DescriptionError as error:
                 source.remark(f"a visual is left out: {error}")
 
 
@@ -239,7 +239,9 @@ def convex(body: Body, source: Source) -> Body:
         return body
     source.remark(f"the meshes of {body.name}, which can move, are their convex hulls here")
     parts = [
-        Part(hull_of(part.shape), part.body_from_part) if isinstance(part.shape, Mesh) else part
+        Part(hull_of(part.shape.vertices, part.shape.source), part.body_from_part)
+        if isinstance(part.shape, Mesh)
+        else part
         for part in body.parts
     ]
     return replace(body, parts=tuple(parts))

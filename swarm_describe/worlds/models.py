@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from swarm_common.model.errors import WorldError
+from swarm_common.model.errors import DescriptionError, WorldError
 from swarm_common.model.shapes import inverse_of
 from swarm_describe.files.values import flag_of, pose_of, text_of
 from swarm_describe.worlds.frames import SEPARATOR, Scope, base_of
@@ -47,7 +47,7 @@ def models_in(
     for child in parent:
         try:
             model = _child(child, here, source, scope, trail)
-        except WorldError as cause:
+        except DescriptionError as cause:
             if trail:  # the model around it is unusable
                 raise
             source.break_off(_called(child), cause)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_common.files.sites_io import load_sites
-from swarm_common.model.errors import ConfigError, WorldError
+from swarm_common.model.errors import ConfigError, DescriptionError, WorldError
 from swarm_common.model.sites import Sites
 from swarm_describe.files.model_paths import ModelPaths
 from swarm_describe.worlds.actors import ACTORS_FILE, Actors, check_names, load_actors
@@ -94,7 +94,7 @@ def read_world(path: Path, *, skip_missing: bool = False, skip_broken: bool = Fa
         account_for(top, "world", f"<{top.tag}>", source)
         bodies = _bodies(top, path.resolve().parent, source)
         actors = actors_of(top, source)
-    except (WorldError, ConfigError) as cause:
+    except (DescriptionError, ConfigError) as cause:
         raise WorldError(f"{path}: {cause}") from cause
     solid = [body for body in bodies if body.parts]
     for model, reason in overlaps(solid).items():

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers.expat import ExpatError
 
-from swarm_common.model.errors import RobotModelError, WorldError
+from swarm_common.model.errors import DescriptionError, RobotModelError, WorldError
 from swarm_describe.files.model_paths import ModelPaths
 from swarm_describe.files.packages import PackageFinder
 from swarm_describe.files.xacro_io import expand
@@ -70,7 +70,7 @@ class Source:
         if text not in self.remarks:
             self.remarks.append(text)
 
-    def break_off(self, model: str, cause: WorldError) -> None:
+    def break_off(self, model: str, cause: DescriptionError) -> None:
         """Record that a model is unusable; `check` rejects it, or leaves it out."""
         self.broken.setdefault(model, str(cause))
 

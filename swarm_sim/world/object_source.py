@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from swarm_common.model.errors import RobotModelError, WorldError
+from swarm_common.model.errors import DescriptionError, WorldError
 from swarm_common.model.shapes import inverse_of
 from swarm_describe.files.model_paths import ModelPaths
 from swarm_describe.files.packages import PackageFinder
@@ -73,7 +73,7 @@ def read_object(uri: str, text: str, beside: Path) -> Body:
         data = text.encode() if path is None else path.read_bytes()
         where = path or Path(TEXT)
         body = _read(data, where, beside, source)
-    except (WorldError, RobotModelError) as cause:
+    except DescriptionError as cause:
         raise RefusedError(Reason.BAD_MODEL, str(cause)) from cause
     except (OSError, UnicodeDecodeError) as cause:
         raise RefusedError(Reason.NO_MODEL, f"cannot read {uri}: {cause}") from cause

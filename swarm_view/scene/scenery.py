@@ -15,6 +15,7 @@ from visualization_msgs.msg import Marker
 
 from swarm_common.model.palette import RGB, linear
 from swarm_common.model.records import FloatArray
+from swarm_describe.files.meshes import open_mesh
 from swarm_view.scene.images import map_image
 from swarm_view.scene.shapes import polyline
 from swarm_view.state.decode import Raster
@@ -127,8 +128,8 @@ class Scenery:
     def _draw_file(self, marker: Any) -> None:
         path = Path(marker.mesh_resource.removeprefix("file://"))
         try:
-            mesh = trimesh.load_mesh(path)
-            mesh.apply_scale(_size(marker))
+            scene, unit = open_mesh(path)
+            mesh = scene.to_mesh().apply_scale(unit * np.array(_size(marker)))
         except Exception as error:  # whatever a reader raises at a damaged file
             LOG.warning("%s is not drawn: %s", path, error)
             return

@@ -12,6 +12,7 @@ import trimesh
 
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import FloatArray
+from swarm_describe.files.meshes import open_mesh
 from swarm_describe.files.packages import PackageFinder
 from swarm_view.scene.wheels import Axle
 
@@ -80,16 +81,12 @@ def spokes(robot: Any, axle: Axle) -> list[VisualMesh]:
 
 def _loaded(mesh: Any, rgba: tuple[float, ...] | None) -> list[Any]:
     try:
-        path = PackageFinder().resolve(mesh.filename, Path.cwd())
+        scene, unit = open_mesh(PackageFinder().resolve(mesh.filename, Path.cwd()))
     except SwarmError as error:
         LOG.warning("a mesh is not drawn: %s", error)
         return []
-    try:
-        parts = trimesh.load_scene(path).dump()
-    except Exception as error:  # whatever a reader raises at a damaged file
-        LOG.warning("mesh %s cannot be read: %s; it is not drawn", path, error)
-        return []
-    scale = np.ones(3) if mesh.scale is None else np.broadcast_to(mesh.scale, 3)
+    scale = unit * np.broadcast_to(1.0 if mesh.scale is None else mesh.scale, 3)
+    parts = scene.dump()
     for part in parts:
         part.apply_transform(np.diag([*scale, 1.0]))
     return [part if rgba is None else painted(part, rgba) for part in parts]

@@ -17,7 +17,7 @@ from swarm_common.model.outline import (
     volume,
 )
 from swarm_common.model.shapes import Box, Cylinder, Part, Sphere, transform_from_xyz_rpy
-from swarm_describe.files.hulls import hull_of
+from swarm_describe.files.meshes import hull_of
 
 COORDINATE = st.floats(-1.0, 1.0).map(lambda value: round(value, 3))
 
