@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-from swarm_common.model.errors import SwarmError
+from swarm_common.model.errors import DescriptionError, SwarmError
 
 LISTED = 50
 """So many faults are listed; of the others a message tells the number."""
@@ -38,6 +38,8 @@ class Faults:
     def add(self, error: SwarmError) -> None:
         """Record an error, each message once; one that tells of several counts as these."""
         for single in error.faults or (error,):
+            if type(single) is DescriptionError:
+                single = self._error(str(single))
             self._found.setdefault(str(single), single)
 
     def tell(self, messages: Iterable[str]) -> None:

@@ -1,4 +1,4 @@
-"""Numbers, poses and colours in the elements of an SDF file, checked as they are read."""
+"""Numbers, poses and colours in elements, checked as they are read."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from swarm_common.model.errors import WorldError
+from swarm_common.model.errors import DescriptionError
 from swarm_common.model.shapes import Color, Transform, rotation_of, transform_from_xyz_rpy
 
 MIN_SIZE = 1e-5  # [m] of a shape; smaller ones are a slip of the unit
@@ -38,7 +38,7 @@ def floats_of(element: ET.Element | None, count: int, default: str, where: str) 
     values = [value for word in text.split() for value in _values_in(word)]
     if len(values) != count or not all(math.isfinite(value) for value in values):
         tag = "" if element is None else element.tag
-        raise WorldError(f"<{tag}> of {where} is '{text.strip()}'; expected {count} numbers")
+        raise DescriptionError(f"<{tag}> of {where} is '{text.strip()}'; expected {count} numbers")
     return values
 
 
@@ -50,16 +50,32 @@ def _values_in(word: str) -> list[float]:
     return [float(part) for part in parts]
 
 
+def number_in(
+    element: ET.Element, path: str, where: str, *, is_finite: bool = False
+) -> float | None:
+    """Return the number in the text of a child; None without a child, or without text in it."""
+    text = element.findtext(path)
+    if text is None or not text.strip():
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if math.isnan(value) or (is_finite and math.isinf(value)):
+        raise DescriptionError(f"{where}: <{path}> is '{text.strip()}'; expected a number")
+    return value
+
+
 def sizes_of(element: ET.Element, tag: str, count: int, where: str) -> list[float]:
     """Return the lengths [m] in a child, which must be there."""
     child = element.find(tag)
     if child is None:
-        raise WorldError(f"<{element.tag}> of {where} has no <{tag}>")
+        raise DescriptionError(f"<{element.tag}> of {where} has no <{tag}>")
     values = floats_of(child, count, "", where)
     if min(values) <= 0.0:
-        raise WorldError(f"<{tag}> of {where} is '{child.text}'; it must be positive")
+        raise DescriptionError(f"<{tag}> of {where} is '{child.text}'; it must be positive")
     if min(values) < MIN_SIZE or max(values) > MAX_SIZE:
-        raise WorldError(
+        raise DescriptionError(
             f"<{tag}> of {where} is '{child.text}'; expected lengths from {MIN_SIZE:g} to "
             f"{MAX_SIZE:g} m: is it in another unit?"
         )
@@ -81,12 +97,12 @@ def transform_of(pose: ET.Element | None, where: str) -> Transform:
         return transform_from_xyz_rpy(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     kind = pose.get("rotation_format", "euler_rpy")
     if kind not in ("euler_rpy", "quat_xyzw"):
-        raise WorldError(
+        raise DescriptionError(
             f"<pose> of {where} has rotation_format '{kind}'; expected euler_rpy or quat_xyzw"
         )
     values = floats_of(pose, 6 if kind == "euler_rpy" else 7, "", where)
     if max(abs(value) for value in values[:3]) > MAX_PLACE:
-        raise WorldError(
+        raise DescriptionError(
             f"<pose> of {where} is '{(pose.text or '').strip()}'; expected a place within "
             f"{MAX_PLACE:g} m: is it in another unit?"
         )
@@ -115,7 +131,7 @@ def _from_quaternion(values: list[float], where: str) -> Transform:
     place, quaternion = values[:3], np.array(values[3:])
     length = math.hypot(*quaternion)
     if length < 1e-6:
-        raise WorldError(f"<pose> of {where} has a quaternion of length 0")
+        raise DescriptionError(f"<pose> of {where} has a quaternion of length 0")
     matrix = np.eye(4)
     matrix[:3, :3] = rotation_of(*(quaternion / length))
     matrix[:3, 3] = place

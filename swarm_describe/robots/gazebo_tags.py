@@ -8,9 +8,10 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-from swarm_common.model.errors import RobotModelError, close_names
+from swarm_common.model.errors import close_names
+from swarm_common.model.shapes import Transform
+from swarm_describe.files.values import number_in, pose_of
 from swarm_describe.robots.drive_tags import DriveTags, drive_of, is_steered
-from swarm_describe.robots.urdf_tree import number_in
 
 LEFT = (
     "left_joint", "leftJoint", "leftFrontJoint", "leftRearJoint", "front_left_joint",
@@ -62,7 +63,7 @@ class RaySensor:
     """A ray sensor."""
 
     link: str  # that carries it
-    pose: tuple[float, ...] = (0.0,) * 6  # there: x y z roll pitch yaw
+    pose: Transform  # link_from_sensor
     values: dict[str, float] = field(default_factory=dict)  # of a `LidarSpec`, by name
     layers: int = 1  # of rays, one above the other
 
@@ -147,7 +148,8 @@ def read_ray_sensors(root: ET.Element, where: str, notes: list[str]) -> list[Ray
                 notes.append(f"ray sensor {sensor.get('name')} is not used: {wrong}")
                 continue
             layers = _number(scan, "scan/vertical/samples", where)
-            pose, values = _pose(sensor, where), _scan_values(sensor, scan, where)
+            pose = pose_of(sensor, f"{where}: <gazebo>: a sensor")
+            values = _scan_values(sensor, scan, where)
             sensors.append(RaySensor(link, pose, values, 1 if layers is None else int(layers)))
     return sensors
 
@@ -175,17 +177,6 @@ def _scan_values(sensor: ET.Element, scan: ET.Element, where: str) -> dict[str, 
         else:
             found["angle_increment"] = (last - first) / max(1.0, rays - 1.0)
     return {name: value for name, value in found.items() if value is not None}
-
-
-def _pose(sensor: ET.Element, where: str) -> tuple[float, ...]:
-    text = sensor.findtext("pose") or "0 0 0 0 0 0"
-    try:
-        pose = tuple(float(word) for word in text.split())
-    except ValueError:
-        pose = ()
-    if len(pose) != 6 or not all(map(math.isfinite, pose)):
-        raise RobotModelError(f"{where}: <gazebo>: <pose> of a sensor is '{text}'; six numbers")
-    return pose
 
 
 def _first(element: ET.Element, tags: Iterable[str]) -> ET.Element | None:

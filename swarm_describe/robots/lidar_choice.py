@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from swarm_common.model.errors import RobotModelError
-from swarm_common.model.shapes import Transform, transform_from_xyz_rpy
+from swarm_common.model.shapes import Transform
 from swarm_describe.robots.description import RobotModel
 from swarm_describe.robots.gazebo_tags import RaySensor
 
@@ -89,7 +89,7 @@ def choose_lidar(
             f"{where}: the LiDAR's link '{frame}' is none of the body's: {sorted(model.fixed)}"
         )
     known = [
-        _Candidate(sensor, model.fixed[sensor.link] @ transform_from_xyz_rpy(*sensor.pose))
+        _Candidate(sensor, model.fixed[sensor.link] @ sensor.pose)
         for sensor in sensors
         if sensor.link in model.fixed and frame in (None, sensor.link)
     ]

@@ -14,15 +14,22 @@ from pathlib import Path
 
 import numpy as np
 
-from swarm_common.model.errors import RobotModelError
-from swarm_common.model.shapes import (
-    FloatArray,
-    Transform,
-    inverse_of,
-    rotation_of,
-    transform_from_xyz_rpy,
+from swarm_common.model.errors import DescriptionError, RobotModelError
+from swarm_common.model.shapes import FloatArray, Transform, inverse_of
+from swarm_describe.files.model_paths import ModelPaths
+from swarm_describe.files.values import (
+    color_of,
+    flag_of,
+    floats_of,
+    number_in,
+    pose_of,
+    sizes_of,
+    text_of,
 )
-from swarm_describe.robots.urdf_tree import number_in
+from swarm_describe.robots.urdf_tree import INERTIAS
+from swarm_describe.worlds.frames import Scope, base_of
+from swarm_describe.worlds.models import model_file
+from swarm_describe.worlds.source import Source
 
 ENDLESS = 1e4  # [rad] from which the limits of a revolute joint are none
 # type of a joint in SDF -> in URDF; those that a robot's casters have are held still
@@ -31,29 +38,16 @@ KINDS = {
     "ball": "fixed", "universal": "fixed", "screw": "fixed", "revolute2": "fixed",
     "gearbox": "fixed",
 }  # fmt: skip
-MODEL = ("", "__model__")  # names of the model's own frame
 
 
 def find_model_file(folder: Path) -> Path | None:
-    """Return the SDF file of a model's folder: the newest that model.config names; None without."""
-    config = folder / "model.config"
-    if not config.is_file():
-        return folder / "model.sdf" if (folder / "model.sdf").is_file() else None
+    """Return the SDF file of a model's folder; None if it is no such folder."""
+    if not any((folder / name).is_file() for name in ("model.config", "model.sdf")):
+        return None
     try:
-        root = ET.fromstring(config.read_bytes())
-    except (OSError, ET.ParseError) as cause:
-        raise RobotModelError(f"{config}: malformed: {cause}") from cause
-    named = [(_version(e.get("version", "")), (e.text or "").strip()) for e in root.findall("sdf")]
-    if not named:
-        raise RobotModelError(f"{config} names no <sdf> file")
-    path = folder / max(named)[1]
-    if not path.is_file():
-        raise RobotModelError(f"{config} names {path}, which is not there")
-    return path
-
-
-def _version(text: str) -> tuple[int, ...]:
-    return tuple(int(part) for part in text.split(".") if part.isdigit())
+        return model_file(folder, Source(folder, ModelPaths(folder)))
+    except DescriptionError as cause:
+        raise RobotModelError(str(cause)) from cause
 
 
 def urdf_of(root: ET.Element, where: str) -> str:
@@ -66,42 +60,40 @@ def urdf_of(root: ET.Element, where: str) -> str:
     models = root.findall("model")
     if len(models) != 1:
         raise RobotModelError(f"{where}: found {len(models)} <model> in <sdf>; expected one")
-    return ET.tostring(_Converter(models[0], where).urdf(), encoding="unicode")
+    try:
+        return ET.tostring(_Converter(models[0]).urdf(), encoding="unicode")
+    except DescriptionError as cause:
+        raise RobotModelError(f"{where}: {cause}") from cause
 
 
 class _Converter:
     """One model, its frames, and the URDF that is made of it."""
 
-    def __init__(self, model: ET.Element, where: str) -> None:
+    def __init__(self, model: ET.Element) -> None:
         self._model = model
-        self._where = f"{where}: model '{model.get('name', '')}'"
+        self._where = f"model '{model.get('name', '')}'"
         for tag in ("model", "include"):
             if model.find(tag) is not None:
                 raise RobotModelError(
                     f"{self._where} holds other models (<{tag}>), which are not read; write their "
                     "links and joints into it"
                 )
-        if (model.findtext("static") or "").strip() in ("true", "1"):
+        if flag_of(model, "static"):
             raise RobotModelError(f"{self._where} is <static>, so it cannot drive")
-        self._joints = [j for j in model.findall("joint") if _text(j, "parent") != "world"]
-        self._frames: dict[str, tuple[Transform, str]] = {}
-        for link in model.findall("link"):
-            self._add(link, "")
-        for joint in model.findall("joint"):
-            self._add(joint, _text(joint, "child"))
-        for frame in model.findall("frame"):
-            self._add(frame, frame.get("attached_to", ""))
+        self._joints = [j for j in model.findall("joint") if text_of(j, "parent") != "world"]
+        self._scope = Scope(self._where)
+        self._scope.add_all(model)
 
     def urdf(self) -> ET.Element:
         robot = ET.Element("robot", name=self._model.get("name") or "robot")
-        moving = {_text(j, "child"): j for j in self._joints if _kind(j) != "fixed"}
+        moving = {text_of(j, "child"): j for j in self._joints if _kind(j) != "fixed"}
         places: dict[str, Transform] = {}  # model_from_link, as the URDF has it
         for link in self._model.findall("link"):
             name = link.get("name", "")
-            place = self._frame(name)
+            place = self._scope.frame(name)
             if name in moving:  # a URDF's link is where its joint is
                 place = place.copy()
-                place[:3, 3] = self._frame(moving[name].get("name", ""))[:3, 3]
+                place[:3, 3] = self._scope.frame(moving[name].get("name", ""))[:3, 3]
             places[name] = place
             robot.append(self._link(link, place, robot))
         for joint in self._joints:
@@ -134,12 +126,8 @@ class _Converter:
         made.append(_origin(self._in_link(inertial, link, place, here)))
         mass = number_in(inertial, "mass", here)
         ET.SubElement(made, "mass", value=repr(1.0 if mass is None else mass))
-        tensor = inertial.find("inertia")
-        values = {}
-        for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
-            value = None if tensor is None else number_in(tensor, name, here)
-            values[name] = repr(value or 0.0)
-        ET.SubElement(made, "inertia", values)
+        values = {name: number_in(inertial, f"inertia/{name}", here) or 0.0 for name in INERTIAS}
+        ET.SubElement(made, "inertia", {name: repr(value) for name, value in values.items()})
         return made
 
     def _solid(
@@ -156,9 +144,8 @@ class _Converter:
         made = ET.Element(solid.tag, name=solid.get("name", ""))
         made.append(_origin(self._in_link(solid, link, place, here)))
         ET.SubElement(made, "geometry").append(shape)
-        diffuse = solid.findtext("material/diffuse")
-        if diffuse is not None and not is_collision:
-            rgba = _numbers(diffuse if len(diffuse.split()) == 4 else f"{diffuse} 1", 4, here)
+        rgba = None if is_collision else color_of(solid.find("material/diffuse"), here)
+        if rgba is not None:
             material = ET.SubElement(made, "material", name=f"{link.get('name')}_color")
             ET.SubElement(material, "color", rgba=" ".join(map(repr, rgba)))
         return made
@@ -176,7 +163,7 @@ class _Converter:
     def _joint(self, joint: ET.Element, places: dict[str, Transform]) -> ET.Element:
         name, kind = joint.get("name", ""), _kind(joint)
         here = f"{self._where}, joint '{name}'"
-        parent, child = _text(joint, "parent"), _text(joint, "child")
+        parent, child = text_of(joint, "parent"), text_of(joint, "child")
         if kind not in KINDS.values():
             raise RobotModelError(f"{here} is of type '{kind}'; expected {', '.join(KINDS)}")
         for end in (parent, child):
@@ -202,43 +189,20 @@ class _Converter:
     def _axis(self, axis: ET.Element, joint: ET.Element, here: str, place: Transform) -> FloatArray:
         """Return the axis of a joint in the frame of its child, as the URDF has it."""
         xyz = axis.find("xyz")
-        values = _numbers("0 0 1" if xyz is None else xyz.text or "", 3, f"{here}: <xyz>")
+        values = floats_of(xyz, 3, "0 0 1", here)
         given = "" if xyz is None else xyz.get("expressed_in", "")
-        is_of_model = (axis.findtext("use_parent_model_frame") or "").strip() in ("true", "1")
-        frame = self._frame(given if given or is_of_model else joint.get("name", ""))
+        is_of_model = flag_of(axis, "use_parent_model_frame")
+        frame = self._scope.frame(given if given or is_of_model else joint.get("name", ""))
         turned: FloatArray = place[:3, :3].T @ frame[:3, :3] @ np.array(values)
         turned[np.abs(turned) < 1e-9] = 0.0
-        return turned
-
-    def _add(self, element: ET.Element, base: str) -> None:
-        name = element.get("name", "")
-        pose = element.find("pose")
-        given = "" if pose is None else pose.get("relative_to", "")
-        place = _pose(element, f"{self._where}, {element.tag} '{name}'")
-        self._frames.setdefault(name, (place, given or base))
-
-    def _frame(self, name: str, chain: tuple[str, ...] = ()) -> Transform:
-        """Return model_from_frame."""
-        if name in MODEL:
-            return np.eye(4)
-        if name not in self._frames:
-            raise RobotModelError(
-                f"{self._where}: no frame '{name}'; known: {', '.join(self._frames)}"
-            )
-        if name in chain:
-            raise RobotModelError(f"{self._where}: the poses go round: {' -> '.join(chain)}")
-        place, base = self._frames[name]
-        turned: Transform = self._frame(base, (*chain, name)) @ place
         return turned
 
     def _in_link(
         self, element: ET.Element, link: ET.Element, place: Transform, here: str
     ) -> Transform:
         """Return where an element of a link is, in the link as the URDF has it."""
-        pose = element.find("pose")
-        base = "" if pose is None else pose.get("relative_to", "")
-        frame = self._frame(base or link.get("name", ""))
-        moved: Transform = inverse_of(place) @ frame @ _pose(element, here)
+        frame = self._scope.frame(base_of(element, self._scope, link.get("name", "")))
+        moved: Transform = inverse_of(place) @ frame @ pose_of(element, here)
         return moved
 
 
@@ -258,22 +222,16 @@ def _shape(geometry: ET.Element, here: str, is_collision: bool) -> ET.Element | 
     """Return a shape as the URDF has it; None for one that is only seen, or a ground plane."""
     for shape in geometry:
         if shape.tag == "box":
-            size = _numbers(shape.findtext("size") or "", 3, f"{here}: <size>")
-            return ET.Element("box", size=" ".join(map(repr, size)))
+            return ET.Element("box", size=" ".join(map(repr, sizes_of(shape, "size", 3, here))))
         if shape.tag in ("cylinder", "sphere", "capsule"):
             names = ("radius",) if shape.tag == "sphere" else ("radius", "length")
-            sizes = {}
-            for name in names:
-                value = number_in(shape, name, here)
-                if value is None:
-                    raise RobotModelError(f"{here}: <{shape.tag}> has no <{name}>")
-                sizes[name] = value
+            sizes = {name: sizes_of(shape, name, 1, here)[0] for name in names}
             if shape.tag == "capsule":  # the cylinder around it
                 sizes["length"] += 2.0 * sizes["radius"]
             tag = "cylinder" if shape.tag == "capsule" else shape.tag
             return ET.Element(tag, {name: repr(value) for name, value in sizes.items()})
         if shape.tag == "mesh":
-            made = ET.Element("mesh", filename=(shape.findtext("uri") or "").strip())
+            made = ET.Element("mesh", filename=text_of(shape, "uri"))
             if (scale := shape.findtext("scale")) is not None:
                 made.set("scale", " ".join(scale.split()))
             return made
@@ -284,28 +242,6 @@ def _shape(geometry: ET.Element, here: str, is_collision: bool) -> ET.Element | 
     if is_collision:
         raise RobotModelError(f"{here} has an empty <geometry>")
     return None
-
-
-def _text(element: ET.Element, tag: str) -> str:
-    return (element.findtext(tag) or "").strip()
-
-
-def _pose(element: ET.Element, here: str) -> Transform:
-    pose = element.find("pose")
-    if pose is None or not (pose.text or "").strip():
-        return np.eye(4)
-    if pose.get("rotation_format") == "quat_xyzw":
-        x, y, z, *q = _numbers(pose.text or "", 7, f"{here}: <pose>")
-        place: Transform = np.eye(4)
-        norm = math.hypot(*q) or 1.0
-        place[:3, :3] = rotation_of(*(part / norm for part in q))
-        place[:3, 3] = (x, y, z)
-        return place
-    x, y, z, *angles = _numbers(pose.text or "", 6, f"{here}: <pose>")
-    if pose.get("degrees") in ("true", "1"):
-        angles = [math.radians(angle) for angle in angles]
-    roll, pitch, yaw = angles
-    return transform_from_xyz_rpy(x, y, z, roll, pitch, yaw)
 
 
 def _origin(place: Transform) -> ET.Element:
@@ -326,13 +262,3 @@ def _xyz_rpy(place: Transform) -> tuple[str, str]:
 
 def _written(values: FloatArray | tuple[float, ...]) -> str:
     return " ".join(f"{0.0 if abs(value) < 1e-12 else float(value):.12g}" for value in values)
-
-
-def _numbers(text: str, count: int, what: str) -> list[float]:
-    try:
-        values = [float(word) for word in text.split()]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(map(math.isfinite, values)):
-        raise RobotModelError(f"{what} is '{text.strip()}'; expected {count} numbers")
-    return values

@@ -49,22 +49,6 @@ def read_tree(text: str, where: str) -> ET.Element:
     return root
 
 
-def number_in(
-    element: ET.Element, path: str, where: str, *, is_finite: bool = False
-) -> float | None:
-    """Return the number in the text of a child; None without a child, or without text in it."""
-    text = element.findtext(path)
-    if text is None or not text.strip():
-        return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if math.isnan(value) or (is_finite and math.isinf(value)):
-        raise RobotModelError(f"{where}: <{path}> is '{text.strip()}'; expected a number")
-    return value
-
-
 def root_link(root: ET.Element) -> str:
     """Return the name of the link without a parent."""
     children = {child_of(joint) for joint in root.findall("joint")}

@@ -5,8 +5,8 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 
-from swarm_common.model.errors import WorldError, close_names
-from swarm_describe.files.values import pose_of, transform_of
+from swarm_common.model.errors import DescriptionError, close_names
+from swarm_describe.files.values import pose_of, text_of, transform_of
 from swarm_describe.worlds.scene import Transform
 
 OWN_NAMES = ("", "__model__", "world", "__root__")  # of a scope's own frame
@@ -35,7 +35,16 @@ class Scope:
         """
         name = element.get("name", "")
         where = f"{self.where}::{name}" if self.where else name
-        self.frames[name] = (pose_of(element, where), base_of(element, self, base))
+        self.frames.setdefault(name, (pose_of(element, where), base_of(element, self, base)))
+
+    def add_all(self, model: ET.Element) -> None:
+        """Add the frames of a model: its links, its joints, and those that have only a name."""
+        for link in model.findall("link"):
+            self.add(link)
+        for joint in model.findall("joint"):
+            self.add(joint, text_of(joint, "child"))
+        for frame in model.findall("frame"):
+            self.add(frame, frame.get("attached_to", ""))
 
     def placed(self, element: ET.Element, where: str) -> Transform:
         """Return an element's pose in the frame of this scope."""
@@ -55,7 +64,7 @@ class Scope:
             return self._known[name]
         if name in self._open:
             chain = " -> ".join([*self._open[self._open.index(name) :], name])
-            raise WorldError(f"the poses in {self.where or 'the world'} go round: {chain}")
+            raise DescriptionError(f"the poses in {self.where or 'the world'} go round: {chain}")
         self._open.append(name)
         try:
             self._known[name] = self._resolved(name)
@@ -84,7 +93,7 @@ class Scope:
                 return self.frame(key) @ self.inner[key].frame(name)
         close = close_names(name, self.frames, most=1)
         advice = f"did you mean '{close[0]}'?" if close else f"known: {', '.join(self.frames)}"
-        raise WorldError(f"no frame '{name}' in {self.where or 'the world'}; {advice}")
+        raise DescriptionError(f"no frame '{name}' in {self.where or 'the world'}; {advice}")
 
 
 def base_of(element: ET.Element, scope: Scope, default: str) -> str:

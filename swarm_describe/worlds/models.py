@@ -93,12 +93,7 @@ def _model(
     where = f"{parent.where}{SEPARATOR}{name}" if parent.where else name
     scope = Scope(where)
     account_for(element, "model", f"model '{where}'", source)
-    for link in element.findall("link"):
-        scope.add(link)
-    for joint in element.findall("joint"):
-        scope.add(joint, text_of(joint, "child"))
-    for frame in element.findall("frame"):
-        scope.add(frame, frame.get("attached_to", ""))
+    scope.add_all(element)
     model = Model(name, element, here, flag_of(element, "static"), scope)
     model.placement = element.get("placement_frame", "")
     model.children = models_in(element, here, source, scope, (*trail, here / name))

@@ -423,8 +423,8 @@ class TestSdf:
             ("<link name=\"base_footprint\"/>", "<include/>", "holds other models"),
             ("<parent>base_footprint<", "<parent>nowhere<", "no link 'nowhere'; known: base"),
             ("expressed_in=\"__model__\"", "expressed_in=\"up\"", "no frame 'up'"),
-            ("relative_to=\"left_wheel\"", "relative_to=\"right_wheel\"", "poses go round"),
-            ("<size>0.266 0.266", "<size>0.266", "<size> is '0.266 0.094'; expected 3 numbers"),
+            ("relative_to=\"left_wheel\"", "relative_to=\"right_wheel\"", "go round: right_wheel"),
+            ("<size>0.266 0.266", "<size>0.266", "is '0.266 0.094'; expected 3 numbers"),
             ("type=\"ball\"", "type=\"bal\"", "is of type 'bal'"),
             ("<mass>1.3729", "<mass>much", "<mass> is 'much'"),
             ("<model name=\"tb\">", "<world name=\"w\"/><model name=\"tb\">", "is a world"),
@@ -439,7 +439,7 @@ class TestSdf:
     def test_a_config_that_names_nothing(self, tmp_path: Path) -> None:
         folder = Folder().write(tmp_path)
         (folder / "model.sdf").unlink()
-        with pytest.raises(RobotModelError, match="which is not there"):
+        with pytest.raises(RobotModelError, match="names no SDF file that is there"):
             load_robot(folder)
 
 
