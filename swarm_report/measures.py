@@ -149,13 +149,15 @@ class LostTime:
     """The time in which robots did not get on: in the states of `LOST`."""
 
     seconds: float  # of all robots
-    share: float  # of the robots' time
+    share: float  # of the robots' time, without what came after the mission
 
 
 def lost_time(run: RunData) -> LostTime | None:
     """Return the time that was lost; None if the states are not known."""
-    known = sum(span.length for span in run.spans)
-    if known <= 0.0:
+    is_done = run.goals and run.report.get("goals", {}).get("pending") == 0
+    end = run.goals[-1].time if is_done else run.end
+    known = [(span.state, max(0.0, min(span.end, end) - span.start)) for span in run.spans]
+    if not (total := sum(length for _, length in known)):
         return None
-    lost = sum(span.length for span in run.spans if span.state in LOST)
-    return LostTime(lost, lost / known)
+    lost = sum(length for state, length in known if state in LOST)
+    return LostTime(lost, lost / total)

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from swarm_report.measures import (
 )
 from swarm_report.report_fields import report_fields
 from swarm_report.run import RunData
+from swarm_report.run_files import Report
 
 SITES = "stations:\n  dock: [2.0, 2.0, 0.0]\n  shop: [8.0, 8.0, 0.0]\n"
 END = 100
@@ -160,6 +162,17 @@ def test_the_share_of_lost_time_is_the_same_everywhere_and_shares_are_all_of_it(
     told = sum(float(share.removesuffix(" %")) for share in shares(run).values())
     assert told == pytest.approx(100.0, abs=0.2)
     assert sum(state_shares(run).values()) == pytest.approx(1.0)
+
+
+def test_waiting_after_the_mission_does_not_shrink_the_share_of_lost_time(story: Story) -> None:
+    story.state(0, 10.0, "waiting")
+    for robot in range(4):
+        story.state(robot, 50.0, "idle")
+        story.reached(robot, 50.0, "dock")
+    run = story.run()
+    lost = lost_time(RunData(run.folder, cast(Report, {"goals": {"pending": 0}})))
+    assert lost is not None
+    assert (lost.seconds, lost.share) == (40.0, 0.2)
 
 
 def test_the_headline_names_the_longest_stop_and_its_reason_across_states(story: Story) -> None:
