@@ -136,12 +136,16 @@ def _opened(path: Path) -> Iterator[TextIO]:
     with contextlib.ExitStack() as stack:
         try:
             file = stack.enter_context(path.open("a+", encoding="utf-8"))
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                told = f"another bench is writing to {path}; wait for its end"
+                raise ConfigError(told) from None
+            except OSError:  # a file system without locks, as some clusters have
+                pass
             data = path.read_bytes()
             if not data.endswith(b"\n"):
                 file.truncate(data.rfind(b"\n") + 1)
-        except BlockingIOError:
-            raise ConfigError(f"another bench is writing to {path}; wait for its end") from None
         except OSError as cause:
             raise ConfigError(f"cannot write {path}: {cause}") from cause
         yield file
