@@ -12,10 +12,11 @@ not count, and the constructor may take 60 s.
 
 from __future__ import annotations
 
+import enum
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from swarm_common.model.beacon import Reception
 from swarm_common.model.grid import Grid
@@ -58,10 +59,13 @@ __all__ = [
     "Reception",
     "RobotSpec",
     "Rule",
+    "RuleEvent",
+    "RuleEventKind",
     "RuleState",
     "Scan",
     "Sites",
     "Status",
+    "TubeView",
     "Twist",
 ]  # fmt: skip
 
@@ -267,6 +271,41 @@ class Priority(Protocol):
         """
 
 
+class RuleEventKind(enum.Enum):
+    """Changes of goal and state that a rule asks for."""
+
+    INTERRUPTED = "interrupted"  # the robot makes way, or leaves for others
+    RESUMED = "resumed"  # it goes on with what was interrupted
+    LED = "led"  # a centre decides: it gives up waiting, making way and recovering
+    BEHAVIOR_ENDED = "behavior ended"  # or a recovery, with the code of its end
+    ARRIVED = "arrived"  # within the tolerance of the target, so that it stops and turns
+    STRAYED = "strayed"  # out of it again
+    REACHED = "reached"  # the target
+    TURN_AWAITED = "turn awaited"  # at a station, or before a full region
+    QUEUED = "queued"  # it waits, and is not expected to get on
+    TURN_GRANTED = "turn granted"
+    UNUSED = "unused"  # space that it held: the way is to be planned anew
+    FOLLOWED = "followed"  # a path that was given to it
+    PLANNED = "planned"  # the way to the target, which ends at `place_map`
+    NO_WAY = "no way"  # to the target
+    DRIVEN = "driven"  # for a tick, in which it was to get on
+    EXCUSED = "excused"  # from getting on: it waits for another robot
+    CAUTIOUS = "cautious"  # near a person
+    UNLED = "unled"  # it waits for a centre that gives no way
+    FAILED = "failed"  # to get to the target
+
+
+@dataclass(frozen=True, slots=True)
+class RuleEvent:
+    """One change that a rule asks for; applied before the rest of its proposal."""
+
+    kind: RuleEventKind
+    code: ErrorCode = ErrorCode.NONE  # why it failed
+    message: str = ""  # likewise, for people
+    is_final: bool = False  # whether no recovery helps
+    place_map: tuple[float, float] | None = None  # [m]
+
+
 @dataclass(frozen=True, slots=True)
 class Proposal:
     """Request of a rule. Without any of it the robot goes on along the path that it has.
@@ -274,6 +313,8 @@ class Proposal:
     The arbiter applies the fields in this order.
 
     Attributes:
+        events: Changes of goal and state; for built-in rules only.
+        is_obstructed: Whether something stands in the held space.
         keep_until: Index of the last path point that stays held; None for all.
         keep_ahead: Path points ahead of the robot that stay held; None for all.
         drops_path: Whether the path beyond the stop point is given up.
@@ -290,6 +331,8 @@ class Proposal:
             called when they ask.
     """
 
+    events: tuple[RuleEvent, ...] = ()
+    is_obstructed: bool = False
     keep_until: int | None = None
     keep_ahead: int | None = None
     drops_path: bool = False
@@ -333,6 +376,40 @@ class RuleState:
     blocked_ticks: int  # for which it has waited
     obstacle_ticks: int  # for which something else was in the way
     others: tuple[OtherRobot, ...]  # the robots that it hears, by id
+
+
+class TubeView(Protocol):
+    """Path and held space of a robot, to be read only: `swarm_nav.reservation.tube.Tube`."""
+
+    @property
+    def points(self) -> FloatArray: ...
+    @property
+    def tail(self) -> int: ...
+    @property
+    def near(self) -> int: ...
+    @property
+    def stop(self) -> int: ...
+    @property
+    def corner(self) -> int: ...
+    @property
+    def corners(self) -> list[int]: ...
+    @property
+    def slots(self) -> Any: ...
+    @property
+    def is_reverse(self) -> bool: ...
+    @property
+    def is_at_rest(self) -> bool: ...
+    @property
+    def is_complete(self) -> bool: ...
+    @property
+    def stop_point(self) -> tuple[float, float]: ...
+    @property
+    def place(self) -> tuple[float, float]: ...
+    def end_of(self, path: FloatArray) -> tuple[float, float]: ...
+    def gap(self, pose: Pose) -> float: ...
+    def next_corner(self) -> int: ...
+    def gap_to(self, index: int, pose: Pose) -> float: ...
+    def length_ahead(self) -> float: ...
 
 
 class Rule(Protocol):

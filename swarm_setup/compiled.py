@@ -54,6 +54,7 @@ pathlib.Path(build, "extensions.json").write_text(json.dumps(extensions))
 """
 CONFIG = """
 [mypy]
+always_true = COMPILED
 ignore_missing_imports = true
 follow_imports = silent
 [mypy-numba.*,scipy.*,shapely.*,trimesh.*,PIL.*]

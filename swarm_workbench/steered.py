@@ -21,7 +21,7 @@ from swarm_nav.interfaces import Proposal
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.planning.terrain import NODE_MARGIN
 from swarm_nav.reservation.stop_filter_kernels import gap_to_line
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 REACH = 12  # path points that are asked for ahead
 FEWEST = 8  # of them that are left before more are asked for
@@ -61,7 +61,7 @@ class SteeredNavigator:
         )
         self.navigator.set_goal(Goal(kind=GoalKind.TELEOP))  # it ranks as robots that drive
 
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def propose(self, robot: RobotView) -> Proposal | None:
         """Return where the wish leads, unless the present path does; the last of its rules."""
         way, tube, keep = self._way(robot), robot.tube, robot.brake_points
         stand = Proposal(keep_ahead=keep, drops_path=True, stands=True)
@@ -83,13 +83,13 @@ class SteeredNavigator:
         path = np.vstack((stop, rest)) if len(rest) else None
         return Proposal(keep_ahead=keep, drops_path=True, path=path)
 
-    def steer(self, robot: RobotState, stands: bool) -> Twist:
+    def steer(self, robot: RobotView, stands: bool) -> Twist:
         """Return the wish; where the robot must stand, its turn."""
         if not stands:
             return self.wish
         return Twist(wz=self.wish.wz if robot.speed < STANDING else 0.0)
 
-    def _way(self, robot: RobotState) -> FloatArray:
+    def _way(self, robot: RobotView) -> FloatArray:
         """Return the points (n, 2) [m] in map to which the wish leads, up to a wall."""
         wish, pose = self.wish, robot.pose
         speed = math.hypot(wish.vx, wish.vy)

@@ -29,7 +29,7 @@ from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.parts import Parts
 from swarm_nav.core.goals import Feedback, Status
 from swarm_nav.core.states import State
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 MODES = {
     State.IDLE: MODE_DONE,
@@ -68,8 +68,8 @@ def compose_beacon(
     head = (
         *stamp_from_tick(s.tick), s.robot_id, s.tick, s.radius,
         s.pose.x, s.pose.y, s.pose.yaw, s.twist.vx, s.twist.wz,
-        priority >> 32, priority & 0xFFFFFFFF, s.blocked_ticks, s.blocked_by, s.yields_for,
-        flags, MODE_YIELD if is_yielding else mode,
+        priority >> 32, priority & 0xFFFFFFFF, s.blocked_ticks, s.blocked_by,
+        s.donations.yields_for, flags, MODE_YIELD if is_yielding else mode,
         *target, *(d.lease.station or NOWHERE), d.lease.tick, d.gate.announced,
         *s.tube.published_sizes, len(spec.footprint),
     )  # fmt: skip
@@ -150,7 +150,7 @@ def compose_status(
 
 
 def compose_feedback(
-    robot: RobotState, goal_id: int, task: GoalProgress | None, behavior: Behavior | None
+    robot: RobotView, goal_id: int, task: GoalProgress | None, behavior: Behavior | None
 ) -> Feedback:
     """Return the progress of a task, or without one of a behaviour.
 

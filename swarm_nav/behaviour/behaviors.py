@@ -12,7 +12,7 @@ from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
 from swarm_nav.interfaces import Proposal
 from swarm_nav.planning.planner import path_length, straight_path
 from swarm_nav.traffic.arbiter import STAND
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 SPIN_DONE = 0.03  # [rad]
 TELEOP_TICKS = 5  # without a new wish after which a steered robot stops
@@ -39,7 +39,7 @@ class BehaviorEnd:
 class Behavior:
     """One run of SPIN, BACKUP, DRIVE_ON_HEADING, WAIT or TELEOP; `end` is None while it runs."""
 
-    def __init__(self, goal: Goal, robot: RobotState) -> None:
+    def __init__(self, goal: Goal, robot: RobotView) -> None:
         """Start at the present pose and tick.
 
         Args:
@@ -66,14 +66,14 @@ class Behavior:
         """End at the next step."""
         self.end = end
 
-    def resume(self, robot: RobotState) -> None:
+    def resume(self, robot: RobotView) -> None:
         """Continue with the rest of the behaviour after the robot made way for another one."""
         self._last_yaw = robot.pose.yaw
         self._driven = self._traveled
         self._start = robot.pose
         self._is_pathed = False
 
-    def propose(self, robot: RobotState) -> Proposal:
+    def propose(self, robot: RobotView) -> Proposal:
         """Return the motion of this tick; `end` tells when the behaviour is over."""
         self.angle_traveled += wrap_angle(robot.pose.yaw - self._last_yaw)
         self._last_yaw = robot.pose.yaw
@@ -94,18 +94,18 @@ class Behavior:
             return self._teleop(robot)
         return self._drive(robot)
 
-    def distance_traveled(self, robot: RobotState) -> float:
+    def distance_traveled(self, robot: RobotView) -> float:
         """Return the distance [m] from the start, without ways to make way."""
         return self._driven + self._start.distance(robot.pose)
 
-    def _spin(self, robot: RobotState) -> Proposal:
+    def _spin(self, robot: RobotView) -> Proposal:
         rest = self.goal.angle - self.angle_traveled
         if abs(rest) < SPIN_DONE:
             self.end = BehaviorEnd()
             return STAND
         return Proposal(stands=True, yaw=robot.pose.yaw + max(-1.5, min(1.5, rest)))
 
-    def _teleop(self, robot: RobotState) -> Proposal:
+    def _teleop(self, robot: RobotView) -> Proposal:
         """Turn on the spot, or drive straight as far as there is room: never into anything."""
         twist = robot.twist
         wish = self._wish if robot.tick - self._wish_tick <= TELEOP_TICKS else Twist()
@@ -137,7 +137,7 @@ class Behavior:
             most_speed=abs(wish.vx),
         )
 
-    def _straight_ahead(self, robot: RobotState, way: int) -> FloatArray | None:
+    def _straight_ahead(self, robot: RobotView, way: int) -> FloatArray | None:
         """Return the free part of the straight way (n, 2) ahead, or behind for way -1."""
         path = straight_path(robot.pose, way * TELEOP_REACH)
         floor = robot.body_radius + robot.config.costmap.footprint_padding
@@ -149,7 +149,7 @@ class Behavior:
         self._room = float(path_length(path[:room]))
         return path[:room]
 
-    def _drive(self, robot: RobotState) -> Proposal:
+    def _drive(self, robot: RobotView) -> Proposal:
         is_reverse = self.goal.is_reverse or self.goal.kind is GoalKind.BACKUP
         path = None
         if not self._is_pathed:
@@ -179,7 +179,7 @@ class Behavior:
         )
 
 
-def recovery_goal(attempt: int, robot: RobotState) -> Goal | None:
+def recovery_goal(attempt: int, robot: RobotView) -> Goal | None:
     """Return the behaviour of the n-th recovery (0: clear only → None), in Nav2's order."""
     behavior = robot.config.behavior
     choice = attempt % 4

@@ -20,7 +20,7 @@ from swarm_common.model.records import Pose
 from swarm_nav.core.goals import PlanError
 from swarm_nav.planning.planner import Planner
 from swarm_nav.traffic.lease import SAME_STATION, Lease
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 RESERVE = 2.0  # times the energy of the way to a charging station
 CURRENT_PATIENCE = 10.0  # [s] at a station without current, after which it does not charge
@@ -76,18 +76,18 @@ class ChargingTrip:
             self._failed_until[self.charger] = tick + retry_ticks
         self.end()
 
-    def is_charged(self, robot: RobotState) -> bool:
+    def is_charged(self, robot: RobotView) -> bool:
         """Whether the battery holds what is enough."""
         reading = self.reading
         return reading is not None and reading.share >= robot.config.battery.enough
 
-    def lacks_current(self, robot: RobotState) -> bool:
+    def lacks_current(self, robot: RobotView) -> bool:
         """Whether the station that the robot stands at does not charge it."""
         stay = robot.tick - self.plugged_tick
         is_charged = self.reading is not None and self.reading.is_on_charger
         return stay > robot.ticks(CURRENT_PATIENCE) and not is_charged
 
-    def choice(self, robot: RobotState) -> Pose | None:
+    def choice(self, robot: RobotView) -> Pose | None:
         """Return the station to charge at; None as long as the battery lasts, or without one."""
         reading = self.reading
         if reading is None or reading.tick != robot.tick or self.charger is not None:
@@ -105,7 +105,7 @@ class ChargingTrip:
             return None
         return min(ways, key=lambda charger: self._time_to_turn(robot, charger, ways[charger]))
 
-    def better(self, robot: RobotState, lease: Lease) -> Pose | None:
+    def better(self, robot: RobotView, lease: Lease) -> Pose | None:
         """Return another station where the robot is charged much earlier; None without one.
 
         Args:
@@ -125,7 +125,7 @@ class ChargingTrip:
         present = times.get(self.charger, math.inf)
         return best if best != self.charger and times[best] + saved < present else None
 
-    def _ways(self, robot: RobotState) -> dict[Pose, float]:
+    def _ways(self, robot: RobotView) -> dict[Pose, float]:
         """Return the way [m] to each station that is in reach and has not failed lately."""
         tick, planner = robot.tick, robot.planner
         if planner is not self._planner:
@@ -147,7 +147,7 @@ class ChargingTrip:
         return ways
 
     def _time_to_turn(
-        self, robot: RobotState, charger: Pose, way: float, ahead: int | None = None
+        self, robot: RobotView, charger: Pose, way: float, ahead: int | None = None
     ) -> float:
         """Return the time [s] until the robot is charged at a station, as far as it knows.
 
@@ -161,6 +161,6 @@ class ChargingTrip:
         drive = way / robot.config.controller.max_vel_x
         return drive + ahead * self._charging_time(robot)
 
-    def _charging_time(self, robot: RobotState) -> float:
+    def _charging_time(self, robot: RobotView) -> float:
         limits = robot.config.battery
         return charging_time(self._battery, limits.enough - limits.low)

@@ -16,7 +16,7 @@ from swarm_common.model.grid import KEEPOUT, OCCUPIED, UNKNOWN
 from swarm_common.process.libm import exp
 from swarm_nav.planning import distance_kernels
 from swarm_nav.planning.cells import distance_cells
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 FREE, LARGEST_FREE, INSCRIBED, LETHAL, NO_INFORMATION = 0, 252, 253, 254, 255
 
@@ -87,7 +87,7 @@ def inflate(
     return costs
 
 
-def compose(robot: RobotState, inscribed_radius: float, window: float | None) -> Costmap:
+def compose(robot: RobotView, inscribed_radius: float, window: float | None) -> Costmap:
     """Return the global costmap, or with `window` [m] the rolling local one around the robot.
 
     Args:

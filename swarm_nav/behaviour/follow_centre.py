@@ -10,22 +10,42 @@ import numpy as np
 from swarm_common.model.central import RobotReport
 from swarm_common.model.coordination import Coordination
 from swarm_common.model.records import FloatArray
-from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.parts import Parts
 from swarm_nav.behaviour.rules import Arrive
-from swarm_nav.core.goals import ErrorCode
-from swarm_nav.core.states import Event, State
-from swarm_nav.interfaces import Proposal
+from swarm_nav.core.states import State
+from swarm_nav.interfaces import Proposal, RuleEvent, RuleEventKind
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.traffic.arbiter import GO_ON, STAND, planned
 from swarm_nav.traffic.command import Command, Point
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotState, RobotView
 
 UNNAMED = 0xFFFFFFFF  # goal that has no id of its own: a charging station
 SAME = 1e-9  # [m]
 STUCK_TICKS = 50  # of standing, with a way to go
 FAR = 0.1  # [m] of it, at least
+LED = Proposal(events=(RuleEvent(RuleEventKind.LED),), is_final=False)
+LED_ON_WAY = Proposal(events=(*LED.events, RuleEvent(RuleEventKind.UNLED)), is_final=False)
 NOTHING: tuple[int, Point] = 0, (math.nan, math.nan)
+
+
+class LeaveOwnRules:
+    """Gives up waiting, making way and recovering while a centre decides, and a target without way.
+
+    The rule stands right above `FollowCentre`, which sees what it has changed.
+    """
+
+    def __init__(self, parts: Parts, command: Command) -> None:
+        self._p, self._command = parts, command
+
+    def propose(self, robot: RobotView) -> Proposal | None:
+        """Return the events; None where the robot's own rules decide."""
+        if not robot.is_led:
+            return None
+        p, manager = self._p, self._p.goal_manager
+        p.right.stay(robot)
+        p.departure.propose(robot, False)
+        is_on_way = self._command.is_joined and not manager.is_pausing
+        return LED_ON_WAY if is_on_way and manager.task is not None else LED
 
 
 class FollowCentre:
@@ -43,19 +63,22 @@ class FollowCentre:
         self._arrive = Arrive(parts)
         self._placed = NOTHING  # end of the path that was given, and its index
 
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def update(self, robot: RobotState) -> None:
+        """Record whether the centre decides in this tick, and how long the robot has stood then."""
+        manager = self._p.goal_manager
+        is_busy = self._p.state_machine.state is State.BEHAVING
+        was_led, robot.is_led = robot.is_led, self.command.counts(robot.tick) and not is_busy
+        if was_led and not robot.is_led:
+            manager.replan()
+        waits = robot.is_standing and manager.task is not None and not manager.is_pausing
+        stands = robot.is_led and waits and not robot.blocked_ticks
+        robot.led_standing = robot.led_standing + 1 if stands else 0
+
+    def propose(self, robot: RobotView) -> Proposal | None:
         """Return the proposal of the centre; None where the robot's own rules decide."""
         command, manager = self.command, self._p.goal_manager
-        is_busy = self._p.state_machine.state is State.BEHAVING
-        was_led, robot.is_led = robot.is_led, command.counts(robot.tick) and not is_busy
         if not robot.is_led:
-            if was_led:
-                robot.led_standing = 0
-                manager.replan()
             return None
-        self._leave_own_rules(robot)
-        waits = robot.is_standing and manager.task is not None and not manager.is_pausing
-        robot.led_standing = robot.led_standing + 1 if waits and not robot.blocked_ticks else 0
         if not command.is_joined:
             self._placed = NOTHING
             if robot.is_standing:
@@ -63,11 +86,9 @@ class FollowCentre:
             return Proposal(keep_ahead=robot.brake_points, drops_path=True, stands=True)
         if manager.is_pausing:
             return STAND
-        if manager.task is not None:
-            self._check_patience(robot, manager.task)
         return self._arrive.propose(robot) or self._begin_anew(robot) or self._drive(robot)
 
-    def report(self, robot: RobotState) -> RobotReport:
+    def report(self, robot: RobotView) -> RobotReport:
         """Return the robot's report to the centre."""
         manager = self._p.goal_manager
         task, command = manager.task, self.command
@@ -83,27 +104,7 @@ class FollowCentre:
             has_arrived=is_busy or (task is not None and task.has_arrived),
         )
 
-    def _leave_own_rules(self, robot: RobotState) -> None:
-        """Give up waiting, making way and recovering."""
-        p = self._p
-        p.right.stay(robot)
-        p.departure.propose(robot, False)
-        p.goal_manager.resume()
-        if p.state_machine.state is State.HOLDING:
-            p.state_machine.switch(Event.STATION_GRANTED)
-        elif p.state_machine.state is State.RECOVERING:
-            p.goal_manager.drop_recovery()
-            p.state_machine.switch(Event.RECOVERED)
-
-    def _check_patience(self, robot: RobotState, task: GoalProgress) -> None:
-        """Reject a target to which the centre has found no way for too long."""
-        task.record_progress(robot, True)
-        patience = robot.config.traffic.patience
-        if robot.tick - task.moved_tick > robot.ticks(patience):
-            message = f"the centre gave no way for {patience:.0f} s"
-            self._p.goal_manager.fail_target(task, ErrorCode.FAILED_TO_MAKE_PROGRESS, message)
-
-    def _begin_anew(self, robot: RobotState) -> Proposal | None:
+    def _begin_anew(self, robot: RobotView) -> Proposal | None:
         """Let a robot go that stands beside its path: a short way and back hides a bend."""
         command = self.command
         if not robot.led_standing or robot.led_standing % STUCK_TICKS or command.last == 0:
@@ -114,7 +115,7 @@ class FollowCentre:
         self._placed = NOTHING
         return Proposal(keep_ahead=0, drops_path=True, holds_place=True, stands=True)
 
-    def _drive(self, robot: RobotState) -> Proposal:
+    def _drive(self, robot: RobotView) -> Proposal:
         """Let the path go on as far as the centre lets it; begin it anew where it was given up."""
         command, tube = self.command, robot.tube
         command.advance(tube.place)

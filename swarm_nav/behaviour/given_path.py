@@ -8,7 +8,7 @@ from swarm_common.model.records import FloatArray
 from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.planning.planner import path_length
 from swarm_nav.traffic import traffic_costs
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 JOINED = 0.1  # [m] from the path within which it is taken up without a plan
 LAST_PIECE = 0.5  # [m] before the end from where the goal may count as reached
@@ -41,9 +41,9 @@ class GivenPath:
             x: [m] of the robot, in map.
             y: [m] of the robot, in map.
         """
-        self.index = self._nearest(x, y)
+        self.index = self._nearest(self.index, x, y)
 
-    def way(self, robot: RobotState, start: tuple[float, float]) -> FloatArray:
+    def way(self, robot: RobotView, start: tuple[float, float]) -> FloatArray:
         """Return the path (n, 2) from a place back to the given one and along its rest.
 
         Args:
@@ -52,7 +52,8 @@ class GivenPath:
         Raises:
             PlanError: If the given path comes too near to a wall, or there is no way to it.
         """
-        rest = self.points[self._nearest(*start) :]
+        index = self._nearest(self.index, robot.pose.x, robot.pose.y)
+        rest = self.points[self._nearest(index, *start) :]
         planner = robot.planner
         joint = np.array((start,))
         if np.hypot(*(rest[0] - start)) > JOINED:
@@ -62,25 +63,25 @@ class GivenPath:
         self._check(path, robot, start)
         return path
 
-    def _nearest(self, x: float, y: float) -> int:
-        """Return the point from the index on to which none shortly after it is nearer.
+    def _nearest(self, index: int, x: float, y: float) -> int:
+        """Return the point from an index on to which none shortly after it is nearer.
 
         The path may pass the same place again much later; at a cusp it does so at once.
         """
-        gaps = np.hypot(*(self.points[self.index :] - (x, y)).T)
+        gaps = np.hypot(*(self.points[index:] - (x, y)).T)
         k = 0
         while True:
-            start = self._lengths[self.index + k]
-            end = int(np.searchsorted(self._lengths, start + LOOK_AHEAD, "right")) - self.index
+            start = self._lengths[index + k]
+            end = int(np.searchsorted(self._lengths, start + LOOK_AHEAD, "right")) - index
             ahead = gaps[k : max(end, k + 2)]
             step = int(ahead[::-1].argmin())  # of equally near points the last one
             step = len(ahead) - 1 - step
             if step == 0:
-                return self.index + k
+                return index + k
             k += step
 
     @staticmethod
-    def _check(path: FloatArray, robot: RobotState, start: tuple[float, float]) -> None:
+    def _check(path: FloatArray, robot: RobotView, start: tuple[float, float]) -> None:
         terrain, room = robot.terrain, robot.body_radius
         clear = terrain.clearances(np.vstack((np.array([start]), path)), room)
         floor = min(room, clear[0])

@@ -9,11 +9,13 @@ from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.core.goals import NO_POSES_CODES, ErrorCode, Goal, GoalEnded, GoalKind, Outcome
 from swarm_nav.core.states import Event, State
+from swarm_nav.interfaces import RuleEvent, RuleEventKind
 from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.robot_state import RobotState
 
+Kind = RuleEventKind
 BEHAVIOR_KINDS = (
     GoalKind.SPIN, GoalKind.BACKUP, GoalKind.DRIVE_ON_HEADING, GoalKind.WAIT, GoalKind.TELEOP
 )  # fmt: skip
@@ -196,7 +198,7 @@ class GoalManager:
         """Set off for a charging station, or turn to another one."""
         if not self.is_on_trip:
             self._put_off = self.task
-        self.drop_recovery()
+        self._drop_recovery()
         self._stop_short()
         trip.begin(charger)
         self.task = GoalProgress(Goal(kind=GoalKind.NAVIGATE, poses_map=(charger,)), self._s)
@@ -217,7 +219,7 @@ class GoalManager:
         assert self._trip is not None
         self._trip.end()
         self._reached_at = None
-        self.drop_recovery()
+        self._drop_recovery()
         self.task, self._put_off = self._put_off, None
         self._stop_short()
         if self.task is None:
@@ -248,11 +250,12 @@ class GoalManager:
         else:
             self._lease.aim(self._s, (task.target.x, task.target.y))
 
-    def reach_target(self, task: GoalProgress) -> None:
+    def _reach_target(self, task: GoalProgress) -> None:
         """Go on to the next target, or end the goal as succeeded."""
         if self._trip is not None and self.is_on_trip:
             self._plug_in(self._trip)
-        elif task.next_target(self._s.tick):
+        elif task.has_next:
+            task.next_target(self._s.tick)
             self.last_goal_tick = self._s.tick
             self._aim(task)
         else:
@@ -275,12 +278,13 @@ class GoalManager:
             self.end(Outcome.ABORTED, code, message)
             return
         task.missed.append((task.index, code))
-        if task.next_target(self._s.tick):
+        if task.has_next:
+            task.next_target(self._s.tick)
             self._aim(task)
         else:
             self.end(Outcome.SUCCEEDED)
 
-    def recover_or_fail(self, task: GoalProgress, code: ErrorCode, message: str) -> None:
+    def _recover_or_fail(self, task: GoalProgress, code: ErrorCode, message: str) -> None:
         """Start the next recovery, or give the target up when all are spent.
 
         Args:
@@ -301,7 +305,7 @@ class GoalManager:
         self.behavior = Behavior(goal, s) if goal is not None else None
         self._state_machine.switch(Event.NO_PROGRESS)
 
-    def drop_recovery(self) -> None:
+    def _drop_recovery(self) -> None:
         """Forget the current recovery, if any."""
         if self.is_recovery:
             self.behavior = None
@@ -312,14 +316,12 @@ class GoalManager:
         """Whether the robot has nothing to do, not even a goal that is to begin."""
         return self.goal_id is None and not self.is_on_trip
 
-    def interrupt(self) -> None:
-        """Interrupt the current goal while the robot makes way, or leaves for others."""
+    def excuse(self) -> None:
+        """Do not expect the robot to get on in this tick."""
         if self.task is not None:
             self.task.record_progress(self._s, True)
-        if self._state_machine.state is not State.YIELDING:
-            self._state_machine.switch(Event.PUSHED)
 
-    def resume(self) -> None:
+    def _resume(self) -> None:
         """Go on with the current goal, if it was interrupted."""
         if self._state_machine.state is not State.YIELDING:
             return
@@ -330,9 +332,100 @@ class GoalManager:
             if self.behavior is not None and not self.is_recovery:
                 self.behavior.resume(self._s)
                 self._state_machine.switch(Event.BEHAVIOR)
-        self.drop_recovery()
+        self._drop_recovery()
 
     def replan(self) -> None:
         """Request a new plan to the target."""
         if self.task is not None:
             self.task.is_planned = False
+
+    def apply(self, event: RuleEvent) -> None:
+        """Change goal and state as a rule asks for: the only place that does.
+
+        Raises:
+            IllegalTransitionError: If the state has no such change.
+        """
+        kind, task, machine = event.kind, self.task, self._state_machine
+        if kind is Kind.DRIVEN or kind is Kind.EXCUSED or kind is Kind.CAUTIOUS:
+            self._check_progress(kind)
+        elif kind is Kind.INTERRUPTED:
+            self.excuse()
+            if machine.state is not State.YIELDING:
+                machine.switch(Event.PUSHED)
+        elif kind is Kind.RESUMED:
+            self._resume()
+        elif kind is Kind.LED:
+            self._resume()
+            if machine.state is State.HOLDING:
+                machine.switch(Event.STATION_GRANTED)
+            elif machine.state is State.RECOVERING:
+                self._drop_recovery()
+                machine.switch(Event.RECOVERED)
+        elif kind is Kind.BEHAVIOR_ENDED:
+            self._end_behavior(event)
+        elif kind is Kind.TURN_AWAITED:
+            machine.switch(Event.STATION_TAKEN)
+        elif kind is Kind.TURN_GRANTED:
+            machine.switch(Event.STATION_GRANTED)
+        elif task is not None:
+            self._change_task(task, event)
+
+    def _change_task(self, task: GoalProgress, event: RuleEvent) -> None:
+        s, kind = self._s, event.kind
+        if kind is Kind.ARRIVED or kind is Kind.STRAYED:
+            task.has_arrived = kind is Kind.ARRIVED
+        elif kind is Kind.REACHED:
+            self._reach_target(task)
+        elif kind is Kind.QUEUED:
+            task.record_holding(s)
+        elif kind is Kind.UNUSED:
+            self.replan()
+        elif kind is Kind.FOLLOWED and task.given is not None:
+            task.given.advance(s.pose.x, s.pose.y)
+        elif kind is Kind.PLANNED:
+            s.counters.replans += task.is_planned
+            task.record_plan(event.place_map)
+        elif kind is Kind.NO_WAY:
+            task.is_planned = True
+            if event.is_final:
+                self.fail_target(task, event.code, event.message)
+            else:
+                self._recover_or_fail(task, event.code, event.message)
+        elif kind is Kind.FAILED:
+            self.fail_target(task, event.code, event.message)
+        elif kind is Kind.UNLED:
+            task.record_progress(s, True)
+            self._check_patience(task, "the centre gave no way")
+
+    def _end_behavior(self, event: RuleEvent) -> None:
+        """End a behaviour that was asked for, or go on after a recovery."""
+        if self.behavior is not None and not self.is_recovery:
+            is_success = event.code is ErrorCode.NONE
+            outcome = Outcome.SUCCEEDED if is_success else Outcome.ABORTED
+            self.end(outcome, event.code, event.message)
+        elif self._state_machine.state is State.RECOVERING:
+            self._drop_recovery()
+            self._arbiter.drop_path()
+            self._state_machine.switch(Event.RECOVERED)
+        else:
+            self._state_machine.switch(Event.FINISHED)
+
+    def _check_progress(self, kind: RuleEventKind) -> None:
+        """Recover, or give the target up, where the robot does not get on."""
+        s, task = self._s, self.task
+        if task is None:
+            return
+        task.record_progress(s, kind is Kind.EXCUSED, kind is Kind.CAUTIOUS)
+        if not self._check_patience(task) and task.lacks_progress(s):
+            message = f"no progress after {task.recoveries} recoveries"
+            self._recover_or_fail(task, ErrorCode.FAILED_TO_MAKE_PROGRESS, message)
+
+    def _check_patience(self, task: GoalProgress, why: str = "") -> bool:
+        """Give a target up on which the robot has not got on for too long; return whether."""
+        s, patience = self._s, self._s.config.traffic.patience
+        if s.tick - task.moved_tick <= s.ticks(patience):
+            return False
+        by = f" by {s.names.name_of(s.blocked_by)}" if s.blocked_by else ""
+        message = f"{why or f'blocked{by}'} for {patience:.0f} s"
+        self.fail_target(task, ErrorCode.FAILED_TO_MAKE_PROGRESS, message)
+        return True

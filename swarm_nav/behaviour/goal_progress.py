@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from swarm_common.model.records import FloatArray, Pose, wrap_angle
+from swarm_common.model.records import Pose, wrap_angle
 from swarm_nav.behaviour.given_path import GivenPath
 from swarm_nav.core.goals import ErrorCode, Goal, GoalKind
 from swarm_nav.planning.planner import path_length
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 STOP_SHARE = 0.8  # of the tolerances at which the robot settles
 THROUGH_RADIUS = 0.7  # [m] around an intermediate pose of NavigateThroughPoses
@@ -26,7 +26,7 @@ class GoalProgress:
         is_planned: Whether a first plan was made for the present target.
     """
 
-    def __init__(self, goal: Goal, robot: RobotState) -> None:
+    def __init__(self, goal: Goal, robot: RobotView) -> None:
         """Start at the first target of the goal, at the present tick.
 
         Args:
@@ -61,15 +61,10 @@ class GoalProgress:
         """Goal (x, y) of the path: the target, moved off a wall by the planner's tolerance."""
         return self._moved_to or (self.target.x, self.target.y)
 
-    def record_plan(self, path: FloatArray) -> None:
-        """Remember where the plan (n, 2) to the target ends.
-
-        Args:
-            path: (n, 2) [m] in map; may be empty.
-        """
+    def record_plan(self, place_map: tuple[float, float] | None) -> None:
+        """Remember where the plan to the target ends, if it has points."""
         self.is_planned = True
-        if len(path) > 0:
-            self._moved_to = (float(path[-1, 0]), float(path[-1, 1]))
+        self._moved_to = place_map or self._moved_to
 
     @property
     def is_passing(self) -> bool:
@@ -81,7 +76,7 @@ class GoalProgress:
         """Number of poses not reached yet."""
         return len(self.goal.poses_map) - self.index
 
-    def distance_remaining(self, robot: RobotState) -> float:
+    def distance_remaining(self, robot: RobotView) -> float:
         """Return the path length [m] to the last pose driven to without a stop."""
         rest = robot.tube.length_ahead()
         rest += math.dist(robot.tube.points[-1], self.place)
@@ -90,8 +85,14 @@ class GoalProgress:
             rest += path_length(np.array(poses))
         return rest
 
-    def next_target(self, tick: int) -> bool:
-        """Go on to the next target; False if there is none."""
+    @property
+    def has_next(self) -> bool:
+        """Whether there is another target after the present one."""
+        is_again = self.goal.kind is GoalKind.WAYPOINTS and self.loop < self.goal.loops
+        return self.poses_remaining > 1 or is_again
+
+    def next_target(self, tick: int) -> None:
+        """Go on to the next target, if there is one."""
         self.has_arrived = False
         self.is_planned = False
         self._moved_to = None
@@ -99,36 +100,41 @@ class GoalProgress:
         self.progress_tick = self.moved_tick = tick
         if self.index + 1 < len(self.goal.poses_map):
             self.index += 1
-            return True
-        if self.goal.kind is GoalKind.WAYPOINTS and self.loop < self.goal.loops:
+        elif self.has_next:
             self.loop += 1
             self.index = 0
-            return True
-        return False
 
-    def is_reached(self, robot: RobotState) -> bool:
-        """Whether the present target is reached; position first, then heading (stateful)."""
-        target = self.target
-        distance = robot.distance_to(*self.place)
+    def arrives(self, robot: RobotView) -> bool:
+        """Whether the position is reached; once it is, until the tolerance is left again."""
+        if self.is_passing or (self.given is not None and not self.given.is_at_end):
+            return self.has_arrived
+        distance, tolerance = (
+            robot.distance_to(*self.place),
+            robot.config.goal_checker.xy_goal_tolerance,
+        )
+        if distance > tolerance:
+            return False
+        # another robot or an obstacle may block the last centimetres
+        waits = robot.is_standing and robot.waited_ticks >= robot.config.traffic.push_ticks
+        return self.has_arrived or distance <= STOP_SHARE * tolerance or waits
+
+    def is_reached(self, robot: RobotView, arrives: bool) -> bool:
+        """Whether the present target is reached: position first, then heading.
+
+        Args:
+            arrives: Whether the position is.
+        """
         if self.is_passing:
-            return distance < THROUGH_RADIUS
+            return robot.distance_to(*self.place) < THROUGH_RADIUS
         if self.given is not None and not self.given.is_at_end:
             return False
-        checker = robot.config.goal_checker
-        if distance > checker.xy_goal_tolerance:
-            self.has_arrived = False
-        elif distance <= STOP_SHARE * checker.xy_goal_tolerance or _cannot_go_on(robot):
-            self.has_arrived = True
-        if not self.has_arrived:
+        if not (arrives and robot.is_standing):
             return False
-        if not robot.is_standing:
-            return False
-        if math.isnan(target.yaw):
-            return True
-        return abs(wrap_angle(target.yaw - robot.pose.yaw)) <= checker.yaw_goal_tolerance
+        yaw, tolerance = self.target.yaw, robot.config.goal_checker.yaw_goal_tolerance
+        return math.isnan(yaw) or abs(wrap_angle(yaw - robot.pose.yaw)) <= tolerance
 
     def record_progress(
-        self, robot: RobotState, is_excused: bool, is_person_near: bool = False
+        self, robot: RobotView, is_excused: bool, is_person_near: bool = False
     ) -> None:
         """Restart the progress checker's clock when the robot moved or could not be expected to.
 
@@ -148,22 +154,17 @@ class GoalProgress:
         elif is_person_near:
             self.progress_tick = min(self.progress_tick + 1, robot.tick)
 
-    def record_holding(self, robot: RobotState) -> None:
+    def record_holding(self, robot: RobotView) -> None:
         """Restart all clocks: a robot in a queue is not expected to move, however long that is."""
         self.progress_pose = robot.pose
         self.progress_tick = self.moved_tick = robot.tick
 
-    def resume(self, robot: RobotState) -> None:
+    def resume(self, robot: RobotView) -> None:
         """Go on after another errand: plan anew, from where the robot is now."""
         self.is_planned = self.has_arrived = False
         self.record_holding(robot)
 
-    def lacks_progress(self, robot: RobotState) -> bool:
+    def lacks_progress(self, robot: RobotView) -> bool:
         """Whether the progress checker's time is over."""
         allowance = robot.config.progress_checker.movement_time_allowance
         return robot.tick - self.progress_tick > robot.ticks(allowance)
-
-
-def _cannot_go_on(robot: RobotState) -> bool:
-    """Report whether another robot or an obstacle blocks the last centimetres."""
-    return robot.is_standing and robot.waited_ticks >= robot.config.traffic.push_ticks

@@ -23,7 +23,7 @@ from swarm_nav.behaviour.announcement import compose_beacon, compose_feedback, c
 from swarm_nav.behaviour.behaviors import BehaviorEnd
 from swarm_nav.behaviour.charging import ChargingTrip
 from swarm_nav.behaviour.costmap import Costmap
-from swarm_nav.behaviour.follow_centre import FollowCentre
+from swarm_nav.behaviour.follow_centre import FollowCentre, LeaveOwnRules
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.parts import Parts
@@ -130,7 +130,8 @@ class Navigator:
             self._follow_centre = FollowCentre(self._parts)
             safety = [rule for rule in self._rules if isinstance(rule, SAFETY_RULES)]
             own = [rule for rule in self._rules if rule not in safety]
-            self._rules = [*safety, self._follow_centre, *own]
+            takes_over = LeaveOwnRules(self._parts, self._follow_centre.command)
+            self._rules = [*safety, takes_over, self._follow_centre, *own]
         self._pilot = pilot
         if pilot is not None:
             self._rules.append(pilot)
@@ -236,7 +237,7 @@ class Navigator:
         if pose.distance(s.pose) > s.config.traffic.safety_margin:
             self._senses.listen_anew()  # the owner of the space there is not known yet
         s.pose = pose
-        s.hold_place()
+        self._arbiter.hold_place()
 
     def load_map(self, grid: Grid) -> None:
         """Replace the map.
@@ -268,14 +269,14 @@ class Navigator:
         grid = self.sites.zones.mark(grid)
         if self._keepout_mask is not None:
             grid = with_mask(grid, self._keepout_mask)
-        self._s.load_map(grid)
+        self._arbiter.load_map(grid)
         self._gate.leave()
         self._gate.region = self._narrow_region()
 
     def reconfigure(self, config: NavConfig) -> None:
         """Apply new parameters, effective from the next tick."""
         self._controller.configure(config.controller)
-        self._s.configure(config)
+        self._arbiter.configure(config)
         self._localiser.configure(config.localisation)
 
     def on_speed_limit(self, limit: float, *, is_percentage: bool) -> None:
@@ -292,7 +293,7 @@ class Navigator:
         if not self.is_active:
             self.is_active = True
             self._senses.listen_anew()
-            self._s.hold_place()
+            self._arbiter.hold_place()
 
     def deactivate(self) -> None:
         """Stop, end the current goal, and hold the place."""
@@ -403,16 +404,16 @@ class Navigator:
         yield None
         self._choose_goal()
         yield None
+        arbiter = self._arbiter
         if can_drive:
-            self._arbiter.decide(self._rules)
+            if self._follow_centre is not None:
+                self._follow_centre.update(self._s)
+            arbiter.decide(self._rules, self._goal_manager.apply)
         yield None
-        s = self._s
-        s.tube.record_rest(s.pose, s.is_standing)
+        arbiter.settle()
+        twist = arbiter.guard(self._follow() if can_drive else self._stand(), releases=can_drive)
         if can_drive:
-            twist = self._arbiter.guard(self._follow())
-            self._arbiter.extend()
-        else:
-            twist = self._stand()
+            arbiter.extend()
         yield None
         beacon = self._announce()
         self._count_waiting()
@@ -427,14 +428,14 @@ class Navigator:
             self._senses.listen_anew()  # a navigator that joins late listens first
         elif passed > s.config.traffic.lost_ticks:
             self._senses.listen_anew()
-            s.hold_place()
+            self._arbiter.hold_place()
             self._goal_manager.replan()
 
     def _localise(self) -> bool:
         """Announce the margin that the pose needs, and correct it; return whether it is lost."""
         s, localiser = self._s, self._localiser
         is_lost = localiser.is_lost
-        s.announce_margin(localiser.margin)
+        self._arbiter.announce_margin(localiser.margin)
         if localiser.wants_leap and s.is_standing:
             localiser.leap()
             s.obstacles.clear()
@@ -502,8 +503,7 @@ class Navigator:
 
     def _stand(self) -> Twist:
         self._arbiter.retract()
-        if self._task is not None:
-            self._task.record_progress(self._s, True)  # it cannot be expected to move
+        self._goal_manager.excuse()
         return self._controller.stop(self._s.twist)
 
     def _announce(self) -> np.void:
@@ -515,8 +515,8 @@ class Navigator:
         if rank != CLASS_DRIVING:
             s.donations.lane = 0
         base = base_priority(rank, self._rank_tick, s.robot_id)
-        s.announce_priorities(s.donations.own(base), s.donations.published(base))
-        s.tube.publish(s.pose, s.tick)
+        self._arbiter.announce_priorities(s.donations.own(base), s.donations.published(base))
+        self._arbiter.publish()
         return compose_beacon(self._parts, self.spec, self.is_active, is_pausing=self.is_pausing)
 
     def _count_waiting(self) -> None:

@@ -11,7 +11,7 @@ from swarm_common.process.plugins import PluginError
 from swarm_nav.core.plugins import RULE, Report
 from swarm_nav.interfaces import OtherRobot, Proposal, RuleState
 from swarm_nav.traffic.arbiter import STAND
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 MOST_GAP = 0.5  # [m] of a path's first point from the stop point
 
@@ -31,7 +31,7 @@ class PluginRule:
         self._own = RULE.guard(name, spec)
         self._report = report
 
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def propose(self, robot: RobotView) -> Proposal | None:
         """Return the plug-in's proposal; a robot whose rule fails stands."""
         try:
             return self._checked(self._own.call("propose", state_of(robot)), robot)
@@ -39,7 +39,7 @@ class PluginRule:
             self._report(RULE.codes[error.fault], str(error))
             return STAND
 
-    def _checked(self, found: object, robot: RobotState) -> Proposal | None:
+    def _checked(self, found: object, robot: RobotView) -> Proposal | None:
         if found is None:
             return None
         if not isinstance(found, Proposal):
@@ -50,13 +50,15 @@ class PluginRule:
         numbers = [found.most_speed, found.most_rate, *([] if found.yaw is None else [found.yaw])]
         if np.isnan(np.asarray(numbers, np.float64)).any() or np.isinf(found.yaw or 0.0):
             raise self._own.unusable("yaw, most_speed and most_rate must be numbers")
+        if found.events:
+            raise self._own.unusable("events are for built-in rules")
         if not isinstance(found.why, str):
             raise self._own.unusable("why must be a str")
         if found.path is None:
             return found
         return dataclasses.replace(found, path=self._path(found.path, robot))
 
-    def _path(self, path: object, robot: RobotState) -> FloatArray:
+    def _path(self, path: object, robot: RobotView) -> FloatArray:
         """Return a path from the stop point with points as close as those of plans."""
         try:
             points = np.array(path, np.float64)
@@ -73,7 +75,7 @@ class PluginRule:
         return robot.planner.finish(points, start, end, robot.planner.no_extra(), False)
 
 
-def state_of(robot: RobotState) -> RuleState:
+def state_of(robot: RobotView) -> RuleState:
     """Return the state that a rule may read: a copy, so that a change of it has no effect."""
     tube, neighbors = robot.tube, robot.neighbors
     heads = neighbors.heads

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
-from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.core.goals import ErrorCode, PlanError
-from swarm_nav.interfaces import Proposal
+from swarm_nav.interfaces import Proposal, RuleEvent, RuleEventKind
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.arbiter import planned
 from swarm_nav.traffic.lease import SAME_STATION
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 KEEP_COST = 0.8  # [m] that a new path must save
 BARRED_PATIENCE = 10.0  # [s] of waiting in vain after which the place ahead costs more
@@ -32,21 +32,13 @@ class Route:
         last_plan_tick: Tick of the last plan.
     """
 
-    def __init__(self, robot: RobotState, goal_manager: GoalManager) -> None:
-        """Start without a plan.
-
-        Args:
-            goal_manager: Is told of targets that have no way.
-        """
+    def __init__(self, robot: RobotView) -> None:
         self._s = robot
-        self._goal_manager = goal_manager
         self.last_plan_tick = -1000
         self._barred: list[tuple[int, float, float]] = []  # tick and place [m] in map
 
     def propose(self, task: GoalProgress) -> Proposal | None:
-        """Plan if it is due; a target without a way is recovered from or given up."""
-        if task.given is not None:
-            task.given.advance(self._s.pose.x, self._s.pose.y)
+        """Return a plan if it is due, or that the target has no way."""
         return self._plan(task) if self._is_due(task) else None
 
     def _is_due(self, task: GoalProgress) -> bool:
@@ -81,17 +73,14 @@ class Route:
                 s, lambda start: path if start == here else self._path_to(task, start, extra)
             )
         except PlanError as error:
-            task.is_planned = True
-            if error.is_final or error.code in FATAL:
-                self._goal_manager.fail_target(task, error.code, str(error))
-            else:
-                self._goal_manager.recover_or_fail(task, error.code, str(error))
-            return None
-        s.counters.replans += task.is_planned
+            is_final = error.is_final or error.code in FATAL
+            event = RuleEvent(RuleEventKind.NO_WAY, error.code, str(error), is_final)
+            return Proposal(events=(event,), is_final=False)
         assert found is not None
         assert found.path is not None
-        task.record_plan(found.path)
-        return found
+        x, y = found.path[-1].tolist() if len(found.path) else (math.nan, math.nan)
+        end = RuleEvent(RuleEventKind.PLANNED, place_map=None if math.isnan(x) else (x, y))
+        return replace(found, events=(end,), is_final=False)
 
     def _stamp_barred(self, extra: NDArray[np.float32]) -> None:
         """Raise the cost of ways on which the robot waited in vain; the longer it waited, the more.

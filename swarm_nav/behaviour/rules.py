@@ -16,14 +16,27 @@ from swarm_common.model.records import CONTROL_PERIOD, RobotSpec
 from swarm_nav.behaviour.parts import Parts
 from swarm_nav.behaviour.plugin_rule import PluginRule
 from swarm_nav.behaviour.route import Route
-from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
+from swarm_nav.core.goals import ErrorCode, PlanError
 from swarm_nav.core.plugins import RULE_NAMES, Report, rule_names
-from swarm_nav.core.states import Event, State
-from swarm_nav.interfaces import Proposal
-from swarm_nav.traffic.arbiter import GO_ON, STAND, TrafficRule
+from swarm_nav.core.states import State
+from swarm_nav.interfaces import Proposal, RuleEvent
+from swarm_nav.interfaces import RuleEventKind as Kind
+from swarm_nav.traffic.arbiter import TrafficRule
 from swarm_nav.traffic.held_space_rules import DropUnused, KeepApart, StopBeforeObstacle
 from swarm_nav.traffic.lease import QUEUE_STEP, Lease
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
+
+QUEUED = (RuleEvent(Kind.QUEUED),)
+REACHED_LAST = Proposal(events=(RuleEvent(Kind.REACHED),), stands=True)
+REACHED = Proposal(events=REACHED_LAST.events)
+TURN_GRANTED = Proposal(events=(*QUEUED, RuleEvent(Kind.TURN_GRANTED)))
+INTERRUPT, RESUME, STRAYED, FOLLOW, DRIVEN, EXCUSED, CAUTIOUS = (
+    Proposal(events=(RuleEvent(kind),), is_final=False)
+    for kind in (
+        Kind.INTERRUPTED, Kind.RESUMED, Kind.STRAYED, Kind.FOLLOWED,
+        Kind.DRIVEN, Kind.EXCUSED, Kind.CAUTIOUS,
+    )
+)  # fmt: skip
 
 
 class MakeWay:
@@ -32,13 +45,17 @@ class MakeWay:
     def __init__(self, parts: Parts) -> None:
         self._p = parts
 
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def propose(self, robot: RobotView) -> Proposal | None:
         """Return the way to a refuge, once; then go on along it."""
-        p = self._p
-        is_served = p.goal_manager.is_pausing
-        proposal = p.right.stay(robot) if is_served else p.right.propose(robot)
-        if p.right.is_yielding:
-            p.goal_manager.interrupt()
+        right = self._p.right
+        is_served = self._p.goal_manager.is_pausing
+        proposal = right.stay(robot) if is_served else right.propose(robot)
+        if right.is_yielding:
+            return (
+                INTERRUPT
+                if proposal is None
+                else replace(proposal, events=INTERRUPT.events, is_final=False)
+            )
         return None if proposal is None else replace(proposal, is_final=False)
 
 
@@ -48,8 +65,9 @@ class Leave:
     def __init__(self, parts: Parts) -> None:
         self._p = parts
         self._go_on = Proposal(why=self._why)
+        self._leave = replace(INTERRUPT, is_final=True, why=self._why)
 
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def propose(self, robot: RobotView) -> Proposal | None:
         """Return the way out, once; then go on along it. Else resume what was interrupted."""
         p = self._p
         is_yielding = p.right.is_yielding
@@ -57,17 +75,19 @@ class Leave:
         if is_yielding:
             return self._go_on
         if p.departure.is_leaving:
-            p.goal_manager.interrupt()
-            return self._go_on if proposal is None else replace(proposal, why=self._why)
-        p.goal_manager.resume()
-        return None
+            return (
+                self._leave
+                if proposal is None
+                else replace(proposal, events=INTERRUPT.events, why=self._why)
+            )
+        return RESUME if p.state_machine.state is State.YIELDING else None
 
     def _why(self) -> str:
         """Return for whom the robot leaves its way, and for what it waits there."""
         robot, right = self._p.robot, self._p.right
         what = "steps back" if right.is_retreating else "leaves for others"
-        if robot.yields_for:
-            what = f"makes way for {robot.names.name_of(robot.yields_for)}"
+        if robot.donations.yields_for:
+            what = f"makes way for {robot.names.name_of(robot.donations.yields_for)}"
         if robot.awaited:
             return f"{what}, waits {robot.awaited}"
         return f"{what}, finds no place" if right.is_stuck else what
@@ -79,29 +99,18 @@ class Behave:
     def __init__(self, parts: Parts) -> None:
         self._p = parts
 
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def propose(self, robot: RobotView) -> Proposal | None:
         """Return the request of the behaviour; end it when it is over."""
-        state_machine, goal_manager = self._p.state_machine, self._p.goal_manager
-        if state_machine.state not in (State.BEHAVING, State.RECOVERING):
+        if self._p.state_machine.state not in (State.BEHAVING, State.RECOVERING):
             return None
-        behavior = goal_manager.behavior
+        behavior = self._p.goal_manager.behavior
         if behavior is None:
-            is_recovering = state_machine.state is State.RECOVERING
-            state_machine.switch(Event.RECOVERED if is_recovering else Event.FINISHED)
-            return STAND
-        proposal = behavior.propose(robot)
-        end = behavior.end
+            return Proposal(events=(RuleEvent(Kind.BEHAVIOR_ENDED),), stands=True)
+        proposal, end = behavior.propose(robot), behavior.end
         if end is None:
             return proposal
-        if goal_manager.is_recovery:
-            goal_manager.drop_recovery()
-            self._p.arbiter.drop_path()
-            state_machine.switch(Event.RECOVERED)
-        elif end.code is ErrorCode.NONE:
-            goal_manager.end(Outcome.SUCCEEDED)
-        else:
-            goal_manager.end(Outcome.ABORTED, end.code, end.message)
-        return proposal
+        event = RuleEvent(Kind.BEHAVIOR_ENDED, end.code, end.message)
+        return replace(proposal, events=(event,))
 
 
 class Arrive:
@@ -110,20 +119,20 @@ class Arrive:
     def __init__(self, parts: Parts) -> None:
         self._p = parts
 
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def propose(self, robot: RobotView) -> Proposal | None:
         """Return how to settle at the target once the robot has arrived."""
-        goal_manager = self._p.goal_manager
-        task = goal_manager.task
+        task = self._p.goal_manager.task
         if self._p.state_machine.state is not State.DRIVING or task is None:
             return None
-        if task.is_reached(robot):
-            goal_manager.reach_target(task)
-            return GO_ON if goal_manager.task is task else STAND
-        if not task.has_arrived:
-            return None
+        arrives = task.arrives(robot)
+        if task.is_reached(robot, arrives):
+            return REACHED if task.has_next else REACHED_LAST
+        if not arrives:
+            return STRAYED if task.has_arrived else None
         is_standing = abs(robot.twist.vx) < 0.02
         turns = is_standing and not np.isnan(task.target.yaw)
         return Proposal(
+            events=() if task.has_arrived else (RuleEvent(Kind.ARRIVED),),
             keep_ahead=robot.brake_points,
             drops_path=True,
             holds_place=is_standing,
@@ -138,45 +147,42 @@ class WaitForTurn:
     def __init__(self, parts: Parts) -> None:
         self._p = parts
         self._held_place = 0  # in the queue when the robot began to wait
-        self._wait = Proposal(why=self._why)
+        self._begin = Proposal(events=(RuleEvent(Kind.TURN_AWAITED),), why=self._why)
+        self._wait = Proposal(events=QUEUED, why=self._why)
 
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def propose(self, robot: RobotView) -> Proposal | None:
         """Begin to wait, or return where to wait until it is the robot's turn."""
         state = self._p.state_machine.state
         if state is State.HOLDING:
             return self._hold(robot)
         if state is not State.DRIVING:
             return None
-        p, task = self._p, self._p.goal_manager.task
-        assert task is not None
+        p = self._p
         has_to_wait = p.gate.is_closed
         if not has_to_wait:
             if p.lease.is_barred(robot):
                 message = _who_is_on_the_station(p.lease, robot)
-                p.goal_manager.fail_target(task, ErrorCode.GOAL_OCCUPIED, message)
-                return GO_ON
+                failure = RuleEvent(Kind.FAILED, ErrorCode.GOAL_OCCUPIED, message)
+                return Proposal(events=(failure,))
             is_others_turn = p.lease.station is not None and not self._has_turn(robot)
             has_to_wait = is_others_turn and p.lease.is_too_near(robot)
         if not has_to_wait:
             return None
         self._held_place = p.lease.place
-        p.state_machine.switch(Event.STATION_TAKEN)
-        return self._wait
+        return self._begin
 
-    def _hold(self, robot: RobotState) -> Proposal:
+    def _hold(self, robot: RobotView) -> Proposal:
         p = self._p
-        task = p.goal_manager.task
-        assert task is not None
-        task.record_holding(robot)
         period = robot.ticks(robot.config.traffic.stuck_time)
         if p.gate.is_closed and (robot.tick + robot.robot_id) % period == 0:
             self._recheck_gate(robot)
         has_turn = self._has_turn(robot) or p.lease.is_barred(robot) or self._moves_up(robot)
         if has_turn and not p.gate.is_closed:
-            p.state_machine.switch(Event.STATION_GRANTED)
-            return GO_ON
+            return TURN_GRANTED
         proposal = p.holding.propose(robot, self._kept_free)
-        return self._wait if proposal is None else replace(proposal, why=self._why)
+        if proposal is None:
+            return self._wait
+        return replace(proposal, events=QUEUED, why=self._why)
 
     def _why(self) -> str:
         """Return where the robot waits, and for whom."""
@@ -197,12 +203,12 @@ class WaitForTurn:
         region = gate.region if gate.is_closed else None
         return self._p.lease.kept_free(self._p.robot) if region is None else region > 0
 
-    def _moves_up(self, robot: RobotState) -> bool:
+    def _moves_up(self, robot: RobotView) -> bool:
         """Whether the queue is much shorter now: the robot may wait nearer to the station."""
         lease = self._p.lease
         return 2 * lease.place <= self._held_place and not lease.is_too_near(robot, QUEUE_STEP)
 
-    def _recheck_gate(self, robot: RobotState) -> None:
+    def _recheck_gate(self, robot: RobotView) -> None:
         task = self._p.goal_manager.task
         assert task is not None
         try:
@@ -211,7 +217,7 @@ class WaitForTurn:
             return
         self._p.gate.recheck(robot, way)
 
-    def _has_turn(self, robot: RobotState) -> bool:
+    def _has_turn(self, robot: RobotView) -> bool:
         """Whether the robot may approach its station, and nobody stands on it for good."""
         lease = self._p.lease
         return lease.is_turn(robot.config.holding) and lease.covering(robot) is None
@@ -222,49 +228,43 @@ class Drive:
 
     def __init__(self, parts: Parts) -> None:
         self._p = parts
-        self._route = Route(parts.robot, parts.goal_manager)
+        self._route = Route(parts.robot)
 
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def propose(self, robot: RobotView) -> Proposal | None:
         """Return a new path when one is due."""
         task = self._p.goal_manager.task
         if self._p.state_machine.state is not State.DRIVING or task is None:
             return None
         proposal = self._route.propose(task)
-        if self._p.goal_manager.task is not task:
-            return GO_ON
-        return None if proposal is None else replace(proposal, is_final=False)
+        if task.given is None:
+            return proposal
+        return (
+            FOLLOW
+            if proposal is None
+            else replace(proposal, events=FOLLOW.events + proposal.events)
+        )
 
 
 class CheckProgress:
-    """Recovers, or gives a target up, where the robot does not get on."""
+    """Says whether the robot was to get on in this tick: else it recovers, or gives the target up.
+
+    Recoveries are proposed by `Behave`.
+    """
 
     def __init__(self, parts: Parts) -> None:
         self._p = parts
 
-    def propose(self, robot: RobotState) -> Proposal | None:
-        """Return nothing: recoveries are proposed by `Behave`."""
-        if self._p.state_machine.state is State.DRIVING and self._p.goal_manager.task is not None:
-            self._check_progress(robot)
-        return None
-
-    def _check_progress(self, robot: RobotState) -> None:
-        goal_manager = self._p.goal_manager
-        task, traffic = goal_manager.task, robot.config.traffic
-        assert task is not None
-        is_listening = robot.tick - robot.listening_since < 2 * traffic.listen_ticks
-        is_waiting = robot.blocked_ticks > 0 or robot.is_unconfirmed
-        task.record_progress(robot, is_listening or is_waiting, self._p.people.is_near)
-        code = ErrorCode.FAILED_TO_MAKE_PROGRESS
-        if robot.tick - task.moved_tick > robot.ticks(traffic.patience):
-            by = f" by {robot.names.name_of(robot.blocked_by)}" if robot.blocked_by else ""
-            message = f"blocked{by} for {traffic.patience:.0f} s"
-            goal_manager.fail_target(task, code, message)
-        elif task.lacks_progress(robot):
-            message = f"no progress after {task.recoveries} recoveries"
-            goal_manager.recover_or_fail(task, code, message)
+    def propose(self, robot: RobotView) -> Proposal | None:
+        """Return the event of a robot that drives to a target."""
+        if self._p.state_machine.state is not State.DRIVING or self._p.goal_manager.task is None:
+            return None
+        is_listening = robot.tick - robot.listening_since < 2 * robot.config.traffic.listen_ticks
+        if is_listening or robot.blocked_ticks > 0 or robot.is_unconfirmed:
+            return EXCUSED
+        return CAUTIOUS if self._p.people.is_near else DRIVEN
 
 
-def _who_is_on_the_station(lease: Lease, robot: RobotState) -> str:
+def _who_is_on_the_station(lease: Lease, robot: RobotView) -> str:
     """Return what is known of the robot or thing that bars the station, and no more."""
     row = lease.covering(robot)
     if row is None:
@@ -279,7 +279,7 @@ def _who_is_on_the_station(lease: Lease, robot: RobotState) -> str:
 MAKERS = (
     lambda parts: KeepApart(),
     lambda parts: StopBeforeObstacle(),
-    lambda parts: DropUnused(parts.robot, parts.goal_manager.replan),
+    lambda parts: DropUnused(parts.robot),
     MakeWay, Leave, Behave, Arrive, WaitForTurn, Drive, CheckProgress,
 )  # fmt: skip
 RULES: Mapping[str, Callable[[Parts], TrafficRule]] = dict(zip(RULE_NAMES, MAKERS, strict=True))

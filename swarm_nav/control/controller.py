@@ -14,7 +14,7 @@ import numpy as np
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, Twist, wrap_angle
 from swarm_nav.control import dwa_kernels
 from swarm_nav.core.config import ControllerConfig
-from swarm_nav.reservation.tube import ARRIVED, Tube
+from swarm_nav.reservation.tube import ARRIVED, TubeView
 
 LOOKAHEAD = 3  # path points to the one that the heading error is measured to
 WINDOW = 12  # path points that the rollouts are scored on
@@ -79,7 +79,7 @@ class Controller:
         """
         return self._turn(wrap_angle(yaw - pose.yaw), pose, twist)
 
-    def is_reverse(self, tube: Tube, pose: Pose, twist: Twist, may_back: bool) -> bool | None:
+    def is_reverse(self, tube: TubeView, pose: Pose, twist: Twist, may_back: bool) -> bool | None:
         """Return whether the path is driven backwards; decided anew at standstill.
 
         A robot that makes way turns twice if it drives forwards: away, and back again.
@@ -100,7 +100,7 @@ class Controller:
         error = abs(wrap_angle(ahead - pose.yaw))
         return error > (FORWARDS if tube.is_reverse else BACKWARDS)
 
-    def follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
+    def follow(self, tube: TubeView, pose: Pose, twist: Twist) -> Twist:
         """Return the twist that follows the tube, at most to its held end.
 
         Args:
@@ -112,7 +112,7 @@ class Controller:
             return Twist(-forward.vx, 0.0, forward.wz)
         return self._follow(tube, pose, twist)
 
-    def _follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
+    def _follow(self, tube: TubeView, pose: Pose, twist: Twist) -> Twist:
         corner = tube.corner
         self._returns = self._returns and tube.gap(pose) > BACK_ON
         ahead = _direction(tube, pose, corner, 1 if self._returns else LOOKAHEAD)
@@ -139,7 +139,7 @@ class Controller:
         rate = min(rate, self.config.max_vel_theta)
         return Twist(0.0, 0.0, math.copysign(rate, error))
 
-    def _drive(self, tube: Tube, pose: Pose, twist: Twist, end: int, corner: int) -> Twist:
+    def _drive(self, tube: TubeView, pose: Pose, twist: Twist, end: int, corner: int) -> Twist:
         config = self.config
         rest = length_to(tube, end, pose)
         acc = config.acc_lim_x
@@ -162,7 +162,7 @@ class Controller:
         return Twist(float(v), 0.0, float(w))
 
 
-def scored_window(tube: Tube, corner: int) -> tuple[int, FloatArray]:
+def scored_window(tube: TubeView, corner: int) -> tuple[int, FloatArray]:
     """Return the points that rollouts are scored on.
 
     They begin one behind the robot, but not before a bend.
@@ -193,7 +193,7 @@ def rate_that_stops(rest: float, rate: float, acceleration: float) -> float:
     return acceleration * (math.sqrt(room) - half) if room > half * half else 0.0
 
 
-def _direction(tube: Tube, pose: Pose, corner: int, points: int = LOOKAHEAD) -> float | None:
+def _direction(tube: TubeView, pose: Pose, corner: int, points: int = LOOKAHEAD) -> float | None:
     """Return the yaw towards the path so many points ahead, None where there is none."""
     k = min(tube.near + points, corner)
     if k > tube.near and tube.gap_to(k, pose) > ARRIVED:
@@ -204,7 +204,7 @@ def _direction(tube: Tube, pose: Pose, corner: int, points: int = LOOKAHEAD) -> 
     return None
 
 
-def length_to(tube: Tube, end: int, pose: Pose) -> float:
+def length_to(tube: TubeView, end: int, pose: Pose) -> float:
     """Return the path length [m] from the robot to a point of the tube.
 
     Args:
@@ -215,7 +215,7 @@ def length_to(tube: Tube, end: int, pose: Pose) -> float:
     return float(dwa_kernels.length_between(tube.points, tube.near, end, pose.x, pose.y))
 
 
-def _signed_rest(tube: Tube, end: int, pose: Pose) -> float:
+def _signed_rest(tube: TubeView, end: int, pose: Pose) -> float:
     """Return how far the robot is before point `end` along the path's last direction."""
     if end == 0:
         return 0.0

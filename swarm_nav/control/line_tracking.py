@@ -19,7 +19,7 @@ from swarm_nav.control.controller import (
     rate_that_stops,
 )
 from swarm_nav.planning.distance_kernels import Place
-from swarm_nav.reservation.tube import Tube
+from swarm_nav.reservation.tube import TubeView
 
 HEADING_GAIN = 1.5  # [1/s] turning rate per heading error
 OFFSET_GAIN = 1.2  # [rad/m] heading towards the line per offset from it
@@ -31,7 +31,7 @@ SLOW_ERROR = 0.15  # [rad] heading error at which the robot does not drive on
 class StraightController(Controller):
     """Turns a tube into a twist; calm where the way is narrow."""
 
-    def _drive(self, tube: Tube, pose: Pose, twist: Twist, end: int, corner: int) -> Twist:
+    def _drive(self, tube: TubeView, pose: Pose, twist: Twist, end: int, corner: int) -> Twist:
         ahead = tube.points[tube.near : min(corner, tube.near + WINDOW) + 1]
         if tube.slots is None or len(ahead) < 2 or not tube.slots.is_slot(ahead).any():
             return super()._drive(tube, pose, twist, end, corner)

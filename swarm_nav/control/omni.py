@@ -24,7 +24,7 @@ from swarm_nav.control.line_tracking import StraightController
 from swarm_nav.control.plugin_controller import PluginController
 from swarm_nav.core.config import ControllerConfig
 from swarm_nav.core.plugins import CONTROLLER, Report, ignore
-from swarm_nav.reservation.tube import Tube
+from swarm_nav.reservation.tube import TubeView
 
 TURN_SAMPLES = 5  # of the turning rate at most: the course does not depend on it
 
@@ -65,11 +65,11 @@ class OmniController(Controller):
         self._velocity = (twist.vx, twist.vy, twist.wz)
         return Twist(math.hypot(twist.vx, twist.vy), 0.0, twist.wz)
 
-    def is_reverse(self, tube: Tube, pose: Pose, twist: Twist, may_back: bool) -> bool | None:
+    def is_reverse(self, tube: TubeView, pose: Pose, twist: Twist, may_back: bool) -> bool | None:
         """Never drive backwards: the robot need not turn to make way."""
         return False
 
-    def follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
+    def follow(self, tube: TubeView, pose: Pose, twist: Twist) -> Twist:
         """Return the twist that follows the tube, at most to its held end.
 
         Args:

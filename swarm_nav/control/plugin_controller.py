@@ -12,7 +12,7 @@ from swarm_nav.core.config import ControllerConfig
 from swarm_nav.core.plugins import CONTROLLER, Report
 from swarm_nav.interfaces import DriveLimits, PathAhead
 from swarm_nav.planning.distance_kernels import Place
-from swarm_nav.reservation.tube import ARRIVED, Tube
+from swarm_nav.reservation.tube import ARRIVED, TubeView
 
 
 class PluginController(Controller):
@@ -46,11 +46,11 @@ class PluginController(Controller):
         self._measured = twist
         return Twist(math.hypot(twist.vx, twist.vy), 0.0, twist.wz) if self._is_omni else twist
 
-    def is_reverse(self, tube: Tube, pose: Pose, twist: Twist, may_back: bool) -> bool | None:
+    def is_reverse(self, tube: TubeView, pose: Pose, twist: Twist, may_back: bool) -> bool | None:
         """Return whether the path is driven backwards; omnidirectional drives never do."""
         return super().is_reverse(tube, pose, twist, may_back and not self._is_omni)
 
-    def _follow(self, tube: Tube, pose: Pose, twist: Twist) -> Twist:
+    def _follow(self, tube: TubeView, pose: Pose, twist: Twist) -> Twist:
         self._is_turning = False
         corner = tube.corner
         self.arc[:] = (pose.x, pose.y, pose.yaw)

@@ -42,6 +42,7 @@ class Donations:
     station: int = 0  # of robots that wait until it has left, by `Lease`, else by `Departure`
     lane: int = 0  # of a robot that it follows through a single lane, by `SingleLanes`
     push: int = 0  # of the robot whose way it bars, by `RightOfWay`
+    yields_for: int = 0  # id of the robot that it makes way for, 0 for none; likewise
 
     def own(self, base: int) -> int:
         """Return the rank by which a robot asks who may push it.

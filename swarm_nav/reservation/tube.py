@@ -11,6 +11,7 @@ brake in the rest.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -291,6 +292,13 @@ class Tube:
         if len(rest) < 2:
             return 0.0
         return float(np.hypot(np.diff(rest[:, 0]), np.diff(rest[:, 1])).sum())
+
+
+COMPILED = False  # mypyc takes it for true: it reads attributes of classes, not of protocols
+if TYPE_CHECKING and not COMPILED:
+    from swarm_nav.interfaces import TubeView as TubeView
+else:
+    TubeView = Tube
 
 
 def padded(points: NDArray[np.float64], capacity: int) -> tuple[NDArray[np.float32], int]:

@@ -23,7 +23,7 @@ from swarm_nav.traffic import gate_kernels, traffic_costs
 from swarm_nav.traffic.gate import Gate, label_of
 from swarm_nav.traffic.holding import ARRIVED, parking_path
 from swarm_nav.traffic.lease import Lease
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 from swarm_nav.traffic.single_lanes import passing_areas
 
 PERSON_ROOM = 2.0  # times what a robot keeps from people: so far from where they walk it parks
@@ -59,7 +59,7 @@ class Departure:
         """Whether the robot is on its way out."""
         return self._target is not None
 
-    def propose(self, robot: RobotState, is_idle: bool) -> Proposal | None:
+    def propose(self, robot: RobotView, is_idle: bool) -> Proposal | None:
         """Propose the way out, once, when the robot is to leave.
 
         Args:
@@ -85,15 +85,15 @@ class Departure:
             return Proposal(path=way) if way is not None and len(way) >= 2 else None
         return None
 
-    def _give_up(self, robot: RobotState) -> None:
+    def _give_up(self, robot: RobotView) -> None:
         self._target = None
         self._inherit(robot, 0)
 
-    def _inherit(self, robot: RobotState, priority: int) -> None:
+    def _inherit(self, robot: RobotView, priority: int) -> None:
         if self._lease.station is None:  # else the lease sees to it
             robot.donations.station = priority
 
-    def _is_under_way(self, robot: RobotState) -> bool:
+    def _is_under_way(self, robot: RobotView) -> bool:
         """Whether the way out goes on; where there is no other, until it is barred for good."""
         left = self._lease.left
         has_one_way = left is not None and left.room > 0
@@ -103,7 +103,7 @@ class Departure:
         x, y = robot.tube.points[-1]
         return (x, y) == self._target and robot.distance_to(x, y) > ARRIVED
 
-    def _way_for_others(self, robot: RobotState) -> FloatArray | None:
+    def _way_for_others(self, robot: RobotView) -> FloatArray | None:
         """Return the way out for others in a region, for a station, or for people."""
         way = self._way_out_of_region(robot)
         if way is not None:
@@ -124,7 +124,7 @@ class Departure:
             return self._way_out(robot, 0, near > 0.0)
         return None
 
-    def _way_out_of_region(self, robot: RobotState) -> FloatArray | None:
+    def _way_out_of_region(self, robot: RobotView) -> FloatArray | None:
         """Return the way off the region and the floor before it, for those who ask."""
         region, pose = self._gate.region, robot.pose
         lattice = robot.planner.lattice
@@ -147,7 +147,7 @@ class Departure:
         return way
 
     def _way_out(
-        self, robot: RobotState, highest: int, closed: NDArray[np.bool_], hops: int = 1
+        self, robot: RobotView, highest: int, closed: NDArray[np.bool_], hops: int = 1
     ) -> FloatArray | None:
         """Return the way to a parking place, else to where others get past."""
         way = self._parking_way(robot, highest, closed, hops)
@@ -157,7 +157,7 @@ class Departure:
 
     def _parking_way(
         self,
-        robot: RobotState,
+        robot: RobotView,
         highest: int,
         closed: NDArray[np.bool_],
         hops: int = 1,
@@ -174,7 +174,7 @@ class Departure:
 
 
 def _highest_asking(
-    robot: RobotState, floor: NDArray[np.int16] | NDArray[np.bool_], *, at_gate: bool = False
+    robot: RobotView, floor: NDArray[np.int16] | NDArray[np.bool_], *, at_gate: bool = False
 ) -> int:
     """Return the highest priority of robots that ask for a station on a floor, 0 without any.
 

@@ -32,7 +32,7 @@ from swarm_nav.planning.cells import distance_cells
 from swarm_nav.planning.search import SearchSpace
 from swarm_nav.planning.terrain import HALL_DISTANCE, Lattice, Terrain
 from swarm_nav.traffic import gate_kernels
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 from swarm_nav.traffic.single_lane_kernels import label_at
 from swarm_nav.traffic.single_lanes import connected_components, passing_areas, with_rim
 
@@ -148,7 +148,7 @@ class Gate:
 
     def update(
         self,
-        robot: RobotState,
+        robot: RobotView,
         *,
         has_turn: bool,
         is_driving: bool,
@@ -183,7 +183,7 @@ class Gate:
             and self._seen_inside(robot) < max(1.0, config.region_density * self._part_area)
         )
 
-    def _leads_in(self, robot: RobotState) -> bool:
+    def _leads_in(self, robot: RobotView) -> bool:
         """Whether the way ahead leads into the region; each of its points is looked at once."""
         tube = robot.tube
         first, last = tube.near, min(tube.near + WAY_POINTS, len(tube.points))
@@ -197,7 +197,7 @@ class Gate:
             self._outside = tube.points, self.region, begin, last
         return False
 
-    def _look_at(self, robot: RobotState) -> None:
+    def _look_at(self, robot: RobotView) -> None:
         """Record how large the region is where the way ahead enters it, and as a whole."""
         tube, lattice = robot.tube, robot.planner.lattice
         way = tube.points[tube.near : tube.near + WAY_POINTS]
@@ -208,7 +208,7 @@ class Gate:
         cells = gate_kernels.cells_within(floor, lattice.frame, (x, y), reach)
         self._area = int(cells) * lattice.step**2
 
-    def _choose_part(self, robot: RobotState, x: float, y: float) -> None:
+    def _choose_part(self, robot: RobotView, x: float, y: float) -> None:
         """Record in which part of the region a point lies, and how large that part is."""
         lattice = robot.planner.lattice
         part = int(label_at(self.region, lattice.frame, x, y))
@@ -221,7 +221,7 @@ class Gate:
         assert self.region is not None
         return np.where(lattice.base < search_kernels.WALL, self.region, np.int16(0))
 
-    def _seen_inside(self, robot: RobotState) -> int:
+    def _seen_inside(self, robot: RobotView) -> int:
         """Return how many others were seen in the part of the region not long ago."""
         frame, since = robot.planner.lattice.frame, robot.tick - SEEN_TICKS
         known, own_id = robot.neighbors.sightings, robot.robot_id
@@ -244,7 +244,7 @@ class Gate:
             self._forecourt = self.region, depth, forecourt
         return forecourt
 
-    def recheck(self, robot: RobotState, way: FloatArray) -> None:
+    def recheck(self, robot: RobotView, way: FloatArray) -> None:
         """Ask no more if the way to the goal does not lead through the region any longer.
 
         Args:
@@ -254,7 +254,7 @@ class Gate:
         if self.region is not None and gate_kernels.entry(self.region, frame, way) < 0:
             self.leave()
 
-    def _ahead(self, robot: RobotState, priority: int) -> tuple[int, bool]:
+    def _ahead(self, robot: RobotView, priority: int) -> tuple[int, bool]:
         """Count robots inside, admitted, or asking with a higher priority, without blocked ones.
 
         Returns:

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
-from swarm_nav.interfaces import Proposal
+from swarm_nav.interfaces import Proposal, RuleEvent, RuleEventKind
 from swarm_nav.reservation import tube_kernels
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 GROWTH_SLACK = 0.06  # [m] by which tubes are nearer than both radii without any growth
 WATCHDOG_MOTION = 0.06  # [m]
+UNUSED = Proposal(events=(RuleEvent(RuleEventKind.UNUSED),), holds_place=True, is_final=False)
 
 
 class KeepApart:
     """Gives up points that are too near to another tube since a radius has grown (localisation)."""
 
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def propose(self, robot: RobotView) -> Proposal | None:
         """Keep what lies before the first point that is too near."""
         tube = robot.tube
         if not robot.is_corrected:
@@ -32,7 +31,7 @@ class KeepApart:
 class StopBeforeObstacle:
     """Gives up held space before anything that the LiDAR sees in it."""
 
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def propose(self, robot: RobotView) -> Proposal | None:
         """Keep what lies before the first point that is too near to a hit, and nearer than now."""
         tube = robot.tube
         points = robot.obstacle_points()
@@ -49,28 +48,22 @@ class StopBeforeObstacle:
         bad = bad[bad > 0]
         if not len(bad):
             return None
-        robot.obstacle_ticks += 1
-        return Proposal(keep_until=tube.near + int(bad[0]) - 1, is_final=False)
+        last = tube.near + int(bad[0]) - 1
+        return Proposal(is_obstructed=True, keep_until=last, is_final=False)
 
 
 class DropUnused:
     """Gives up space that is held but not driven into for `traffic.stuck_time`."""
 
-    def __init__(self, robot: RobotState, replan: Callable[[], None]) -> None:
-        """Start to watch the robot where it stands.
+    def __init__(self, robot: RobotView) -> None:
+        self._pose, self._tick = robot.pose, robot.tick
 
-        Args:
-            replan: Has the way to the target planned anew.
-        """
-        self._pose, self._tick, self._replan = robot.pose, robot.tick, replan
-
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def propose(self, robot: RobotView) -> Proposal | None:
         """Keep the place only; whoever has a goal plans anew."""
         tube = robot.tube
         if robot.pose.distance(self._pose) > WATCHDOG_MOTION or tube.stop <= tube.near:
             self._pose, self._tick = robot.pose, robot.tick
         elif robot.tick - self._tick > robot.stuck_ticks and abs(robot.twist.vx) < 0.02:
             self._tick = robot.tick
-            self._replan()
-            return Proposal(holds_place=True, is_final=False)
+            return UNUSED
         return None

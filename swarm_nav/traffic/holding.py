@@ -15,7 +15,7 @@ from swarm_nav.interfaces import Proposal
 from swarm_nav.planning.planner import path_length
 from swarm_nav.planning.terrain import HALL_DISTANCE
 from swarm_nav.traffic import traffic_costs
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 from swarm_nav.traffic.traffic_costs import PARKING_GAP
 from swarm_nav.traffic.zone import PARKING_DISTANCE
 
@@ -47,7 +47,7 @@ class HoldingPattern:
         self.is_on_circuit = False
         self.target: tuple[float, float] | None = None
 
-    def enter(self, robot: RobotState) -> None:
+    def enter(self, robot: RobotView) -> None:
         """Choose the pattern: `circuit`, `park`, or by the room on the circuit (`auto`)."""
         mode = robot.config.holding.mode
         circuit = self._nearest_circuit(robot)
@@ -64,7 +64,7 @@ class HoldingPattern:
         self.target = None
 
     def propose(
-        self, robot: RobotState, kept_free: Callable[[], NDArray[np.bool_] | None]
+        self, robot: RobotView, kept_free: Callable[[], NDArray[np.bool_] | None]
     ) -> Proposal | None:
         """Propose the next piece of the circuit, or a parking place until one is reached.
 
@@ -83,14 +83,14 @@ class HoldingPattern:
         self.target = (float(path[-1, 0]), float(path[-1, 1]))
         return Proposal(path=path)
 
-    def _needs_place(self, robot: RobotState) -> bool:
+    def _needs_place(self, robot: RobotView) -> bool:
         if self.target is None:
             return True
         if not robot.tube.is_complete:
             return robot.waited_ticks > robot.wait_ticks
         return robot.distance_to(*self.target) > ARRIVED
 
-    def _nearest_circuit(self, robot: RobotState) -> FloatArray | None:
+    def _nearest_circuit(self, robot: RobotView) -> FloatArray | None:
         near = [c for c in self._circuits if _circuit_gap(c, robot)[0] < CIRCUIT_JOIN]
         if near or robot.config.holding.mode == "auto":
             return near[0] if near else None
@@ -98,7 +98,7 @@ class HoldingPattern:
             return None
         return min(self._circuits, key=lambda c: _circuit_gap(c, robot)[0])
 
-    def _has_room(self, robot: RobotState, circuit: FloatArray) -> bool:
+    def _has_room(self, robot: RobotView, circuit: FloatArray) -> bool:
         """Whether few enough robots are near the part of the circuit that the radio covers."""
         x, y = robot.pose.x, robot.pose.y
         reach = robot.config.traffic.radio_range
@@ -111,7 +111,7 @@ class HoldingPattern:
         room = len(heard) * _CIRCUIT_SPACING / robot.config.holding.circuit_spacing
         return on_it + 1 <= room
 
-    def _drive_circuit(self, robot: RobotState) -> Proposal | None:
+    def _drive_circuit(self, robot: RobotView) -> Proposal | None:
         circuit = self._nearest_circuit(robot)
         if circuit is None:
             self.is_on_circuit = False
@@ -130,7 +130,7 @@ class HoldingPattern:
         self.target = None
         return Proposal(path=path)
 
-    def _way_to(self, robot: RobotState, point: tuple[float, float]) -> FloatArray | None:
+    def _way_to(self, robot: RobotView, point: tuple[float, float]) -> FloatArray | None:
         """Return the way to a point of the circuit, None if there is no short one."""
         extra = traffic_costs.congestion(robot)
         try:
@@ -141,7 +141,7 @@ class HoldingPattern:
 
 
 def parking_path(
-    robot: RobotState,
+    robot: RobotView,
     stations: list[tuple[float, float]],
     closed: NDArray[np.bool_] | None = None,
     reach: float | None = None,
@@ -188,7 +188,7 @@ def _closed(points: tuple[tuple[float, float], ...]) -> FloatArray:
     return np.vstack(pieces)
 
 
-def _circuit_gap(circuit: FloatArray, robot: RobotState) -> tuple[float, int]:
+def _circuit_gap(circuit: FloatArray, robot: RobotView) -> tuple[float, int]:
     """Return (distance [m], index) of the nearest point of a circuit."""
     x, y = robot.stop_point
     gaps = np.hypot(circuit[:, 0] - x, circuit[:, 1] - y)

@@ -3,7 +3,7 @@
 Where two robots cannot pass each other, each robot needs a place of its own to make way to for one
 that goes out: a blind end or a mouth. With as many guests as there are such places, less one, there
 is always a free one (the condition C3 of docs/liveness.md). `conditions` tells before a run where
-more robots have goals; the leases of `lease` let no more in at a time. `RobotState.passing` has the
+more robots have goals; the leases of `lease` let no more in at a time. `RobotView.passing` has the
 size of robot that it is told by.
 """
 

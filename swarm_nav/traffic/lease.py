@@ -25,7 +25,7 @@ from swarm_common.model.sites import Sites
 from swarm_nav.core.config import HoldingConfig
 from swarm_nav.core.rank import OUT_OF_LANES, inherited_by_holder
 from swarm_nav.planning.terrain import Terrain
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 from swarm_nav.traffic.zone import MOUTH_GAP, WAITING_GAP, Zone, is_large, lane_at
 
 SAME_STATION = 0.6  # [m] between targets that are one station
@@ -46,7 +46,7 @@ class Cover:
     seen: int = 0  # tick at which something was on it
     looked: int = 0  # tick at which it was looked at
 
-    def update(self, robot: RobotState, station: tuple[float, float], is_covered: bool) -> None:
+    def update(self, robot: RobotView, station: tuple[float, float], is_covered: bool) -> None:
         """Update the station with what is known in this tick.
 
         Args:
@@ -63,12 +63,12 @@ class Cover:
         elif tick - self.seen > robot.retry_ticks:
             self.since = tick
 
-    def lasts(self, robot: RobotState) -> bool:
+    def lasts(self, robot: RobotView) -> bool:
         """Whether the station has been covered for longer than `holding.station_patience`."""
         is_known = robot.tick == self.looked
         return is_known and self.seen - self.since > self._patience(robot)
 
-    def _patience(self, robot: RobotState) -> int:
+    def _patience(self, robot: RobotView) -> int:
         return robot.ticks(robot.config.holding.station_patience)
 
 
@@ -95,12 +95,12 @@ class Lease:
     _zone: Zone | None = None
     _is_new: bool = False  # whether where the robot gets its goal is still to be looked at
     _is_through: bool = False  # whether it is on its large single lanes
-    # single lanes of the station, by `RobotState.passing`
+    # single lanes of the station, by `RobotView.passing`
     _lane_there: tuple[tuple[Terrain, float] | None, int] = (None, 0)
     _cover: Cover = field(default_factory=Cover)
     _alone: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # (1, 2) the station
 
-    def aim(self, robot: RobotState, station: tuple[float, float] | None) -> None:
+    def aim(self, robot: RobotView, station: tuple[float, float] | None) -> None:
         """Set a new target; the old lease is given back, on single lanes once they are left.
 
         Args:
@@ -115,7 +115,7 @@ class Lease:
         else:
             self._take(robot, station)
 
-    def keep(self, robot: RobotState) -> None:
+    def keep(self, robot: RobotView) -> None:
         """Keep the station that was given back last until the next `aim`: the robot is served."""
         self.is_served = True
         station, tick = self._given_back
@@ -123,7 +123,7 @@ class Lease:
             self._take(robot, station)
             self.tick, self._is_new = tick, False
 
-    def _take(self, robot: RobotState, station: tuple[float, float] | None) -> None:
+    def _take(self, robot: RobotView, station: tuple[float, float] | None) -> None:
         if self.station is not None:
             self._given_back = self.station, self.tick
         self.left = self._zone if station is None else None
@@ -141,7 +141,7 @@ class Lease:
         self._left_tick = 0
         self._lane_there = None, 0
 
-    def update(self, robot: RobotState) -> None:
+    def update(self, robot: RobotView) -> None:
         """Request within range of the station and work out the place in the queue."""
         if self.is_leaving:
             self._leave(robot)
@@ -171,7 +171,7 @@ class Lease:
                     robot.donations.station, inherited_by_holder(highest, hops)
                 )
 
-    def _hold_lanes_here(self, robot: RobotState) -> None:
+    def _hold_lanes_here(self, robot: RobotView) -> None:
         """Hold the single lanes where the robot gets its goal, if that lies elsewhere."""
         here = robot.stop_point
         lane, target = lane_at(robot, here), self.station
@@ -180,7 +180,7 @@ class Lease:
             self.tick, self.is_leaving, self._next = robot.tick, True, target
             self._is_new = False
 
-    def _leave(self, robot: RobotState) -> None:
+    def _leave(self, robot: RobotView) -> None:
         """Give the station back once the robot is out, or has had no other target for a while.
 
         Large single lanes are given back once it is out only: nobody may hear it there.
@@ -194,14 +194,14 @@ class Lease:
         elif is_done:
             self.left = zone
 
-    def _requests(self, robot: RobotState, tick: int) -> tuple[int, int, int]:
+    def _requests(self, robot: RobotView, tick: int) -> tuple[int, int, int]:
         """Return how many asked before a tick, the first of them, and the highest who asked."""
         # before the robot is near, the floor around its station is not looked at
         near = self._zone
         targets = near.targets(robot) if near is not None else self._alone
         return robot.neighbors.queue(targets, tick, SAME_STATION)
 
-    def _is_at_tail(self, robot: RobotState) -> bool:
+    def _is_at_tail(self, robot: RobotView) -> bool:
         """Whether the robot is near its station or its single lanes, or where the queue ends."""
         assert self.station is not None
         config = robot.config
@@ -216,7 +216,7 @@ class Lease:
         place, _, _ = self._requests(robot, robot.tick)
         return place > 0 and self._is_in_queue(robot, place + 1)
 
-    def _lane(self, robot: RobotState) -> int:
+    def _lane(self, robot: RobotView) -> int:
         """Return the number of the single lanes that the station lies on, 0 for none."""
         assert self.station is not None
         passing = robot.passing
@@ -224,34 +224,34 @@ class Lease:
             self._lane_there = passing, lane_at(robot, self.station)
         return self._lane_there[1]
 
-    def _is_near(self, robot: RobotState, distance: float) -> bool:
+    def _is_near(self, robot: RobotView, distance: float) -> bool:
         """Report whether the station is within `distance` [m], and not behind a wall."""
         assert self.station is not None
         if robot.distance_to(*self.station) > distance:
             return False
         return self._zone_of(robot).way(robot) <= DETOUR * distance
 
-    def _is_inside(self, robot: RobotState, slack: float = 0.0) -> bool:
+    def _is_inside(self, robot: RobotView, slack: float = 0.0) -> bool:
         """Whether the robot is on the single lanes of its station or before them, or nearly so."""
         return self._zone_of(robot).gap(robot) <= slack
 
-    def _is_in_queue(self, robot: RobotState, place: int, slack: float = 0.0) -> bool:
+    def _is_in_queue(self, robot: RobotView, place: int, slack: float = 0.0) -> bool:
         """Whether the robot is on the floor that `place` robots need, or within `slack` [m]."""
         return self._zone_of(robot).way_to_queue(robot) <= self._queue(robot, place) + slack
 
-    def _queue(self, robot: RobotState, place: int) -> float:
+    def _queue(self, robot: RobotView, place: int) -> float:
         """Return the distance [m] that `place` robots need, and those on large single lanes."""
         zone = self._zone_of(robot)
         robots = place + zone.room if zone.is_large else place
         return zone.reach_of(robots * QUEUE_AREA)
 
-    def _zone_of(self, robot: RobotState) -> Zone:
+    def _zone_of(self, robot: RobotView) -> Zone:
         assert self.station is not None
         if self._zone is None or not self._zone.is_of(robot):
             self._zone = Zone(robot, self.station)
         return self._zone
 
-    def is_too_near(self, robot: RobotState, slack: float = 0.0) -> bool:
+    def is_too_near(self, robot: RobotView, slack: float = 0.0) -> bool:
         """Whether the robot is nearer to the station than its place in the queue allows.
 
         Args:
@@ -271,7 +271,7 @@ class Lease:
             return True
         return self._is_in_queue(robot, self.place, slack)
 
-    def kept_free(self, robot: RobotState) -> NDArray[np.bool_] | None:
+    def kept_free(self, robot: RobotView) -> NDArray[np.bool_] | None:
         """Return the lattice cells that those earlier in the queue need, None without any."""
         if self.station is None or self.tick == 0 or not (self.place or self.is_full):
             return None
@@ -304,11 +304,11 @@ class Lease:
         """Whether the queue is one for all goals on the same single lanes."""
         return self._zone is not None and self._zone.room > 0
 
-    def is_barred(self, robot: RobotState) -> bool:
+    def is_barred(self, robot: RobotView) -> bool:
         """Whether something immovable has been on the station for long enough."""
         return self.tick > 0 and not self.is_leaving and self._cover.lasts(robot)
 
-    def _has_something_on_it(self, robot: RobotState) -> bool:
+    def _has_something_on_it(self, robot: RobotView) -> bool:
         """Whether a silent robot is on the station, or anything that the LiDAR sees.
 
         A robot that was never heard, because it died before this one came, is only seen. Who walks
@@ -332,7 +332,7 @@ class Lease:
         assert self.station is not None
         return len(points) > 0 and float(np.hypot(*(points - self.station).T).min()) < limit
 
-    def covering(self, robot: RobotState) -> int | None:
+    def covering(self, robot: RobotView) -> int | None:
         """Return the row of a neighbour that will not move by itself and may be on the station."""
         if self.station is None or self.tick == 0 or self.is_leaving:
             return None

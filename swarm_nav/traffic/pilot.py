@@ -6,7 +6,7 @@ from typing import Protocol
 
 from swarm_common.model.records import Twist
 from swarm_nav.interfaces import Proposal
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 
 class TwistPilot(Protocol):
@@ -15,10 +15,10 @@ class TwistPilot(Protocol):
     A class needs these methods and no base class: it may be one that is not compiled.
     """
 
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def propose(self, robot: RobotView) -> Proposal | None:
         """Return where the robot is to reserve space; None to go on along the path it has."""
 
-    def steer(self, robot: RobotState, stands: bool) -> Twist:
+    def steer(self, robot: RobotView, stands: bool) -> Twist:
         """Return the twist of this tick, in base_footprint.
 
         Args:

@@ -26,7 +26,7 @@ from swarm_nav.reservation.tube_kernels import INTENT_SPACING, PRIORITY_LENGTH
 from swarm_nav.traffic import traffic_costs
 from swarm_nav.traffic.arbiter import DROP_PATH, planned
 from swarm_nav.traffic.gate import label_of
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 from swarm_nav.traffic.single_lane_kernels import FORESIGHT
 from swarm_nav.traffic.single_lanes import passing_areas
 
@@ -77,7 +77,7 @@ class RightOfWay:
     def _switch(self, event: Push) -> None:
         self.state = next_state(self.state, event)
 
-    def pusher(self, robot: RobotState) -> int | None:
+    def pusher(self, robot: RobotView) -> int | None:
         """Return the row of the highest robot that this one blocks and that ranks above it."""
         traffic = robot.config.traffic
         # a robot that drives on its own path is not disturbed at once
@@ -87,7 +87,7 @@ class RightOfWay:
             patience = traffic.push_ticks + robot.radio.extra
         return robot.neighbors.highest_pusher(robot.own_priority, patience)
 
-    def propose(self, robot: RobotState) -> Proposal | None:
+    def propose(self, robot: RobotView) -> Proposal | None:
         """React to pushers: make way, step back, or go on; `is_yielding` tells which."""
         if robot.has_grown and self._is_diverted:
             self._switch(Push.GETS_ON)
@@ -104,7 +104,7 @@ class RightOfWay:
             proposal = DROP_PATH
         return proposal
 
-    def stay(self, robot: RobotState) -> Proposal | None:
+    def stay(self, robot: RobotView) -> Proposal | None:
         """Make way for nobody, as long as the robot is served where it stands."""
         proposal = None
         if self.is_retreating:
@@ -114,7 +114,7 @@ class RightOfWay:
             return self._release(robot) or proposal
         return proposal
 
-    def _await_release(self, robot: RobotState) -> Proposal | None:
+    def _await_release(self, robot: RobotView) -> Proposal | None:
         """Be free after a while; on a single lane look for a refuge while the pusher is away.
 
         Else a robot without a goal would stay in a blind end for ever: its pusher steps back, so
@@ -132,13 +132,13 @@ class RightOfWay:
             return self._search(robot)
         return None
 
-    def _still_comes(self, robot: RobotState) -> bool:
+    def _still_comes(self, robot: RobotView) -> bool:
         """Whether the pusher's way leads here, unblocked, and that to the refuge is free: drive on.
 
         Going back to the own way in between would only be in its way again.
         """
         neighbors = robot.neighbors
-        row = neighbors.row(robot.yields_for)
+        row = neighbors.row(robot.donations.yields_for)
         if row is None or robot.tube.is_complete or robot.waited_ticks:
             return False
         if neighbors.immovable[row] or neighbors.priorities[row] <= robot.donations.push:
@@ -148,18 +148,18 @@ class RightOfWay:
         gaps = np.hypot(*(way_of(robot, row) - robot.stop_point).T)
         return bool(gaps.min() < robot.reach(row))
 
-    def _release(self, robot: RobotState) -> Proposal | None:
+    def _release(self, robot: RobotView) -> Proposal | None:
         robot.donations.push = 0
-        robot.yields_for = 0
+        robot.donations.yields_for = 0
         self._blocked_since = -1
         was_diverted = self._is_diverted
         self._switch(Push.RELEASED)
         return DROP_PATH if was_diverted else None
 
-    def _make_way(self, robot: RobotState, row: int) -> Proposal | None:
+    def _make_way(self, robot: RobotView, row: int) -> Proposal | None:
         neighbors = robot.neighbors
         pusher_id = int(neighbors.ids[row])
-        is_new = pusher_id != robot.yields_for
+        is_new = pusher_id != robot.donations.yields_for
         self._last_pushed_tick = robot.tick
         robot.donations.push = passed_on(int(neighbors.priorities[row]))
         self._kept_free = way_of(robot, row), robot.reach(row)
@@ -169,7 +169,7 @@ class RightOfWay:
         if is_new:
             self._switch(Push.PUSHED)
             robot.counters.pushes += 1
-            robot.yields_for = pusher_id
+            robot.donations.yields_for = pusher_id
             self._is_at_refuge = False
             self._margin = REFUGE_MARGIN
             self._blocked_since = -1
@@ -188,7 +188,7 @@ class RightOfWay:
             self._margin += REFUGE_MARGIN
         return self._search(robot)
 
-    def _goes_on(self, robot: RobotState, row: int) -> bool:
+    def _goes_on(self, robot: RobotView, row: int) -> bool:
         """Whether the robot gets out of the pusher's way by going its own, with its priority."""
         if robot.blocked_ticks:
             if robot.blocked_ticks > robot.wait_ticks:
@@ -198,7 +198,7 @@ class RightOfWay:
                 return False
         return clears_way(robot, row)
 
-    def _search(self, robot: RobotState) -> Proposal | None:
+    def _search(self, robot: RobotView) -> Proposal | None:
         """Propose the way to the nearest refuge, or say that there is none."""
         self._next_search_tick = robot.tick + robot.retry_ticks
         way, reach = self._kept_free
@@ -216,7 +216,7 @@ class RightOfWay:
             self._blocked_since = -1
         return found
 
-    def _consider_retreat(self, robot: RobotState) -> Proposal | None:
+    def _consider_retreat(self, robot: RobotView) -> Proposal | None:
         """Step back from a robot that said that it cannot make way; if again, farther and longer.
 
         Before that one can make way, those behind this robot may have to step back in turn.
@@ -240,7 +240,7 @@ class RightOfWay:
         return found
 
 
-def clears_way(robot: RobotState, row: int) -> bool:
+def clears_way(robot: RobotView, row: int) -> bool:
     """Whether the robot's own path leads out of the way of a neighbour, or ahead of it."""
     tube = robot.tube
     path = tube.points[tube.near : tube.near + WAY_AHEAD]
@@ -257,13 +257,13 @@ def clears_way(robot: RobotState, row: int) -> bool:
     return bool(path_cost_kernels.clears(path, way, reach, SLACK, GAIN))
 
 
-def is_in_room(robot: RobotState, place: tuple[float, float]) -> bool:
+def is_in_room(robot: RobotView, place: tuple[float, float]) -> bool:
     """Whether a place (x, y) [m] in map is where two robots pass each other."""
     floor = passing_areas(*robot.passing)
     return bool(label_of(floor, robot.planner.lattice.frame, *place))
 
 
-def way_of(robot: RobotState, row: int) -> FloatArray:
+def way_of(robot: RobotView, row: int) -> FloatArray:
     """Return the way (n, 2) [m] in map that a pusher needs: held, requested, the next metres."""
     pusher = robot.neighbors.beacons[row]
     return np.vstack(
@@ -276,7 +276,7 @@ def way_of(robot: RobotState, row: int) -> FloatArray:
 
 
 def refuge_path(
-    robot: RobotState,
+    robot: RobotView,
     start: tuple[float, float],
     way: FloatArray,
     reach: float,
@@ -309,7 +309,9 @@ def refuge_path(
     traffic_costs.stamp_tubes(taken, robot, REFUGE_MARGIN, 1.0)
     for other in np.flatnonzero(neighbors.heads["mode"] == MODE_YIELD):
         target = neighbors.heads["target"][other]
-        if int(neighbors.ids[other]) != robot.yields_for and math.isfinite(float(target[0])):
+        if int(neighbors.ids[other]) != robot.donations.yields_for and math.isfinite(
+            float(target[0])
+        ):
             traffic_costs.stamp(taken, robot, target, robot.reach(int(other)), 1.0)
     in_room = is_in_room(robot, start)
     most = robot.config.holding.search_distance if in_room else math.inf
@@ -325,7 +327,7 @@ def refuge_path(
 
 
 def place_of_another(
-    robot: RobotState, start: tuple[float, float], way: FloatArray, reach: float, is_higher: Mask
+    robot: RobotView, start: tuple[float, float], way: FloatArray, reach: float, is_higher: Mask
 ) -> FloatArray | None:
     """Return the way (n, 2) to a place in a room that a lower robot leaves for this one, if any.
 
@@ -350,7 +352,7 @@ def place_of_another(
 
 
 def _nearest(
-    robot: RobotState,
+    robot: RobotView,
     start: tuple[float, float],
     places: NDArray[np.uint8],
     is_higher: Mask,
@@ -367,7 +369,7 @@ def _nearest(
 
 
 def retreat_path(
-    robot: RobotState, start: tuple[float, float], distance: float
+    robot: RobotView, start: tuple[float, float], distance: float
 ) -> FloatArray | None:
     """Return a way to a free place at least so far from where it starts, if any.
 

@@ -6,10 +6,10 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from swarm_common.model.beacon import HELD_POINTS
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Twist
 from swarm_common.model.robot_names import RobotNames
@@ -25,26 +25,11 @@ from swarm_nav.reservation import tube_kernels
 from swarm_nav.reservation.stop_filter_kernels import last_to_keep
 from swarm_nav.reservation.tube import TOLERANCE, Tube
 from swarm_nav.traffic.patience import Patience
+from swarm_nav.traffic.robot_view import Counters
 
-MARGIN_STEP = 0.02  # [m] in which the announced margin grows: each step must be confirmed
 PlannerMaker = Callable[[Terrain, PlannerConfig], Planner]
 WAITING_TICKS = 10  # ticks of being blocked after which a robot says that it waits
 FEWEST_BRAKE_POINTS = 2  # path points kept ahead of a robot that gives up its claim
-
-
-@dataclass(slots=True)
-class Counters:
-    """Counts that the report sums up."""
-
-    goals_reached: int = 0
-    goals_failed: int = 0
-    recoveries: int = 0
-    pushes: int = 0
-    retreats: int = 0
-    deadlocks_resolved: int = 0
-    replans: int = 0
-    hold_ticks: int = 0  # in the holding pattern
-    wait_ticks: int = 0  # standing on the way because of another robot
 
 
 @functools.lru_cache(maxsize=256)
@@ -63,15 +48,15 @@ class RobotState:
 
     robot_id: int  # from 1
     names: RobotNames  # of all robots, for people
-    config: NavConfig  # parameters, by `configure`
+    config: NavConfig  # parameters, by `Arbiter`
     body_radius: float  # [m] circumscribed radius
-    terrain: Terrain  # the map as this robot sees it, by `load_map`
+    terrain: Terrain  # the map as this robot sees it, by `Arbiter`
     planner: Planner  # on this terrain
     neighbors: NeighborTable  # what is known of the neighbours
     obstacles: ObstacleLayer  # what the LiDAR sees beyond map and neighbours
     tube: Tube  # path, held and requested space
     pose: Pose  # in map, by the navigator
-    radius: float  # [m] safety radius: `body_radius` plus the margin, by `announce_margin`
+    radius: float  # [m] safety radius: `body_radius` plus the margin, by `Arbiter`
     # map and safety radius that tell where two robots pass each other, by `record_bodies`
     passing: tuple[Terrain, float]
     make_planner: PlannerMaker = Planner  # of a terrain, by the parameters
@@ -88,11 +73,10 @@ class RobotState:
     tick: int = 0  # now, by the navigator
     velocity: Twist = field(default_factory=Twist)  # as odometry measures it
     twist: Twist = field(default_factory=Twist)  # in base_footprint, vx along the course
-    # as in the last beacon, without what pushing robots pass on; by `announce_priorities`
+    # as in the last beacon, without what pushing robots pass on; by `Arbiter`
     own_priority: int = 0
     priority: int = 0  # as in the last beacon
     listening_since: int = 0  # tick since which the radio is heard without a gap, by `Senses`
-    yields_for: int = 0  # id of the robot that is made way for, 0 for none, by `RightOfWay`
     # By `Arbiter`: ticks for which the tube could not grow because of a robot, its id
     # (0 for none), and what it does, for people.
     blocked_ticks: int = 0
@@ -101,64 +85,6 @@ class RobotState:
     is_unconfirmed: bool = False  # the tube did not grow because a request is not acknowledged yet
     obstacle_ticks: int = 0  # for which it could not grow because of something else in the way
     has_grown: bool = False  # in the last tick
-
-    def load_map(self, grid: Grid) -> None:
-        """Replace the map; the path on the old one ends at the stop point.
-
-        Args:
-            grid: Occupancy, in the same map frame.
-
-        Raises:
-            MapError: If the map has too many cells when it is divided into finer ones.
-        """
-        config = self.config
-        self.terrain = terrain_for(
-            grid, config.planner, config.costmap, self.body_radius, self.oblong
-        )
-        self.tube.slots = self.terrain.lattice.slots
-        self.planner = self.make_planner(self.terrain, config.planner)
-        self.tube.cut()
-        self.record_bodies()
-
-    def configure(self, config: NavConfig) -> None:
-        """Apply new parameters, and hand them to every layer."""
-        old, self.config = self.config, config
-        traffic = config.traffic
-        self.radius = self.usual_radius
-        self.neighbors.configure(traffic)
-        self.obstacles.configure(config.costmap)
-        self.tube.configure(traffic.confirmations, traffic.held_length, traffic.wanted_length)
-        self.tube.corner_angle = config.controller.corner_angle
-        self.record_bodies()
-        if (config.planner, config.costmap) != (old.planner, old.costmap):
-            self.load_map(self.terrain.grid)
-
-    def announce_margin(self, needed: float) -> None:
-        """Announce another safety margin [m], never less than configured.
-
-        Space is granted only to requests that all have acknowledged together with the radius that
-        it was requested with; what is held is checked by `held_space_rules`.
-
-        Args:
-            needed: [m]
-        """
-        least = self.usual_radius
-        wanted = max(least, self.body_radius + needed)
-        if self.radius >= wanted > self.radius - 2.0 * MARGIN_STEP or wanted == self.radius:
-            return
-        if wanted > self.radius:
-            self.tube.forget_requests()
-        self.radius = least + MARGIN_STEP * math.ceil((wanted - least) / MARGIN_STEP - 1e-9)
-
-    def announce_priorities(self, own: int, published: int) -> None:
-        """Announce a priority.
-
-        Args:
-            own: Without what is inherited from robots that push.
-        """
-        if published != self.priority:
-            self.tube.forget_requests()  # robots that acknowledged them compared another priority
-        self.own_priority, self.priority = own, published
 
     ticks = staticmethod(ticks_of)
 
@@ -220,7 +146,7 @@ class RobotState:
     @property
     def braking_way(self) -> float:
         """[m] that the robot needs to stop, a control period of delay included."""
-        return self._way_to_stop(self.speed)
+        return self.way_to_stop(self.speed)
 
     @property
     def speed(self) -> float:
@@ -233,7 +159,8 @@ class RobotState:
         limits = self.config.controller
         return min(limits.acc_lim_x, limits.acc_lim_y) if limits.acc_lim_y else limits.acc_lim_x
 
-    def _way_to_stop(self, speed: float) -> float:
+    def way_to_stop(self, speed: float) -> float:
+        """Return the way [m] from a speed [m/s] to standstill, with a control period of delay."""
         return speed * CONTROL_PERIOD + speed * speed / (2.0 * self.acceleration)
 
     @property
@@ -241,28 +168,12 @@ class RobotState:
         """Path points kept ahead of a robot that gives up its claim."""
         return max(FEWEST_BRAKE_POINTS, math.ceil(self.braking_way / SPACING))
 
-    def release_ahead(self, keep: int) -> None:
-        """Shrink the held part of the tube, but not to less than the robot needs to stop.
-
-        Args:
-            keep: Path points ahead of the robot that stay held.
-        """
-        self.tube.advance(self.pose, min(self.tube.next_corner(), self.tube.stop))
-        self.release_beyond(self.tube.near + keep)
-
-    def release_beyond(self, last: int) -> None:
-        """Shrink the held part of the tube, but not to less than the robot needs to stop.
-
-        Args:
-            last: Index of the last path point that stays held.
-        """
-        self.tube.release_beyond(self._last_needed(self.tube.near, last))
-
-    def _last_needed(self, near: int, last: int) -> int:
+    def last_needed(self, near: int, last: int) -> int:
         """Return the first point from `last` on up to which the robot can stop, or the held end.
 
         Args:
             near: Index of the path point nearest to it.
+            last: Index of the path point from which the space is to be given up.
         """
         tube, pose, limits = self.tube, self.pose, self.config.controller
         if last >= tube.stop:
@@ -303,36 +214,7 @@ class RobotState:
     def _stop_after_release(self, keep: int) -> int:
         tube = self.tube
         near = tube.nearest(self.pose, min(tube.next_corner(), tube.stop))
-        return self._last_needed(near, near + keep)
-
-    def hold_place(self) -> None:
-        """Drop path, claim and request; hold the place, and ahead of it what it takes to stop.
-
-        A robot that stands in its held space keeps the point of it that is nearest. For use between
-        two ticks: the robot may have gone faster since its pose was taken.
-        """
-        if self.is_standing and self.tube.gap(self.pose) <= TOLERANCE:
-            self.tube.shrink_to_place(self.pose)
-            return
-        self.tube.reset(self.pose)
-        if self.is_standing:
-            return
-        wz, speed = self.twist.wz, max(self.speed, 0.02)
-        rest = self._way_to_stop(self.speed + self.acceleration * CONTROL_PERIOD)
-        yaw = self.pose.yaw + math.atan2(self.twist.vy, self.twist.vx)
-        x, y = self.pose.x, self.pose.y
-        line = [(x, y)]
-        spacing = max(SPACING, rest / (HELD_POINTS - 2))  # so that it fits a beacon
-        while rest > 1e-9:
-            step = min(rest, spacing)
-            yaw += 0.5 * wz * step / speed
-            x, y = x + step * math.cos(yaw), y + step * math.sin(yaw)
-            yaw += 0.5 * wz * step / speed
-            line.append((x, y))
-            rest -= step
-        self.tube.adopt(np.array(line))
-        self.tube.stop = len(line) - 1
-        self.tube.is_reverse = self.twist.vx < 0.0
+        return self.last_needed(near, near + keep)
 
     @property
     def stop_point(self) -> tuple[float, float]:
@@ -383,6 +265,13 @@ class RobotState:
     def obstacle_points(self) -> FloatArray:
         """Return the unexplained points (k, 2) in map."""
         return self.obstacles.points
+
+
+COMPILED = False  # see `TubeView` in `swarm_nav.reservation.tube`
+if TYPE_CHECKING and not COMPILED:
+    from swarm_nav.traffic.robot_view import RobotView as RobotView
+else:
+    RobotView = RobotState
 
 
 def terrain_of(config: NavConfig, spec: RobotSpec, grid: Grid) -> Terrain:

@@ -23,7 +23,7 @@ from swarm_nav.planning import search_kernels
 from swarm_nav.planning.cells import distance_cells, label
 from swarm_nav.planning.terrain import NODE_MARGIN, Terrain
 from swarm_nav.traffic import single_lane_kernels
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 MOUTH = 1.5  # [m] around a single-lane passage that is kept free, too
 WAY_POINTS = 80  # path points, 4 m, of the own path on which the far end is looked for
@@ -113,7 +113,7 @@ class SingleLanes:
         self._passing: tuple[Terrain, float] | None = None  # that the labels are for
         self._labels: NDArray[np.int16] | None = None
 
-    def barrier(self, robot: RobotState, last: int) -> tuple[int, int]:
+    def barrier(self, robot: RobotView, last: int) -> tuple[int, int]:
         """Return (index of the last point that may be claimed, row of the robot waited for).
 
         Args:
@@ -138,14 +138,14 @@ class SingleLanes:
             frame,
             way,
             last - tube.stop,
-            (robot.priority, robot.robot_id, robot.yields_for),
+            (robot.priority, robot.robot_id, robot.donations.yields_for),
             self._base,
             neighbors.columns(),
         )
         self._follow(robot, int(inherited))
         return tube.stop + count, row
 
-    def _follow(self, robot: RobotState, inherited: int) -> None:
+    def _follow(self, robot: RobotView, inherited: int) -> None:
         """Inherit, and keep what was inherited until the robot is out of the passage."""
         if inherited:
             robot.donations.lane = max(robot.donations.lane, inherited)

@@ -20,7 +20,7 @@ from swarm_nav.control.controller import rate_that_stops
 from swarm_nav.core.config import ControllerConfig
 from swarm_nav.planning.cells import window_max
 from swarm_nav.planning.planner import SPACING
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 
 class SpeedLimits:
@@ -39,7 +39,7 @@ class SpeedLimits:
         """
         self._limit, self._is_percentage = limit, is_percentage
 
-    def limited(self, twist: Twist, robot: RobotState) -> Twist:
+    def limited(self, twist: Twist, robot: RobotView) -> Twist:
         """Return a twist scaled to what is allowed here and ahead."""
         if not (self._limit or self._zones.has_speed):
             return twist
@@ -52,7 +52,7 @@ class SpeedLimits:
         share = allowed / speed
         return Twist(twist.vx * share, twist.vy * share, twist.wz * share)
 
-    def _allowed(self, speed: float, twist: Twist, robot: RobotState) -> float:
+    def _allowed(self, speed: float, twist: Twist, robot: RobotView) -> float:
         """Return the speed [m/s] for the next period from which every limit ahead can be kept."""
         s = robot
         config = s.config.controller
@@ -93,7 +93,7 @@ def _limits(
     return (-window_max(-limits, reach)).astype(np.float32)
 
 
-def _arc(twist: Twist, speed: float, robot: RobotState, distances: FloatArray) -> FloatArray:
+def _arc(twist: Twist, speed: float, robot: RobotView, distances: FloatArray) -> FloatArray:
     """Return the points (n, 2) in map at distances along the arc of a twist."""
     pose = robot.pose
     course = pose.yaw + math.atan2(twist.vy, twist.vx)

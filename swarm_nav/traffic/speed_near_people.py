@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from swarm_common.model.records import CONTROL_PERIOD, Twist
 from swarm_nav.core.config import ControllerConfig
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 CREEP_SPEED = 0.015  # [m/s] at which a robot counts as standing
 WALKING_SPEED = 1.0  # [m/s] of people
@@ -61,7 +61,7 @@ class People(NamedTuple):
 NOBODY_NEAR = People(math.inf, False)
 
 
-def people_near(robot: RobotState) -> People:
+def people_near(robot: RobotView) -> People:
     """Return how near the nearest person may be."""
     s = robot
     config = s.config.controller

@@ -13,14 +13,14 @@ from swarm_common.model.records import CONTROL_PERIOD, Twist
 from swarm_nav.core.config import ControllerConfig
 from swarm_nav.reservation.stop_filter_kernels import release_and_admit
 from swarm_nav.reservation.tube import TOLERANCE
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 ROUNDING = 1e-9  # [m/s], [rad/s] by which a controller may exceed the limits of the drive
 STANDING = 0.02  # [m/s] below which a robot brakes within a fraction of a millimetre
 STANDSTILL = Twist()
 
 
-def clip_to_held_space(robot: RobotState, wish: Twist) -> tuple[Twist, int]:
+def clip_to_held_space(robot: RobotView, wish: Twist) -> tuple[Twist, int]:
     """Return the largest scaling of a twist from which the robot stops in its own space.
 
     Args:
@@ -51,7 +51,7 @@ def clip_to_held_space(robot: RobotState, wish: Twist) -> tuple[Twist, int]:
     return straight, tail
 
 
-def _in_held_space(robot: RobotState, wish: Twist, limits: ControllerConfig) -> tuple[Twist, int]:
+def _in_held_space(robot: RobotView, wish: Twist, limits: ControllerConfig) -> tuple[Twist, int]:
     tube, terrain, pose, now = robot.tube, robot.terrain, robot.pose, robot.velocity
     tail, share = release_and_admit(
         (pose.x, pose.y, pose.yaw),

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from swarm_common.model.beacon import MODE_YIELD
 from swarm_nav.planning import distance_kernels
 from swarm_nav.planning.search_kernels import WALL
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 # Extra cost per metre of a place
 PASSING = 0.5  # of a robot that drives or makes way, and where somebody has walked lately
@@ -20,7 +20,7 @@ PARKING_GAP = 0.1  # [m] beyond the reach between parked robots, and to one that
 
 
 def stamp(
-    grid: NDArray[np.float32], robot: RobotState, points: object, radius: float, value: float
+    grid: NDArray[np.float32], robot: RobotView, points: object, radius: float, value: float
 ) -> None:
     """Raise the lattice cells within `radius` of the points to at least `value`.
 
@@ -36,7 +36,7 @@ def stamp(
 
 def stamp_tubes(
     grid: NDArray[np.float32],
-    robot: RobotState,
+    robot: RobotView,
     margins: NDArray[np.float64] | float,
     values: NDArray[np.float32] | float,
 ) -> None:
@@ -62,7 +62,7 @@ def stamp_tubes(
         distance_kernels.stamp_rows(grid, frame, block, counts, radii, heights)
 
 
-def stamp_obstacles(grid: NDArray[np.float32], robot: RobotState, value: float) -> None:
+def stamp_obstacles(grid: NDArray[np.float32], robot: RobotView, value: float) -> None:
     """Stamp what the LiDAR sees beyond map and beacons.
 
     Args:
@@ -73,7 +73,7 @@ def stamp_obstacles(grid: NDArray[np.float32], robot: RobotState, value: float) 
         stamp(grid, robot, points, robot.obstacle_clearance + 0.03, value)
 
 
-def congestion(robot: RobotState) -> NDArray[np.float32]:
+def congestion(robot: RobotView) -> NDArray[np.float32]:
     """Return the extra costs under which a way to the goal is planned."""
     extra = robot.planner.no_extra()
     neighbors = robot.neighbors
@@ -94,7 +94,7 @@ def congestion(robot: RobotState) -> NDArray[np.float32]:
 
 
 def refuge_costs(
-    robot: RobotState, is_higher: NDArray[np.bool_], margin: float
+    robot: RobotView, is_higher: NDArray[np.bool_], margin: float
 ) -> NDArray[np.float32]:
     """Return extra costs for making way: robots that rank higher, are stuck or served, are walls.
 

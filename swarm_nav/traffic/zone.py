@@ -22,7 +22,7 @@ from swarm_nav.planning.terrain import Terrain
 from swarm_nav.traffic import gate_kernels
 from swarm_nav.traffic.gate import WAY_POINTS
 from swarm_nav.traffic.lane_group import labels_with_rim, lane_group, lane_labels
-from swarm_nav.traffic.robot_state import RobotState
+from swarm_nav.traffic.robot_state import RobotView
 
 PARKING_DISTANCE = 1.1  # [m] of a parking place in a passage from any station; twice that in a
 # hall, where the ways to the station are kept free
@@ -61,7 +61,7 @@ def blind_aisle(
     return float(gate_kernels.blind_floor(distances, lattice.step, within, farthest, widest))
 
 
-def lane_at(robot: RobotState, place: tuple[float, float]) -> int:
+def lane_at(robot: RobotView, place: tuple[float, float]) -> int:
     """Return the number of the connected single lanes that a place lies on, 0 for none.
 
     Args:
@@ -72,7 +72,7 @@ def lane_at(robot: RobotState, place: tuple[float, float]) -> int:
     return 0 if node is None else int(labels.ravel()[node])
 
 
-def is_large(robot: RobotState, lane: int) -> bool:
+def is_large(robot: RobotView, lane: int) -> bool:
     """Whether robots before two mouths of connected single lanes may not hear each other.
 
     Args:
@@ -95,7 +95,7 @@ class Zone:
         is_inside: Whether the robot is there, or before a mouth.
     """
 
-    def __init__(self, robot: RobotState, station: tuple[float, float]) -> None:
+    def __init__(self, robot: RobotView, station: tuple[float, float]) -> None:
         """Derive the floor around a station; one without a way to it lies on no single lane.
 
         Args:
@@ -131,11 +131,11 @@ class Zone:
         self._own_targets = self._targets = np.array([station, *others])
         self._told = b""  # stations of the neighbours, of which `_targets` are
 
-    def is_of(self, robot: RobotState) -> bool:
+    def is_of(self, robot: RobotView) -> bool:
         """Whether map and sizes of robots are still those that were looked at."""
         return self._passing == robot.passing
 
-    def _closed_floor(self, robot: RobotState, station: tuple[float, float]) -> float:
+    def _closed_floor(self, robot: RobotView, station: tuple[float, float]) -> float:
         """Return the floor [m²] of a dead end, or of a blind aisle for few robots.
 
         Args:
@@ -155,7 +155,7 @@ class Zone:
         farthest = config.request_distance
         return blind_aisle(robot.terrain, node, within, farthest, two_robots)
 
-    def _shares_queue(self, robot: RobotState, place: tuple[float, float]) -> bool:
+    def _shares_queue(self, robot: RobotView, place: tuple[float, float]) -> bool:
         """Whether a place has one queue with the station; each place is looked up once."""
         known = self._sharing.get(place)
         if known is None:
@@ -167,7 +167,7 @@ class Zone:
             self._sharing[place] = known
         return known
 
-    def targets(self, robot: RobotState) -> FloatArray:
+    def targets(self, robot: RobotView) -> FloatArray:
         """Return the places (k, 2) [m] in map whose requests are served in one order.
 
         These are the station, and all to which robots drive on the same single lanes.
@@ -204,7 +204,7 @@ class Zone:
             self._floor = self._field <= self._rim
         return self._floor
 
-    def is_full(self, robot: RobotState) -> bool:
+    def is_full(self, robot: RobotView) -> bool:
         """Whether others take all the room of large single lanes, as far as anybody saw."""
         if not self.is_large:
             return False
@@ -215,7 +215,7 @@ class Zone:
         seen = gate_kernels.count_seen(self._labels, self.lane, frame, known, since, own_id, True)
         return int(seen) >= self.room
 
-    def contains(self, robot: RobotState) -> bool:
+    def contains(self, robot: RobotView) -> bool:
         """Whether the robot stops where it keeps those out who want to go there."""
         return self._is_on_floor(self.lattice.node_of(*robot.stop_point))
 
@@ -223,12 +223,12 @@ class Zone:
         """Whether a node is one of the `floor`, without looking at all of them."""
         return node is not None and bool((self._field.ravel()[node : node + 1] <= self._rim)[0])
 
-    def gap(self, robot: RobotState) -> float:
+    def gap(self, robot: RobotView) -> float:
         """Return the distance [m] from the stop point to the shared floor; inf without any."""
         node = self.lattice.node_of(*robot.stop_point) if self.room else None
         return math.inf if node is None else float(self._field.ravel()[node]) - self._edge
 
-    def is_ahead(self, robot: RobotState) -> bool:
+    def is_ahead(self, robot: RobotView) -> bool:
         """Whether the way ahead leads onto the single lanes, or the robot is there."""
         if not self.lane:
             return False
@@ -238,12 +238,12 @@ class Zone:
             return True
         return bool(gate_kernels.entry(self.floor, self.lattice.frame, way) >= 0)
 
-    def way(self, robot: RobotState) -> float:
+    def way(self, robot: RobotView) -> float:
         """Return the distance from where the robot stops to the station."""
         node = self.lattice.node_of(*robot.stop_point)
         return math.inf if node is None else float(self.costs.ravel()[node])
 
-    def way_to_queue(self, robot: RobotState) -> float:
+    def way_to_queue(self, robot: RobotView) -> float:
         """Return the distance [m] from where the robot stops to large single lanes; else `way`."""
         node = self.lattice.node_of(*robot.stop_point)
         return math.inf if node is None else float(self._ways.ravel()[node])

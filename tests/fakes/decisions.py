@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from swarm_common.model.records import Twist
 from swarm_nav.behaviour.behaviors import Behavior
-from swarm_nav.behaviour.goal_progress import GoalProgress
+from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.route import Route
 from swarm_nav.control.controller import Controller
 from swarm_nav.interfaces import Proposal
@@ -47,9 +47,13 @@ def hold(holding: HoldingPattern, robot: RobotState, kept_free: Callable[[], Non
     act(robot, holding.propose(robot, kept_free))
 
 
-def drive(route: Route, robot: RobotState, task: GoalProgress) -> None:
+def drive(route: Route, robot: RobotState, goal_manager: GoalManager) -> None:
     """Let the route be planned if that is due."""
-    act(robot, route.propose(task))
+    assert goal_manager.task is not None
+    proposal = route.propose(goal_manager.task)
+    for event in proposal.events if proposal is not None else ():
+        goal_manager.apply(event)
+    act(robot, proposal)
 
 
 def guard(robot: RobotState) -> None:

@@ -28,12 +28,14 @@ from swarm_common.model.beacon import (
 )
 from swarm_common.model.records import Pose, RobotSpec, Twist
 from swarm_nav.core.config import NavConfig
+from swarm_nav.interfaces import Proposal
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.reservation.tube import padded
 from swarm_nav.traffic.arbiter import Arbiter
 from swarm_nav.traffic.robot_state import RobotState, initial_state
 from swarm_nav.traffic.senses import Senses
 from swarm_nav.traffic.single_lanes import SingleLanes
+from tests.fakes.decisions import arbiter_of
 from tests.fakes.navigation import room, waffle, without_lidar
 
 SIDE = 3.2  # [m] of the square in which targets lie
@@ -159,13 +161,13 @@ class Actor:
             case 2:
                 tube.reset(self.s.pose)
             case 3:
-                self.s.release_ahead(self.s.brake_points)
+                arbiter_of(self.s).apply(Proposal(keep_ahead=self.s.brake_points))
             case 4:
                 tube.withdraw()
             case 5:
                 self._next_priority = priority
             case 6:
-                self.s.yields_for = 0 if self.s.yields_for else 1 + priority
+                self.s.donations.yields_for = 0 if self.s.donations.yields_for else 1 + priority
 
     def adopt(self, target: tuple[float, float]) -> None:
         """Take a straight path from the stop point."""
@@ -189,7 +191,7 @@ class Actor:
         s.priority = self._next_priority
         beacon["priority"] = (0, s.priority)
         beacon["blocked_ticks"], beacon["blocked_by"] = s.blocked_ticks, s.blocked_by
-        beacon["yields_for"] = s.yields_for or NO_ROBOT
+        beacon["yields_for"] = s.donations.yields_for or NO_ROBOT
         held, wanted, intent = s.tube.publish(s.pose, s.tick)
         for name, points in (("held", held), ("wanted", wanted), ("intent", intent)):
             beacon[name], beacon[f"{name}_size"] = padded(points, len(beacon[name]))

@@ -123,7 +123,7 @@ def test_equal_priorities_never_let_two_tubes_meet() -> None:
 
 def test_the_request_of_a_blocked_robot_does_not_block_who_makes_way() -> None:
     s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
-    s.yields_for = 2
+    s.donations.yields_for = 2
     path_of(s, (4.0, 5.0))
     through_us = [(3.35 + 0.05 * k, 4.0) for k in range(7)]
     pusher = beacon(2, 3.3, 4.0, wanted=through_us, priority=HIGH, blocked_by=1, blocked_ticks=9)
@@ -264,7 +264,7 @@ def test_a_claim_that_is_not_driven_is_dropped_whatever_the_robot_does() -> None
     s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     path_of(s, (5.0, 4.0))
     s.tube.stop = 7
-    unused = DropUnused(s, lambda: None)
+    unused = DropUnused(s)
     dropped = False
     for _ in range(s.ticks(s.config.traffic.stuck_time) + 2):
         s.tick += 1

@@ -1,60 +1,119 @@
-"""Only the arbiter and the held space itself change what a robot holds and its path."""
+"""Only the arbiter writes what a robot holds, and its path; by the syntax tree of all packages."""
 
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
 from pathlib import Path
 
-import swarm_nav
+import pytest
 
-ROOT = Path(swarm_nav.__file__).parent
-WRITERS = {"traffic/arbiter.py", "traffic/robot_state.py"}  # and all of reservation/
-CHANGES = {
-    "adopt", "cut", "shrink_to_place", "release_beyond", "release_ahead", "track", "advance",
-    "withdraw", "forget_requests",
-}  # fmt: skip
-# between two ticks: a map, a pose or parameters from outside, and what goes into the beacon
-OUTSIDE = {"hold_place", "publish", "record_rest", "announce_margin", "announce_priorities"}
+from swarm_nav.reservation import tube
+
+ROOT = Path(tube.__file__).parents[2]
+WRITERS = {
+    "swarm_nav/traffic/arbiter.py",
+    "swarm_nav/traffic/robot_state.py",  # sets up the tube that it creates
+    "swarm_nav/launch/warm_up.py",  # likewise
+}
+CLASS = next(
+    node
+    for node in ast.walk(ast.parse(Path(tube.__file__).read_text(encoding="utf-8")))
+    if isinstance(node, ast.ClassDef) and node.name == "Tube"
+)
 
 
-def changes_in(path: Path) -> list[str]:
-    """Return the statements of a file that change a held space or a path."""
+def targets_of(node: ast.AST) -> Iterator[ast.expr]:
+    """Yield what a statement assigns to, inside tuples and subscripts, too."""
+    found = getattr(node, "targets", [getattr(node, "target", None)])[:]
+    while found:
+        target = found.pop()
+        if isinstance(target, ast.Tuple | ast.List):
+            found += target.elts
+        elif isinstance(target, ast.Subscript | ast.Starred):
+            found.append(target.value)
+        elif isinstance(target, ast.expr):
+            yield target
+
+
+def changing_methods() -> set[str]:
+    """Return the methods of the tube that change it, themselves or by others."""
+    methods = {node.name: node for node in CLASS.body if isinstance(node, ast.FunctionDef)}
+    changing: set[str] = set()
+    while True:
+        found = {
+            name
+            for name, method in methods.items()
+            for node in ast.walk(method)
+            if any(ast.unparse(target).startswith("self.") for target in targets_of(node))
+            or (
+                isinstance(node, ast.Call)
+                and ast.unparse(node.func).removeprefix("self.") in changing
+            )
+        }
+        if found == changing:
+            return {name for name in changing if not name.startswith("_")}
+        changing = found
+
+
+CHANGING = changing_methods()
+
+
+def changes_in(source: str) -> list[str]:
+    """Return the expressions of a source that change a tube, by whatever name it has there."""
+    nodes = list(ast.walk(ast.parse(source)))
+    names = {"tube"}
+    for node in nodes:
+        if isinstance(node, ast.Assign):
+            values = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
+            for target, value in zip(list(targets_of(node))[::-1], values, strict=False):
+                if ast.unparse(value).endswith(".tube"):
+                    names.add(ast.unparse(target))
+
+    def is_tube(owner: ast.expr) -> bool:
+        text = ast.unparse(owner)
+        return text in names or text.endswith(".tube")
+
     found = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes:
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
-            owner = ast.unparse(node.func.value)
-            is_space = owner.rpartition(".")[2] in ("tube", "robot", "s", "_s")
-            if is_space and node.func.attr in CHANGES | OUTSIDE:
+            if node.func.attr in CHANGING and is_tube(node.func.value):
                 found.append(ast.unparse(node.func))
-        targets = node.targets if isinstance(node, ast.Assign) else []
-        targets = [
-            each
-            for target in targets
-            for each in (target.elts if isinstance(target, ast.Tuple) else [target])
-        ]
-        if isinstance(node, ast.AugAssign):
-            targets = [node.target]
         found += [
             ast.unparse(target)
-            for target in targets
-            if isinstance(target, ast.Attribute) and ast.unparse(target.value).endswith("tube")
+            for target in targets_of(node)
+            if isinstance(target, ast.Attribute) and is_tube(target.value)
         ]
     return found
 
 
-def test_rules_and_controllers_change_nothing() -> None:
-    writers = {}
-    for path in sorted(ROOT.rglob("*.py")):
-        name = path.relative_to(ROOT).as_posix()
-        if name in WRITERS or name.startswith(("reservation/", "launch/warm_up")):
-            continue
-        found = changes_in(path)
-        if name == "behaviour/navigator.py":
-            found = [call for call in found if call.rpartition(".")[2] not in OUTSIDE]
-        if found:
-            writers[name] = found
+def test_only_the_arbiter_writes_held_space_and_path() -> None:
+    files = [path for path in ROOT.glob("swarm_*/**/*.py") if path.parent.name != "reservation"]
+    assert len(files) > 100
+    writers = {
+        name: found
+        for path in files
+        if (name := path.relative_to(ROOT).as_posix()) not in WRITERS
+        and (found := changes_in(path.read_text(encoding="utf-8")))
+    }
     assert writers == {}
 
 
-def test_the_check_sees_a_writer() -> None:
-    assert changes_in(ROOT / "traffic" / "arbiter.py")
+def test_the_writers_are_needed() -> None:
+    assert all(changes_in((ROOT / name).read_text(encoding="utf-8")) for name in WRITERS)
+    assert {"adopt", "cut", "reset", "publish", "track", "forget_requests"} <= CHANGING
+    assert not {"gap", "nearest", "length_ahead", "next_corner"} & CHANGING
+
+
+@pytest.mark.parametrize(
+    ("planted", "found"),
+    [
+        ("robot.tube.cut()", "robot.tube.cut"),
+        ("s, held = self._s, self._s.tube\nheld.adopt(path)", "held.adopt"),
+        ("def f(tube):\n    tube.stop += 1", "tube.stop"),
+        ("space = robot.tube\nspace.points[0] = 1.0", "space.points"),
+        ("(robot.tube.tail, x) = 1, 2", "robot.tube.tail"),
+    ],
+)
+def test_a_planted_writer_is_found(planted: str, found: str) -> None:
+    assert changes_in(planted) == [found]

@@ -86,7 +86,7 @@ def announce(
 ) -> np.void:  # fmt: skip
     rank = CLASS_HOLDING if state is State.HOLDING else CLASS_DRIVING
     base = base_priority(rank if has_goal else CLASS_DONE, 33, s.robot_id)
-    s.announce_priorities(s.donations.own(base), s.donations.published(base))
+    arbiter_of(s).announce_priorities(s.donations.own(base), s.donations.published(base))
     s.tube.publish(s.pose, s.tick)
     return compose_beacon(
         parts_of(s, state, Lease(STATION, 70, 1), right=right), waffle(), is_active
@@ -165,7 +165,7 @@ def test_who_follows_a_higher_robot_ranks_as_it_inherited_also_against_pushers()
 
 def test_a_yielding_robot_announces_its_refuge_and_what_it_inherited() -> None:
     s, right = driving(), RightOfWay()
-    s.yields_for, right.state, s.donations.push = 9, MakingWay.STUCK, 2**50 - 1
+    s.donations.yields_for, right.state, s.donations.push = 9, MakingWay.STUCK, 2**50 - 1
     record = announce(s, State.YIELDING, right=right)
     assert record["mode"] == MODE_YIELD
     assert record["yields_for"] == 9
@@ -204,14 +204,14 @@ def test_the_status_says_what_the_robot_waits_for() -> None:
     assert (status(s, State.DRIVING).state, status(s, State.DRIVING).detail) == (
         "waiting", "for Srobot7, which is in the way",
     )  # fmt: skip
-    s.yields_for = 8
+    s.donations.yields_for = 8
     waits = "makes way for Srobot8, waits for Srobot7, which is in the way"
     assert status(s, State.YIELDING).detail == waits
     s.blocked_ticks, s.obstacle_ticks = 0, 11
     assert status(s, State.DRIVING).detail == "before an obstacle"
     waits = "makes way for Srobot8, waits before an obstacle"
     assert status(s, State.YIELDING).detail == waits
-    s.yields_for = s.obstacle_ticks = 0
+    s.donations.yields_for = s.obstacle_ticks = 0
     assert status(s, State.YIELDING).detail == "leaves for others"
     assert status(s, State.HOLDING, place=0).detail == "parked, waits until loader_1 is free"
     waits = "parked, waits for room on the single lanes at loader_1"

@@ -7,7 +7,6 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.behaviour.goal_manager import GoalManager
-from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.route import (
     BARRED_PATIENCE,
     BARRED_RADIUS,
@@ -28,7 +27,7 @@ HALL = room(8.0, 8.0)
 QUIET = 101  # a tick that is not the robot's turn of periodic plans
 
 
-def driving(x: float = 6.0) -> tuple[RobotState, Route, GoalProgress]:
+def driving(x: float = 6.0) -> tuple[RobotState, Route, GoalManager]:
     """Return a robot at x = 2 m with a fresh plan to a goal."""
     s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     state_machine = StateMachine(s, HoldingPattern({}, []), arbiter_of(s))
@@ -37,16 +36,16 @@ def driving(x: float = 6.0) -> tuple[RobotState, Route, GoalProgress]:
     goal_manager.begin_pending()
     assert state_machine.state is State.DRIVING
     assert goal_manager.task is not None
-    route, task = Route(s, goal_manager), goal_manager.task
+    route = Route(s)
     s.tick = QUIET
-    drive(route, s, task)
-    return s, route, task
+    drive(route, s, goal_manager)
+    return s, route, goal_manager
 
 
-def replans(s: RobotState, route: Route, task: GoalProgress, since: int) -> bool:
+def replans(s: RobotState, route: Route, manager: GoalManager, since: int) -> bool:
     """Return whether the route is planned anew `since` ticks after the last plan."""
     route.last_plan_tick = s.tick - since
-    drive(route, s, task)
+    drive(route, s, manager)
     return route.last_plan_tick == s.tick
 
 
@@ -57,15 +56,15 @@ def test_a_goal_without_a_way_on_the_map_fails_without_a_recovery() -> None:
     goal_manager.set_goal(Goal(kind=GoalKind.NAVIGATE, poses_map=(Pose(6.0, 4.0, 0.0),)))
     goal_manager.begin_pending()
     assert goal_manager.task is not None
-    drive(Route(s, goal_manager), s, goal_manager.task)
+    drive(Route(s), s, goal_manager)
     (end,) = [event for event in state_machine.pop_events() if isinstance(event, GoalEnded)]
     assert (end.error_code, s.counters.recoveries) == (ErrorCode.NO_VALID_PATH, 0)
     assert "to (6.00, 4.00): every way is closed by walls on this map" in end.message
 
 
 def test_the_first_plan_leads_from_the_robot_to_the_goal() -> None:
-    s, _, task = driving()
-    assert task.is_planned
+    s, _, manager = driving()
+    assert manager.task.is_planned
     assert np.allclose(s.tube.points[[0, -1]], ((2.0, 4.0), (6.0, 4.0)))
     assert s.counters.replans == 0
 
@@ -76,20 +75,20 @@ def test_an_open_way_is_planned_once() -> None:
 
 @pytest.mark.parametrize("reason", ["robot", "obstacle", "end"])
 def test_a_plan_that_leads_nowhere_is_renewed_after_a_pause(reason: str) -> None:
-    s, route, task = driving()
+    s, route, manager = driving()
     s.blocked_ticks = s.retry_ticks if reason == "robot" else 0
     s.obstacle_ticks = s.retry_ticks if reason == "obstacle" else 0
     if reason == "end":
         s.tube.cut()
     pause = s.retry_ticks
-    assert not replans(s, route, task, since=pause - 1)
-    assert replans(s, route, task, since=pause)
+    assert not replans(s, route, manager, since=pause - 1)
+    assert replans(s, route, manager, since=pause)
     assert s.counters.replans == (reason == "end")  # the others keep a path that is as good
 
 
 @pytest.mark.parametrize("reason", ["obstacle", "silent robot"])
 def test_who_waits_in_vain_tries_another_way_and_forgets_after_a_while(reason: str) -> None:
-    s, route, task = driving()
+    s, route, manager = driving()
     patience, pause = s.ticks(BARRED_PATIENCE), s.retry_ticks
     if reason == "obstacle":
         s.obstacle_ticks = patience
@@ -98,12 +97,12 @@ def test_who_waits_in_vain_tries_another_way_and_forgets_after_a_while(reason: s
         assert s.neighbors.immovable.all()
         s.blocked_ticks, s.blocked_by = patience, 7
     assert aside(s) < 0.1
-    replans(s, route, task, since=pause)
+    replans(s, route, manager, since=pause)
     assert aside(s) > BARRED_RADIUS - s.planner.lattice.step
     s.obstacle_ticks = s.blocked_ticks = 0
     s.tick += s.ticks(BARRED_TIME)
-    task.is_planned = False
-    drive(route, s, task)
+    manager.replan()
+    drive(route, s, manager)
     assert aside(s) < 0.1
 
 
@@ -113,38 +112,38 @@ def aside(s: RobotState) -> float:
 
 
 def test_who_waits_for_a_living_robot_keeps_its_way() -> None:
-    s, route, task = driving()
+    s, route, manager = driving()
     hear(s, beacon(7, 4.0, 1.0))
     s.blocked_ticks, s.blocked_by = s.ticks(BARRED_PATIENCE), 7
-    replans(s, route, task, since=s.retry_ticks)
+    replans(s, route, manager, since=s.retry_ticks)
     assert aside(s) < 0.1
 
 
 def test_robots_take_turns_with_periodic_plans() -> None:
-    s, route, task = driving()
+    s, route, manager = driving()
     period = s.ticks(s.config.planner.replan_period)
     turns = []
     for _ in range(3 * period):
         s.tick += 1
-        if replans(s, route, task, since=period):
+        if replans(s, route, manager, since=period):
             turns.append(s.tick)
     assert len(turns) == 3
     assert all((turn + 7 * s.robot_id) % period == 0 for turn in turns)
 
 
 def test_a_plan_back_along_held_space_starts_where_the_robot_can_stop() -> None:
-    s, route, task = driving(1.0)
+    s, route, manager = driving(1.0)
     s.tube.reset(s.pose)
     s.tube.adopt(np.column_stack((np.arange(2.0, 4.0, 0.05), np.full(40, 4.0))))
     s.tube.stop, s.twist = 30, Twist(0.26)
-    task.is_planned = False
-    drive(route, s, task)
+    manager.replan()
+    drive(route, s, manager)
     assert s.tube.stop == s.brake_points
     assert np.allclose(s.tube.points[-1], (1.0, 4.0))
 
 
 def test_a_goal_off_the_map_ends_at_once() -> None:
-    _, route, _ = driving(50.0)
-    events = route._goal_manager._state_machine.pop_events()
+    _, _, manager = driving(50.0)
+    events = manager._state_machine.pop_events()
     ends = [event for event in events if isinstance(event, GoalEnded)]
     assert [end.error_code for end in ends] == [ErrorCode.GOAL_OUTSIDE_MAP]

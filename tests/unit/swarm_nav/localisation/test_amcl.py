@@ -16,7 +16,7 @@ from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.localisation_config import START_DEVIATION, LocalisationConfig
 from swarm_nav.localisation.amcl import GROWTH, LOOKING_SCANS, STEP, TURN, AmclLocaliser
 from swarm_nav.localisation.localiser import OdometryLocaliser, make_localiser
-from swarm_nav.traffic.robot_state import MARGIN_STEP
+from swarm_nav.traffic.arbiter import MARGIN_STEP
 from tests.fakes.navigation import beacon, config, hear, robot_in, room, waffle
 
 WIDTH, HEIGHT = 5.0, 3.4

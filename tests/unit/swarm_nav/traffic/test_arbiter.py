@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import Pose, Twist
-from swarm_nav.traffic.arbiter import Arbiter
+from swarm_nav.traffic.arbiter import MARGIN_STEP, Arbiter
 from swarm_nav.traffic.held_space_rules import GROWTH_SLACK, DropUnused
-from swarm_nav.traffic.robot_state import MARGIN_STEP, RobotState
+from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lanes import SingleLanes
-from tests.fakes.decisions import act, guard
+from tests.fakes.decisions import act, arbiter_of, guard
 from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(8.0, 8.0)
@@ -85,7 +85,7 @@ def test_a_radius_that_grows_gives_up_what_is_too_near_to_others() -> None:
     hear(s, beacon(7, 3.0, 4.0 + reach))
     guard(s)
     assert s.tube.stop == 30
-    s.announce_margin(s.radius - s.body_radius + 0.15)
+    arbiter_of(s).announce_margin(s.radius - s.body_radius + 0.15)
     assert s.tube.span[2] == -1  # what was requested is requested anew
     guard(s)
     assert 0 < s.tube.stop < 20
@@ -96,20 +96,20 @@ def test_a_radius_that_grows_gives_up_what_is_too_near_to_others() -> None:
 def test_the_announced_margin_grows_in_steps_and_shrinks_late() -> None:
     s, _ = on_a_path()
     least = s.radius
-    s.announce_margin(0.0)
+    arbiter_of(s).announce_margin(0.0)
     assert s.radius == least
-    s.announce_margin(least - s.body_radius + 0.001)
+    arbiter_of(s).announce_margin(least - s.body_radius + 0.001)
     assert s.radius == pytest.approx(least + MARGIN_STEP)
-    s.announce_margin(0.0)
+    arbiter_of(s).announce_margin(0.0)
     assert s.radius == pytest.approx(least + MARGIN_STEP)
-    s.announce_margin(0.5)
-    s.announce_margin(0.0)
+    arbiter_of(s).announce_margin(0.5)
+    arbiter_of(s).announce_margin(0.0)
     assert s.radius == least
 
 
 def test_a_claim_without_motion_is_dropped_after_a_while() -> None:
     s, _ = on_a_path(held=5)
-    unused = DropUnused(s, lambda: None)
+    unused = DropUnused(s)
     patience = s.ticks(s.config.traffic.stuck_time)
     s.tick += patience
     assert unused.propose(s) is None
@@ -120,7 +120,7 @@ def test_a_claim_without_motion_is_dropped_after_a_while() -> None:
 
 def test_a_claim_in_use_is_kept() -> None:
     s, _ = on_a_path(held=20)
-    unused = DropUnused(s, lambda: None)
+    unused = DropUnused(s)
     for _ in range(100):
         s.tick += 1
         s.pose = Pose(s.pose.x + 0.005, 4.0, 0.0)

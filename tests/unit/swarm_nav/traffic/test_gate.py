@@ -18,6 +18,7 @@ from swarm_nav.traffic import gate_kernels as kernels
 from swarm_nav.traffic.gate import ADMITTED, MOST_AREA, NONE, Gate, label_of, narrow_region
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.single_lane_kernels import label_at
+from tests.fakes.decisions import arbiter_of
 from tests.fakes.navigation import beacon, hear, robot_in, room, seen
 from tests.oracles import single_lanes as oracle
 
@@ -212,7 +213,7 @@ def test_without_a_gate_nobody_waits_before_it(change: str) -> None:
         gate.region = None  # as on a map without narrow regions
     else:
         open_gate = dataclasses.replace(s.config.holding, gate_density=0.0)
-        s.configure(dataclasses.replace(s.config, holding=open_gate))
+        arbiter_of(s).configure(dataclasses.replace(s.config, holding=open_gate))
     ask(gate, s)
     assert not gate.is_closed
 

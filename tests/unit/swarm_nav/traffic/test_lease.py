@@ -15,6 +15,7 @@ from swarm_nav.core.rank import CLASS_HOLDING, base_priority
 from swarm_nav.perception.dynamic_obstacles import WALKED_TICKS
 from swarm_nav.traffic.lease import Lease
 from swarm_nav.traffic.robot_state import RobotState
+from tests.fakes.decisions import arbiter_of
 from tests.fakes.navigation import beacon, config, hear, let_walk, robot_in, room, seen
 
 HALL = room(12.0, 12.0)
@@ -386,7 +387,7 @@ def test_a_smaller_margin_that_leaves_no_single_lanes_is_taken() -> None:
     lease = Lease()
     lease.aim(s, (1.5, 5.0))
     for margin in (0.1, 0.05):
-        s.configure(config(traffic__safety_margin=margin))
+        arbiter_of(s).configure(config(traffic__safety_margin=margin))
         lease.update(s)
     assert lease.tick == 0
 

@@ -24,7 +24,7 @@ from swarm_nav.core.states import MakingWay
 from swarm_nav.traffic.arbiter import planned
 from swarm_nav.traffic.right_of_way import REFUGE_MARGIN, RightOfWay, refuge_path, way_of
 from swarm_nav.traffic.robot_state import RobotState
-from tests.fakes.decisions import act, push
+from tests.fakes.decisions import act, arbiter_of, push
 from tests.fakes.navigation import RADIUS, beacon, hear, robot_in, room
 
 REACH = 2 * RADIUS
@@ -80,7 +80,7 @@ def test_a_robot_in_the_way_inherits_says_so_and_drives_to_a_refuge() -> None:
     s, right = pushed()
     assert right.is_yielding
     assert s.donations.push == HIGH - 1
-    assert s.yields_for == 2
+    assert s.donations.yields_for == 2
     assert s.counters.pushes == 1
     refuge = s.tube.points[-1]
     way = s.neighbors.beacons[0]["intent"][:16]
@@ -177,7 +177,7 @@ def test_a_gone_robot_pushes_nobody() -> None:
 def test_of_two_pushers_the_higher_one_counts() -> None:
     higher = HIGH + (1 << ID_BITS + DEPTH_BITS)
     s, _ = pushed(MIDDLE, pushing(3.2, 4.0), pushing(4.0, 4.8, 3, priority=higher))
-    assert s.yields_for == 3
+    assert s.donations.yields_for == 3
     assert s.donations.push == higher - 1
 
 
@@ -188,7 +188,7 @@ def test_a_higher_pusher_replaces_a_lower_one() -> None:
     s.priority = s.donations.push
     hear(s, pushing(3.2, 4.0), pushing(4.0, 4.8, 3, priority=higher))
     push(right, s)
-    assert s.yields_for == 3
+    assert s.donations.yields_for == 3
     assert s.counters.pushes == 2
 
 
@@ -214,7 +214,7 @@ def test_a_robot_makes_way_until_nobody_has_pushed_it_for_the_retry_time() -> No
     release = s.retry_ticks
     assert run(s, right, release, away)
     assert not run(s, right, 1, away)
-    assert (s.yields_for, s.donations.push, right.is_stuck) == (0, 0, False)
+    assert (s.donations.yields_for, s.donations.push, right.is_stuck) == (0, 0, False)
     assert s.tube.is_complete
 
 
@@ -328,7 +328,7 @@ def test_a_pusher_steps_back_from_a_stuck_robot() -> None:
     s, right = blocked_by_a_stuck_one()
     assert right.is_retreating
     assert s.counters.retreats == 1
-    assert s.yields_for == 0
+    assert s.donations.yields_for == 0
     assert np.hypot(*(s.tube.points[-1] - (4.0, 4.0))) >= 0.9
 
 
@@ -342,7 +342,7 @@ def test_an_equal_with_a_larger_id_does_not_bar_a_retreat(behind: int, steps_bac
     """Two that inherited one priority: the retreat of the highest must not be barred by rank."""
     lane = room(8.0, 4.0, (0.0, 0.0, 6.0, 1.5), (0.0, 2.4, 6.0, 4.0))  # blind to the left
     s, right = robot_in(lane, Pose(2.0, 1.95, 0.0), robot_id=5), RightOfWay()
-    s.announce_priorities(9, 9)
+    arbiter_of(s).announce_priorities(9, 9)
     s.blocked_by, s.blocked_ticks = 6, 20
     stuck = beacon(6, 1.3, 1.95, flags=STUCK)
     hear(s, stuck, beacon(behind, 2.7, 1.95, priority=9))
@@ -381,7 +381,7 @@ def test_being_pushed_ends_a_retreat() -> None:
     hear(s, beacon(2, 4.7, 4.0, flags=STUCK), pushing(3.2, 4.0, 3))
     push(right, s)
     assert not right.is_retreating
-    assert s.yields_for == 3
+    assert s.donations.yields_for == 3
 
 
 # two rooms of 4 m joined by a lane 8 m long and 0.9 m wide

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from swarm_common.model.records import Pose, Twist
+from swarm_nav.interfaces import Proposal
 from swarm_nav.planning.planner import SPACING
 from swarm_nav.reservation.tube import TOLERANCE
 from swarm_nav.traffic.robot_state import FEWEST_BRAKE_POINTS, RobotState, ticks_of
 from swarm_nav.traffic.zone import lane_at
+from tests.fakes.decisions import arbiter_of
 from tests.fakes.navigation import beacon, hear, robot_in, room
 
 HALL = room(8.0, 8.0)
@@ -64,11 +66,11 @@ def test_tubes_keep_the_sum_of_both_radii() -> None:
 
 def test_another_priority_is_requested_anew() -> None:
     s = on_a_path()
-    s.announce_priorities(5, 7)
+    arbiter_of(s).announce_priorities(5, 7)
     assert (s.own_priority, s.priority) == (5, 7)
     assert len(s.tube.requests) == 0
     s.tube.publish(s.pose, s.tick)
-    s.announce_priorities(6, 7)  # as published before
+    arbiter_of(s).announce_priorities(6, 7)  # as published before
     assert s.own_priority == 6
     assert len(s.tube.requests) == 1
 
@@ -76,7 +78,7 @@ def test_another_priority_is_requested_anew() -> None:
 def test_a_new_map_ends_the_path_at_the_stop_point() -> None:
     s = on_a_path()
     s.tube.stop = 7
-    s.load_map(room(6.0, 6.0))
+    arbiter_of(s).load_map(room(6.0, 6.0))
     assert s.terrain.grid.width == 120
     assert s.planner.terrain is s.terrain
     assert len(s.tube.points) == 8
@@ -86,12 +88,12 @@ def test_parameters_reach_every_layer() -> None:
     s = on_a_path()
     before = s.terrain
     traffic = dataclasses.replace(s.config.traffic, safety_margin=0.1, held_length=0.2)
-    s.configure(dataclasses.replace(s.config, traffic=traffic))
+    arbiter_of(s).configure(dataclasses.replace(s.config, traffic=traffic))
     assert s.radius == pytest.approx(s.body_radius + 0.1)
     assert s.tube.span[1] == 4
     assert s.terrain is before  # which they do not concern
     planner = dataclasses.replace(s.config.planner, lane_weight=0.0)
-    s.configure(dataclasses.replace(s.config, planner=planner))
+    arbiter_of(s).configure(dataclasses.replace(s.config, planner=planner))
     assert s.terrain is not before
 
 
@@ -118,7 +120,7 @@ def test_where_two_robots_pass_is_told_by_the_largest_robot_heard() -> None:
         is_single.append(lane_at(s, (6.5, 4.0)) > 0)
     assert is_single == [False, True, True]
     assert s.passing[0].lattice is s.terrain.lattice
-    s.load_map(room(12.0, 8.0))
+    arbiter_of(s).load_map(room(12.0, 8.0))
     assert s.passing[0].lattice is s.terrain.lattice
     assert lane_at(s, (6.5, 4.0)) == 0
 
@@ -139,6 +141,6 @@ def test_a_robot_that_stands_keeps_the_space_that_it_stands_beside(
     s = on_a_path()
     s.tube.stop = 7
     s.pose = Pose(2.0 + 2 * SPACING + ahead, 4.0 + aside, 0.0)
-    s.release_ahead(0)
+    arbiter_of(s).apply(Proposal(keep_ahead=0))
     assert s.tube.stop == stop
     assert s.tube.gap(s.pose) <= TOLERANCE

@@ -118,7 +118,7 @@ def test_who_ranks_below_waits_before_the_mouth(other: np.void, is_waited_for: b
 
 def test_who_makes_way_may_go_anywhere() -> None:
     s = approaching(5)
-    s.yields_for = 3
+    s.donations.yields_for = 3
     hear(s, westward(9))
     assert SingleLanes().barrier(s, s.tube.stop + 7) == (s.tube.stop + 7, -1)
 
