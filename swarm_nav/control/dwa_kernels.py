@@ -9,6 +9,13 @@ twist (v, w) that the drive can reach in a tick, and takes the one with the smal
     Oscillation  oscillation_scale * |w - present w|
 
 among those after which braking ends inside the held tube (`stops_inside`).
+Args of more than one kernel:
+    arc: Receives the poses (steps, 3) of the best rollout.
+    path: (n, 2) [m].
+    segments: (n, 6) from `measure`.
+    w: [rad/s].
+    x: [m] of the place.
+    y: [m] of the place.
 """
 
 from __future__ import annotations
@@ -72,11 +79,8 @@ def length_between(path: Floats, start: int, end: int, x: float, y: float) -> fl
     """Length [m] of a path from the place beside a point to a later point.
 
     Args:
-        path: (n, 2) [m].
         start: Index of the point after which (x, y) is projected on the path.
         end: Index of the last point, above `start`.
-        x: [m] of the place.
-        y: [m] of the place.
     """
     total = 0.0
     for k in range(start, end):
@@ -92,10 +96,7 @@ def held_gap(path: Floats, held: int, x: float, y: float) -> float:
     """Distance [m] of a place to a polyline.
 
     Args:
-        path: (n, 2) [m].
         held: The first `held` + 1 points are the polyline; with 0 it is one point.
-        x: [m] of the place.
-        y: [m] of the place.
     """
     best = (path[0, 0] - x) ** 2 + (path[0, 1] - y) ** 2
     for j in range(held):
@@ -126,10 +127,8 @@ def stops_inside(
     period.
 
     Args:
-        pose: Pose of the robot in map.
         speed: [m/s] now.
         v: [m/s] at the end of the period.
-        w: [rad/s].
         v_acc: [m/s²] of braking.
         path: (n, 2) [m] in map.
         held: Index of the last point that is held.
@@ -146,7 +145,6 @@ def measure(path: Floats, segments: Floats) -> None:
     """Fill what the critics need of a path: per point, and per segment to the next one.
 
     Args:
-        path: (n, 2) [m].
         segments: (n, 6), written: step x, y, its squared length, its length, its yaw; arc length
             of the point. Those of the last point have an arc length only.
     """
@@ -170,11 +168,7 @@ def segment_gap(path: Floats, segments: Floats, k: int, x: float, y: float) -> f
     """Squared distance [m²] of a place to the segments on either side of a point.
 
     Args:
-        path: (n, 2) [m].
-        segments: (n, 6) from `measure`.
         k: Index of the point.
-        x: [m] of the place.
-        y: [m] of the place.
     """
     best = 1e20
     for j in range(max(0, k - 1), min(path.shape[0] - 1, k + 1)):
@@ -198,11 +192,7 @@ def arc_length(path: Floats, segments: Floats, k: int, x: float, y: float) -> fl
     """Arc length [m] of the point of the path that is nearest to a place.
 
     Args:
-        path: (n, 2) [m].
-        segments: (n, 6) from `measure`.
         k: Index of the path point beside the place.
-        x: [m] of the place.
-        y: [m] of the place.
     """
     j = min(k, path.shape[0] - 2)
     if segments[j, 3] < 1e-9:
@@ -216,7 +206,6 @@ def advance(pose: Place, pace: float, headings: Floats, path: Floats, track: Flo
     """Drive along given headings; return the index of the path point that is reached.
 
     Args:
-        pose: Pose in map at the start.
         pace: [m] per step.
         headings: (steps, 2) unit vectors.
         path: (n, 2) [m] in map.
@@ -247,7 +236,6 @@ def turning(yaw: float, w: float, headings: Floats) -> float:
 
     Args:
         yaw: [rad] where it begins.
-        w: [rad/s].
         headings: (steps, 2) receives unit directions, each in the middle of its step.
 
     Returns:
@@ -266,7 +254,6 @@ def predict(pose: Place, v: float, w: float, arc: Floats) -> None:
     """Fill the poses `arc` (steps, 3) under a constant twist.
 
     Args:
-        pose: Pose in map at the start.
         v: [m/s]
         w: [rad/s]
         arc: (steps, 3) receives x, y [m], yaw [rad].
@@ -288,8 +275,6 @@ def gap_cost(track: Floats, path: Floats, segments: Floats, scale: float, limit:
 
     Args:
         track: (steps, 3) from `advance`.
-        path: (n, 2) [m].
-        segments: (n, 6) from `measure`.
         scale: Weight of the critic.
         limit: Cost above which the sum is given up.
 
@@ -326,14 +311,7 @@ def best_twist(
     come first; PathDist is only added up while the sum can still be the best.
 
     Args:
-        pose: Pose of the robot in map.
-        twist: Present one.
         path: (n, 2) [m] in map from the robot on, n > 1.
-        inside: Places in which the robot must be able to stop.
-        limits: Limits of the drive.
-        samples: Twists that are tried.
-        scales: Weights of the critics.
-        arc: Receives the poses (steps, 3) of the best rollout.
     """
     v_limit, held, tolerance = inside.v_limit, inside.held, inside.tolerance
     v_max, w_max, v_acc, w_acc = limits.v_max, limits.w_max, limits.v_acc, limits.w_acc
@@ -415,7 +393,6 @@ def choose_twist(
         limits: Fields of `Limits`: those of the drive.
         samples: Fields of `Samples`: twists that are tried.
         scales: Fields of `Scales`: weights of the critics.
-        arc: Receives the poses (steps, 3) of the best rollout.
 
     Returns:
         (v [m/s], w [rad/s], cost).

@@ -1,4 +1,9 @@
-"""Bare numba kernel of the dynamic window for drives that move in any direction."""
+"""Bare numba kernel of the dynamic window for drives that move in any direction.
+
+Args of more than one kernel:
+    arc: Receives the poses (steps, 3) of the best rollout.
+    path: (n, 2) [m] in map from the robot on, n > 1.
+"""
 
 from __future__ import annotations
 
@@ -115,12 +120,9 @@ def stop_gap(
     Either component brakes by itself, as the drive does: s = (now + v) / 2 T + v |v| / (2 acc).
 
     Args:
-        pose: Pose of the robot in map.
-        now: Present velocity.
         vx: [m/s] at the end of the period, in base_footprint.
         vy: [m/s] likewise.
         w: [rad/s].
-        limits: Limits of the drive.
         path: (n, 2) [m] in map.
         held: Index of the last point that is held.
     """
@@ -137,7 +139,6 @@ def predict(pose: Place, vx: float, vy: float, w: float, arc: Floats) -> None:
     """Fill the poses `arc` (steps, 3) under a constant velocity in base_footprint.
 
     Args:
-        pose: Pose in map at the start.
         vx: [m/s]
         vy: [m/s]
         w: [rad/s]
@@ -161,11 +162,9 @@ def straight_to(
     """Return (vx, vy) that leads straight to a point, no faster than the drive goes that way.
 
     Args:
-        pose: Pose of the robot in map.
         aim_x: [m] in map.
         aim_y: [m] in map.
         speed: [m/s] at most.
-        limits: Limits of the drive.
     """
     bearing = math.atan2(aim_y - pose.y, aim_x - pose.x) - pose.yaw
     vx = speed * math.cos(bearing)
@@ -189,16 +188,6 @@ def best_velocity(
 
     As `dwa_kernels.best_twist`, with a second axis. If no velocity is admissible, the robot
     brakes.
-
-    Args:
-        pose: Pose of the robot in map.
-        velocity: Present one.
-        path: (n, 2) [m] in map from the robot on, n > 1.
-        inside: Places in which the robot must be able to stop, and its aim.
-        limits: Limits of the drive.
-        samples: Velocities that are tried.
-        scales: Weights of the critics.
-        arc: Receives the poses (steps, 3) of the best rollout.
     """
     v_limit, held = inside.v_limit, inside.held
     nx, ny, nw, horizon = samples.x, samples.y, samples.w, samples.horizon
@@ -265,12 +254,10 @@ def choose_velocity(
     Args:
         pose: (x, y, yaw) [m], [rad] in map.
         velocity: Fields of `PlanarVelocity`, the present one.
-        path: (n, 2) [m] in map from the robot on, n > 1.
         inside: Fields of `InsideTowards`: where the robot must be able to stop, and its aim.
         limits: Fields of `PlanarLimits`: those of the drive.
         samples: Fields of `PlanarSamples`: velocities that are tried.
         scales: Fields of `PlanarScales`: weights of the critics.
-        arc: Receives the poses (steps, 3) of the best rollout.
 
     Returns:
         (vx [m/s], vy [m/s], w [rad/s]).

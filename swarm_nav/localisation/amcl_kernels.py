@@ -2,6 +2,12 @@
 
 Particles are rows x, y, yaw in map. Random numbers come from a counter (SplitMix64) that each
 robot has for itself, so that robots in one process do not disturb each other's.
+Args of more than one kernel:
+    field: (h, w) log likelihood, see `likelihood`.
+    particles: (n, 3) x, y [m], yaw [rad]; changed.
+    points: Hits (b, 2) [m] in base_footprint.
+    state: (1,) counter of the random numbers; changed.
+    weights: (n,), their sum is 1.
 """
 
 from __future__ import annotations
@@ -143,9 +149,6 @@ def scatter(particles: Floats, mean: Place, spread: Spread, state: NDArray[np.ui
 
     Args:
         particles: (n, 3) x, y [m], yaw [rad]; written.
-        mean: Pose that they are drawn around.
-        spread: Standard deviations.
-        state: (1,) counter of the random numbers; changed.
     """
     for k in range(particles.shape[0]):
         for axis in range(3):
@@ -157,9 +160,7 @@ def blur(particles: Floats, spread: Floats, state: NDArray[np.uint64]) -> None:
     """Add normal noise to particles.
 
     Args:
-        particles: (n, 3) x, y [m], yaw [rad]; changed.
         spread: (3,) standard deviations of these.
-        state: (1,) counter of the random numbers; changed.
     """
     for k in range(particles.shape[0]):
         for axis in range(3):
@@ -171,12 +172,6 @@ def move(particles: Floats, step: Motion, noise: Noise, state: NDArray[np.uint64
     """Move particles (n, 3) by an odometry step with noise.
 
     Thrun, Burgard, Fox 2005, table 5.6. The way lies in the direction after the first turn.
-
-    Args:
-        particles: (n, 3) x, y [m], yaw [rad]; changed.
-        step: In the frame of each particle.
-        noise: Standard deviations of its parts.
-        state: (1,) counter of the random numbers; changed.
     """
     for k in range(particles.shape[0]):
         first = step.first + noise.first * normal(state)
@@ -201,7 +196,6 @@ def likelihood(
     Args:
         distance: (h, w) [m] from the nearest wall, negative inside.
         sigma: [m].
-        weights: Weights of the beam model.
         most: [m] up to which distances count.
         out: (h, w) to fill.
     """
@@ -231,10 +225,7 @@ def beams(
 
     Args:
         ranges: (n,) [m].
-        beam: Directions of the LiDAR's rays.
         offset: Index of the first ray in its sector.
-        lidar: Pose of the LiDAR in base_footprint.
-        pose: Pose of the robot in map.
         robots: Centres (m, 2) [m] in map of discs.
         reach: Radii (m,) [m] of these.
         out: Receives points (k, 2) [m] in base_footprint.
@@ -283,11 +274,6 @@ def weigh(
 
     Args:
         particles: Poses (n, 3) in map.
-        points: Hits (b, 2) [m] in base_footprint.
-        field: (h, w) log likelihood, see `likelihood`.
-        frame: Position of the field's cells in map.
-        skip: Hits that are left out.
-        trust: Trust in the scan.
         scores: Scratch (n, b).
         weights: (n,) to fill.
     """
@@ -343,7 +329,6 @@ def estimate(particles: Floats, weights: Floats, out: Floats) -> None:
 
     Args:
         particles: (n, 3) x, y [m], yaw [rad] in map.
-        weights: (n,), their sum is 1.
         out: (6,) receives x, y, yaw, and the variances of x, y [m²], yaw [rad²].
     """
     x, y, yaw = 0.0, 0.0, 0.0
@@ -385,15 +370,7 @@ def estimate(particles: Floats, weights: Floats, out: Floats) -> None:
 def fit(
     pose: Place, points: Floats, field: NDArray[np.float32], frame: Frame, weights: HitWeights
 ) -> float:
-    """Return the mean over hits of exp(-d² / 2σ²) at a pose: 1 if all lie on mapped walls.
-
-    Args:
-        pose: Pose of the robot in map.
-        points: Hits (b, 2) [m] in base_footprint.
-        field: (h, w) log likelihood, see `likelihood`.
-        frame: Position of the field's cells in map.
-        weights: With which the field was made.
-    """
+    """Return the mean over hits of exp(-d² / 2σ²) at a pose: 1 if all lie on mapped walls."""
     hit, other = weights.hit, weights.other
     cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     total = 0.0
@@ -455,10 +432,6 @@ def resample(
 
     Args:
         particles: Poses (n, 3) in map.
-        weights: (n,), their sum is 1.
-        sizes: Limits of the number of particles.
-        fresh: Particles that are drawn around the centre instead.
-        center: Pose in map around which the fresh ones are drawn.
         state: State (1,) of the random numbers, changed; see `uniform`.
         out: Receives poses (k, 3).
     """

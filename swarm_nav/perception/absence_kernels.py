@@ -1,6 +1,8 @@
 """Bare numba kernels on robots that fell silent, and on where all robots were seen last.
 
 A row is a beacon's words, as in `neighbor_table_kernels`; `facts` has what was learned since.
+Args of more than one kernel:
+    count: Number of these robots.
 """
 
 from __future__ import annotations
@@ -96,7 +98,6 @@ def add(
     """Write beacons of robots that are not heard any more behind the others.
 
     Args:
-        absent: With room for them.
         count: Number of robots that are absent until now.
         words: (n, words); robots that are absent already are left out.
         has_parted: (n,) whether each was driving out of range.
@@ -206,10 +207,6 @@ def judge(
     which is likely if it was driving out of range.
 
     Args:
-        absent: Robots that fell silent; changed.
-        count: Number of these robots.
-        known: Sightings of all robots.
-        own: Place of this robot.
         edge: [m] within which a robot that lives is heard.
         tick: Now.
     """
@@ -249,8 +246,6 @@ def sort_out(
     """Remove the robots whose fate is known.
 
     Args:
-        absent: Robots that fell silent; changed.
-        count: Number of these robots.
         silent: (count, words) written: beacons of those found silent where they were; they stay.
         left: (count,) written: ids of those that are not where they were thought to be.
 

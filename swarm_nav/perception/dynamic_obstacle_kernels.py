@@ -1,4 +1,8 @@
-"""Bare numba kernels: which marks have moved, and how old they are."""
+"""Bare numba kernels: which marks have moved, and how old they are.
+
+Args of more than one kernel:
+    marks: (n, 2) [m] in map.
+"""
 
 from __future__ import annotations
 
@@ -57,8 +61,6 @@ def passed_through(
     Args:
         points: (k, 2) [m] in map.
         ranges: (n,) [m] of the scan.
-        beam: Directions of the LiDAR's rays.
-        pose: Pose of the LiDAR in map.
         max_range: [m] from the LiDAR beyond which no point is flagged.
         margin: [m] beyond a point that the rays must have gone.
         out: (k,) receives the flags.
@@ -99,7 +101,6 @@ def inherit(
     `body` of a mover is a part of it; one within 1.6 cells of a thing is a part of that.
 
     Args:
-        marks: (n, 2) [m] in map.
         points: The older marks (m, 2) [m] in map.
         old: Their history, fields of `Marks`.
         hits: (k, 2) [m] in map, of this scan.
@@ -169,7 +170,6 @@ def restless_gap(
     limits[m] ticks old.
 
     Args:
-        marks: (n, 2) [m] in map.
         births: (n,) ticks in which the marks appeared.
         motion: (n,) NONE, CAME or WALKS.
         ages: Fields of `Ages`; plain, since this is called in every tick and numba's dispatcher

@@ -2,6 +2,19 @@
 
 A row is the beacon's record word by word, `words` seen as uint32 and `floats` as float32, so that
 kernels read members without numpy's cost per field. Rows ascend by id.
+Args of more than one kernel:
+    ages: (n,) [ticks] of the beacons.
+    air: (k, words) beacons as they were heard.
+    count: Rows in use.
+    floats: (rows, words) the same memory as float32.
+    gone: (n,) whether each robot is silent.
+    ids: (n,).
+    links: (rows, 4), see `merge`.
+    notes: (rows, 2), see `merge`.
+    own_id: Id of this robot.
+    priorities: (n,) as published.
+    tick: Now.
+    words: (rows, words) the table, changed.
 """
 
 from __future__ import annotations
@@ -87,13 +100,10 @@ def merge(
     that was removed from the world is forgotten.
 
     Args:
-        words: (rows, words) the table, changed.
-        floats: (rows, words) the same memory as float32.
         notes: (rows, 2): distance [m] of the pose to (x, y) when heard, and the tick since which
             the robot is heard.
         links: (rows, 4): where the points are, at which row there, the acknowledgement of our
             beacon, and which of the points the last scan saw through, as bits.
-        count: Rows in use.
         heard: (beacons (k, words), rows of them that were heard).
         before: (j, words) beacons of the last merge.
         own: (x [m], y [m], id, lost_ticks) of this robot.
@@ -166,7 +176,6 @@ def heard_entry(batch: Words, k: int, own_id: int, known: int, lost_ticks: int) 
     Args:
         batch: (k, words) beacons.
         k: Row.
-        own_id: Id of this robot.
         known: Acknowledgement in the sender's beacon before this one, 0 for nothing.
         lost_ticks: For which the sender remembers us.
     """
@@ -183,9 +192,7 @@ def copy_points(words: Words, links: Ints, row: int, air: Words) -> None:
 
     Args:
         words: (rows, words) the table.
-        links: (rows, 4), see `merge`.
         row: Row of the beacon.
-        air: (k, words) beacons as they were heard.
     """
     k = links[row, PLACE]
     for word in range(AT_ONCE, words.shape[1]):
@@ -199,9 +206,6 @@ def fetch(words: Words, links: Ints, count: int, air: Words) -> None:
 
     Args:
         words: (rows, words).
-        links: (rows, 4), see `merge`.
-        count: Rows in use.
-        air: (k, words) beacons as they were heard.
     """
     for row in range(count):
         if links[row, SOURCE] != OWN:
@@ -250,7 +254,6 @@ def mean_trip(acks: Ints, tick: int) -> float:
     Args:
         acks: (n,) tick of the newest own beacon that each neighbour has acknowledged. One of now
             is none that was needed.
-        tick: Now.
     """
     total = 0
     count = 0
@@ -282,14 +285,7 @@ def refresh(
     edge, and is gone otherwise.
 
     Args:
-        words: (rows, words) the table, changed.
-        notes: (rows, 2), see `merge`.
-        links: (rows, 4), see `merge`.
-        count: Rows in use.
-        air: (k, words) beacons as they were heard.
-        own_id: Id of this robot.
         columns: (ids, ages, gone, priorities, acks), a row per robot; written.
-        tick: Now.
         limits: (lost_ticks, edge [m], those of `deaf_neighbor`).
         out: (entries,) acknowledgements, written by `acknowledge`.
         left: (words, (1,) number of rows): rows that were taken out are added, except for those
@@ -346,8 +342,6 @@ def acknowledge(words: Words, notes: FloatArray, count: int, tick: int, out: Wor
 
     Args:
         words: (rows, words) the table.
-        notes: (rows, 2), see `merge`.
-        count: Rows in use.
         tick: Now; it decides whose turn it is.
         out: (entries,) id and tick in one word, 0 for none; written.
     """
@@ -375,10 +369,7 @@ def deaf_neighbor(
     the nearest waits for its turn.
 
     Args:
-        ids: (n,).
         acks: (n,) tick of the newest of our beacons that each has acknowledged.
-        notes: (rows, 2), see `merge`.
-        tick: Now.
         limits: (patience [ticks] without an acknowledgement, reach [m] within which it is needed,
             entries of a beacon for acknowledgements).
     """
@@ -414,11 +405,6 @@ def masks(
 
     Args:
         table: (words, floats) as of `merge`.
-        links: (rows, 4), see `merge`.
-        air: (k, words) beacons as they were heard.
-        ages: (n,) [ticks] of the beacons.
-        gone: (n,) whether each robot is silent.
-        count: Rows in use.
         own: (x, y, reach, margin) [m]: robots beyond the reach are left out.
         travel: Points of a tube that a robot passes in a tick, at most.
         fresh_ticks: Age up to which a beacon is fresh.
@@ -507,11 +493,7 @@ def clear_empty_places(
     This concerns robots with our footprint: their LiDARs are at our height, so that ours sees them.
 
     Args:
-        words: (rows, words) the table, changed.
-        floats: (rows, words) the same memory as float32.
         links: (rows, 4), see `merge`; changed.
-        ages: (n,) [ticks] of the beacons.
-        gone: (n,) whether each robot is silent.
         scan: (ranges, beam, pose) as of `is_through`.
         limits: (reach [m], radius [m] in which its LiDAR is seen, dead_ticks).
         footprint: (2 * FOOTPRINT_POINTS,) ours, as the words of a beacon.
@@ -556,11 +538,7 @@ def passed(
     """Remove the places of silent robots on which another robot is now.
 
     Args:
-        words: (rows, words) the table, changed.
-        floats: (rows, words) the same memory as float32.
         links: (rows, 4), see `merge`; changed.
-        ages: (n,) [ticks] of the beacons.
-        gone: (n,) whether each robot is silent.
         own: (x, y) [m] of this robot in map.
         dead_ticks: Silence after which a robot has stopped.
     """
@@ -600,7 +578,6 @@ def bodies(
 
     Args:
         floats: (rows, words) the table.
-        ages: (n,) [ticks] of the beacons.
         limits: (margin m [m] in single precision, travel v [m] per tick of age, most ticks).
         robots: (rows, 2) [m] in map, written.
         reach: (rows,) [m], written.
@@ -618,7 +595,6 @@ def row_of(ids: Words, robot: int) -> int:
     """Return the row of a robot, -1 if it is not known.
 
     Args:
-        ids: (n,).
         robot: Its id.
     """
     for row in range(ids.shape[0]):
@@ -643,8 +619,6 @@ def highest_pusher(
 
     Args:
         words: (rows, words) the table.
-        gone: (n,) whether each robot is silent.
-        priorities: (n,) as published.
         own: (id, priority without what was inherited from pushers) of this robot.
         patience: [ticks] for which it must have been blocked.
     """
@@ -691,10 +665,8 @@ def queue(
         words: (n, words) uint32, the neighbours' beacons.
         floats: (n, words) the same memory as float32.
         gone: (n,) whether each is silent.
-        priorities: (n,) as published.
         stations: (k, 2) [m] in map, for any of which the requests count.
         tick: Tick of the robot's own request.
-        own_id: Id of this robot.
         same: [m] within which two stations are the same.
 
     Returns:

@@ -1,4 +1,9 @@
-"""Bare numba kernels of the obstacle layer."""
+"""Bare numba kernels of the obstacle layer.
+
+Args of more than one kernel:
+    reach: Radii (k,) [m] of these.
+    robots: Centres (k, 2) [m] in map of discs.
+"""
 
 from __future__ import annotations
 
@@ -42,12 +47,6 @@ def unexplained(
 
     Args:
         ranges: (n,) [m].
-        beam: Directions of the LiDAR's rays.
-        pose: Pose of the LiDAR in map.
-        limits: Limits of the hits that count.
-        walls: Distances to mapped walls.
-        robots: Centres (k, 2) [m] in map of discs.
-        reach: Radii (k,) [m] of these.
         out: Receives points (m, 2) [m] in map.
     """
     near = np.empty(robots.shape[0], np.int64)
@@ -88,7 +87,6 @@ def ray_at(beam: Beam, rays: int, bearing: float) -> int:
     """Return the index of the ray nearest to a bearing, -1 outside the field of view.
 
     Args:
-        beam: Directions of the LiDAR's rays.
         rays: Number of rays in the scan.
         bearing: [rad] in the LiDAR's frame, any multiple of 2π.
     """
@@ -114,11 +112,7 @@ def still_there(
     Args:
         points: (n, 2) [m] in map.
         ranges: (m,) [m].
-        beam: Directions of the LiDAR's rays.
-        pose: Pose of the LiDAR in map.
         max_range: [m] up to which rays count.
-        robots: Centres (k, 2) [m] in map of discs.
-        reach: Radii (k,) [m] of these.
         keep: (n,) flags, cleared.
     """
     for k in range(points.shape[0]):

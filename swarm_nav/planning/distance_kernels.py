@@ -135,7 +135,6 @@ def sample(field: Floats, frame: Frame, x: float, y: float) -> float:
 
     Args:
         field: (h, w), each at least 2.
-        frame: Position of the field's cells in map.
         x: [m] in map.
         y: [m] in map.
     """
@@ -159,7 +158,6 @@ def sample_lattice(field: Floats, frame: Frame, lattice: Floats, step: float) ->
 
     Args:
         field: (h, w).
-        frame: Position of the field's cells in map.
         lattice: (h, w) receives the samples.
         step: [m] edge of its cells.
     """
@@ -180,7 +178,6 @@ def stamp_discs(
 
     Args:
         grid: (h, w), changed.
-        frame: Position of the grid's cells in map.
         points: (n, 2) [m] in map.
         count: Number of points that count, from the first on.
         radius: [m].
@@ -219,7 +216,6 @@ def stamp_rows(
 
     Args:
         grid: (h, w) to raise.
-        frame: Position of the grid's cells in map.
         points: (n, k, 2) [m] in map.
         sizes: (n,) of the points that count.
         radii: (n,) [m].

@@ -2,6 +2,14 @@
 
 A polygon is a set of discs (k, 3): x, y in base_footprint and the clearance that is needed there,
 see `oblong.cover`.
+Args of more than one kernel:
+    clearance: (h, w) [m] from walls.
+    discs: (k, 3) x, y, radius [m] in base_footprint.
+    fits: (h, w) bits of the axes on which the polygon fits.
+    room: [m] from which the robot can turn.
+    x: [m] in map.
+    y: [m] in map.
+    yaw: [rad] in map.
 """
 
 from __future__ import annotations
@@ -61,13 +69,6 @@ def slack(field: Field, discs: Floats, x: float, y: float, yaw: float) -> float:
     """Return the smallest clearance [m] of discs (k, 3) at a pose, less what each needs.
 
     It is negative if the polygon is too near to a wall.
-
-    Args:
-        field: Distances to walls.
-        discs: (k, 3) x, y, radius [m] in base_footprint.
-        x: [m] in map.
-        y: [m] in map.
-        yaw: [rad] in map.
     """
     cos = math.cos(yaw)
     sin = math.sin(yaw)
@@ -84,10 +85,6 @@ def fits_along(field: Field, discs: Floats, x: float, y: float, yaw: float) -> b
     """Return True if the polygon fits with either end ahead.
 
     Args:
-        field: Distances to walls.
-        discs: (k, 3) x, y, radius [m] in base_footprint.
-        x: [m] in map.
-        y: [m] in map.
         yaw: [rad] of the axis, in map.
     """
     return slack(field, discs, x, y, yaw) >= 0.0 and slack(field, discs, x, y, yaw + math.pi) >= 0.0
@@ -101,10 +98,7 @@ def fitting_axes(
 
     Args:
         clearance: (h, w) [m] of the lattice; nodes outside of the limits have no bits.
-        lattice: Position of the lattice's nodes in map.
-        field: Distances to walls.
         discs: (k, 3) of the polygon.
-        limits: Limits of the clearance.
         fits: To fill.
     """
     for r in range(fits.shape[0]):
@@ -127,9 +121,6 @@ def steps_to_room(
     """Return the steps along an axis from node (r, c) to the first with room to turn, or -1.
 
     Args:
-        clearance: (h, w) [m] from walls.
-        room: [m] from which the robot can turn.
-        fits: (h, w) bits of the axes on which the polygon fits.
         r: Row of the node.
         c: Column of the node.
         axis: Index into `AXES`.
@@ -156,9 +147,6 @@ def choose_axes(clearance: Floats, room: float, fits: Bits, axes: NDArray[np.int
     Of the axes along which the polygon fits all the way from room to room the shortest counts.
 
     Args:
-        clearance: (h, w) [m] from walls.
-        room: [m] from which the robot can turn.
-        fits: (h, w) bits of the axes on which the polygon fits.
         axes: (h, w) receives the lines.
     """
     for r in range(fits.shape[0]):
@@ -212,9 +200,6 @@ def obstacle_slack(points: Floats, corners: Floats, x: float, y: float, yaw: flo
     Args:
         points: (n, 2) [m] in map.
         corners: (m, 2) [m] of the polygon in base_footprint, counter-clockwise.
-        x: [m] in map.
-        y: [m] in map.
-        yaw: [rad] in map.
     """
     cos = math.cos(yaw)
     sin = math.sin(yaw)
@@ -256,12 +241,7 @@ def worst_slack(
     at every `ROLLOUT_STEP`.
 
     Args:
-        field: Distances to walls.
         discs: (k, 3) of the polygon, for walls.
-        around: Obstacles, and the polygon for these.
-        pose: Pose of the robot in map.
-        twist: The twist that is wanted, and the current one.
-        limits: Limits of the drive.
     """
     points, corners, gap = around.points, around.corners, around.gap
     x, y, yaw = pose.x, pose.y, pose.yaw

@@ -29,8 +29,6 @@ def path_cost(points: Floats, frame: Frame, layers: Layers, extra: NDArray[np.fl
 
     Args:
         points: (n, 2) [m] in map.
-        frame: Position of the lattice's cells in map.
-        layers: Costs of the lattice.
         extra: (h, w) what other robots add per metre.
     """
     base, lane, heading = layers.base, layers.lane, layers.heading

@@ -1,4 +1,9 @@
-"""Bare numba kernels on paths: resampling, smoothing, corners; checked faces are in planner.py."""
+"""Bare numba kernels on paths: resampling, smoothing, corners; checked faces are in planner.py.
+
+Args of more than one kernel:
+    points: (n, 2) [m].
+    spacing: [m] along the polyline.
+"""
 
 from __future__ import annotations
 
@@ -49,8 +54,6 @@ def smooth_path(
         points: (n, 2) [m] in map.
         passes: Times that it is averaged.
         reach: Points on either side that are averaged.
-        walls: Walls from which the path keeps clear.
-        others: Costs per metre that other robots add.
         out: (n, 2) receives the path.
     """
     field, frame = walls.field.distance, walls.field.frame
@@ -91,7 +94,6 @@ def cell_value(grid: NDArray[np.float32], frame: Frame, x: float, y: float) -> f
 
     Args:
         grid: (h, w).
-        frame: Position of the grid's cells in map.
         x: [m] in map.
         y: [m] in map.
     """
@@ -108,7 +110,6 @@ def lift_off_walls(points: Floats, walls: WallClearance, rounds: int) -> None:
 
     Args:
         points: (n, 2) [m] in map; changed.
-        walls: Walls from which the points keep clear.
         rounds: A centimetre each.
     """
     field, frame = walls.field.distance, walls.field.frame
@@ -141,7 +142,6 @@ def resample(points: Floats, spacing: float, out: Floats) -> int:
 
     Args:
         points: (n, 2) [m], n at least 1.
-        spacing: [m] along the polyline.
         out: (m, 2) receives the points; `capacity_for` says how many there may be.
 
     Returns:
@@ -182,7 +182,6 @@ def capacity_for(points: Floats, spacing: float) -> int:
     """Largest number of points that `resample` may write.
 
     Args:
-        points: (n, 2) [m].
         spacing: [m].
     """
     length = 0.0
@@ -197,7 +196,6 @@ def resampled(points: Floats, spacing: float) -> NDArray[np.float64]:
 
     Args:
         points: (n, 2) [m], n at least 1.
-        spacing: [m] along the polyline.
 
     Returns:
         (m, 2) [m].
@@ -216,10 +214,8 @@ def with_ends(
     below the floor: an end may lie away from the path's, where the nodes beside it are taken.
 
     Args:
-        points: (n, 2) [m].
         ends: (2, 2) [m].
         gap: [m] that the points keep from both ends.
-        walls: Walls from which a straight way past an end of the path keeps clear.
 
     Returns:
         (m, 2) [m], from the first end to the last.
@@ -277,9 +273,6 @@ def drivable(
     Args:
         points: (n, 2) [m] in map.
         spacing: [m] of the result.
-        smoothing: Parameters of the smoothing.
-        walls: Walls from which the path keeps clear.
-        others: Costs per metre that other robots add.
     """
     path = resampled(points, spacing)
     if path.shape[0] < 3:
@@ -297,7 +290,6 @@ def thinned(points: Floats, gap: float) -> NDArray[np.float64]:
     Points at equal distances along a polyline are that near only where it turns back.
 
     Args:
-        points: (n, 2) [m].
         gap: [m]
 
     Returns:
@@ -324,7 +316,6 @@ def corners(points: Floats, angle: float) -> NDArray[np.int64]:
     one: progress along a path is measured between corners, where it must not lead back.
 
     Args:
-        points: (n, 2) [m].
         angle: [rad] by which the path must bend within two chords of `CHORD_POINTS` points.
 
     Returns:

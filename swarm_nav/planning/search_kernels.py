@@ -5,6 +5,10 @@ node with unit direction u costs length * (base + lane * (1 - u.h) / 2 + extra),
 direction with the nearer wall on the right and `extra` (>= 0) is what other robots add.
 
 The kernels share `Ground` and `Work`, made by `search.SearchSpace`.
+Args of more than one kernel:
+    base: (h, w) cost factors, `WALL` where no path may enter.
+    goal: Flat index.
+    start: Flat index.
 """
 
 from __future__ import annotations
@@ -120,7 +124,6 @@ def passable(base: NDArray[np.float32], r: int, c: int, dr: int, dc: int) -> boo
     """Whether a move stays on the lattice and clears all cells that it passes.
 
     Args:
-        base: (h, w) cost factors, `WALL` where no path may enter.
         r: Row of the node where it begins.
         c: Column of the same.
         dr: Rows of the move, see `MOVES`.
@@ -144,7 +147,6 @@ def open_moves(base: NDArray[np.float32], moves: NDArray[np.uint16]) -> None:
     """Find the moves that are possible from each node.
 
     Args:
-        base: (h, w) cost factors, `WALL` where no path may enter.
         moves: (h, w) uint16, written: bit m says that `MOVES[m]` leads somewhere.
     """
     for r in range(base.shape[0]):
@@ -165,9 +167,7 @@ def nearest_open(
     Nodes of (h, w) that `extra` closes count as ten cells further away.
 
     Args:
-        base: (h, w) cost factors, `WALL` where no path may enter.
         extra: (h, w) what other robots add.
-        frame: Position of the lattice's cells in map.
         x: [m] in map.
         y: [m] in map.
     """
@@ -213,10 +213,7 @@ def cost_to_go(
     Source: R. B. Dial, "Algorithm 360: Shortest-path forest with topological ordering", 1969.
 
     Args:
-        ground: See the top of this file.
-        goal: Flat index.
         span: [m] that a list covers; all of them together more than any move costs.
-        work: See the top of this file.
         heads: (lists,) first node of each list; overwritten.
         cost: (h * w,) receives the costs [m]; inf where the goal cannot be reached from.
 
@@ -306,12 +303,8 @@ def astar(
     """A* with an exact static heuristic.
 
     Args:
-        ground: See the top of this file.
         extra: (h, w) cost per metre, >= 0, that other robots add; `WALL` closes a node.
-        start: Flat index.
-        goal: Flat index.
         heuristic: (h, w) `cost_to_go` of the goal; admissible, since extra >= 0.
-        work: See the top of this file.
         path: (h * w,) receives flat indices from start to goal.
 
     Returns:
@@ -396,12 +389,9 @@ def nearest_place(
     """Dijkstra from a node to the cheapest node of a set. Edges cost length * (1 + extra).
 
     Args:
-        ground: See the top of this file.
         extra: (h, w) cost per metre, >= 0; `WALL` closes a node.
         places: (h, w); above 0 on the nodes of the set.
-        start: Flat index.
         reach: Cost [m] beyond which the search ends.
-        work: See the top of this file.
         path: (h * w,) receives flat indices from the start to the node found.
 
     Returns:

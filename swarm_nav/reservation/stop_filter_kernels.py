@@ -1,4 +1,13 @@
-"""Bare numba kernels of the stop filter: where does a twist lead if the robot brakes after it?"""
+"""Bare numba kernels of the stop filter: where does a twist lead if the robot brakes after it?
+
+Args of more than one kernel:
+    drive: See `is_admitted`.
+    now: See `is_admitted`.
+    points: Path (n, 2) [m] in map.
+    pose: See `is_admitted`.
+    x: [m] in map.
+    y: [m] in map.
+"""
 
 from __future__ import annotations
 
@@ -35,8 +44,6 @@ def gap_to_line(points: Floats, first: int, last: int, x: float, y: float) -> fl
         points: (n, 2) [m] in map.
         first: Index where the polyline begins.
         last: Index where it ends; with `first` it is one point.
-        x: [m] in map.
-        y: [m] in map.
     """
     near_x, near_y = nearest_on(points, first, last, x, y)
     return math.hypot(near_x - x, near_y - y)
@@ -48,11 +55,8 @@ def room(field: Floats, frame: Frame, hits: Floats, spare: float, x: float, y: f
 
     Args:
         field: (h, w) [m], distances to walls.
-        frame: Position of the field's cells in map.
         hits: (k, 2) [m] in map.
         spare: [m] by which hits must be farther than walls.
-        x: [m] in map.
-        y: [m] in map.
     """
     best = 1e20
     for k in range(hits.shape[0]):
@@ -129,10 +133,6 @@ def brakes_within(pose, now, drive, points, first, last, farthest):
     """Whether the robot, if it brakes now, is and stays in a part of its held space.
 
     Args:
-        pose: See `is_admitted`.
-        now: See `is_admitted`.
-        drive: See `is_admitted`.
-        points: Path (n, 2) [m] in map.
         first: Index of the first point of the part.
         last: Index of the last one.
         farthest: [m] from it that counts as in it.
@@ -153,9 +153,6 @@ def last_to_keep(pose, now, drive, held, last):
     """Return the first point from `last` on up to which the robot can brake, or the last held one.
 
     Args:
-        pose: See `is_admitted`.
-        now: See `is_admitted`.
-        drive: See `is_admitted`.
         held: See `is_admitted`.
         last: Index of the last point that is to stay held.
     """
@@ -171,7 +168,6 @@ def tail_on(points, tail, ahead, x, y):
     """Return where on the held path the robot is.
 
     Args:
-        points: Path (n, 2) [m] in map.
         tail: Index of its first held point.
         ahead: Index of a held point that the robot has not passed yet, not before `tail`.
         x: [m] in map, of the robot.
@@ -199,10 +195,7 @@ def release_and_admit(pose, now, wish, drive, held, around):
     within what is left.
 
     Args:
-        pose: See `is_admitted`.
-        now: See `is_admitted`.
         wish: See `is_admitted`.
-        drive: See `is_admitted`.
         held: Path (n, 2) [m] in map, whose first held point is moved; indices of that point, of
             the point nearest to the robot and of the last held one; the tolerated distance [m].
         around: See `is_admitted`.

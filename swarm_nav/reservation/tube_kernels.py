@@ -1,4 +1,14 @@
-"""Bare numba kernels of the reservation protocol: how far may a held tube grow?"""
+"""Bare numba kernels of the reservation protocol: how far may a held tube grow?
+
+Args of more than one kernel:
+    beacon: (words,) float32 of the neighbour.
+    p: (x, y) [m] in map, the point.
+    points: (n, 2) [m] in map, the path.
+    position: (x, y) [m] of the robot, in map.
+    reach: [m] sum of both radii.
+    x: [m] of the place.
+    y: [m] of the place.
+"""
 
 from __future__ import annotations
 
@@ -53,8 +63,6 @@ def gap_squared(points, size, x, y):
     Args:
         points: (n, 2) [m].
         size: Number of rows that count.
-        x: [m] of the place.
-        y: [m] of the place.
     """
     best = 1e20
     for k in range(size):
@@ -122,7 +130,6 @@ def intrudes(claim, first, size, p, previous, limit, rounding):
         claim: (words,) float32 in which the claimed points are.
         first: Word at which they begin.
         size: Their number.
-        p: (x, y) [m] in map, the point.
         previous: (x, y) [m] of the point before it on the path.
         limit: [m] that it has to keep from claimed points.
         rounding: [m²] by which a squared distance must shrink to count as a step nearer.
@@ -144,12 +151,10 @@ def grantable_prefix(beacon, size, end, held, held_size, reach, slack):
     away if it is too near already.
 
     Args:
-        beacon: (words,) float32 of the neighbour.
         size: Number of points that it requests.
         end: Word at which its tube's last point is, see `last_point`.
         held: (n, 2) [m] our tube as published.
         held_size: Number of its points that count.
-        reach: [m] sum of both radii.
         slack: [m] `traffic.yield_slack`.
     """
     claim = held.ravel()
@@ -172,11 +177,8 @@ def admissible(p, previous, beacon, held_size, reach, slack, wins, prefix):
     millimetres.
 
     Args:
-        p: (x, y) [m] in map, the point.
         previous: (x, y) [m] of the point before it on our path.
-        beacon: (words,) float32 of the neighbour.
         held_size: Number of points that it holds.
-        reach: [m] sum of both radii.
         slack: [m] by which the point may be nearer.
         wins: Whether we rank higher.
         prefix: Points of its request that it may be granted, see `grantable_prefix`.
@@ -222,7 +224,6 @@ def extend(
     listened for long enough.
 
     Args:
-        points: (n, 2) [m] in map, the path.
         span: (stop, last, confirmed): indices of the tube's end, of the last point wanted now and
             of the last point that was requested in enough beacons.
         own: (radius [m], priority, id, yields_for).
@@ -355,8 +356,6 @@ def nearest_ahead(points, first, gap, limit, x, y):
         first: Index where the search begins.
         gap: [m] from the place to that point.
         limit: Largest index.
-        x: [m] of the place.
-        y: [m] of the place.
     """
     k = first
     while k < limit:
@@ -376,8 +375,6 @@ def nearest_on(points, first, last, x, y):
         points: (n, 2) [m] in map.
         first: Index where the polyline begins.
         last: Index where it ends; with `first` it is one point.
-        x: [m] of the place.
-        y: [m] of the place.
     """
     best_x = points[first, 0]
     best_y = points[first, 1]
@@ -402,10 +399,8 @@ def point_beyond(points, near, stop, position, way):
     """Return the first point of the held part that lies a way beyond the robot, or the stop.
 
     Args:
-        points: (n, 2) [m] in map, the path.
         near: Index of the point nearest to the robot.
         stop: Index of the last point held.
-        position: (x, y) [m] of the robot, in map.
         way: [m] along the path.
     """
     if way <= 0.0:
@@ -423,8 +418,6 @@ def publish(points, position, span, tolerance, held, wanted, intent):
     """Fill the point blocks of a beacon, and the rest of each with zeros.
 
     Args:
-        points: (n, 2) [m] in map, the path.
-        position: (x, y) [m] of the robot, in map.
         span: (tail, stop, end): the held part goes from `tail` to `stop`, the request from there to
             `end`, the intent from `stop` on with every second point.
         tolerance: [m] from the held part beyond which the robot's position is put before it.

@@ -1,4 +1,9 @@
-"""Bare numba kernels of floor that robots queue for: who is inside or asks, and blind aisles."""
+"""Bare numba kernels of floor that robots queue for: who is inside or asks, and blind aisles.
+
+Args of more than one kernel:
+    region: (height, width) number of the part that each cell belongs to, 0 outside.
+    robots: `Robots` as a plain tuple.
+"""
 
 from __future__ import annotations
 
@@ -45,8 +50,6 @@ def entry(region: Labels | Mask, frame: Frame, way: Floats) -> int:
     """Return the index of the first point of a path that lies in the region, -1 if none does.
 
     Args:
-        region: (height, width) number of the part that each cell belongs to, 0 outside.
-        frame: Position of the region's cells in map.
         way: (n, 2) [m] in map.
     """
     for k in range(way.shape[0]):
@@ -69,10 +72,7 @@ def count_ahead(
     blocked on their way.
 
     Args:
-        region: (height, width) number of the part that each cell belongs to, 0 outside.
-        frame: Position of the region's cells in map.
         columns: `GateColumns` as a plain tuple.
-        robots: `Robots` as a plain tuple.
         own: Seniority and id of this robot, and for how many ticks one that counts may have been
             blocked on its way to the mouth.
 
@@ -114,9 +114,7 @@ def highest_asking(
 
     Args:
         floor: (height, width) above 0 where it is.
-        frame: Position of the floor's cells in map.
         columns: `RequestColumns` as a plain tuple.
-        robots: `Robots` as a plain tuple.
         at_gate: Whether robots that wait at a gate count, wherever their station is.
     """
     stations, station_ticks, gate_ticks = RequestColumns(*columns)
@@ -147,8 +145,6 @@ def count_seen(
     Args:
         parts: (height, width) number of the part that each cell belongs to, 0 outside.
         part: Number of the part that is looked at.
-        frame: Position of the parts' cells in map.
-        known: Sightings of all robots.
         since: Tick before which a sighting does not count.
         own_id: Id of this robot.
         must_ask: Whether only those count that had asked for a station.
@@ -168,8 +164,6 @@ def cells_within(region: Labels, frame: Frame, centre: tuple[float, float], reac
     """Return how many of the region's cells have their middle within reach of a point.
 
     Args:
-        region: (height, width) number of the part that each cell belongs to, 0 outside.
-        frame: Position of the region's cells in map.
         centre: x, y [m] in map.
         reach: [m].
     """

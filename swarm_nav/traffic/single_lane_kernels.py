@@ -1,4 +1,10 @@
-"""Bare numba kernels of single-lane passages: where they are, whose turn it is, blind ends."""
+"""Bare numba kernels of single-lane passages: where they are, whose turn it is, blind ends.
+
+Args of more than one kernel:
+    clearance: (height, width) [m] from the nearest wall.
+    labels: (height, width).
+    step: [m] between two cells.
+"""
 
 from __future__ import annotations
 
@@ -29,8 +35,6 @@ def half_width(clearance: FloatArray, step: float, out: FloatArray) -> None:
     gradient vanishes, the narrowest of four directions counts.
 
     Args:
-        clearance: (height, width) [m] from the nearest wall.
-        step: [m] between two cells.
         out: (height, width) [m], written; inf where a wall is farther than `CLIMB` away.
     """
     height, width = clearance.shape
@@ -60,8 +64,6 @@ def free_length(clearance: FloatArray, step: float, i: int, j: int, dy: float, d
     are, and all cells of a cross-section measure the same width.
 
     Args:
-        clearance: (height, width) [m] from the nearest wall.
-        step: [m] between two cells.
         i: Row of the cell.
         j: Column of the cell.
         dy: Direction, a unit vector with dx.
@@ -142,8 +144,6 @@ def label_at(labels: Labels, frame: Frame, x: float, y: float) -> int:
     """Return the label of the cell that holds a point, 0 outside of the map.
 
     Args:
-        labels: (height, width).
-        frame: Position of the labels' cells in map.
         x: [m] in map.
         y: [m] in map.
     """
@@ -161,8 +161,6 @@ def ends_within(
     """Return the direction in which a path crosses a passage the first time.
 
     Args:
-        labels: (height, width).
-        frame: Position of the labels' cells in map.
         points: (n, 2) [m] in map.
         size: Number of the points that count.
         wanted: Label of the passage.
@@ -192,7 +190,6 @@ def entry_of(labels: Labels, frame: Frame, way: Floats, wanted: int) -> int:
 
     Args:
         labels: (height, width) of passages.
-        frame: Position of the labels' cells in map.
         way: (n, 2) [m] in map; one that starts in a passage does not enter any.
         wanted: Points after the first that are looked at.
     """
@@ -223,7 +220,6 @@ def barrier(
 
     Args:
         labels: (height, width) of passages.
-        frame: Position of the labels' cells in map.
         way: (n, 2) [m] in map, from the end of the held tube.
         wanted: Points of it that are wanted now.
         own: `Rank` of this robot as a plain tuple.

@@ -29,6 +29,12 @@ PUBLIC = (
 FEWEST_WORDS = 5  # of an entry; fewer only with a unit, a shape, a value or what None means
 SAYS_MORE = re.compile(r"[`\[(\d]|None|if |whether|frame|map|default", re.IGNORECASE)
 ARGS = re.compile(r"^Args:\n((?: {4}.*\n?|\n)+)", re.MULTILINE)
+SHARED = re.compile(r"^Args of more than one kernel:\n((?: {4}.*\n?|\n)+)", re.MULTILINE)
+NAMED_TUPLES = {
+    name
+    for path in ROOT.glob("swarm_*/**/*.py")
+    for name in re.findall(r"^class (\w+)\(NamedTuple\)", path.read_text("utf-8"), re.MULTILINE)
+}
 ENTRY = re.compile(r"^ {4}\*{0,2}(\w+): (\S.*(?:\n {8}.*)*)", re.MULTILINE)
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -64,12 +70,27 @@ def test_what_users_import_describes_its_parameters(name: str) -> None:
 
 @pytest.mark.parametrize("path", sorted(ROOT.glob("swarm_*/**/*_kernels.py")), ids=lambda p: p.stem)
 def test_kernels_describe_their_parameters(path: Path) -> None:
+    """Each has an entry, there or at the top for several kernels, or is a NamedTuple."""
+    top = SHARED.search(ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "")
+    shared = dict(ENTRY.findall(top[1])) if top else {}
     wrong = [
-        f"{function.lineno} {function.name}: {', '.join(missing)}"
+        f"{function.lineno} {function.name}: {', '.join(sorted(missing))}"
         for function, is_method in functions_of(path)
-        if (missing := sorted(parameters(function, is_method) ^ described(function).keys()))
+        if (
+            missing := (parameters(function, is_method) ^ described(function).keys())
+            - shared.keys()
+            - tuples_of(function)
+        )
     ]
     assert not wrong, "without a line under Args:, or no parameter"
+
+
+def tuples_of(function: Function) -> set[str]:
+    """Return the parameters that are NamedTuples, which describe their fields."""
+    kinds = {
+        each.arg: ast.unparse(each.annotation or ast.Constant(0)) for each in function.args.args
+    }
+    return {name for name, kind in kinds.items() if kind.partition("[")[0] in NAMED_TUPLES}
 
 
 def test_an_entry_says_more_than_name_and_type() -> None:
