@@ -14,17 +14,23 @@ from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol, runtime_checkable
 
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import Reception
+from swarm_common.model.central import RobotReport, TeamOrder
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.sites import Sites
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import (
     ErrorCode,
+    Feedback,
     Goal,
     GoalEnded,
     Outcome,
@@ -32,41 +38,15 @@ from swarm_nav.core.goals import (
     PlanError,
     Status,
 )
+from swarm_nav.core.localisation_config import START_DEVIATION
 
 __all__ = [
-    "Brain",
-    "Controller",
-    "CostGrid",
-    "DriveLimits",
-    "ErrorCode",
-    "FloatArray",
-    "GlobalPlanner",
-    "Goal",
-    "GoalEnded",
-    "Grid",
-    "Localiser",
-    "NavConfig",
-    "Odometry",
-    "OtherRobot",
-    "Outcome",
-    "Output",
-    "PathAhead",
-    "PlanError",
-    "Pose",
-    "Priority",
-    "Proposal",
-    "RankedGoal",
-    "Reception",
-    "RobotSpec",
-    "Rule",
-    "RuleEvent",
-    "RuleEventKind",
-    "RuleState",
-    "Scan",
-    "Sites",
-    "Status",
-    "TubeView",
-    "Twist",
+    "BatteryReading", "Brain", "Charged", "Controller", "CostGrid", "Costmap", "DriveLimits",
+    "ErrorCode", "Feedback", "FloatArray", "GlobalPlanner", "Goal", "GoalEnded", "Grid", "Led",
+    "Localised", "Localiser", "Mapped", "NavConfig", "Odometry", "Operated", "OtherRobot",
+    "Outcome", "Output", "PathAhead", "PlanError", "Pose", "Priority", "Proposal", "RankedGoal",
+    "Reception", "RobotReport", "RobotSpec", "Rule", "RuleEvent", "RuleEventKind", "RuleState",
+    "Scan", "Served", "Services", "Sites", "Staged", "Status", "TeamOrder", "Twist",
 ]  # fmt: skip
 
 
@@ -133,6 +113,16 @@ class Controller(Protocol):
         Returns:
             The twist in base_footprint; vy counts for omnidirectional drives only.
         """
+
+
+@dataclass(frozen=True, slots=True)
+class Costmap:
+    """Costs of Nav2's scale, uint8 (height, width) in map, row 0 at the lowest y; metres."""
+
+    cells: NDArray[np.uint8]
+    resolution: float
+    origin_x: float
+    origin_y: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -378,40 +368,6 @@ class RuleState:
     others: tuple[OtherRobot, ...]  # the robots that it hears, by id
 
 
-class TubeView(Protocol):
-    """Path and held space of a robot, to be read only: `swarm_nav.reservation.tube.Tube`."""
-
-    @property
-    def points(self) -> FloatArray: ...
-    @property
-    def tail(self) -> int: ...
-    @property
-    def near(self) -> int: ...
-    @property
-    def stop(self) -> int: ...
-    @property
-    def corner(self) -> int: ...
-    @property
-    def corners(self) -> list[int]: ...
-    @property
-    def slots(self) -> Any: ...
-    @property
-    def is_reverse(self) -> bool: ...
-    @property
-    def is_at_rest(self) -> bool: ...
-    @property
-    def is_complete(self) -> bool: ...
-    @property
-    def stop_point(self) -> tuple[float, float]: ...
-    @property
-    def place(self) -> tuple[float, float]: ...
-    def end_of(self, path: FloatArray) -> tuple[float, float]: ...
-    def gap(self, pose: Pose) -> float: ...
-    def next_corner(self) -> int: ...
-    def gap_to(self, index: int, pose: Pose) -> float: ...
-    def length_ahead(self) -> float: ...
-
-
 class Rule(Protocol):
     """Asks for something in each tick; a name in `traffic.rules`. Made as `Rule(spec)`.
 
@@ -437,9 +393,9 @@ class Brain(Protocol):
     """Decides for a whole robot; `brain.plugin`, or `--method` of the bench. One per robot.
 
     In each tick `on_odom` and `on_reception` come first, `on_scan` when a scan is due, then
-    `tick`. A brain may have any other public method of `swarm_nav.behaviour.navigator.Navigator`,
-    such as `cancel_goal`, `load_map` or `make_plan`. Without them `BrainAdapter` answers in
-    `swarm_nav.behaviour.brain_adapter`.
+    `tick`. It may have methods of `Charged`, `Operated`, `Localised` and `Mapped`, too. Where it
+    has not, `swarm_nav.behaviour.plain` answers: the pose is that of the odometry, plans are those
+    of the built-in planner, and costmaps show the map.
     """
 
     def __init__(
@@ -499,9 +455,232 @@ class Brain(Protocol):
 
         Returns:
             The twist to drive, the beacon to send, and what happened since the last tick: a goal
-            has ended when a `GoalEnded` is among the events. `brain_adapter.plain_beacon` makes a
+            has ended when a `GoalEnded` is among the events. `swarm_nav.behaviour.plain` makes a
             beacon; bench and radio read at least id, tick, radius, pose, twist and one held point.
         """
 
     def status(self) -> Status:
         """Return the state with its counters, for the operator and the result."""
+
+
+@runtime_checkable
+class Charged(Protocol):
+    """A brain that is told of its battery."""
+
+    def on_battery(self, reading: BatteryReading) -> None:
+        """Receive a reading of the battery, once a second where the robot has one.
+
+        Args:
+            reading: Charge now, and whether the robot stands on a charger.
+        """
+
+
+@runtime_checkable
+class Staged(Protocol):
+    """A brain that can decide in stages, between which others decide: the same, but faster."""
+
+    def stages(self, tick: int) -> Iterator[Output | None]:
+        """Decide in a number of stages that is the same for all brains of its kind.
+
+        Args:
+            tick: Now, as in `tick`.
+
+        Yields:
+            None after each stage, at last what `tick` returns.
+        """
+
+
+@runtime_checkable
+class Led(Protocol):
+    """A brain that reports to a centre and takes its orders."""
+
+    def report(self) -> RobotReport | None:
+        """Return the report to the centre after a tick; None where the robot decides alone."""
+
+    def take_order(self, order: TeamOrder) -> None:
+        """Receive an order.
+
+        Args:
+            order: Points to drive to; a newer one may have come first.
+        """
+
+
+class Operated(Protocol):
+    """Commands of an operator beside goals, and what it asks for."""
+
+    @property
+    def goal_id(self) -> int | None:
+        """Id of the current or pending goal, None without one."""
+
+    @property
+    def is_pausing(self) -> bool:
+        """Whether the robot is served where it was sent, until its next goal takes effect."""
+
+    def feedback(self) -> Feedback | None:
+        """Return the progress of the current or pending goal, None without one."""
+
+    def cancel_goal(self) -> None:
+        """End the current goal, if any."""
+
+    def activate(self) -> None:
+        """Start to drive."""
+
+    def deactivate(self) -> None:
+        """Stop, and end the current goal."""
+
+    def reconfigure(self, config: NavConfig) -> None:
+        """Apply new parameters, effective from the next tick.
+
+        Args:
+            config: All parameters of the robot.
+        """
+
+    def steer(self, twist: Twist) -> None:
+        """Receive the twist that an operator wants in the current assisted teleoperation.
+
+        Args:
+            twist: In base_footprint; it is limited to what is free.
+        """
+
+    def end_teleop(self, reason: str = "") -> None:
+        """End the current assisted teleoperation, if any.
+
+        Args:
+            reason: Why it failed; empty for a success.
+        """
+
+    def on_speed_limit(self, limit: float, *, is_percentage: bool) -> None:
+        """Set the operator's speed limit, which counts beside those of zones.
+
+        Args:
+            limit: [m/s], or [%] of the largest speed of the controller; 0 for none.
+            is_percentage: Whether it is in percent.
+        """
+
+    def on_keepout_mask(self, mask: Grid) -> None:
+        """Set the filter mask of places where the robot must not be, besides those of the world.
+
+        Args:
+            mask: Upright, in map; 100 is forbidden, 1 to 99 costs more.
+
+        Raises:
+            MapError: If the mask lies beside the map.
+        """
+
+
+class Localised(Protocol):
+    """Knowledge of the place of the robot."""
+
+    @property
+    def pose_map(self) -> Pose:
+        """Estimated pose of base_footprint in map."""
+
+    @property
+    def map_from_odom(self) -> Pose:
+        """The transform map → odom."""
+
+    def on_initial_pose(
+        self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION
+    ) -> None:
+        """Set the pose that the operator states.
+
+        Args:
+            pose_map: Pose of base_footprint.
+            deviation: Standard deviations of position [m] and heading [rad].
+        """
+
+    def variances(self) -> tuple[float, float, float]:
+        """Return the variances of the estimated x, y [m²] and yaw [rad²]."""
+
+    def particles(self) -> FloatArray:
+        """Return hypotheses (k, 3) of the pose in map."""
+
+
+class Mapped(Protocol):
+    """Maps, plans and costmaps."""
+
+    def load_map(self, grid: Grid) -> None:
+        """Replace the map.
+
+        Args:
+            grid: Occupancy, in the same map frame.
+
+        Raises:
+            MapError: If the map has too many cells when it is divided into finer ones, or a zone
+                lies beside it.
+        """
+
+    def clear_costmap(self) -> None:
+        """Forget what the LiDAR saw."""
+
+    def clear_square(self, centre: Pose, half: float, is_except: bool) -> None:
+        """Forget what the LiDAR saw in a square, or outside it.
+
+        Args:
+            centre: In map; the square's sides are along its axes.
+            half: [m] of an edge.
+            is_except: Whether it is the rest that is forgotten.
+        """
+
+    def make_plan(self, start: Pose | None, goals: Sequence[Pose]) -> FloatArray:
+        """Return a path (n, 2) [m] in map.
+
+        Args:
+            start: Start of the path; None for the pose of the robot.
+            goals: Poses in map that it goes through.
+
+        Raises:
+            PlanError: With Nav2's code, if there is none.
+        """
+
+    def smooth(self, points: FloatArray) -> FloatArray:
+        """Return a polyline (n, 2) smoothed and lifted off walls, as plans are.
+
+        Args:
+            points: (n, 2) [m] in map.
+        """
+
+    def is_clear(self, points: FloatArray) -> bool:
+        """Whether the robot's body fits everywhere on a polyline, by the map.
+
+        Args:
+            points: (n, 2) [m] in map.
+        """
+
+    def plan_map(self) -> FloatArray:
+        """Return the path ahead (n, 2) [m] in map; it may be empty."""
+
+    def local_plan_map(self) -> FloatArray:
+        """Return predicted positions (n, 2) [m] in map; there may be none."""
+
+    def global_costmap(self) -> Costmap:
+        """Return the costmap of the whole map."""
+
+    def local_costmap(self) -> Costmap:
+        """Return the costmap around the robot."""
+
+
+class Services(Operated, Localised, Mapped, Protocol):
+    """Everything that a node of Nav2 offers beside goals."""
+
+
+@runtime_checkable
+class Served(Protocol):
+    """A brain with all services of Nav2."""
+
+    @property
+    def services(self) -> Services:
+        """Its services; the same object each time."""
+
+
+@runtime_checkable
+class Reserving(Served, Protocol):
+    """A brain that drives only inside space that it has reserved, and knows its pose."""
+
+    @property
+    def reserves_by(self) -> NavConfig:
+        """Parameters of its reservations."""
+
+
+class RobotBrain(Brain, Charged, Served, Protocol):
+    """A brain as a node drives it: `swarm_nav.behaviour.plugin_brain.make_brain`."""

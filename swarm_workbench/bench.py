@@ -16,6 +16,7 @@ from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan, Twist
 from swarm_nav.core.goals import Goal as NavGoal
 from swarm_nav.core.goals import GoalEnded, GoalKind, Output, Status
+from swarm_nav.interfaces import Served
 from swarm_sim.world.world import Observation
 from swarm_workbench.goal import Goal
 from swarm_workbench.history import RunTables
@@ -176,10 +177,9 @@ class BenchBackend:
     def cancel(self, robot: int, goal: Goal) -> None:
         """Cancel a robot's goal."""
         driver = self._harness.stage.drivers[robot]
-        cancel = getattr(driver, "cancel_goal", None)
-        if cancel is None:
+        if not isinstance(driver, Served):
             raise SwarmError(f"a {type(driver).__name__} cannot cancel goals; send another one")
-        cancel()
+        driver.services.cancel_goal()
 
     def fail(self, robot: int) -> None:
         """Let a robot do and say nothing from now on."""

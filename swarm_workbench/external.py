@@ -22,7 +22,7 @@ from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.process.late_interrupt import late_interrupt
 from swarm_describe.robots.loading import load_robot
-from swarm_nav.behaviour.brain_adapter import plain_beacon
+from swarm_nav.behaviour.plain import plain_beacon
 from swarm_nav.core.config import NavConfig
 from swarm_run.domain import domain_id
 

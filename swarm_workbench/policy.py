@@ -99,7 +99,7 @@ class PolicyBrain:
 
     def __getattr__(self, name: str) -> Any:
         if name in OF_NAVIGATOR:
-            return getattr(self._navigator, name)
+            return getattr(self._navigator.services, name)
         raise AttributeError(name)
 
     def on_odom(self, odom: Odometry) -> None:

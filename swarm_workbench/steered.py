@@ -35,7 +35,7 @@ TURN = 0.4  # [rad] between two points of a way
 class SteeredNavigator:
     """Drives `wish` as the stop filter admits, on a path that it asks for where that leads.
 
-    It is the pilot of a navigator (`swarm_nav.traffic.pilot`).
+    It is the pilot of a navigator (`swarm_nav.traffic.arbiter.TwistPilot`).
 
     Attributes:
         wish: Twist in base_footprint; a standstill at the start.

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from swarm_bench.baselines.planning import PathTrack, plain_planner
-from swarm_common.model.battery import BatteryReading
-from swarm_common.model.beacon import Reception
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import (
     CONTROL_PERIOD,
     FloatArray,
-    Odometry,
     Pose,
     RobotSpec,
     Scan,
@@ -23,11 +19,10 @@ from swarm_common.model.records import (
     wrap_angle,
 )
 from swarm_common.model.sites import Sites
-from swarm_nav.behaviour.brain_adapter import plain_beacon, plain_status
+from swarm_nav.behaviour.plain import PlainBrain
 from swarm_nav.control.controller import Controller
 from swarm_nav.core.config import NavConfig
-from swarm_nav.core.goals import ErrorCode, Event, Goal, GoalEnded, Outcome, Output, Status
-from swarm_nav.localisation.localiser import OdometryLocaliser
+from swarm_nav.core.goals import ErrorCode, Goal, Outcome, Output
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
 
@@ -49,8 +44,8 @@ class Others:
     radii: FloatArray = field(default_factory=lambda: np.zeros(0))  # (k,) [m]
 
 
-class Baseline(ABC):
-    """A robot driven by some method; see `swarm_nav.interfaces.Brain`."""
+class Baseline(PlainBrain, ABC):
+    """A robot driven by some method."""
 
     def __init__(
         self,
@@ -61,34 +56,14 @@ class Baseline(ABC):
         robot_id: int,
         initial_pose_map: Pose,
     ) -> None:
-        """Stand at a pose without a goal.
-
-        Args:
-            config: All parameters, of which a method uses some.
-            robot_id: From 1.
-            initial_pose_map: Pose of base_footprint in map at the first odometry.
-        """
-        self.config = config
-        self.spec = spec
-        self.grid = grid
-        self.robot_id = robot_id
+        """Stand at a pose without a goal; arguments as of `Brain`."""
+        super().__init__(config, spec, grid, robot_id, initial_pose_map)
         self.radius = spec.circumscribed_radius
-        self.tick_now = 0
-        self.twist = Twist()
         self.others = Others()
-        self.replans = 0
-        self.recoveries = 0
         self.obstacles = ObstacleLayer(config.costmap, spec.lidar)
-        self.neighbors = NeighborTable(robot_id, config.traffic, remembers_absent=False)
-        self._localiser = OdometryLocaliser(initial_pose_map)
         self._turner = Controller(config.controller)
-        self._goal: Goal | None = None
         self._pending: Goal | None = None
         self._has_arrived = False
-        self._reached = 0
-        self._charge = math.nan
-        self._failed = 0
-        self._events: list[Event] = []
         self._planner = plain_planner(grid, config, self.radius)
         self._track: PathTrack | None = None
         self.prepare()
@@ -96,12 +71,7 @@ class Baseline(ABC):
     @property
     def pose(self) -> Pose:
         """Estimated pose in map."""
-        return self._localiser.pose_map
-
-    @property
-    def target(self) -> Pose | None:
-        """The goal's pose in map; None without a goal."""
-        return None if self._goal is None else self._goal.poses_map[0]
+        return self.pose_map
 
     @property
     def is_standing(self) -> bool:
@@ -134,17 +104,6 @@ class Baseline(ABC):
     def rest(self) -> Twist:
         """Return the twist without a goal."""
 
-    # The face of a driver
-
-    def on_odom(self, odom: Odometry) -> None:
-        """Receive the odometry of this tick."""
-        self._localiser.on_odom(odom)
-        self.twist = odom.twist
-
-    def on_battery(self, reading: BatteryReading) -> None:
-        """Receive a battery reading, which only `status` shows: baselines never charge."""
-        self._charge = reading.share
-
     def on_scan(self, scan: Scan) -> None:
         """Receive a scan: mark hits that are neither walls nor known robots.
 
@@ -155,14 +114,6 @@ class Baseline(ABC):
         margin = self.config.traffic.safety_margin
         self.obstacles.update(scan, self.pose, self._planner.terrain, self.neighbors, margin)
 
-    def on_reception(self, reception: Reception) -> None:
-        """Receive the beacons heard in this tick.
-
-        Args:
-            reception: Beacons as words, and the rows that are heard.
-        """
-        self.neighbors.take(reception, self.pose.x, self.pose.y)
-
     def set_goal(self, goal: Goal) -> None:
         """Receive a goal of kind NAVIGATE, for its start tick.
 
@@ -170,6 +121,11 @@ class Baseline(ABC):
             goal: Goal; only the first of its poses is used.
         """
         self._pending = goal
+
+    def cancel_goal(self) -> None:
+        """End the current or pending goal, if any."""
+        self._goal, self._pending = self._goal or self._pending, None
+        super().cancel_goal()
 
     def tick(self, tick: int) -> Output:
         """Decide.
@@ -187,16 +143,7 @@ class Baseline(ABC):
 
     def fail(self, code: ErrorCode, message: str) -> None:
         """Give the current goal up."""
-        self._failed += 1
         self._end(Outcome.ABORTED, code, message)
-
-    def status(self) -> Status:
-        """Return the state with its counters."""
-        return plain_status(
-            self.pose, self.target, is_driving=self._goal is not None, battery=self._charge,
-            number_of_recoveries=self.recoveries, goals_reached=self._reached,
-            goals_failed=self._failed, replans=self.replans,
-        )  # fmt: skip
 
     def _begin_pending(self) -> None:
         goal = self._pending
@@ -218,7 +165,6 @@ class Baseline(ABC):
         error = wrap_angle(target.yaw - self.pose.yaw)
         if abs(error) > self.config.goal_checker.yaw_goal_tolerance or not self.is_standing:
             return self._turner.turn_to(target.yaw, self.pose, self.twist)
-        self._reached += 1
         self._end(Outcome.SUCCEEDED)
         return Twist()
 
@@ -231,19 +177,6 @@ class Baseline(ABC):
         elif distance <= STOP_SHARE * tolerance or self.is_standing:
             self._has_arrived = True
         return self._has_arrived
-
-    def _end(self, outcome: Outcome, code: ErrorCode = ErrorCode.NONE, message: str = "") -> None:
-        if self._goal is not None:
-            self._events.append(
-                GoalEnded(self._goal.goal_id, outcome, self.tick_now, code, message)
-            )
-        self._goal = None
-
-    def _beacon(self) -> np.void:
-        return plain_beacon(
-            self.robot_id, self.tick_now, self.spec, self.pose, self.twist,
-            is_driving=self._goal is not None,
-        )  # fmt: skip
 
 
 def _others(neighbors: NeighborTable) -> Others:

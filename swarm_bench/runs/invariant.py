@@ -10,8 +10,8 @@ import numpy as np
 
 from swarm_bench.runs.invariant_kernels import smallest_gap
 from swarm_common.model.beacon import BeaconArray
-from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.plugins import corrects_pose
+from swarm_nav.interfaces import Reserving
 from swarm_nav.reservation.tube import TOLERANCE as BESIDE
 
 DEVIATION = BESIDE + 0.001  # [m] of a robot from what it holds: Margin in safety.md
@@ -36,7 +36,7 @@ def least_slack(drivers: Sequence[object]) -> float | None:
     Args:
         drivers: What decides for each robot.
     """
-    configs = [driver.config for driver in drivers if isinstance(driver, Navigator)]
+    configs = [each.reserves_by for each in drivers if isinstance(each, Reserving)]
     if not configs or len(configs) < len(drivers) or any(map(corrects_pose, configs)):
         return None
     return -(max(config.traffic.yield_slack for config in configs) + 2.0 * DEVIATION)

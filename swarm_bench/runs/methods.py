@@ -17,7 +17,7 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.sites import Sites
 from swarm_common.process.plugins import load_plugin
-from swarm_nav.behaviour.brain_adapter import make_brain
+from swarm_nav.behaviour.plugin_brain import make_brain
 from swarm_nav.core.config import BrainConfig, NavConfig
 from swarm_nav.core.goals import Output
 from swarm_nav.core.plugins import BRAIN
@@ -62,7 +62,7 @@ class Method(Protocol):
 
 
 METHODS = {
-    "ours": "swarm_nav.behaviour.brain_adapter:make_brain",
+    "ours": "swarm_nav.behaviour.plugin_brain:make_brain",
     "dwa": "swarm_bench.baselines.dwa:DwaDriver",
     "orca": "swarm_bench.baselines.orca:OrcaDriver",
     "central-mapf": "swarm_bench.baselines.commanded:CommandedDriver",

@@ -9,7 +9,7 @@ import numpy as np
 
 from swarm_bench.runs.methods import Driver
 from swarm_common.model.records import FloatArray
-from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.interfaces import Reserving
 
 
 class PoseErrors:
@@ -22,13 +22,13 @@ class PoseErrors:
         """Record the pose errors of a tick.
 
         Args:
-            drivers: What decides for each robot; only navigators of ours are asked.
+            drivers: What decides for each robot; only those that reserve space are asked.
             truth_map: True poses (n, 3) in map.
             dead: Indices of the robots that do nothing.
         """
         for index, driver in enumerate(drivers):
-            if index not in dead and isinstance(driver, Navigator):
-                pose = driver.pose_map
+            if index not in dead and isinstance(driver, Reserving):
+                pose = driver.services.pose_map
                 self._values.append(
                     float(np.hypot(pose.x - truth_map[index, 0], pose.y - truth_map[index, 1]))
                 )

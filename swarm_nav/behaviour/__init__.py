@@ -16,8 +16,10 @@ What a module imports of its folder stands above it:
     rules              The rules in the order in which the arbiter asks them
     follow_centre      The rule of a robot for which a centre decides
     plugin_priority    A rule of who goes first that a user brings
+    services           Commands of an operator and services of Nav2 for a navigator
     navigator          The brain: observations in, one twist and one beacon per tick out. No I/O
-    brain_adapter      A brain that a user brings, with the face that bench and ROS node need
+    plain              A brain without traffic: what baselines and brains of users have in common
+    plugin_brain       The brain by `brain.plugin`: ours, or one that a user brings
 
 May import of swarm_nav: `traffic`, `localisation`, `control`, `perception`, `planning`,
 `interfaces`, `core`; and swarm_common.

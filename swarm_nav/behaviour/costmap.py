@@ -14,21 +14,12 @@ from numpy.typing import NDArray
 
 from swarm_common.model.grid import KEEPOUT, OCCUPIED, UNKNOWN
 from swarm_common.process.libm import exp
+from swarm_nav.interfaces import Costmap
 from swarm_nav.planning import distance_kernels
 from swarm_nav.planning.cells import distance_cells
 from swarm_nav.traffic.robot_state import RobotView
 
 FREE, LARGEST_FREE, INSCRIBED, LETHAL, NO_INFORMATION = 0, 252, 253, 254, 255
-
-
-@dataclass(frozen=True, slots=True)
-class Costmap:
-    """Costs uint8 (height, width) in map, row 0 at the lowest y; lengths in metres."""
-
-    cells: NDArray[np.uint8]
-    resolution: float
-    origin_x: float
-    origin_y: float
 
 
 @dataclass(frozen=True, slots=True)

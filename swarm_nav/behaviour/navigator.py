@@ -3,49 +3,43 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_common.model.battery import BatteryReading
-from swarm_common.model.beacon import BeaconArray, Reception
+from swarm_common.model.beacon import Reception
 from swarm_common.model.central import RobotReport, TeamOrder
 from swarm_common.model.coordination import Coordination
 from swarm_common.model.grid import Grid
-from swarm_common.model.records import FloatArray, Odometry, Pose, RobotSpec, Scan, Twist
+from swarm_common.model.records import Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
-from swarm_common.model.zones import with_mask
-from swarm_nav.behaviour import costmap as costmaps
-from swarm_nav.behaviour.announcement import compose_beacon, compose_feedback, compose_status
-from swarm_nav.behaviour.behaviors import BehaviorEnd
+from swarm_nav.behaviour.announcement import compose_beacon, compose_status
 from swarm_nav.behaviour.charging import ChargingTrip
-from swarm_nav.behaviour.costmap import Costmap
 from swarm_nav.behaviour.follow_centre import FollowCentre, LeaveOwnRules
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.parts import Parts
 from swarm_nav.behaviour.plugin_priority import PluginPriority
 from swarm_nav.behaviour.rules import rules_of
+from swarm_nav.behaviour.services import NavigatorServices
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.control.omni import make_controller
 from swarm_nav.core.config import NavConfig
-from swarm_nav.core.goals import ErrorCode, Feedback, Goal, GoalKind, Outcome, Output, Status
-from swarm_nav.core.localisation_config import START_DEVIATION
+from swarm_nav.core.goals import ErrorCode, Goal, GoalKind, Outcome, Output, Status
 from swarm_nav.core.plugins import PRIORITY
 from swarm_nav.core.rank import CLASS_DONE, CLASS_DRIVING, CLASS_HOLDING, base_priority
 from swarm_nav.core.states import State
+from swarm_nav.interfaces import Services
 from swarm_nav.localisation.localiser import make_localiser
 from swarm_nav.planning.plugin_planner import planner_maker
-from swarm_nav.traffic.arbiter import Arbiter
+from swarm_nav.traffic.arbiter import Arbiter, TwistPilot
 from swarm_nav.traffic.departure import Departure
 from swarm_nav.traffic.gate import Gate, narrow_region
 from swarm_nav.traffic.held_space_rules import KeepApart, StopBeforeObstacle
 from swarm_nav.traffic.holding import HoldingPattern
 from swarm_nav.traffic.lease import Lease
-from swarm_nav.traffic.pilot import TwistPilot
 from swarm_nav.traffic.right_of_way import RightOfWay
 from swarm_nav.traffic.robot_state import initial_state
 from swarm_nav.traffic.senses import Senses
@@ -59,8 +53,11 @@ SAFETY_RULES = (KeepApart, StopBeforeObstacle)  # above what a centre wants
 class Navigator:
     """Nav2-like navigator of one robot with reservation-based traffic. See ARCHITECTURE.md.
 
-    A facade: what the robot is told goes to the parts, `tick` lets them decide in order, and what
-    it tells is composed from them. The parts share one `RobotState`.
+    Observations go to the parts, `tick` lets them decide in order, and beacon and status are
+    composed from them. The parts share one `RobotState`.
+
+    Attributes:
+        services: Commands of an operator, and what Nav2 offers beside goals.
     """
 
     goal_kinds = tuple(GoalKind)  # that it takes
@@ -91,10 +88,7 @@ class Navigator:
                 lies beside it.
         """
         grid = sites.zones.mark(grid)
-        self.spec = spec
-        self.sites = sites
-        self.is_active = True
-        self._keepout_mask: Grid | None = None  # of the operator
+        self._spec = spec
         self._faults: list[tuple[ErrorCode, str]] = []  # of plug-ins since the last tick
         self._controller = make_controller(spec, config.controller, self._receive_fault)
         stations = [(p.x, p.y) for p in sites.stations.values()]
@@ -111,7 +105,8 @@ class Navigator:
             self._priority = PluginPriority(
                 config.traffic.priority_plugin, spec, self._receive_fault
             )
-        self._gate, lease, right = Gate(self._narrow_region()), Lease(), RightOfWay()
+        region = narrow_region(s.terrain, s.stations, s.usual_radius)
+        self._gate, lease, right = Gate(region), Lease(), RightOfWay()
         holding = HoldingPattern(sites.circuits, stations)
         self._arbiter = arbiter = Arbiter(s, SingleLanes())
         self._state_machine = StateMachine(s, holding, arbiter)
@@ -136,9 +131,9 @@ class Navigator:
         if pilot is not None:
             self._rules.append(pilot)
         self._speed_limits = SpeedLimits(sites.zones)
-
-    def _narrow_region(self) -> NDArray[np.int16] | None:
-        return narrow_region(self._s.terrain, self._s.stations, self._s.usual_radius)
+        self.services: Services = NavigatorServices(
+            self._parts, spec, self._localiser, self._controller, self._speed_limits
+        )
 
     def _receive_fault(self, code: ErrorCode, message: str) -> None:
         self._faults.append((code, message))
@@ -153,7 +148,7 @@ class Navigator:
             self._goal_manager.end(Outcome.ABORTED, code, message)
 
     @property
-    def config(self) -> NavConfig:
+    def reserves_by(self) -> NavConfig:
         """The parameters in force."""
         return self._s.config
 
@@ -161,29 +156,6 @@ class Navigator:
     def pose_map(self) -> Pose:
         """Estimated pose of base_footprint in map."""
         return self._localiser.pose_map
-
-    @property
-    def map_from_odom(self) -> Pose:
-        """The transform map → odom."""
-        return self._localiser.map_from_odom
-
-    @property
-    def goal_id(self) -> int | None:
-        """Id of the current or pending goal, None without one."""
-        return self._goal_manager.goal_id
-
-    @property
-    def is_pausing(self) -> bool:
-        """Whether the robot is served where it was sent, until its next goal takes effect."""
-        return self._goal_manager.is_pausing
-
-    def variances(self) -> tuple[float, float, float]:
-        """Return the variances of the estimated x, y [m²] and yaw [rad²]."""
-        return self._localiser.variances()
-
-    def particles(self) -> FloatArray:
-        """Return the localiser's hypotheses (k, 3)."""
-        return self._localiser.particles()
 
     def on_odom(self, odom: Odometry) -> None:
         """Receive the odometry of this tick."""
@@ -194,18 +166,10 @@ class Navigator:
 
     def on_scan(self, scan: Scan) -> None:
         """Receive a scan."""
-        scan = scan.from_above(self.spec.lidar)
+        scan = scan.from_above(self._spec.lidar)
         if scan.tick - self._s.listening_since > self._s.config.traffic.listen_ticks // 2:
             self._localiser.on_scan(scan)  # only then are the robots around known by radio
         self._senses.on_scan(scan)
-
-    def on_neighbors(self, beacons: BeaconArray) -> None:
-        """Receive the radio's batch of this tick, which may be empty.
-
-        Args:
-            beacons: (n,) by ascending id.
-        """
-        self._senses.on_neighbors(beacons)
 
     def on_reception(self, reception: Reception) -> None:
         """Receive the radio's batch of this tick where it is, without a copy.
@@ -219,137 +183,6 @@ class Navigator:
         """Receive a reading of the battery, one a second; without any it does not count."""
         if self._trip is not None:
             self._trip.reading = reading
-
-    def on_initial_pose(
-        self, pose_map: Pose, deviation: tuple[float, float] = START_DEVIATION
-    ) -> None:
-        """Set the pose that the operator states, known to within `deviation` [m], [rad].
-
-        Args:
-            deviation: Standard deviations of position [m] and heading [rad].
-        """
-        self._localiser.initialise(pose_map, deviation)
-        self._adopt_pose()
-
-    def _adopt_pose(self) -> None:
-        """Continue from a pose that is elsewhere; claims made at the old one are dropped."""
-        s, pose = self._s, self._localiser.pose_map
-        if pose.distance(s.pose) > s.config.traffic.safety_margin:
-            self._senses.listen_anew()  # the owner of the space there is not known yet
-        s.pose = pose
-        self._arbiter.hold_place()
-
-    def load_map(self, grid: Grid) -> None:
-        """Replace the map.
-
-        Args:
-            grid: Occupancy, in the same map frame.
-
-        Raises:
-            MapError: If the map has too many cells when it is divided into finer ones, or a zone
-                lies beside it.
-        """
-        self._mark(grid)
-        self._localiser.load_map(self._s.terrain)
-
-    def on_keepout_mask(self, mask: Grid) -> None:
-        """Set the filter mask of places where the robot must not be, besides those of the world.
-
-        Args:
-            mask: Upright; 100 is forbidden, 1 to 99 costs more.
-
-        Raises:
-            MapError: If the mask lies beside the map.
-        """
-        self._keepout_mask = mask
-        self._mark(replace(self._s.terrain.grid, keepout=None))
-
-    def _mark(self, grid: Grid) -> None:
-        """Apply a map, with zones and mask."""
-        grid = self.sites.zones.mark(grid)
-        if self._keepout_mask is not None:
-            grid = with_mask(grid, self._keepout_mask)
-        self._arbiter.load_map(grid)
-        self._gate.leave()
-        self._gate.region = self._narrow_region()
-
-    def reconfigure(self, config: NavConfig) -> None:
-        """Apply new parameters, effective from the next tick."""
-        self._controller.configure(config.controller)
-        self._arbiter.configure(config)
-        self._localiser.configure(config.localisation)
-
-    def on_speed_limit(self, limit: float, *, is_percentage: bool) -> None:
-        """Set the operator's speed limit, which counts beside those of zones.
-
-        Args:
-            limit: [m/s], or [%] of the largest speed of the controller; 0 for none.
-            is_percentage: Whether it is in percent.
-        """
-        self._speed_limits.set(limit, is_percentage=is_percentage)
-
-    def activate(self) -> None:
-        """Start to navigate; listens first."""
-        if not self.is_active:
-            self.is_active = True
-            self._senses.listen_anew()
-            self._arbiter.hold_place()
-
-    def deactivate(self) -> None:
-        """Stop, end the current goal, and hold the place."""
-        self._goal_manager.end_all("the navigator was deactivated")
-        self.is_active = False
-
-    def clear_costmap(self) -> None:
-        """Forget what the LiDAR saw."""
-        self._s.obstacles.clear()
-
-    def clear_square(self, centre: Pose, half: float, is_except: bool) -> None:
-        """Forget what the LiDAR saw in a square, or outside it.
-
-        Args:
-            centre: In map; the square's sides are along its axes.
-            half: [m] of an edge.
-            is_except: Whether it is the rest that is forgotten.
-        """
-        self._s.obstacles.clear_square(centre.x, centre.y, half, is_except)
-
-    def steer(self, twist: Twist) -> None:
-        """Receive the twist that an operator wants in the current assisted teleoperation.
-
-        Args:
-            twist: The twist that is asked for; it is limited to what is free.
-        """
-        if self._goal_manager.behavior is not None:
-            self._goal_manager.behavior.steer(twist, self._s.tick)
-
-    def end_teleop(self, reason: str = "") -> None:
-        """End the current assisted teleoperation, if any.
-
-        Args:
-            reason: Why it failed; empty for a success.
-        """
-        behavior = self._goal_manager.behavior
-        if behavior is not None and behavior.goal.kind is GoalKind.TELEOP:
-            code = ErrorCode.TELEOP_TIMEOUT if reason else ErrorCode.NONE
-            behavior.finish(BehaviorEnd(code, reason))
-
-    def smooth(self, points: FloatArray) -> FloatArray:
-        """Return a polyline (n, 2) smoothed and lifted off walls, as plans are.
-
-        Args:
-            points: (n, 2) [m] in map.
-        """
-        return self._s.planner.smooth(points)
-
-    def is_clear(self, points: FloatArray) -> bool:
-        """Whether the robot's body fits everywhere on a polyline (n, 2), by the map.
-
-        Args:
-            points: (n, 2) [m] in map.
-        """
-        terrain, radius = self._s.terrain, self.spec.inscribed_radius
-        return all(terrain.clearance(x, y) >= radius for x, y in points.tolist())
 
     def set_goal(self, goal: Goal) -> None:
         """Accept a goal; the current one ends as canceled (preempted).
@@ -367,10 +200,6 @@ class Navigator:
     def report(self) -> RobotReport | None:
         """Return the report to the centre after a tick; None where each robot decides alone."""
         return None if self._follow_centre is None else self._follow_centre.report(self._s)
-
-    def cancel_goal(self) -> None:
-        """End the current goal, if any."""
-        self._goal_manager.end(Outcome.CANCELED, message="canceled")
 
     def tick(self, tick: int) -> Output:
         """Decide; call once per control tick after the observations of that tick.
@@ -400,7 +229,7 @@ class Navigator:
         self._begin(tick)
         is_lost = self._localise()
         yield None
-        can_drive = self._sense(is_lost) and self.is_active
+        can_drive = self._sense(is_lost) and self._parts.is_active
         yield None
         self._choose_goal()
         yield None
@@ -439,7 +268,7 @@ class Navigator:
         if localiser.wants_leap and s.is_standing:
             localiser.leap()
             s.obstacles.clear()
-            self._adopt_pose()
+            self._parts.adopt_pose(localiser.pose_map)
         return is_lost
 
     def _sense(self, is_lost: bool) -> bool:
@@ -456,7 +285,7 @@ class Navigator:
         goal_manager.begin_pending()
         if self._faults:
             self._give_up()
-        if self.is_active:
+        if self._parts.is_active:
             goal_manager.update_charging()
         self._lease.update(s)
         self._gate.update(
@@ -517,7 +346,8 @@ class Navigator:
         base = base_priority(rank, self._rank_tick, s.robot_id)
         self._arbiter.announce_priorities(s.donations.own(base), s.donations.published(base))
         self._arbiter.publish()
-        return compose_beacon(self._parts, self.spec, self.is_active, is_pausing=self.is_pausing)
+        is_pausing = goal_manager.is_pausing
+        return compose_beacon(self._parts, self._spec, self._parts.is_active, is_pausing=is_pausing)
 
     def _count_waiting(self) -> None:
         s, state = self._s, self._state_machine.state
@@ -534,47 +364,6 @@ class Navigator:
     def _task(self) -> GoalProgress | None:
         return self._goal_manager.task
 
-    def make_plan(self, start: Pose | None, goals: Sequence[Pose]) -> FloatArray:
-        """Return a path (n, 2) through the goals from `start` (None: the robot's pose).
-
-        Args:
-            start: Start of the path; None for the pose of the robot.
-
-        Raises:
-            PlanError: With Nav2's code, if there is none.
-        """
-        return self._s.planner.plan_through([(p.x, p.y) for p in (start or self._s.pose, *goals)])
-
-    def plan_map(self) -> FloatArray:
-        """Return the path ahead (n, 2) in map."""
-        return self._s.tube.points[self._s.tube.near :].copy()
-
-    def local_plan_map(self) -> FloatArray:
-        """Return the controller's predicted positions (m, 2) in map."""
-        return self._controller.arc[:, :2].copy()
-
-    def global_costmap(self) -> Costmap:
-        """Return the costmap of the whole map."""
-        return costmaps.compose(self._s, self.spec.inscribed_radius, None)
-
-    def local_costmap(self) -> Costmap:
-        """Return the rolling costmap around the robot."""
-        size = self._s.config.costmap.local_size
-        return costmaps.compose(self._s, self.spec.inscribed_radius, size)
-
-    def distance_remaining(self) -> float:
-        """Return the path length [m] to the current goal, 0 without one."""
-        return 0.0 if self._task is None else self._task.distance_remaining(self._s)
-
-    def feedback(self) -> Feedback | None:
-        """Return the progress of the current or pending goal, None without one."""
-        goal_manager = self._goal_manager
-        if goal_manager.goal_id is None:
-            return None
-        return compose_feedback(
-            self._s, goal_manager.goal_id, goal_manager.asked, goal_manager.behavior
-        )
-
     def status(self) -> Status:
         """Return the state for the operator."""
         goal_manager = self._goal_manager
@@ -584,10 +373,10 @@ class Navigator:
         behavior = goal_manager.behavior
         return compose_status(
             self._parts,
-            self.is_active,
+            self._parts.is_active,
             target,
-            self.distance_remaining(),
-            is_pausing=self.is_pausing,
+            0.0 if self._task is None else self._task.distance_remaining(self._s),
+            is_pausing=goal_manager.is_pausing,
             failure=goal_manager.failure,
             is_on_trip=goal_manager.is_on_trip,
             battery=self._battery_share,

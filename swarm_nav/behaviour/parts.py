@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.state_machine import StateMachine
@@ -24,6 +25,7 @@ class Parts:
 
     Attributes:
         people: Near the robot, at the end of the last tick in which it could drive.
+        is_active: Whether the robot may drive.
     """
 
     robot: RobotState
@@ -38,3 +40,12 @@ class Parts:
     senses: Senses
     arbiter: Arbiter
     people: People = NOBODY_NEAR
+    is_active: bool = True
+
+    def adopt_pose(self, pose_map: Pose) -> None:
+        """Continue from a pose that is elsewhere; claims made at the old one are dropped."""
+        s = self.robot
+        if pose_map.distance(s.pose) > s.config.traffic.safety_margin:
+            self.senses.listen_anew()  # the owner of the space there is not known yet
+        s.pose = pose_map
+        self.arbiter.hold_place()

@@ -1,7 +1,9 @@
 """The rules of one robot, in the order in which the arbiter asks them.
 
 Safety comes first, then service and making way, then admission to stations and narrow regions, and
-last the way to the goal. `traffic.rules` leaves rules out, or adds one that a user brings.
+last the way to the goal. `traffic.rules` leaves rules out, or adds one that a user brings. Lease
+and gate decide in each tick before that, and `wait` obeys them; single lanes decide as the held
+space grows. Each says why.
 """
 
 from __future__ import annotations
@@ -186,17 +188,10 @@ class WaitForTurn:
 
     def _why(self) -> str:
         """Return where the robot waits, and for whom."""
-        lease, gate, name_of = self._p.lease, self._p.gate, self._p.robot.names.name_of
-        where = "on the circuit" if self._p.holding.is_on_circuit else "parked"
-        station = lease.name_in(self._p.sites) or "its goal"
-        if gate.is_closed:
-            return f"{where}, waits for {name_of(gate.first)}: the narrow region ahead is full"
-        if lease.first:
-            queue = f"{station} or others in its aisle" if lease.is_shared else station
-            return f"{where}, waits for {name_of(lease.first)}, {lease.place} before it at {queue}"
-        if lease.is_full:
-            return f"{where}, waits for room on the single lanes at {station}"
-        return f"{where}, waits until {station} is free"
+        p, names = self._p, self._p.robot.names
+        where = "on the circuit" if p.holding.is_on_circuit else "parked"
+        reason = p.gate.why(names) if p.gate.is_closed else p.lease.why(names, p.sites)
+        return f"{where}, waits {reason}"
 
     def _kept_free(self) -> NDArray[np.bool_] | None:
         gate = self._p.gate

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from swarm_common.model.beacon import FOOTPRINT_POINTS
+from swarm_common.model.beacon import FOOTPRINT_POINTS, reception_of
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import LidarSpec, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.sites import Sites
@@ -83,15 +83,15 @@ def warm_up() -> None:
     _pass_door(robot)
     _drive_sideways()
     _fall_silent(navigators[1])
-    navigators[0].global_costmap()
-    navigators[0].local_costmap()
+    navigators[0].services.global_costmap()
+    navigators[0].services.local_costmap()
 
 
 def _localise(navigator: Navigator) -> None:
     for tick in range(20, 26, 2):  # once the robots around are known
         navigator.on_odom(Odometry(tick, Pose(0.0, 0.0, 0.0), Twist()))
         navigator.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 1.0, np.float32)))
-    navigator.particles()
+    navigator.services.particles()
     s = navigator._s
     tube_kernels.first_overlap(s.tube.points, 0, 0, s.radius, 0.0, s.neighbors.columns())
 
@@ -159,7 +159,7 @@ def _drive(navigators: list[Navigator]) -> None:
         for index, navigator in enumerate(navigators):
             navigator.on_odom(Odometry(tick, places[index], twists[index]))
             if beacons is not None:
-                navigator.on_neighbors(beacons[1 - index : 2 - index])
+                navigator.on_reception(reception_of(beacons[1 - index : 2 - index]))
             ranges = np.full(360, 1.0 if tick % 4 else np.inf, np.float32)
             navigator.on_scan(Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, ranges))
             output = navigator.tick(tick)

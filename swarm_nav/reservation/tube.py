@@ -296,7 +296,7 @@ class Tube:
 
 COMPILED = False  # mypyc takes it for true: it reads attributes of classes, not of protocols
 if TYPE_CHECKING and not COMPILED:
-    from swarm_nav.interfaces import TubeView as TubeView
+    from swarm_nav.reservation.tube_view import TubeView as TubeView
 else:
     TubeView = Tube
 

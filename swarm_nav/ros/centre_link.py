@@ -13,7 +13,7 @@ from swarm_common.middleware import central_io, ros_io
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import SoleTopic
 from swarm_common.model.central import unpack_order
-from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.interfaces import Led
 
 PATIENCE = 10.0  # [s] of wall time; the world waits longer for the robot
 
@@ -25,7 +25,7 @@ class CentreLink:
         topic: Topic on which orders arrive.
     """
 
-    def __init__(self, node: Node, brain: Navigator, robot_id: int, rejections: Rejections) -> None:
+    def __init__(self, node: Node, brain: Led, robot_id: int, rejections: Rejections) -> None:
         """Create the topics.
 
         Args:

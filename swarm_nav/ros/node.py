@@ -20,16 +20,17 @@ from swarm_common.middleware.radio_check import read_neighbors
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
 from swarm_common.model.battery import SupplyStatus
+from swarm_common.model.beacon import reception_of
 from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import MapError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_common.process.pipes import EventWriter
-from swarm_nav.behaviour.brain_adapter import RobotBrain, make_brain
-from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.behaviour.plugin_brain import make_brain
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import GoalEnded, Output
 from swarm_nav.core.lifecycle import Lifecycle
+from swarm_nav.interfaces import Led, RobotBrain
 from swarm_nav.ros.answer import Answers
 from swarm_nav.ros.bare_node import TickClock, create_node
 from swarm_nav.ros.centre_link import CentreLink
@@ -41,7 +42,7 @@ from swarm_nav.ros.nav2.lifecycle_services import LifecycleServices
 from swarm_nav.ros.nav2.map_bounds import MapBounds
 from swarm_nav.ros.nav2.plans import Plans
 from swarm_nav.ros.nav2.poses import deviation_in, is_placeholder, pose_in_map
-from swarm_nav.ros.nav2.services import Services
+from swarm_nav.ros.nav2.services import NavServices
 from swarm_nav.ros.nav2.tasks import Tasks
 from swarm_nav.ros.nav2.views import Views
 from swarm_nav.ros.params import Parameters
@@ -145,19 +146,19 @@ class NavigatorNode:
         self._measure(grid)
         self._answers.announce()
         self._status = self.node.create_publisher(RobotStatus, "status", ros_io.RELIABLE)
-        self._views = Views(self.node, brain, self._on_demand)
+        self._views = Views(self.node, brain.services, settings.spec, self._on_demand)
         self._tasks = Tasks(self, brain, self._answers.on_goal, self._on_demand)
-        self._plans = Plans(self, brain, self._on_demand)
-        Services(self, brain, self._on_demand)
+        self._plans = Plans(self, brain.services, self._on_demand)
+        NavServices(self, brain.services, self._on_demand)
         self._lifecycle_services = LifecycleServices(
             self.node, self.lifecycle, self.change_lifecycle, self._on_demand
         )
         is_led = self._config.traffic.coordination != Coordination.DECENTRAL
-        if is_led and isinstance(brain, Navigator):
+        if is_led and isinstance(brain, Led):
             self._centre = CentreLink(self.node, brain, settings.robot_id, self.rejections)
         self._subscribe()
         if not settings.fixed["autostart"]:
-            brain.deactivate()
+            brain.services.deactivate()
         else:
             self.change_lifecycle("startup")
 
@@ -309,7 +310,7 @@ class NavigatorNode:
             return
         self._answers.expect_release()
         if release.speed_limit is not None:
-            self._brain.on_speed_limit(release.speed_limit, is_percentage=False)
+            self._brain.services.on_speed_limit(release.speed_limit, is_percentage=False)
         if release.keepout:
             self._take_keepout_mask(release.keepout)
 
@@ -342,12 +343,12 @@ class NavigatorNode:
         if observed.battery is not None:
             brain.on_battery(observed.battery)
             self._is_charging = observed.battery.status is SupplyStatus.CHARGING
-        brain.on_neighbors(observed.neighbors)
+        brain.on_reception(reception_of(observed.neighbors))
         output = brain.tick(tick)
         if self._centre is not None:
             self._centre.send(tick)
         ended = [event for event in output.events if isinstance(event, GoalEnded)]
-        has_goal = brain.goal_id is not None
+        has_goal = brain.services.goal_id is not None
         self._answers.give(tick, output, has_goal=has_goal, has_ended=bool(ended))
         if (courier := self._courier) is not None:
             tasks = self._tasks
@@ -360,7 +361,7 @@ class NavigatorNode:
     def _rejoin(self, brain: RobotBrain, pose_odom: Pose) -> None:
         """Continue where the odometry is: it began at the initial pose, with another navigator."""
         pose_map = self._settings.initial_pose_map.compose(pose_odom)
-        brain.on_initial_pose(pose_map)
+        brain.services.on_initial_pose(pose_map)
         self.node.get_logger().info(
             f"the odometry has gone on since the start: at ({pose_map.x:.2f}, {pose_map.y:.2f})"
         )
@@ -368,7 +369,7 @@ class NavigatorNode:
     def _tell(self, output: Output, ended: list[GoalEnded]) -> None:
         now = time.monotonic()  # at full speed, 2 Hz of simulated time would be 10 Hz and more
         is_due = self.tick % STATUS_TICKS == 0 and now - self._last_status > STATUS_PERIOD
-        is_pausing = self._brain is not None and self._brain.is_pausing
+        is_pausing = self._brain is not None and self._brain.services.is_pausing
         has_begun = is_pausing and not self._was_pausing  # which is no event of the brain
         self._was_pausing = is_pausing
         if output.events or is_due or has_begun:
@@ -407,13 +408,13 @@ class NavigatorNode:
             self.rejections.reject("speed_limit", "a client", error)
             return
         if self._brain is not None:
-            self._brain.on_speed_limit(limit, is_percentage=is_percentage)
+            self._brain.services.on_speed_limit(limit, is_percentage=is_percentage)
 
     def _take_keepout_mask(self, data: bytes) -> None:
         assert self._brain is not None
         try:
             mask = ros_io.grid_from_msg(ros_io.unpacked(data, OccupancyGrid)).upright()
-            self._brain.on_keepout_mask(mask)
+            self._brain.services.on_keepout_mask(mask)
         except (RejectedError, MapError) as error:
             self.rejections.reject(KEEPOUT, "a client", error)
 
@@ -436,7 +437,7 @@ class NavigatorNode:
                 once=True,
             )
         else:
-            brain.on_initial_pose(pose_map, deviation_in(message.pose.covariance))
+            brain.services.on_initial_pose(pose_map, deviation_in(message.pose.covariance))
         self._views.publish_pose(self.tick)
 
     def to_map(self, stamped: PoseStamped) -> Pose:
@@ -451,7 +452,9 @@ class NavigatorNode:
         """
         assert self._brain is not None
         own = self._settings
-        return self.map_bounds.check(pose_in_map(self._brain, own.name, own.frames, stamped))
+        return self.map_bounds.check(
+            pose_in_map(self._brain.services, own.name, own.frames, stamped)
+        )
 
     def receive_map(self, grid: Grid) -> None:
         """Navigate on another map from now on; before the first one this does nothing.
@@ -463,7 +466,7 @@ class NavigatorNode:
             MapError: If the map has too many cells when it is divided into finer ones.
         """
         if self._brain is not None:
-            self._brain.load_map(grid)
+            self._brain.services.load_map(grid)
             self._measure(grid)
 
     def _measure(self, grid: Grid) -> None:
@@ -474,7 +477,7 @@ class NavigatorNode:
     def _reconfigure(self, config: NavConfig) -> None:
         self._config = config
         if self._brain is not None:
-            self._brain.reconfigure(config)
+            self._brain.services.reconfigure(config)
 
     def change_lifecycle(self, command: str) -> bool:
         """Carry out a command of the lifecycle manager.
@@ -489,13 +492,13 @@ class NavigatorNode:
         if brain is None or not self.lifecycle.apply(command):
             return False
         if self.lifecycle.is_active:
-            brain.activate()
+            brain.services.activate()
             self._views.publish_pose(self.tick)
             if self._on_active is not None:
                 self._on_active()
                 self._on_active = None
         else:
-            brain.deactivate()
+            brain.services.deactivate()
         self.publish_status()
         return True
 

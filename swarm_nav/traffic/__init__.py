@@ -5,6 +5,7 @@ What a module imports of its folder stands above it:
     single_lane_kernels  Bare numba kernels of single-lane passages
     gate_kernels         Bare numba kernels of the floor that robots queue for
     patience             One scale for all times of liveness: the measured slowness of the radio
+    robot_view           That state as rules see it: to be read only
     robot_state          State at the present tick, which all parts of one navigator share
     command              The way that a centre gives a robot
     stop_filter          The last thing before a command leaves, whoever made it
@@ -16,7 +17,6 @@ What a module imports of its folder stands above it:
     lane_group           Connected single lanes, and how many robots may have goals there at a time
     conditions           Under which conditions every robot reaches every goal, before a run
     senses               Scans and beacons received, and whether they suffice to drive on
-    pilot                Pilot that steers a robot in place of its controller
     arbiter              The only writer of path and held space; what rules propose
     held_space_rules     Rules that give up held space
     zone                 The floor that a robot at a station needs, for how many, in which order

@@ -24,14 +24,12 @@ from swarm_nav.planning.planner import SPACING
 from swarm_nav.planning.terrain import terrain_for
 from swarm_nav.reservation import tube_kernels
 from swarm_nav.reservation.tube import TOLERANCE
-from swarm_nav.traffic.pilot import TwistPilot
 from swarm_nav.traffic.robot_state import RobotState, RobotView
 from swarm_nav.traffic.single_lanes import SingleLanes
 from swarm_nav.traffic.stop_filter import clip_to_held_space
 
 WHY = {tube_kernels.ROBOT: "is in the way", tube_kernels.RIGHT_OF_WAY: "has the right of way"}
 NEVER = 1 << 30  # ticks
-COMES = "comes through a single lane"
 MARGIN_STEP = 0.02  # [m] in which the announced margin grows: each step must be confirmed
 
 GO_ON = Proposal()
@@ -44,6 +42,21 @@ class TrafficRule(Protocol):
 
     def propose(self, robot: RobotView) -> Proposal | None:
         """Return the request of the rule in this tick, None for nothing."""
+
+
+class TwistPilot(TrafficRule, Protocol):
+    """The last rule of a robot, and what drives it in place of its controller.
+
+    Stop filter and speed limits stay above it. Its class may be one that is not compiled.
+    """
+
+    def steer(self, robot: RobotView, stands: bool) -> Twist:
+        """Return the twist of this tick, in base_footprint.
+
+        Args:
+            robot: Its path is tracked up to now.
+            stands: Whether the rule that won asks the robot to stand.
+        """
 
 
 def planned(
@@ -295,7 +308,7 @@ class Arbiter:
         if last <= span[0]:
             s.has_grown = False
             self._record_block(tube_kernels.RIGHT_OF_WAY, ahead)
-            s.blocked_why = COMES
+            s.blocked_why = self._single_lanes.why
             return
         last, clearance = self._stretch(span[0], last)
         stop, reason, row = tube_kernels.extend(

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray, Mask
+from swarm_common.model.robot_names import RobotNames
 from swarm_nav.core.rank import SENIORITY
 from swarm_nav.planning import search_kernels
 from swarm_nav.planning.cells import distance_cells
@@ -140,6 +141,10 @@ class Gate:
     def is_closed(self) -> bool:
         """Whether the robot has to wait outside."""
         return self.asked_tick > 0 and not self.is_admitted
+
+    def why(self, names: RobotNames) -> str:
+        """Return for what a robot waits outside."""
+        return f"for {names.name_of(self.first)}: the narrow region ahead is full"
 
     def leave(self) -> None:
         """Stop asking, as without a goal."""

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
 from swarm_nav.core.config import HoldingConfig
 from swarm_nav.core.rank import OUT_OF_LANES, inherited_by_holder
@@ -299,10 +300,16 @@ class Lease:
                 return name
         return ""
 
-    @property
-    def is_shared(self) -> bool:
-        """Whether the queue is one for all goals on the same single lanes."""
-        return self._zone is not None and self._zone.room > 0
+    def why(self, names: RobotNames, sites: Sites) -> str:
+        """Return for what a robot without a turn waits."""
+        station = self.name_in(sites) or "its goal"
+        if self.first:
+            is_shared = self._zone is not None and self._zone.room > 0
+            queue = f"{station} or others in its aisle" if is_shared else station
+            return f"for {names.name_of(self.first)}, {self.place} before it at {queue}"
+        if self.is_full:
+            return f"for room on the single lanes at {station}"
+        return f"until {station} is free"
 
     def is_barred(self, robot: RobotView) -> bool:
         """Whether something immovable has been on the station for long enough."""

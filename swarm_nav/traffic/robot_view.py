@@ -9,12 +9,12 @@ from swarm_common.model.records import FloatArray, Pose, Twist
 from swarm_common.model.robot_names import RobotNames
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.rank import Donations
-from swarm_nav.interfaces import TubeView
 from swarm_nav.perception.neighbor_table import NeighborTable
 from swarm_nav.perception.obstacles import ObstacleLayer
 from swarm_nav.planning.oblong import Oblong
 from swarm_nav.planning.planner import Planner
 from swarm_nav.planning.terrain import Terrain
+from swarm_nav.reservation.tube_view import TubeView
 from swarm_nav.traffic.patience import Patience
 
 

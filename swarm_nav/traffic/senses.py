@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swarm_common.model.beacon import BeaconArray, Reception, reception_of
+from swarm_common.model.beacon import Reception
 from swarm_common.model.records import Scan
 from swarm_nav.traffic.robot_state import RobotState
 
@@ -33,14 +33,6 @@ class Senses:
         s = self._s
         if scan.tick - s.listening_since > s.config.traffic.listen_ticks // 2:
             s.obstacles.update(scan, s.pose, s.terrain, s.neighbors, s.radius - s.body_radius)
-
-    def on_neighbors(self, beacons: BeaconArray) -> None:
-        """Receive the radio's batch of this tick, which may be empty.
-
-        Args:
-            beacons: (n,) by ascending id.
-        """
-        self.on_reception(reception_of(beacons))
 
     def on_reception(self, reception: Reception) -> None:
         """Receive the radio's batch of this tick where it is, without a copy.

@@ -108,6 +108,8 @@ def single_lanes(terrain: Terrain, radius: float) -> NDArray[np.int16] | None:
 class SingleLanes:
     """Keeps one robot out of a single-lane passage while it is another robot's turn."""
 
+    why = "comes through a single lane"  # the robot that is waited for
+
     def __init__(self) -> None:
         self._base = 0  # priority without that
         self._passing: tuple[Terrain, float] | None = None  # that the labels are for

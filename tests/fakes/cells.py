@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from swarm_common.model.beacon import reception_of
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
@@ -213,7 +214,7 @@ def play(
         outputs = []
         for index, (robot, seen) in enumerate(zip(robots, world.observe(), strict=True)):
             robot.on_odom(seen.odom)
-            robot.on_neighbors(seen.neighbors)
+            robot.on_reception(reception_of(seen.neighbors))
             output = robot.tick(world.tick)
             outputs.append(output)
             for event in output.events:

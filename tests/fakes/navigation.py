@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.model.beacon import BEACON_DTYPE, FLAG_ACTIVE, BeaconArray
+from swarm_common.model.beacon import BEACON_DTYPE, FLAG_ACTIVE, BeaconArray, reception_of
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import (
     CONTROL_PERIOD,
@@ -214,7 +214,7 @@ class Squad:
                 continue
             robot.on_odom(Odometry(self.tick, body.pose, body.twist))
             if index not in deaf:
-                robot.on_neighbors(self._others(sent, index + 1))
+                robot.on_reception(reception_of(self._others(sent, index + 1)))
             ranges = self.scan(index, body.pose)
             if ranges is not None:
                 robot.on_scan(Scan(self.tick, 0.0, math.tau / len(ranges), 0.12, 3.5, ranges))

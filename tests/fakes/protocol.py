@@ -23,6 +23,7 @@ from swarm_common.model.beacon import (
     FLAG_DEAF,
     NO_ROBOT,
     BeaconArray,
+    reception_of,
     word_of,
     words_of,
 )
@@ -131,7 +132,7 @@ class Actor:
         is_time = tick - self._moved_tick >= STEP_TICKS
         self.move(1 if is_time and rng.random() < EAGERNESS else 0)
         if batch is not None:
-            self.senses.on_neighbors(batch)
+            self.senses.on_reception(reception_of(batch))
         s.neighbors.refresh(tick)
         if self.senses.update():
             self.reservation.extend()

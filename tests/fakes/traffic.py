@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from swarm_common.model.beacon import reception_of
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
@@ -142,7 +143,7 @@ def run(trial: Trial, parameters: NavConfig | None = None, limit: int = 2500) ->
             robot.on_odom(seen.odom)
             if index > 0 or world.tick not in trial.deaf:
                 is_numb = index == 0 and has_begun(trial.numb, world.tick)
-                robot.on_neighbors(seen.neighbors[:0] if is_numb else seen.neighbors)
+                robot.on_reception(reception_of(seen.neighbors[:0] if is_numb else seen.neighbors))
             if seen.scan is not None:
                 robot.on_scan(seen.scan)
             outputs.append(robot.tick(world.tick))

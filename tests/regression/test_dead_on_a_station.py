@@ -77,7 +77,7 @@ def test_a_robot_that_answers_but_stays_is_not_waited_for_in_silence(state: str)
     )
     swarm = Squad(HALL, [STARTS[0], DOCK], parameters, SITES)
     if state == "inactive":
-        swarm.robots[1].deactivate()
+        swarm.robots[1].services.deactivate()
     swarm.run(30)
     swarm.send(0, DOCK)
     swarm.run_until(lambda: bool(swarm.ended(0)), 2000)

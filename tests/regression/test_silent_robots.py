@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 
+from swarm_common.model.beacon import reception_of
 from swarm_common.model.records import Pose
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.navigator import Navigator
@@ -59,7 +60,7 @@ class Hall:
 
     def _live(self, robot, seen):  # type: ignore[no-untyped-def]
         robot.on_odom(seen.odom)
-        robot.on_neighbors(seen.neighbors)
+        robot.on_reception(reception_of(seen.neighbors))
         if seen.scan is not None:
             robot.on_scan(seen.scan)
         return robot.tick(self.world.tick)

@@ -197,7 +197,7 @@ def test_replanning_every_tick_is_never_granted_so_routes_pause_longer() -> None
 
 def test_a_blocked_robot_replans_no_faster_than_it_can_be_granted() -> None:
     jam = Squad(room(6.0, 0.9), [Pose(1.0, 0.45, 0.0), Pose(3.0, 0.45, 0.0)])
-    jam.robots[1].deactivate()
+    jam.robots[1].services.deactivate()
     jam.send(0, Pose(5.0, 0.45, 0.0))
     jam.run(200)
     assert jam.robots[0].status().replans <= 20.0 / NavConfig().traffic.retry_time + 1

@@ -19,7 +19,8 @@ from rclpy.publisher import Publisher
 
 from swarm_common.middleware import ros_io
 from swarm_common.model.records import Pose
-from swarm_nav.behaviour.costmap import Costmap, Window, changed_window
+from swarm_nav.behaviour.costmap import Window, changed_window
+from swarm_nav.interfaces import Costmap
 from swarm_nav.ros.nav2.demand import OnDemand
 
 OTHERS = (  # beside the costmap as an occupancy grid

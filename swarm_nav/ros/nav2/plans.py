@@ -17,8 +17,8 @@ from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import path_msg, pose_msg
 from swarm_common.middleware.tick_action import GoalHandle, TickActionServer
 from swarm_common.model.records import FloatArray, Pose
-from swarm_nav.behaviour.brain_adapter import RobotBrain
 from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
+from swarm_nav.interfaces import Services
 from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.goals import (
     CLIENT,
@@ -59,10 +59,10 @@ class Job:
 class Plans:
     """The servers of both actions, and the plans that wait."""
 
-    def __init__(self, body: ServedNode, brain: RobotBrain, on_demand: OnDemand) -> None:
+    def __init__(self, body: ServedNode, services: Services, on_demand: OnDemand) -> None:
         """Offer the servers; none is created yet."""
         self._body = body
-        self._brain = brain
+        self._services = services
         self._tick = 0
         self._waiting: deque[Job] = deque()
         for action, name in (
@@ -102,7 +102,7 @@ class Plans:
 
     def _start(self, request: Any) -> Pose:
         if not request.use_start:
-            return self._brain.pose_map
+            return self._services.pose_map
         try:
             return self._body.to_map(request.start)
         except OffMapError as error:
@@ -142,8 +142,8 @@ class Plans:
         goal = path_goal(0, request, self._body.to_map, self._body.map_bounds)
         if len(goal.path_map) < 2:
             raise PlanError(ErrorCode.SMOOTH_BAD_PATH, "the path has fewer than two poses")
-        path = self._brain.smooth(goal.path_map)
-        if request.check_for_collisions and not self._brain.is_clear(path):
+        path = self._services.smooth(goal.path_map)
+        if request.check_for_collisions and not self._services.is_clear(path):
             raise PlanError(ErrorCode.SMOOTH_COLLISION, "the smoothed path is too near to a wall")
         return goal.poses_map[-1], path
 
@@ -157,7 +157,7 @@ class Plans:
             is_unwanted = job.handle.is_cancel_requested
             if not is_unwanted and leg < len(job.goals):
                 try:
-                    piece = self._brain.make_plan(job.stops[leg], [job.stops[leg + 1]])
+                    piece = self._services.make_plan(job.stops[leg], [job.stops[leg + 1]])
                 except (PlanError, ValueError) as error:
                     self._waiting.popleft()
                     self._fail(job, error)

@@ -12,8 +12,8 @@ from geometry_msgs.msg import PoseStamped
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import pose_from_msg
 from swarm_common.model.records import FloatArray, Pose
-from swarm_nav.behaviour.brain_adapter import RobotBrain
 from swarm_nav.core.localisation_config import START_DEVIATION
+from swarm_nav.interfaces import Localised
 from swarm_nav.ros.nav2.goals import UnknownFrameError
 
 BASE = "base_footprint"
@@ -25,12 +25,12 @@ Quaternion = tuple[float, float, float, float]  # x, y, z, w
 
 
 def pose_in_map(
-    brain: RobotBrain, name: str, links: Mapping[str, Sequence[float]], stamped: PoseStamped
+    robot: Localised, name: str, links: Mapping[str, Sequence[float]], stamped: PoseStamped
 ) -> Pose:
     """Return a pose of one of the robot's frames in map.
 
     Args:
-        brain: Knows where odom and the robot are in map.
+        robot: Knows where odom and the robot are in map.
         name: Name of the robot; its frames may have it in front, like `Srobot3/base_link`.
         links: Place of each fixed link in base_footprint: x, y, z [m] and quaternion x, y, z, w.
         stamped: In map, odom, or a fixed link; an empty frame means map.
@@ -45,11 +45,11 @@ def pose_in_map(
         return pose
     frame = frame.removeprefix(f"{name}/")
     if frame == "odom":
-        return brain.map_from_odom.compose(pose)
+        return robot.map_from_odom.compose(pose)
     if frame == BASE:
-        return brain.pose_map.compose(pose)
+        return robot.pose_map.compose(pose)
     if frame in links:
-        return brain.pose_map.compose(_in_base(links[frame], stamped.pose))
+        return robot.pose_map.compose(_in_base(links[frame], stamped.pose))
     known = ", ".join(dict.fromkeys(("map", "odom", BASE, *links)))
     raise UnknownFrameError(f"frame '{stamped.header.frame_id}' is unknown; known: {known}")
 

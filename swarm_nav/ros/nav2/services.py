@@ -22,8 +22,7 @@ from swarm_common.files.map_io import load_map
 from swarm_common.files.resources import file_of
 from swarm_common.middleware import ros_io
 from swarm_common.model.errors import MapError, MapImageError, SwarmError
-from swarm_nav.behaviour.brain_adapter import RobotBrain
-from swarm_nav.behaviour.costmap import Costmap
+from swarm_nav.interfaces import Costmap, Services
 from swarm_nav.ros.nav2.costmaps import costmap_msg
 from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.served_node import ServedNode
@@ -32,13 +31,13 @@ from swarm_nav.ros.nav2.served_node import ServedNode
 COMMANDS = ("startup", "pause", "resume", "reset", "shutdown", "configure", "cleanup")
 
 
-class Services:
+class NavServices:
     """All services of one navigator beside its parameters'."""
 
-    def __init__(self, body: ServedNode, brain: RobotBrain, on_demand: OnDemand) -> None:
+    def __init__(self, body: ServedNode, services: Services, on_demand: OnDemand) -> None:
         """Offer the services; none is created yet."""
         self._body = body
-        self._brain = brain
+        self._services = services
 
         def make(
             kind: Any, name: str, answer: Callable[[Any, Any], Any], *, is_rare: bool = False
@@ -55,7 +54,10 @@ class Services:
         make(ManageLifecycleNodes, "lifecycle_manager_navigation/manage_nodes", self._manage)
         make(Trigger, "lifecycle_manager_navigation/is_active", self._is_active)
         make(LoadMap, "map_server/load_map", self._load_map)
-        for name, compose in (("global", brain.global_costmap), ("local", brain.local_costmap)):
+        for name, compose in (
+            ("global", services.global_costmap),
+            ("local", services.local_costmap),
+        ):
             space = f"{name}_costmap"
             make(ClearEntireCostmap, f"{space}/clear_entirely_{space}", self._clear)
             make(GetCostmap, f"{space}/get_costmap", self._costmap_answer(compose))
@@ -101,19 +103,19 @@ class Services:
         return response
 
     def _clear(self, _: Any, response: Any) -> Any:
-        self._brain.clear_costmap()
+        self._services.clear_costmap()
         return response
 
     def _clear_part(self, is_except: bool, request: Any, response: Any) -> Any:
         """Forget marks in a square around the robot or a pose, or all others."""
         try:
             pose = getattr(request, "pose", None)
-            centre = self._brain.pose_map if pose is None else self._body.to_map(pose)
+            centre = self._services.pose_map if pose is None else self._body.to_map(pose)
         except ValueError as error:
             self._body.rejections.reject("clear_costmap", "a client", error)
             return response
         if math.isfinite(request.reset_distance):
-            self._brain.clear_square(centre, 0.5 * request.reset_distance, is_except)
+            self._services.clear_square(centre, 0.5 * request.reset_distance, is_except)
         return response
 
     def _costmap_answer(self, compose: Callable[[], Costmap]) -> Callable[[Any, Any], Any]:

@@ -18,8 +18,8 @@ from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_io import RELIABLE, unpacked
 from swarm_common.middleware.tick_action import GoalHandle, TickActionServer
 from swarm_common.model.records import CONTROL_PERIOD
-from swarm_nav.behaviour.brain_adapter import RobotBrain
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome
+from swarm_nav.interfaces import RobotBrain
 from swarm_nav.ros.nav2.demand import OnDemand
 from swarm_nav.ros.nav2.goals import (
     ACTIONS,
@@ -81,7 +81,7 @@ class Tasks:
         """
         self._body = body
         self._node = body.node
-        self._brain = brain
+        self._brain, self._services = brain, brain.services
         self._on_goal = on_goal
         self._servers: list[TickActionServer] = []
         self._running: dict[int, Running] = {}
@@ -182,20 +182,20 @@ class Tasks:
             self._body.rejections.reject("cmd_vel_teleop", CLIENT, error)
             return
         self._steered_at, self._steered_tick = time.monotonic(), self._tick
-        self._brain.steer(twist)
+        self._services.steer(twist)
 
     def _end_teleop(self, _: Empty) -> None:
-        self._brain.end_teleop()
+        self._services.end_teleop()
 
     def _cancel(self, handle: GoalHandle) -> None:
         for goal_id, running in self._running.items():
-            if running.handle == handle and self._brain.goal_id == goal_id:
-                self._brain.cancel_goal()
+            if running.handle == handle and self._services.goal_id == goal_id:
+                self._services.cancel_goal()
 
     @property
     def goal(self) -> bytes:
         """Id of the current or pending goal of an action; empty without one."""
-        running = self._running.get(self._brain.goal_id or 0)
+        running = self._running.get(self._services.goal_id or 0)
         return b"" if running is None else _id_of(running)
 
     def knows(self, goal_id: bytes) -> bool:
@@ -240,7 +240,7 @@ class Tasks:
                 )
                 reached = event.outcome is Outcome.SUCCEEDED
                 running.server.finish(running.handle, result, succeeded=reached)
-        running = self._running.get(self._brain.goal_id or 0)
+        running = self._running.get(self._services.goal_id or 0)
         if running is not None and running.goal.kind is GoalKind.TELEOP:
             self._reclaim_if_left(running.goal)
         if running is not None and (tick - running.started_tick) % FEEDBACK_TICKS == 0:
@@ -253,12 +253,12 @@ class Tasks:
         """
         passed = (self._tick - self._steered_tick) * CONTROL_PERIOD
         if goal.duration <= 0.0 and min(passed, time.monotonic() - self._steered_at) > STEER_LIMIT:
-            self._brain.end_teleop(f"nobody has steered it for {STEER_LIMIT:.0f} s")
+            self._services.end_teleop(f"nobody has steered it for {STEER_LIMIT:.0f} s")
 
     def _send_feedback(self, running: Running, tick: int) -> None:
         if (tick - running.started_tick) % LISTENER_TICKS == FEEDBACK_TICKS:
             running.has_listeners = running.server.has_listeners
-        feedback = self._brain.feedback() if running.has_listeners else None
+        feedback = self._services.feedback() if running.has_listeners else None
         if feedback is not None:
             message = feedback_msg(running.goal, feedback, running.started_tick, tick)
             running.server.publish_feedback(running.handle, message)

@@ -11,8 +11,8 @@ from rclpy.publisher import Publisher
 from tf2_msgs.msg import TFMessage
 
 from swarm_common.middleware import cdr, ros_io
-from swarm_common.model.records import Pose
-from swarm_nav.behaviour.brain_adapter import RobotBrain
+from swarm_common.model.records import Pose, RobotSpec
+from swarm_nav.interfaces import Services
 from swarm_nav.ros.nav2.costmaps import CostmapTopics
 from swarm_nav.ros.nav2.demand import OnDemand
 
@@ -26,22 +26,24 @@ POSE_TICKS = 10
 class Views:
     """The publishers for RViz and its like, on one node."""
 
-    def __init__(self, node: Node, brain: RobotBrain, on_demand: OnDemand) -> None:
+    def __init__(
+        self, node: Node, services: Services, spec: RobotSpec, on_demand: OnDemand
+    ) -> None:
         """Create the publishers, but for what few listen to.
 
         Args:
-            brain: Whose plans, costmaps and poses are shown.
+            services: Plans, costmaps and poses that are shown.
             on_demand: Receives the topics that few listen to.
         """
-        self._brain = brain
+        self._services = services
         make = node.create_publisher
         self._plan = make(Path, "plan", ros_io.LATEST)
         self._local_plan = make(Path, "local_plan", ros_io.LATEST)
         self._costmaps = [
             CostmapTopics(node, space, period, compose, on_demand)
             for space, period, compose in (
-                ("local_costmap", LOCAL_TICKS, brain.local_costmap),
-                ("global_costmap", GLOBAL_TICKS, brain.global_costmap),
+                ("local_costmap", LOCAL_TICKS, services.local_costmap),
+                ("global_costmap", GLOBAL_TICKS, services.global_costmap),
             )
         ]
         self._footprint = make(PolygonStamped, "local_costmap/published_footprint", ros_io.LATEST)
@@ -50,7 +52,7 @@ class Views:
         self._tf = make(TFMessage, "tf", ros_io.TRANSFORMS)
         self._pose_writer = cdr.CovariantPoseWriter("map")
         self._wanted: set[Publisher] = set()
-        self._footprint_base = np.array(brain.spec.footprint)
+        self._footprint_base = np.array(spec.footprint)
 
     def publish(self, tick: int) -> None:
         """Publish what is wanted and due at this tick."""
@@ -63,14 +65,14 @@ class Views:
         if not self._wanted:
             return
         if self._is_due(self._tf, tick, 1):
-            pose = self._brain.map_from_odom
+            pose = self._services.map_from_odom
             self._tf.publish(
                 TFMessage(transforms=[ros_io.planar_transform("map", "odom", pose, tick)])
             )
         if self._is_due(self._plan, tick, PLAN_TICKS):
-            self._plan.publish(ros_io.path_msg(self._brain.plan_map(), tick))
+            self._plan.publish(ros_io.path_msg(self._services.plan_map(), tick))
         if self._is_due(self._local_plan, tick, LOCAL_TICKS):
-            self._local_plan.publish(ros_io.path_msg(self._brain.local_plan_map(), tick))
+            self._local_plan.publish(ros_io.path_msg(self._services.local_plan_map(), tick))
         if self._is_due(self._footprint, tick, LOCAL_TICKS):
             self._publish_footprint(tick)
         if self._is_due(self._particles, tick, PLAN_TICKS):
@@ -78,8 +80,8 @@ class Views:
 
     def publish_pose(self, tick: int) -> None:
         """Publish the estimated pose; the last one stays for late subscribers."""
-        brain = self._brain
-        self._amcl_pose.publish(self._pose_writer.encode(tick, brain.pose_map, brain.variances()))
+        pose, variances = self._services.pose_map, self._services.variances()
+        self._amcl_pose.publish(self._pose_writer.encode(tick, pose, variances))
 
     def _poll_subscribers(self) -> None:
         for costmap in self._costmaps:
@@ -97,7 +99,7 @@ class Views:
         return topic in self._wanted and tick % period == 0
 
     def _publish_footprint(self, tick: int) -> None:
-        pose = self._brain.pose_map
+        pose = self._services.pose_map
         cos, sin = np.cos(pose.yaw), np.sin(pose.yaw)
         corners_map = self._footprint_base @ np.array([[cos, sin], [-sin, cos]]) + (pose.x, pose.y)
         message = PolygonStamped(header=ros_io.header(tick, "map"))
@@ -105,7 +107,7 @@ class Views:
         self._footprint.publish(message)
 
     def _publish_particles(self, tick: int) -> None:
-        particles = self._brain.particles()
+        particles = self._services.particles()
         message = ParticleCloud(header=ros_io.header(tick, "map"))
         weight = 1.0 / max(1, len(particles))
         message.particles = [

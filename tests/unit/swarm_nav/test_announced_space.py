@@ -96,16 +96,16 @@ class Trial:
             case "goal":
                 self.squad.send(0, self.goal())
             case "cancel":
-                self.robot.cancel_goal()
+                self.robot.services.cancel_goal()
             case "deaf":
                 self.until["deaf"] = tick + self.rng.randint(1, 6)
             case "pose":
-                self.robot.on_initial_pose(self.robot.pose_map)
+                self.robot.services.on_initial_pose(self.robot.pose_map)
             case "back up":
                 self.squad.send(0, kind=GoalKind.BACKUP, distance=0.4, speed=0.15)
             case "again":
-                self.robot.deactivate()
-                self.robot.activate()
+                self.robot.services.deactivate()
+                self.robot.services.activate()
             case "crate":
                 angle = pose.yaw + self.rng.uniform(-1.5, 1.5)
                 far = self.rng.uniform(0.45, 0.9)
@@ -122,8 +122,8 @@ class Trial:
         for tick in range(ticks):
             if tick == self.until["crate"]:
                 self.crate = None
-                self.robot.clear_costmap()
-            if tick > 25 and self.robot.goal_id is None and self.rng.random() < 0.2:
+                self.robot.services.clear_costmap()
+            if tick > 25 and self.robot.services.goal_id is None and self.rng.random() < 0.2:
                 self.squad.send(0, self.goal())
             if tick > 25 and self.rng.random() < 0.03:
                 what = [*what[-2:], f"{tick} {self.happen()}"]

@@ -67,11 +67,11 @@ def ask(squad: Squad, index: int, name: str, value: object, number: int) -> bool
         robot.set_goal(Goal(goal_id=number, **fields))
         return True
     if name == "cancel":
-        robot.cancel_goal()
+        robot.services.cancel_goal()
     elif name == "deaf":
         squad.run(int(str(value)), deaf=[index])
     elif name == "slower":
-        robot.reconfigure(config(max_vel_x=value))
+        robot.services.reconfigure(config(max_vel_x=value))
     else:
         getattr(robot, name)()
     return False
@@ -95,8 +95,8 @@ def test_any_sequence_of_requests_is_answered(
             squad.run(1)
             assert smallest_gap([b for b in squad.beacons if b is not None]) >= 0.5
     for index, robot in enumerate(squad.robots):
-        robot.cancel_goal()
-        robot.feedback()
+        robot.services.cancel_goal()
+        robot.services.feedback()
         assert math.isfinite(robot.status().distance_remaining), index
     squad.run(2)
     for index, numbers in enumerate(sent):

@@ -123,7 +123,7 @@ def test_a_dead_robot_on_the_way_is_driven_around(y: float) -> None:
 @pytest.mark.parametrize("y", [1.8, 2.0, 2.13])
 def test_an_inactive_robot_on_the_way_is_driven_around(y: float) -> None:
     one = Squad(HALL, [START, Pose(4.0, y, 0.0)])
-    one.robots[1].deactivate()
+    one.robots[1].services.deactivate()
     one.send(0, EAST)
     one.run_until(lambda: bool(one.ended(0)), 500)
     assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
@@ -189,7 +189,7 @@ def test_a_robot_whose_next_goal_is_canceled_while_it_is_served_makes_way() -> N
     one.send(0, EAST)
     one.run(200)
     assert not one.ended(0)
-    one.robots[1].cancel_goal()
+    one.robots[1].services.cancel_goal()
     one.run_until(lambda: bool(one.ended(0)), 600)
     assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
 
@@ -212,7 +212,7 @@ def test_a_robot_that_waits_on_orders_resumes_waiting_after_making_way() -> None
     one.send(0, EAST)
     one.run_until(lambda: bool(one.ended(0)), 800)
     one.run(40)
-    assert one.robots[1].goal_id == 9
+    assert one.robots[1].services.goal_id == 9
     assert one.robots[1].status().state == "pausing"
     assert abs(one.bodies[1].twist.wz) > 0.5
 
@@ -234,14 +234,14 @@ def test_two_robots_pass_each_other_in_a_corridor() -> None:
 
 def test_an_inactive_navigator_holds_its_place_and_takes_up_work_again() -> None:
     one = under_way()
-    one.robots[0].deactivate()
+    one.robots[0].services.deactivate()
     one.run(20)
     assert one.ended(0)[0].outcome is Outcome.CANCELED
     assert one.robots[0].status().state == "inactive"
     assert one.bodies[0].twist.vx == 0.0
     one.send(0, EAST)
     stood = one.bodies[0].pose
-    one.robots[0].activate()
+    one.robots[0].services.activate()
     one.run(16)
     assert one.distance(0, stood) < 1e-6  # listens first
     one.run_until(lambda: len(one.ended(0)) == 2, 400)
@@ -250,7 +250,7 @@ def test_an_inactive_navigator_holds_its_place_and_takes_up_work_again() -> None
 
 def test_a_new_speed_limit_takes_effect_at_once() -> None:
     one = under_way()
-    one.robots[0].reconfigure(config(max_vel_x=0.1))
+    one.robots[0].services.reconfigure(config(max_vel_x=0.1))
     one.run(5)
     assert one.bodies[0].twist.vx == pytest.approx(0.1, abs=0.01)
     assert one.robots[0].config.controller.max_vel_x == 0.1
@@ -258,7 +258,7 @@ def test_a_new_speed_limit_takes_effect_at_once() -> None:
 
 def test_new_parameters_reach_every_layer() -> None:
     one = under_way()
-    one.robots[0].reconfigure(
+    one.robots[0].services.reconfigure(
         config(costmap__obstacle_max_range=1.0, traffic__confirmations=6, traffic__held_length=0.2)
     )
     s = one.robots[0]._s
@@ -274,16 +274,16 @@ def test_new_parameters_reach_every_layer() -> None:
 def test_a_pose_from_the_operator_replaces_the_estimate_and_the_claims() -> None:
     one = under_way()
     robot = one.robots[0]
-    robot.on_initial_pose(Pose(5.0, 6.0, 1.0))
+    robot.services.on_initial_pose(Pose(5.0, 6.0, 1.0))
     assert robot.pose_map.distance(Pose(5.0, 6.0, 1.0)) < 1e-9
-    way = robot.plan_map()
+    way = robot.services.plan_map()
     assert np.hypot(*(way - (5.0, 6.0)).T).max() < 0.11  # no more than it takes to stop
 
 
 def test_a_new_map_is_planned_on() -> None:
     one = Squad(HALL, [START])
-    one.robots[0].load_map(room(8.0, 8.0, (4.0, 0.0, 4.15, 5.0)))
-    path = one.robots[0].make_plan(None, [EAST])
+    one.robots[0].services.load_map(room(8.0, 8.0, (4.0, 0.0, 4.15, 5.0)))
+    path = one.robots[0].services.make_plan(None, [EAST])
     assert path[:, 1].max() > 5.0
 
 
@@ -316,7 +316,7 @@ def test_a_parked_robot_keeps_its_way_to_a_refuge_from_the_first_tick() -> None:
     one.extra_beacons.append(pusher)
     one.run(3)
     assert one.robots[0].status().state == "yielding"
-    assert len(one.robots[0].plan_map()) > 3
+    assert len(one.robots[0].services.plan_map()) > 3
 
 
 def test_a_robot_that_had_no_data_holds_its_place_only_and_listens_first() -> None:

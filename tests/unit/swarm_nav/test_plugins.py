@@ -14,7 +14,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose, Twist
 from swarm_common.model.sites import Sites
 from swarm_common.process import plugins
-from swarm_nav.behaviour.brain_adapter import make_brain
+from swarm_nav.behaviour.plugin_brain import make_brain
 from swarm_nav.control.plugin_controller import PluginController
 from swarm_nav.core.config import (
     ControllerConfig,

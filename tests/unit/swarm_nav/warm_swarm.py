@@ -9,7 +9,7 @@ import sys
 
 import swarm_nav
 from swarm_common.files.map_io import load_map, map_path
-from swarm_common.model.beacon import serialize_neighbors
+from swarm_common.model.beacon import reception_of, serialize_neighbors
 from swarm_describe.robots.loading import load_robot
 from swarm_describe.worlds.reader import load_world
 from swarm_nav.behaviour.navigator import Navigator
@@ -50,12 +50,12 @@ def drive(count: int, ticks: int) -> None:
     for tick in range(ticks):
         answers = []
         for robot, observed in zip(robots, world.observe(), strict=True):
-            if robot.goal_id is None and tick % 10 == 0:
+            if robot.services.goal_id is None and tick % 10 == 0:
                 target = chooser.choice(stations[:2])
                 robot.set_goal(Goal(kind=GoalKind.NAVIGATE, goal_id=1, poses_map=(target,)))
             data = serialize_neighbors(0, 0, observed.neighbors)
             robot.on_odom(observed.odom)
-            robot.on_neighbors(deserialize_neighbors(data)[2].copy())
+            robot.on_reception(reception_of(deserialize_neighbors(data)[2].copy()))
             if observed.scan is not None:
                 robot.on_scan(observed.scan)
             answers.append(robot.tick(tick))

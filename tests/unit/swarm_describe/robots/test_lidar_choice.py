@@ -166,7 +166,7 @@ def test_the_navigator_marks_what_is_there(rpy: str, tmp_path: Path) -> None:
         models={made.spec.model: made.model},
     )
     navigator = Navigator(NavConfig(), made.spec, grid, Sites(), 1, Pose(0.0, 0.0, 0.0))
-    navigator.activate()
+    navigator.services.activate()
     for tick in range(30):
         seen = world.observe()[0]
         navigator.on_odom(seen.odom)

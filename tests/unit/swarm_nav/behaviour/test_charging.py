@@ -74,8 +74,8 @@ def test_a_robot_whose_battery_is_low_charges_and_then_reaches_its_goal() -> Non
     assert (status.station, status.goal_map) == ("charger_1", GOAL)
     assert status.battery == pytest.approx(one.shares[0], abs=0.06)
     assert one.distance(0, CHARGERS["charger_1"]) <= 0.25
-    assert one.robots[0].goal_id == 7
-    feedback = one.robots[0].feedback()
+    assert one.robots[0].services.goal_id == 7
+    feedback = one.robots[0].services.feedback()
     assert feedback is not None
     assert feedback.goal_id == 7
     assert feedback.distance_remaining > 5.0
@@ -107,7 +107,7 @@ def test_the_way_to_the_station_counts_with_the_threshold() -> None:
 def test_a_robot_without_a_goal_charges_too_and_gives_the_station_back() -> None:
     one = Powered([START], [0.2])
     one.run_until(one.is_charging, 400)
-    assert one.robots[0].feedback() is None
+    assert one.robots[0].services.feedback() is None
     one.run_until(lambda: not one.is_charging(), 400)
     one.run(5)
     status = one.robots[0].status()
@@ -123,12 +123,12 @@ def test_goals_that_come_go_and_change_meanwhile_are_told_of_at_once() -> None:
     assert one.ended(0) == [
         GoalEnded(1, Outcome.CANCELED, one.tick - 3, message="preempted by a new goal")
     ]
-    assert one.robots[0].goal_id == 2
+    assert one.robots[0].services.goal_id == 2
     assert one.is_charging()
-    one.robots[0].cancel_goal()
+    one.robots[0].services.cancel_goal()
     one.run(2)
     assert [end.goal_id for end in one.ended(0)] == [1, 2]
-    assert one.robots[0].goal_id is None
+    assert one.robots[0].services.goal_id is None
     assert one.is_charging()
     one.send(0, NEXT, goal_id=3)
     one.run_until(lambda: len(one.ended(0)) == 3, 900)
@@ -158,10 +158,10 @@ def test_a_behaviour_that_an_operator_asks_for_comes_first() -> None:
 def test_a_shut_down_robot_does_not_set_off() -> None:
     one = Powered([START], [0.2])
     one.run(60)
-    one.robots[0].deactivate()
+    one.robots[0].services.deactivate()
     one.run(300)
     assert not one.charged
-    one.robots[0].activate()
+    one.robots[0].services.activate()
     one.run_until(one.is_charging, 400)
 
 

@@ -36,7 +36,7 @@ def test_a_goal_is_reached_in_place_and_heading() -> None:
     assert one.distance(0, GOAL) <= 0.25
     assert abs(wrap_angle(one.bodies[0].pose.yaw - GOAL.yaw)) <= 0.25
     assert abs(one.bodies[0].twist.vx) < 0.02
-    assert one.robots[0].goal_id is None
+    assert one.robots[0].services.goal_id is None
 
 
 def test_a_tight_heading_tolerance_is_met() -> None:
@@ -74,7 +74,7 @@ def test_a_goal_in_the_future_starts_at_its_tick() -> None:
     one = squad()
     one.run(30)
     one.send(0, EAST, start_tick=50)
-    assert one.robots[0].goal_id == 0
+    assert one.robots[0].services.goal_id == 0
     one.run(20)
     assert not one.events[0]
     one.run(1)
@@ -117,11 +117,11 @@ def test_a_canceled_goal_ends_and_the_robot_stops(after: int) -> None:
     one = squad()
     one.send(0, FAR, goal_id=3)
     one.run(after)
-    one.robots[0].cancel_goal()
+    one.robots[0].services.cancel_goal()
     one.run(10)
     assert [(e.goal_id, e.outcome) for e in one.ended(0)] == [(3, Outcome.CANCELED)]
     assert abs(one.bodies[0].twist.vx) < 1e-6
-    one.robots[0].cancel_goal()  # nothing in hand: nothing happens
+    one.robots[0].services.cancel_goal()  # nothing in hand: nothing happens
     one.run(1)
     assert len(one.ended(0)) == 1
 
@@ -186,7 +186,7 @@ def test_waypoints_are_repeated_for_each_loop() -> None:
     previous = 0
     while not one.ended(0) and one.tick < 1500:
         one.run(1)
-        feedback = one.robots[0].feedback()
+        feedback = one.robots[0].services.feedback()
         current = feedback.current_waypoint if feedback is not None else previous
         turns += current != previous
         previous = current
@@ -201,7 +201,7 @@ def test_further_loops_begin_at_the_first_waypoint_also_after_a_first_index() ->
     visited: list[int] = []
     while not one.ended(0) and one.tick < 1500:
         one.run(1)
-        feedback = one.robots[0].feedback()
+        feedback = one.robots[0].services.feedback()
         if feedback is not None and feedback.current_waypoint not in visited[-1:]:
             visited.append(feedback.current_waypoint)
     assert one.ended(0)[0].missed_waypoints == ((1, ErrorCode.GOAL_OUTSIDE_MAP),)
@@ -212,7 +212,7 @@ def test_intermediate_poses_are_driven_through() -> None:
     one = squad()
     one.send(0, Pose(4.0, 2.5, 1.0), EAST, kind=GoalKind.THROUGH)
     one.run(40)
-    feedback = one.robots[0].feedback()
+    feedback = one.robots[0].services.feedback()
     assert feedback is not None
     assert feedback.poses_remaining == 2
     speeds, nearest = [], 9.0
@@ -275,12 +275,12 @@ def test_behaviours_are_goals_too(kind: GoalKind, fields: dict, moved: float) ->
 
 def test_feedback_counts_down_to_the_goal() -> None:
     one = squad()
-    assert one.robots[0].feedback() is None
+    assert one.robots[0].services.feedback() is None
     one.send(0, EAST, goal_id=5)
     one.run(30)
-    first = one.robots[0].feedback()
+    first = one.robots[0].services.feedback()
     one.run(60)
-    later = one.robots[0].feedback()
+    later = one.robots[0].services.feedback()
     assert first is not None
     assert later is not None
     assert first.goal_id == 5
@@ -292,11 +292,11 @@ def test_feedback_counts_down_to_the_goal() -> None:
 
 def test_plans_can_be_asked_for_without_driving() -> None:
     robot = squad().robots[0]
-    path = robot.make_plan(None, [GOAL, FAR])
+    path = robot.services.make_plan(None, [GOAL, FAR])
     assert np.allclose(path[0], (START.x, START.y))
     assert np.hypot(*(path - (GOAL.x, GOAL.y)).T).min() < 1e-6
     assert np.allclose(path[-1], (FAR.x, FAR.y))
-    assert len(robot.make_plan(Pose(1.0, 1.0, 0.0), [])) == 0
+    assert len(robot.services.make_plan(Pose(1.0, 1.0, 0.0), [])) == 0
     with pytest.raises(PlanError) as error:
-        robot.make_plan(Pose(-1.0, 0.0, 0.0), [GOAL])
+        robot.services.make_plan(Pose(-1.0, 0.0, 0.0), [GOAL])
     assert error.value.code is ErrorCode.START_OUTSIDE_MAP

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from swarm_common.model.beacon import reception_of
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Odometry, Pose, Scan, Twist, wrap_angle
 from swarm_common.model.sites import Sites
@@ -184,10 +185,10 @@ def test_the_error_of_the_pose_enters_the_safety_margin_and_never_lowers_it() ->
     for tick in range(30):
         robot.on_odom(Odometry(tick, Pose(0.0, 0.0, 0.0), Twist()))
         robot.on_scan(scan_at(HERE, tick, rng))
-        robot.on_neighbors(hear_nothing())
+        robot.on_reception(reception_of(hear_nothing()))
         radii.append(float(robot.tick(tick).beacon["radius"]))
-    body, least = waffle().circumscribed_radius, robot.config.traffic.safety_margin
-    sigma = math.sqrt(max(robot.variances()[:2]))
+    body, least = waffle().circumscribed_radius, robot.reserves_by.traffic.safety_margin
+    sigma = math.sqrt(max(robot.services.variances()[:2]))
     assert min(radii) >= body + least - 1e-6
     needed = body + max(least, 0.03 + 2.0 * sigma + GROWTH)
     assert needed - 0.002 <= radii[-1] < needed + 2.0 * MARGIN_STEP
@@ -204,13 +205,13 @@ def test_a_lost_robot_stands_and_says_so_until_a_pose_is_found() -> None:
     parameters = config(localisation__type="amcl", costmap__scan_timeout=0.0)
     robot = Navigator(parameters, waffle(), ROOM, Sites(), 1, HERE)
     robot.on_odom(Odometry(0, Pose(0.0, 0.0, 0.0), Twist()))
-    robot.on_initial_pose(Pose(HERE.x + 0.4, HERE.y + 0.3, HERE.yaw - 0.35), WIDE)
+    robot.services.on_initial_pose(Pose(HERE.x + 0.4, HERE.y + 0.3, HERE.yaw - 0.35), WIDE)
     details = []
     for tick in range(60):
         robot.on_odom(Odometry(tick, Pose(0.0, 0.0, 0.0), Twist()))
         if tick >= 20:
             robot.on_scan(scan_at(HERE, tick, rng))
-        robot.on_neighbors(hear_nothing())
+        robot.on_reception(reception_of(hear_nothing()))
         output = robot.tick(tick)
         details.append(robot.status().detail)
         assert output.twist == Twist()

@@ -181,7 +181,7 @@ def test_a_mask_that_comes_on_the_way_changes_it() -> None:
     one = Squad(HALL, [Pose(1.5, 1.5, 0.0)], config())
     one.send(0, Pose(6.5, 1.5, 0.0))
     one.run(20)
-    one.robots[0].on_keepout_mask(mask)
+    one.robots[0].services.on_keepout_mask(mask)
     for _ in range(800):
         one.run(1)
         x, y = one.bodies[0].pose.x, one.bodies[0].pose.y
@@ -189,5 +189,7 @@ def test_a_mask_that_comes_on_the_way_changes_it() -> None:
         if one.ended(0):
             break
     assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
-    one.robots[0].on_keepout_mask(dataclasses.replace(mask, cells=np.zeros_like(mask.cells)))
+    one.robots[0].services.on_keepout_mask(
+        dataclasses.replace(mask, cells=np.zeros_like(mask.cells))
+    )
     assert not one.robots[0]._s.terrain.grid.keepout.any()

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from swarm_common.model.beacon import BEACON_DTYPE
+from swarm_common.model.beacon import BEACON_DTYPE, reception_of
 from swarm_common.model.records import Pose, Scan
 from swarm_nav.traffic.robot_state import RobotState
 from swarm_nav.traffic.senses import Senses
@@ -29,7 +29,7 @@ def test_an_empty_batch_is_enough_but_counts_for_one_tick_only() -> None:
     s, senses = robot()
     senses.on_scan(scan(s.tick))
     assert not senses.update()
-    senses.on_neighbors(NOBODY)
+    senses.on_reception(reception_of(NOBODY))
     assert senses.update()
     assert not senses.update()
 
@@ -40,7 +40,7 @@ def test_scans_that_stop_coming_stop_the_robot() -> None:
     timeout = s.ticks(s.config.costmap.scan_timeout)
     for wait, is_enough in ((timeout, True), (1, False)):
         s.tick += wait
-        senses.on_neighbors(NOBODY)
+        senses.on_reception(reception_of(NOBODY))
         assert senses.update() == is_enough
 
 
@@ -51,7 +51,7 @@ def test_after_a_long_silence_only_the_robot_listens_anew(is_longer: bool) -> No
         s.tick += 1
         senses.update()
     s.tick += 1
-    senses.on_neighbors(NOBODY)
+    senses.on_reception(reception_of(NOBODY))
     senses.update()
     assert s.listening_since == (s.tick if is_longer else 0)
 
@@ -68,7 +68,7 @@ def test_a_scan_marks_nothing_before_the_robots_around_are_heard() -> None:
 def test_a_robot_that_never_gets_a_scan_stands_and_says_so() -> None:
     s, senses = robot()
     s.tick += s.ticks(s.config.costmap.scan_timeout) + 1
-    senses.on_neighbors(NOBODY)
+    senses.on_reception(reception_of(NOBODY))
     assert not senses.update()
     assert "no scan" in senses.missing
 
@@ -76,6 +76,6 @@ def test_a_robot_that_never_gets_a_scan_stands_and_says_so() -> None:
 def test_a_lost_robot_stands_whatever_it_hears() -> None:
     s, senses = robot()
     senses.on_scan(scan(s.tick))
-    senses.on_neighbors(NOBODY)
+    senses.on_reception(reception_of(NOBODY))
     assert not senses.update(is_lost=True)
     assert senses.missing == "stands: lost"

@@ -91,8 +91,8 @@ def test_the_topics_limit_counts_everywhere(
     limit: float, is_percentage: bool, allowed: float
 ) -> None:
     one = Squad(HALL, [START], config())
-    one.robots[0].on_speed_limit(0.05, is_percentage=False)
-    one.robots[0].on_speed_limit(limit, is_percentage=is_percentage)
+    one.robots[0].services.on_speed_limit(0.05, is_percentage=False)
+    one.robots[0].services.on_speed_limit(limit, is_percentage=is_percentage)
     one.send(0, GOAL)
     fastest = max(speed for _, speed in drive(one))
     assert 0.9 * allowed < fastest <= allowed + 1e-6

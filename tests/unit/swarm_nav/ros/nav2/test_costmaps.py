@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from swarm_nav.behaviour.costmap import Costmap, changed_window
+from swarm_nav.behaviour.costmap import changed_window
+from swarm_nav.interfaces import Costmap
 from swarm_nav.ros.nav2.costmaps import CostmapTopics
 
 RAW, UPDATES, RAW_UPDATES = "costmap_raw", "costmap_updates", "costmap_raw_updates"

@@ -1,4 +1,4 @@
-"""The adapter answers for a brain that has the required methods only."""
+"""A brain that has the required methods only is answered for."""
 
 import math
 from typing import Any
@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from swarm_common.model.beacon import BEACON_DTYPE
+from swarm_common.model.beacon import BEACON_DTYPE, reception_of
 from swarm_common.model.records import Odometry, Pose, Twist
 from swarm_common.model.sites import Sites
-from swarm_nav.behaviour.brain_adapter import BrainAdapter, make_brain, plain_beacon
 from swarm_nav.behaviour.navigator import Navigator
+from swarm_nav.behaviour.plain import plain_beacon
+from swarm_nav.behaviour.plugin_brain import PluginBrain, make_brain
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.core.goals import ErrorCode, Goal, GoalEnded, GoalKind, Outcome, Output, StateChanged
 from tests.fakes.navigation import room, waffle
@@ -52,15 +53,16 @@ class Complete:
         self._navigator = Navigator(*arguments)
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._navigator, name)
+        owner = self._navigator if hasattr(self._navigator, name) else self._navigator.services
+        return getattr(owner, name)
 
 
-def adapter(name: str = "Bold") -> BrainAdapter:
+def adapter(name: str = "Bold") -> PluginBrain:
     config = config_from_parameters({"brain.plugin": f"{__name__}:{name}"})
     made = make_brain(config, waffle(), ROOM, Sites(), 2, HERE)
-    assert isinstance(made, BrainAdapter)
+    assert isinstance(made, PluginBrain)
     made.on_odom(Odometry(0, Pose(0.0, 0.0, 0.0), Twist()))
-    made.on_neighbors(np.zeros(0, BEACON_DTYPE))
+    made.on_reception(reception_of(np.zeros(0, BEACON_DTYPE)))
     return made
 
 
