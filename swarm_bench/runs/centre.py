@@ -7,17 +7,11 @@ from typing import Protocol
 
 from swarm_bench.runs.methods import Driver
 from swarm_central.link import Centre
-from swarm_central.team import RobotReport, TeamOrder
+from swarm_nav.interfaces import Led
 
 
-class Commanded(Driver, Protocol):
+class Commanded(Driver, Led, Protocol):
     """A driver that reports to a centre and takes its orders."""
-
-    def report(self) -> RobotReport:
-        """Return what the centre is to know after a tick."""
-
-    def take_order(self, order: TeamOrder) -> None:
-        """Receive an order of the centre."""
 
 
 def exchange(centre: Centre, tick: int, drivers: Sequence[Commanded], dead: set[int]) -> None:
@@ -27,6 +21,6 @@ def exchange(centre: Centre, tick: int, drivers: Sequence[Commanded], dead: set[
         dead: Indices of those that neither report nor hear.
     """
     reports = [driver.report() for index, driver in enumerate(drivers) if index not in dead]
-    for order in centre.step(tick, reports):
+    for order in centre.step(tick, [each for each in reports if each is not None]):
         if order.robot_id - 1 not in dead:
             drivers[order.robot_id - 1].take_order(order)

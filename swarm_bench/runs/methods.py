@@ -5,12 +5,10 @@ from __future__ import annotations
 import dataclasses
 import functools
 import importlib
-from collections.abc import Iterator
 from typing import Any, Protocol, runtime_checkable
 
 from swarm_bench.runs.inputs import plugin_module
 from swarm_central.team import TeamFactory
-from swarm_common.model.battery import BatteryReading
 from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import UnknownNameError
 from swarm_common.model.grid import Grid
@@ -19,31 +17,17 @@ from swarm_common.model.sites import Sites
 from swarm_common.process.plugins import load_plugin
 from swarm_nav.behaviour.plugin_brain import make_brain
 from swarm_nav.core.config import BrainConfig, NavConfig
-from swarm_nav.core.goals import Output
 from swarm_nav.core.plugins import BRAIN
-from swarm_nav.interfaces import Brain
+from swarm_nav.interfaces import Brain, Charged, Staged
 
 
-class Driver(Brain, Protocol):
+class Driver(Brain, Charged, Protocol):
     """A brain that also takes the readings of a battery."""
-
-    def on_battery(self, reading: BatteryReading) -> None:
-        """Receive a reading of the battery, once a second where the robot has one."""
 
 
 @runtime_checkable
-class StagedDriver(Driver, Protocol):
-    """A driver that can decide in stages, between which others decide: the same, but faster."""
-
-    def stages(self, tick: int) -> Iterator[Output | None]:
-        """Decide in a number of stages that is the same for all drivers.
-
-        Args:
-            tick: Tick, as in `tick`.
-
-        Yields:
-            None after each stage, at last what `tick` returns.
-        """
+class StagedDriver(Driver, Staged, Protocol):
+    """A driver that can decide in stages, between which others decide."""
 
 
 class Method(Protocol):

@@ -23,11 +23,11 @@ from swarm_common.model.beacon import (
 )
 from swarm_common.model.breaches import MISSED
 from swarm_common.model.palette import BY_HAND, CHARGING
-from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, stamp_from_tick
+from swarm_common.model.records import CONTROL_PERIOD, RobotSpec, stamp_from_tick
 from swarm_nav.behaviour.behaviors import Behavior
 from swarm_nav.behaviour.goal_progress import GoalProgress
 from swarm_nav.behaviour.parts import Parts
-from swarm_nav.core.goals import Feedback, Status
+from swarm_nav.core.goals import Feedback, GoalKind, Status
 from swarm_nav.core.states import State
 from swarm_nav.traffic.robot_state import RobotView
 
@@ -45,16 +45,9 @@ CLAIMS = slice(word_of("held"), word_of("footprint"))
 NOWHERE = (math.nan, math.nan)
 
 
-def compose_beacon(
-    parts: Parts, spec: RobotSpec, is_active: bool, *, is_pausing: bool = False
-) -> np.void:
-    """Return the beacon of this tick, with the priority and the blocks as they were published.
-
-    Args:
-        is_active: Whether the navigator is active.
-        is_pausing: Whether the robot is served, and does not make way.
-    """
-    s, d = parts.robot, parts
+def compose_beacon(parts: Parts, spec: RobotSpec) -> np.void:
+    """Return the beacon of this tick, with the priority and the blocks as they were published."""
+    s, d, is_active = parts.robot, parts, parts.is_active
     priority = s.priority
     is_yielding = d.right.is_yielding
     flags = FLAG_STUCK if d.right.is_stuck or not is_active else 0
@@ -64,7 +57,7 @@ def compose_beacon(
     if is_yielding:
         x, y = s.tube.points[-1]
         target = (float(x), float(y))
-    mode = MODE_PAUSE if is_pausing else MODES[d.state_machine.state]
+    mode = MODE_PAUSE if d.goal_manager.is_pausing else MODES[d.state_machine.state]
     head = (
         *stamp_from_tick(s.tick), s.robot_id, s.tick, s.radius,
         s.pose.x, s.pose.y, s.pose.yaw, s.twist.vx, s.twist.wz,
@@ -81,48 +74,34 @@ def compose_beacon(
     return record_of(words)
 
 
-def compose_status(
-    parts: Parts,
-    is_active: bool,
-    target: Pose | None,
-    distance: float,
-    *,
-    is_pausing: bool,
-    is_by_hand: bool = False,
-    failure: str = "",
-    is_on_trip: bool = False,
-    battery: float = math.nan,
-    reach: float = math.inf,
-) -> Status:
+def compose_status(parts: Parts, *, battery: float = math.nan, reach: float = math.inf) -> Status:
     """Return the status for the operator.
 
     Args:
-        is_active: Whether the navigator is active.
-        target: In map, None without a goal.
-        distance: [m] of path left.
-        is_pausing: Whether it is being served where it was sent.
-        is_by_hand: Whether an operator drives it.
-        failure: Why the goal before was given up; empty if it was not.
-        is_on_trip: Whether it goes to charge, or is charged.
         battery: Charge by capacity; NaN without a battery.
         reach: [m] that it can drive before it goes to charge.
     """
-    s, state = parts.robot, parts.state_machine.state
+    s, goals, state = parts.robot, parts.goal_manager, parts.state_machine.state
+    target = None if goals.asked is None else goals.asked.target
+    if target is None and goals.has_goal and not goals.is_on_trip:
+        target = s.pose  # a behaviour that somebody asked for: the robot is not free
+    distance = 0.0 if goals.task is None else goals.task.distance_remaining(s)
     name, detail, waits = state.value, "", s.awaited
-    if not is_active:
+    if not parts.is_active:
         name = "inactive"
     elif parts.senses.missing:
         name, detail = "waiting", parts.senses.missing
-    elif state is State.IDLE and is_pausing:
-        name = CHARGING if is_on_trip else State.BEHAVING.value
+    elif state is State.IDLE and goals.is_pausing:
+        name = CHARGING if goals.is_on_trip else State.BEHAVING.value
     elif state is State.IDLE:
-        detail = f"{MISSED}{failure}" if failure else ""
+        detail = f"{MISSED}{goals.failure}" if goals.failure else ""
     elif state is State.DRIVING and waits:
         name, detail = "waiting", waits
     else:
-        name = BY_HAND if state is State.BEHAVING and is_by_hand else name
+        by_hand = goals.behavior is not None and goals.behavior.goal.kind is GoalKind.TELEOP
+        name = BY_HAND if state is State.BEHAVING and by_hand else name
         detail = parts.arbiter.why
-        if state is State.DRIVING and is_on_trip:
+        if state is State.DRIVING and goals.is_on_trip:
             detail = detail or "goes to charge"
     counters = s.counters
     return Status(

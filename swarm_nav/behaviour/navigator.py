@@ -346,8 +346,7 @@ class Navigator:
         base = base_priority(rank, self._rank_tick, s.robot_id)
         self._arbiter.announce_priorities(s.donations.own(base), s.donations.published(base))
         self._arbiter.publish()
-        is_pausing = goal_manager.is_pausing
-        return compose_beacon(self._parts, self._spec, self._parts.is_active, is_pausing=is_pausing)
+        return compose_beacon(self._parts, self._spec)
 
     def _count_waiting(self) -> None:
         s, state = self._s, self._state_machine.state
@@ -366,20 +365,5 @@ class Navigator:
 
     def status(self) -> Status:
         """Return the state for the operator."""
-        goal_manager = self._goal_manager
-        target = goal_manager.asked.target if goal_manager.asked is not None else None
-        if target is None and goal_manager.has_goal and not goal_manager.is_on_trip:
-            target = self._s.pose  # a behaviour that somebody asked for: the robot is not free
-        behavior = goal_manager.behavior
-        return compose_status(
-            self._parts,
-            self._parts.is_active,
-            target,
-            0.0 if self._task is None else self._task.distance_remaining(self._s),
-            is_pausing=goal_manager.is_pausing,
-            failure=goal_manager.failure,
-            is_on_trip=goal_manager.is_on_trip,
-            battery=self._battery_share,
-            reach=math.inf if self._trip is None else self._trip.reach,
-            is_by_hand=behavior is not None and behavior.goal.kind is GoalKind.TELEOP,
-        )
+        reach = math.inf if self._trip is None else self._trip.reach
+        return compose_status(self._parts, battery=self._battery_share, reach=reach)

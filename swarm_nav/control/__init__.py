@@ -6,7 +6,6 @@ What a module imports of its folder stands above it:
     omni_kernels   Bare numba kernel of the dynamic window for drives that move in any direction
     controller     Local controller: rotation shim and DWA along the held tube
     plugin_controller  A controller that a user brings, behind the face of the built-in one
-    line_tracking  Local controller of long robots: in a slot the line is tracked
     omni           Local controller of drives that move in any direction: DWA with a speed sideways
 
 May import of swarm_nav: `reservation`, `perception`, `planning`, `interfaces`,

@@ -16,11 +16,11 @@ from swarm_nav.control.controller import (
     LOOKAHEAD,
     TUBE_TOLERANCE,
     Controller,
+    StraightController,
     length_to,
     rate_that_stops,
     scored_window,
 )
-from swarm_nav.control.line_tracking import StraightController
 from swarm_nav.control.plugin_controller import PluginController
 from swarm_nav.core.config import ControllerConfig
 from swarm_nav.core.plugins import CONTROLLER, Report, ignore

@@ -300,12 +300,16 @@ class Lease:
                 return name
         return ""
 
+    @property
+    def is_shared(self) -> bool:
+        """Whether the queue is one for all goals on the same single lanes."""
+        return self._zone is not None and self._zone.room > 0
+
     def why(self, names: RobotNames, sites: Sites) -> str:
         """Return for what a robot without a turn waits."""
         station = self.name_in(sites) or "its goal"
         if self.first:
-            is_shared = self._zone is not None and self._zone.room > 0
-            queue = f"{station} or others in its aisle" if is_shared else station
+            queue = f"{station} or others in its aisle" if self.is_shared else station
             return f"for {names.name_of(self.first)}, {self.place} before it at {queue}"
         if self.is_full:
             return f"for room on the single lanes at {station}"

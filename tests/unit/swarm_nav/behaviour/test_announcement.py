@@ -31,10 +31,12 @@ from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
 from swarm_nav.behaviour.announcement import compose_beacon, compose_status
+from swarm_nav.behaviour.behaviors import Behavior
 from swarm_nav.behaviour.goal_manager import GoalManager
 from swarm_nav.behaviour.parts import Parts
 from swarm_nav.behaviour.rules import Leave, WaitForTurn
 from swarm_nav.behaviour.state_machine import StateMachine
+from swarm_nav.core.goals import Goal, GoalKind
 from swarm_nav.core.rank import CLASS_DONE, CLASS_DRIVING, CLASS_HOLDING, Donations, base_priority
 from swarm_nav.core.states import Event, MakingWay, State
 from swarm_nav.interfaces import Proposal
@@ -88,9 +90,9 @@ def announce(
     base = base_priority(rank if has_goal else CLASS_DONE, 33, s.robot_id)
     arbiter_of(s).announce_priorities(s.donations.own(base), s.donations.published(base))
     s.tube.publish(s.pose, s.tick)
-    return compose_beacon(
-        parts_of(s, state, Lease(STATION, 70, 1), right=right), waffle(), is_active
-    )
+    parts = parts_of(s, state, Lease(STATION, 70, 1), right=right)
+    parts.is_active = is_active
+    return compose_beacon(parts, waffle())
 
 
 def test_a_beacon_carries_the_claims_of_its_tick() -> None:
@@ -140,7 +142,7 @@ def test_composing_a_beacon_changes_nothing() -> None:
     s = driving()
     first = announce(s)
     told = parts_of(s, State.DRIVING, Lease(STATION, 70, 1))
-    assert compose_beacon(told, waffle(), True).tobytes() == first.tobytes()
+    assert compose_beacon(told, waffle()).tobytes() == first.tobytes()
 
 
 @pytest.mark.parametrize(
@@ -190,7 +192,8 @@ def status(  # type: ignore[no-untyped-def]
     sites = Sites(stations={"loader_1": Pose(*STATION, 0.0)})
     lease = Lease(STATION, 70, place, 9 if place else 0, is_full=is_full)
     parts = parts_of(s, state, lease, gate, sites=sites)
-    return compose_status(parts, is_active, None, 1.3, is_pausing=False)
+    parts.is_active = is_active
+    return compose_status(parts)
 
 
 def test_the_status_says_what_the_robot_waits_for() -> None:
@@ -199,7 +202,6 @@ def test_the_status_says_what_the_robot_waits_for() -> None:
     assert (shown.state, shown.station, shown.queue_place) == ("holding", "loader_1", 2)
     assert shown.detail == "parked, waits for Srobot9, 2 before it at loader_1"
     assert shown.holding_since_tick == 60
-    assert shown.estimated_time_remaining == pytest.approx(5.0)
     s.blocked_ticks, s.blocked_by, s.blocked_why = 11, 7, "is in the way"
     assert (status(s, State.DRIVING).state, status(s, State.DRIVING).detail) == (
         "waiting", "for Srobot7, which is in the way",
@@ -226,7 +228,7 @@ def test_a_robot_calls_others_by_the_names_of_the_run() -> None:
     for number, name in ((2, "bob"), (7, "agv7")):
         s.blocked_by = number
         parts = parts_of(s, State.DRIVING, Lease())
-        shown = compose_status(parts, True, None, 1.0, is_pausing=False)
+        shown = compose_status(parts)
         assert shown.detail == f"for {name}, which is in the way"
 
 
@@ -234,8 +236,9 @@ def test_a_robot_that_is_driven_by_hand_says_so() -> None:
     s = driving()
     told = parts_of(s, State.BEHAVING, Lease())
     for is_by_hand, state in ((True, "driven by hand"), (False, "pausing")):
-        shown = compose_status(told, True, s.pose, 0.0, is_pausing=False, is_by_hand=is_by_hand)
-        assert shown.state == state
+        kind = GoalKind.TELEOP if is_by_hand else GoalKind.WAIT
+        told.goal_manager.behavior = Behavior(Goal(kind=kind), s)
+        assert compose_status(told).state == state
 
 
 def test_a_robot_that_waits_at_the_gate_says_so() -> None:

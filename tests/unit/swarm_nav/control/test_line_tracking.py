@@ -10,8 +10,7 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_describe.robots.loading import load_robot
-from swarm_nav.control.controller import Controller
-from swarm_nav.control.line_tracking import MOST_RATE, StraightController
+from swarm_nav.control.controller import MOST_RATE, Controller, StraightController
 from swarm_nav.core.config import ControllerConfig, NavConfig
 from swarm_nav.planning.oblong import Slots
 from swarm_nav.reservation.tube import Tube
