@@ -11,12 +11,12 @@ What a module imports of its folder stands above it:
                       them
     host_options      Options of a run on several hosts, checked once
     fleet_link        How the robots reach a fleet control of another maker
-    options           Options of a run, checked once
+    spec              The one description of a run: `RunSpec`
     world_params      The section `/world:` of a --params file: radio, engine, broken robots
     params            Parameter files of the navigators: defaults, the robot's data, the user's
                       overrides
     plan              Everything that is checked and loaded before a run starts a single process
-    arguments         The options of `swarm-up`, as typed
+    flags             The command line of `swarm-up`, made from the description
     launch_arguments  The options of `swarm-up` as arguments of a ROS 2 launch file
 
 May import swarm_common, swarm_mission, swarm_recording, swarm_setup; swarm_sim, swarm_nav and

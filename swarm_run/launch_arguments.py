@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from swarm_common.model.errors import ConfigError, UnknownNameError
-from swarm_run.arguments import parser
+from swarm_run.flags import parser
 
 COMPLETION = ("--install-completion", "--show-completion")
 NEAR = 0.75  # likeness from which a name is taken for a misspelt one

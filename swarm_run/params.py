@@ -19,6 +19,7 @@ from swarm_run.flat import nest, typed
 from swarm_run.world_params import WORLD_NODES, WorldParams, parse_world
 
 NODE = "navigator"
+EVERY_NAVIGATOR = "/*/navigator"  # section whose values win, as it comes last
 CENTRAL = "central"  # how a section names the centre
 
 
@@ -78,6 +79,19 @@ class Overrides:
         self.sections = dict(sections)
         names = {pattern: tuple(values) for pattern, values in sections.items()}
         self.source = ParameterSource(str(path), names)
+
+    def followed_by(self, parameters: Mapping[str, Any], known: Mapping[str, Any]) -> Overrides:
+        """Return these and then parameters of all navigators, by dotted name.
+
+        Args:
+            known: Default of each parameter by dotted name.
+
+        Raises:
+            ConfigError: If a name or a type is wrong.
+        """
+        last = {name: typed(name, value, known, "parameters") for name, value in parameters.items()}
+        sections = {**self.sections, EVERY_NAVIGATOR: last}
+        return Overrides(sections, self.world, Path(self.source.path or "parameters"), self.central)
 
     def for_robot(self, robot: str) -> Flat:
         """Return the parameters that the file sets for a robot; later sections win."""

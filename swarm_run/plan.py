@@ -34,12 +34,12 @@ from swarm_mission.orders.dispatch import CLAIM, DISPATCHER, load_dispatcher
 from swarm_mission.orders.order import OrderPlan
 from swarm_mission.orders.order_file import times_files
 from swarm_mission.orders.way_lengths import WayLengths
-from swarm_run.options import DRIVES, UpOptions
 from swarm_run.params import (
     Overrides,
     load_overrides,
     robot_parameter_file,
 )
+from swarm_run.spec import DRIVES, RunSpec
 from swarm_run.world_params import default_world_parameters
 
 WORLD_FILE = "world.sdf"
@@ -54,7 +54,7 @@ class RunPlan:
     """The checked input of a run.
 
     Attributes:
-        options: Options that the user typed.
+        spec: Description of the run.
         world: World file.
         map: Map of the user or of a world that comes with us; None to draw it from the world.
         sites_path: Its sites file; None if there is none beside it.
@@ -69,7 +69,7 @@ class RunPlan:
         remarks: What may end badly, a sentence each.
     """
 
-    options: UpOptions
+    spec: RunSpec
     world: Path
     map: Path | None
     sites_path: Path | None
@@ -84,7 +84,7 @@ class RunPlan:
 
     def with_copies(self, folder: Path) -> RunPlan:
         """Return this plan with copies of sites and missions, which nobody edits during the run."""
-        missions = {member.mission or self.options.mission for member in self.fleet.members}
+        missions = {member.mission or self.spec.mission for member in self.fleet.members}
         files = {name: mission_path(name) for name in sorted(filter(None, missions))}
         if self.sites_path is not None:
             files[str(self.sites_path)] = self.sites_path
@@ -105,7 +105,7 @@ class RunPlan:
     def _copied_masks(self, folder: Path) -> dict[str, str]:
         """Copy the sites with their filter masks; return the copy by name, if there are masks."""
         path = self.sites_path or self.world.with_name(SITES_FILE)
-        content = copy_masks(path, self.options.masks, folder)
+        content = copy_masks(path, self.spec.masks, folder)
         if content is None:
             return {}
         copy = folder / SITES_FILE
@@ -128,13 +128,13 @@ class RunPlan:
     @property
     def alive(self) -> list[str]:
         """Names of the robots that have a navigator of ours."""
-        absent = {*self.overrides.world.broken_map, *self.options.driven_by_users}
-        return [name for name in self.options.robot_names if name not in absent]
+        absent = {*self.overrides.world.broken_map, *self.spec.driven_by_users}
+        return [name for name in self.spec.robot_names if name not in absent]
 
     @property
     def names_engine(self) -> bool:
         """Whether the user chose the physics engine."""
-        return bool(self.options.drive or self.overrides.world.values.get("engine"))
+        return bool(self.spec.drive or self.overrides.world.values.get("engine"))
 
     def world_config(self, verdict: Path) -> dict[str, Any]:
         """Return the configuration of the world process.
@@ -145,11 +145,11 @@ class RunPlan:
         Returns:
             Configuration as `swarm_sim.ros.settings` reads it.
         """
-        options, params = self.options, self.overrides.world
+        spec, params = self.spec, self.overrides.world
         broken = params.broken_map
         return {
             **params.settings(),
-            **({"engine": DRIVES[options.drive]} if options.drive else {}),
+            **({"engine": DRIVES[spec.drive]} if spec.drive else {}),
             "world": str(self.world),
             "map": str(self.map) if self.map else None,
             "sites": self.sites_file or None,
@@ -159,23 +159,23 @@ class RunPlan:
                     "model": member.model,
                     "broken_at": _triple(broken.get(name)),
                     "start": member.start or "",
-                    **({"external": True} if name in options.driven_by_users else {}),
+                    **({"external": True} if name in spec.driven_by_users else {}),
                     **_battery_of(member),
                 }
-                for name, member in zip(options.robot_names, self.fleet.members, strict=True)
+                for name, member in zip(spec.robot_names, self.fleet.members, strict=True)
             ],
-            "pattern": options.names.pattern,
-            "processes": options.processes,
+            "pattern": spec.naming.pattern,
+            "processes": spec.processes,
             "spawn": self.mission.spawn if self.mission is not None else "",
             "stations": self.stations,
-            "skip_missing": options.skip_missing,
-            "skip_broken": options.skip_broken,
-            "seed": options.seed,
-            "realistic": options.realistic,
-            "speed": "max" if options.speed is None else options.speed,
-            **({"paused": True} if options.paused else {}),
-            "free_run": options.free_run,
-            "duration": options.duration,
+            "skip_missing": spec.skip_missing,
+            "skip_broken": spec.skip_broken,
+            "seed": spec.seed,
+            "realistic": spec.realistic,
+            "speed": "max" if spec.pace is None else spec.pace,
+            **({"paused": True} if spec.paused else {}),
+            "free_run": spec.free_run,
+            "duration": spec.duration,
             "verdict_path": str(verdict),
             "body_margin": self._body_margin(),
         }
@@ -196,8 +196,8 @@ class RunPlan:
             initial_pose_map: Where it stands at the start.
             map_sha256: Digest of the only map that it is to take from /map; empty for any.
         """
-        name, member = self.options.robot_names[number - 1], self.fleet.members[number - 1]
-        is_led = self.mission is not None and not self.options.free_run
+        name, member = self.spec.robot_names[number - 1], self.fleet.members[number - 1]
+        is_led = self.mission is not None and not self.spec.free_run
         waits = {"wait_for_courier" if self.has_orders else "wait_for_mission": is_led}
         if self._has_pilots:
             waits = {"wait_for_courier": True}
@@ -206,7 +206,7 @@ class RunPlan:
     @property
     def _has_pilots(self) -> bool:
         """Whether vehicles of VDA 5050 release the ticks of their robots."""
-        return self.options.vda5050 is not None and not self.options.free_run
+        return self.spec.fleet_control is not None and not self.spec.free_run
 
     def parameter_file_of_newcomer(
         self, name: str, number: int, model: str, initial_pose_map: Pose, map_sha256: str = ""
@@ -221,7 +221,7 @@ class RunPlan:
         Raises:
             SwarmError: If there is no such model.
         """
-        known = dict(zip(self.options.robot_names, self.fleet.members, strict=True)).get(name)
+        known = dict(zip(self.spec.robot_names, self.fleet.members, strict=True)).get(name)
         spec = load_robot(model)
         if known is not None and known.spec.is_same_model(spec):
             spec = known.spec  # it is back, with its battery
@@ -244,16 +244,16 @@ class RunPlan:
         waits: Mapping[str, bool],
         map_sha256: str,
     ) -> dict[str, Any]:
-        names = self.options.names
+        names = self.spec.naming
         values = {
-            "autostart": self.options.autostart,
+            "autostart": self.spec.autostart,
             **waits,
-            "on_demand": self.options.swarm_size > ros_env.FEW_ROBOTS,
+            "on_demand": self.spec.size > ros_env.FEW_ROBOTS,
             "frames": _frames_of(member.model, member.spec),
             **({"robot_names": str(names)} if names != RobotNames() else {}),
             "sites": self.sites_file,
             **self.defaults,
-            **(REALISTIC if self.options.realistic else {}),
+            **(REALISTIC if self.spec.realistic else {}),
             **self._without_lidar(),
             **self._coordination(name),
             **member.limits_in_force,
@@ -264,7 +264,7 @@ class RunPlan:
         return robot_parameter_file(name, number, member.spec, initial_pose_map, values)
 
     def _rules(self) -> dict[str, Any]:
-        is_led = self.options.coordination is Coordination.FLEET
+        is_led = self.spec.coordination is Coordination.FLEET
         return {"traffic.rules": FLEET_RULES} if is_led else {}
 
     def _without_lidar(self) -> dict[str, Any]:
@@ -274,8 +274,8 @@ class RunPlan:
 
     def _coordination(self, name: str) -> dict[str, Any]:
         """Return who decides for a robot; newcomers are not known to the centre: they decide."""
-        is_led = self.options.coordination.has_centre and name in self.alive
-        return {"traffic.coordination": self.options.coordination.value} if is_led else {}
+        is_led = self.spec.coordination.has_centre and name in self.alive
+        return {"traffic.coordination": self.spec.coordination.value} if is_led else {}
 
     def central_config(self, map_file: Path, params: Path) -> dict[str, Any]:
         """Return the configuration of the centre.
@@ -287,7 +287,7 @@ class RunPlan:
         Returns:
             Configuration as `swarm_central.process` reads it.
         """
-        numbers = {name: number for number, name in enumerate(self.options.robot_names, 1)}
+        numbers = {name: number for number, name in enumerate(self.spec.robot_names, 1)}
         return {
             "name": self.alive[0],
             "params": str(params),
@@ -296,7 +296,7 @@ class RunPlan:
             "models": [member.model for member in self.fleet.members],
             "central": dict(self.overrides.central),
             "radio": self._radio(),
-            "seed": self.options.seed,
+            "seed": self.spec.seed,
         }
 
     @property
@@ -329,19 +329,19 @@ class RunPlan:
         stations = enumerate(_station_parties(self.mission.orders), 1)
         shares = enumerate(self._courier_shares(), 1)
         parties = {f"station_{number}": [name] for number, name in stations}
-        ends_with = list(parties) if self.options.until_done else []
+        ends_with = list(parties) if self.spec.until_done else []
         values = default_world_parameters() | dict(self.overrides.world.values)
         return {
-            "mission": self.copy_of(self.options.mission or ""),
+            "mission": self.copy_of(self.spec.mission or ""),
             "sites": self.sites_file,
-            "seed": self.options.seed,
+            "seed": self.spec.seed,
             "parties": {**parties, **{f"courier_{number}": share for number, share in shares}},
             "ends_with": ends_with,  # when all of them are done
             **{name: float(values[f"radio.{name}"]) for name in ("loss", "delay")},
         }
 
     def _courier_shares(self) -> list[list[str]]:
-        size = max(self.options.pack, -(-len(self.alive) // COURIERS))
+        size = max(self.spec.pack, -(-len(self.alive) // COURIERS))
         return [self.alive[first : first + size] for first in range(0, len(self.alive), size)]
 
     def courier_configs(self, homes_map: Sequence[Pose], map_file: Path) -> list[dict[str, Any]]:
@@ -353,7 +353,7 @@ class RunPlan:
         """
         if not self.has_orders:
             return []
-        members, names = self.fleet.members, self.options.robot_names
+        members, names = self.fleet.members, self.spec.robot_names
         robots = {
             name: {"home": _triple(home), "speed": member.spec.max_vel_x}
             for name, home, member in zip(names, homes_map, members, strict=True)
@@ -362,7 +362,7 @@ class RunPlan:
         common = {
             "map": str(map_file),
             "radius": min(member.spec.inscribed_radius for member in members),
-            "is_in_step": not self.options.free_run,
+            "is_in_step": not self.spec.free_run,
             **self._orders_config(),
         }
         return [
@@ -384,28 +384,28 @@ class RunPlan:
         Returns:
             Configuration as `mission.runner` reads it.
         """
-        options = self.options
+        spec = self.spec
         return {
             "robots": [
                 {
                     "name": name,
                     "number": number,
                     "mission": self.copy_of(
-                        self.fleet.members[number - 1].mission or options.mission or ""
+                        self.fleet.members[number - 1].mission or spec.mission or ""
                     ),
                 }
-                for number, name in enumerate(options.robot_names, 1)
+                for number, name in enumerate(spec.robot_names, 1)
                 if name in self.alive
             ],
-            "processes": options.processes,
-            "names": str(options.names),
+            "processes": spec.processes,
+            "names": str(spec.naming),
             "homes": [_triple(home) for home in homes_map],
-            "mission": options.mission,
+            "mission": spec.mission,
             "sites": self.sites_file or None,
-            "seed": options.seed,
-            "laps": options.laps,
-            "goals_per_robot": options.goals_per_robot,
-            "stand_still_at_end": options.until_done,
+            "seed": spec.seed,
+            "laps": spec.laps,
+            "goals_per_robot": spec.goals_per_robot,
+            "stand_still_at_end": spec.until_done,
             "has_orders": self.has_orders,
         }
 
@@ -418,9 +418,9 @@ class RunPlan:
         Returns:
             Configuration as `swarm_vda5050.process` reads it.
         """
-        assert self.options.vda5050 is not None
-        members = zip(self.options.robot_names, self.fleet.members, strict=True)
-        return self.options.vda5050.config() | {
+        assert self.spec.fleet_control is not None
+        members = zip(self.spec.robot_names, self.fleet.members, strict=True)
+        return self.spec.fleet_control.config() | {
             "robots": [
                 {"name": name, "model": member.model, **_battery_of(member)}
                 for name, member in members
@@ -430,7 +430,7 @@ class RunPlan:
             "map": str(map_file),
             "map_id": self.world.parent.name,
             "sites": self.sites_file or None,
-            "realistic": self.options.realistic,
+            "realistic": self.spec.realistic,
             "is_in_step": self._has_pilots,
         }
 
@@ -454,43 +454,46 @@ def _battery_of(member: Member) -> dict[str, Any]:
     return {} if battery is None else {"battery": asdict(battery)}
 
 
-def check_plan(options: UpOptions) -> RunPlan:
+def check_plan(spec: RunSpec) -> RunPlan:
     """Return the plan of a run.
 
     Raises:
         SwarmError: For the first thing that is wrong with the input.
     """
-    world = find_world(options.world).absolute()
+    spec.check()
+    world = find_world(spec.world).absolute()
     sites_path = world.parent / SITES_FILE
     has_sites = sites_path.is_file()
-    sites = load_sites(sites_path, options.masks) if has_sites or options.masks else Sites()
-    if options.bind and (sites.zones.keepout_mask or sites.zones.speed_mask):
+    sites = load_sites(sites_path, spec.masks) if has_sites or spec.masks else Sites()
+    if spec.bind and (sites.zones.keepout_mask or sites.zones.speed_mask):
         raise ConfigError(
             "filter masks are files of this host, which the robots' hosts do not have; with --role"
             f" world, write the zones into {sites_path} as polygons"
         )
-    fleet = options.fleet or uniform_fleet(options.robot, options.swarm_size)
-    map_file = options.map.absolute() if options.map is not None else map_of_world(world)
+    fleet = spec.loaded_fleet or uniform_fleet(spec.model, spec.size)
+    map_file = Path(spec.map).absolute() if spec.map is not None else map_of_world(world)
     if map_file is not None:
         load_map(map_file)
     defaults = default_parameters()
     overrides = Overrides({})
-    if options.params is not None:
-        overrides = load_overrides(options.params, options.robot_names, defaults)
-        without = {*overrides.world.broken_map, *options.driven_by_users}
-        if len(without) == options.swarm_size:
-            raise ConfigError(f"{options.params}: /world: broken leaves no robot that works")
-        if both := set(options.driven_by_users) & overrides.world.broken_map.keys():
+    if spec.params is not None:
+        overrides = load_overrides(Path(spec.params), spec.robot_names, defaults)
+        without = {*overrides.world.broken_map, *spec.driven_by_users}
+        if len(without) == spec.size:
+            raise ConfigError(f"{spec.params}: /world: broken leaves no robot that works")
+        if both := set(spec.driven_by_users) & overrides.world.broken_map.keys():
             names = ", ".join(sorted(both))
-            raise ConfigError(f"{options.params}: {names} is broken and external; choose one")
-    if overrides.central and not options.coordination.has_centre:
-        raise ConfigError(f"{options.params}: /central needs --coordination central")
+            raise ConfigError(f"{spec.params}: {names} is broken and external; choose one")
+    if spec.parameters:
+        overrides = overrides.followed_by(spec.parameters, defaults)
+    if overrides.central and not spec.coordination.has_centre:
+        raise ConfigError(f"{spec.params}: /central needs --coordination central")
     for pattern, values in overrides.sections.items():
         if "traffic.coordination" in values:
             raise ConfigError(
-                f"{options.params}: {pattern}: traffic.coordination is that of --coordination"
+                f"{spec.params}: {pattern}: traffic.coordination is that of --coordination"
             )
-    mission = load_mission(options.mission).with_groups(sites) if options.mission else None
+    mission = load_mission(spec.mission).with_groups(sites) if spec.mission else None
     # the number of the last robot of each mission; None is the one of all others
     stations: set[str] = set()
     last = {member.mission or None: number for number, member in enumerate(fleet.members, 1)}
@@ -513,7 +516,7 @@ def check_plan(options: UpOptions) -> RunPlan:
     for start in dict.fromkeys(m.start for m in fleet.members if isinstance(m.start, str)):
         sites.spawn_named(start)
     plan = RunPlan(
-        options=options,
+        spec=spec,
         world=world,
         map=map_file,
         sites_path=sites_path if has_sites else None,
@@ -531,13 +534,13 @@ def _check_orders(plan: RunPlan) -> list[str]:
     """Return what may end badly with the mission's orders; refuse what no swarm can serve."""
     if plan.mission is None or (orders := plan.mission.orders) is None:
         return []
-    options, specs = plan.options, [member.spec for member in plan.fleet.members]
+    spec, specs = plan.spec, [member.spec for member in plan.fleet.members]
     if any(member.mission for member in plan.fleet.members):
         raise ConfigError(
             "robots of the fleet have missions of their own, and --mission has orders"
         )
     is_finite = all(stream.arrivals.is_finite for stream in orders.streams)
-    if options.until_done and options.duration is None and not is_finite:
+    if spec.until_done and spec.duration is None and not is_finite:
         raise ConfigError(
             f"--until-done: the orders of {plan.mission.name} never end; give --duration SECONDS"
         )
@@ -551,19 +554,19 @@ def _check_orders(plan: RunPlan) -> list[str]:
 
 def _check_energy(plan: RunPlan) -> list[str]:
     """Return what may end badly for want of energy; refuse what is certain to."""
-    options = plan.options
-    members = dict(zip(options.robot_names, plan.fleet.members, strict=True))
+    spec = plan.spec
+    members = dict(zip(spec.robot_names, plan.fleet.members, strict=True))
     if all(member.spec.battery is None for member in members.values()):
         return []
     stops: dict[str, list[Stop]] = {}
     for number, (name, member) in enumerate(members.items(), 1):
-        chosen = member.mission or options.mission
+        chosen = member.mission or spec.mission
         mission = load_mission(chosen) if chosen else None
         if mission is not None and mission.orders is None and not mission.needs_all_homes:
             home = Pose(math.nan, math.nan, math.nan)  # the world chooses it later
             stops[name] = mission.stops(
-                plan.sites, home, seed=options.seed, robot_id=number, laps=options.laps,
-                limit=options.goals_per_robot,
+                plan.sites, home, seed=spec.seed, robot_id=number, laps=spec.laps,
+                limit=spec.goals_per_robot,
             )  # fmt: skip
     where = str(plan.sites_path or plan.world.parent / SITES_FILE)
     return check_energy({n: m.spec for n, m in members.items()}, stops, plan.sites, where)

@@ -25,7 +25,7 @@ from swarm_recording.bag import Bag
 from swarm_recording.filter import CLOCK
 from swarm_recording.play_options import PlayOptions, played
 from swarm_run.domain import DomainLock, domain_id
-from swarm_run.options import parse_speed
+from swarm_run.spec import parse_speed
 from swarm_setup.build import ensure_interfaces
 
 LONG_GAP = 60.0  # [s] without a message of which the user is told

@@ -35,7 +35,7 @@ from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import Pose, Twist
-from swarm_run.options import UpOptions
+from swarm_run.spec import RunSpec
 from swarm_workbench.external import ExternalRobot, Sensed
 from swarm_workbench.goal import Goal, GoalResult
 from swarm_workbench.place import Pixel
@@ -46,6 +46,8 @@ from swarm_workbench.swarm import Swarm
 from swarm_workbench.trajectories import Trajectories
 from swarm_workbench.world import World, load_world
 
+UpOptions = RunSpec  # its former name
+
 __all__ = [
     "ExternalRobot",
     "Goal",
@@ -55,13 +57,13 @@ __all__ = [
     "Report",
     "Robot",
     "RunResult",
+    "RunSpec",
     "Scenario",
     "Sensed",
     "Swarm",
     "SwarmError",
     "Trajectories",
     "Twist",
-    "UpOptions",
     "World",
     "load_robot",
     "load_world",

@@ -1,6 +1,7 @@
 """The process that runs a swarm for a program, and ends with it.
 
-Its standard input brings the options, and ends when the program does, however that happens.
+Its standard input brings the description of the run, and ends when the program does, however that
+happens.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import sys
 import threading
 
 from swarm_run.command_line import run_app
-from swarm_run.options import UpOptions
+from swarm_run.spec import RunSpec
 
 
 def _end_with(program: int) -> None:
@@ -23,7 +24,7 @@ def _end_with(program: int) -> None:
 
 def main() -> int:
     """Run the swarm; return the exit code of `swarm-up`."""
-    options: UpOptions = pickle.load(sys.stdin.buffer)
+    spec: RunSpec = pickle.load(sys.stdin.buffer)
     del sys.argv[1:]  # the folder of the run, for people who list processes
     threading.Thread(target=_end_with, args=(sys.stdin.fileno(),), daemon=True).start()
 
@@ -35,7 +36,7 @@ def main() -> int:
 
     @app.command()
     def up() -> None:
-        raise typer.Exit(start(options))
+        raise typer.Exit(start(spec))
 
     return run_app("swarm-up", lambda: app)
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import dataclasses
 import importlib.util
 import json
 import math
@@ -29,27 +28,18 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-import yaml
+from msgspec import structs
 
 from swarm_common.files.map_io import MAP_FILE, load_map
 from swarm_common.model.breaches import Collision
-from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError, SwarmEndedError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan
 from swarm_common.process import start
 from swarm_common.process.late_interrupt import late_interrupt
-from swarm_describe.robots.fleet import load_fleet
 from swarm_run.domain import HIGHEST_DOMAIN, domain_id
-from swarm_run.options import (
-    LOOPBACK,
-    VIEWER_PORT,
-    UpOptions,
-    names_of,
-    robot_of,
-    swarm_size_of,
-)
 from swarm_run.plan import check_plan
 from swarm_run.robots.swarm_watch import has_swarm
+from swarm_run.spec import LOOPBACK, VIEWER_PORT, RunSpec
 from swarm_workbench.bench import figures_of
 from swarm_workbench.goal import Goal
 from swarm_workbench.history import RunTables
@@ -78,24 +68,7 @@ class GraphBackend:
         url: Address of the viewer; empty without one.
     """
 
-    def __init__(
-        self,
-        *,
-        world: str,
-        robots: int | None,
-        robot: str,
-        fleet: str | Path | None,
-        mission: str | None,
-        seed: int,
-        drive: str | None,
-        speed: float | None,
-        realistic: bool,
-        parameters: Mapping[str, Any],
-        run_dir: Path | None,
-        viewer: bool,
-        external: tuple[str, ...],
-        coordination: Coordination,
-    ) -> None:
+    def __init__(self, spec: RunSpec) -> None:
         """Start it, and wait until every robot takes goals; the world stands at tick 0.
 
         Raises:
@@ -108,54 +81,37 @@ class GraphBackend:
             )
         from swarm_run.command_line import prepare_ros
 
-        crew = load_fleet(fleet) if fleet is not None else None
-        size = swarm_size_of(robots, crew)
         self.folder: Path | None = None
-        self.url = ""
-        port = _free_port() if viewer else VIEWER_PORT
-        with contextlib.ExitStack() as stack:
-            options = UpOptions(
-                swarm_size=size,
-                world=world,
-                robot=robot_of(None if crew else robot, crew),
-                fleet=crew,
-                names=names_of(None, crew, size),
-                mission=mission,
-                seed=seed,
-                drive=drive,
-                speed=speed,
-                realistic=realistic,
-                params=_parameter_file(parameters, stack),
-                viewer=viewer,
-                port=port,
-                paused=True,
-                external=external,
-                coordination=coordination,
-                page=False,
-            )
-            plan = check_plan(options)
-            prepare_ros()
-            self.folder = self._folder = _new_folder(run_dir)
-            options = dataclasses.replace(options, run_dir=self._folder)
-            self.url = f"http://{LOOPBACK}:{port}" if viewer else ""
-            self.sites = plan.sites
-            self._external = options.driven_by_users
-            self.names: Sequence[str] = options.robot_names
-            self.specs: Sequence[RobotSpec] = [member.spec for member in plan.fleet.members]
-            self.domain: int | None = _free_domain()
-            self._is_closed = False
-            self._console = tempfile.TemporaryFile()
-            self._child: subprocess.Popen[bytes] | None = None
-            self._view: _View | None = None
-            _running.add(self)
-            try:
-                self._child = self._start_child(options)
-                self.history = self._see().history
-                self._wait_until_active(plan.alive)
-                self.grid = load_map(self._folder / "trace" / MAP_FILE)
-            except BaseException:
-                self.close()
-                raise
+        spec = structs.replace(
+            spec,
+            port=_free_port() if spec.viewer else VIEWER_PORT,
+            open=False,
+            paused=True,
+            report=False,
+        )
+        plan = check_plan(spec)
+        prepare_ros()
+        self.folder = self._folder = _new_folder(spec.run_dir)
+        spec = structs.replace(spec, run_dir=str(self._folder))
+        self.url = f"http://{LOOPBACK}:{spec.port}" if spec.viewer else ""
+        self.sites = plan.sites
+        self._external = spec.driven_by_users
+        self.names: Sequence[str] = spec.robot_names
+        self.specs: Sequence[RobotSpec] = [member.spec for member in plan.fleet.members]
+        self.domain: int | None = _free_domain()
+        self._is_closed = False
+        self._console = tempfile.TemporaryFile()
+        self._child: subprocess.Popen[bytes] | None = None
+        self._view: _View | None = None
+        _running.add(self)
+        try:
+            self._child = self._start_child(spec)
+            self.history = self._see().history
+            self._wait_until_active(plan.alive)
+            self.grid = load_map(self._folder / "trace" / MAP_FILE)
+        except BaseException:
+            self.close()
+            raise
 
     def _see(self) -> _View:
         with late_interrupt():
@@ -164,7 +120,7 @@ class GraphBackend:
 
     # Processes
 
-    def _start_child(self, options: UpOptions) -> subprocess.Popen[bytes]:
+    def _start_child(self, spec: RunSpec) -> subprocess.Popen[bytes]:
         child = subprocess.Popen(
             start.command("swarm_workbench.child", str(self._folder)),
             stdin=subprocess.PIPE,
@@ -174,7 +130,7 @@ class GraphBackend:
             start_new_session=True,  # Ctrl-C is ours; the child ends when we close it, or are gone
         )
         assert child.stdin is not None
-        child.stdin.write(pickle.dumps(options))
+        child.stdin.write(pickle.dumps(spec))
         child.stdin.flush()
         return child
 
@@ -653,10 +609,10 @@ def _snake(name: str) -> str:
     return "".join(f"_{c.lower()}" if c.isupper() else c for c in name).lstrip("_")
 
 
-def _new_folder(chosen: Path | None) -> Path:
+def _new_folder(chosen: str | None) -> Path:
     """Return the folder of a run; a new one of its own in runs/ unless it is chosen."""
     if chosen is not None:
-        return chosen.absolute()
+        return Path(chosen).absolute()
     name, number = datetime.now().strftime("%Y-%m-%d_%H-%M-%S"), 1
     path = Path("runs").absolute() / name
     while path.exists():
@@ -675,17 +631,6 @@ def _free_port() -> int:
     with socket.socket() as probe:
         probe.bind((LOOPBACK, 0))
         return int(probe.getsockname()[1])
-
-
-def _parameter_file(parameters: Mapping[str, Any], stack: contextlib.ExitStack) -> Path | None:
-    """Return a ROS 2 parameter file for all navigators; None without parameters."""
-    if not parameters:
-        return None
-    folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-    path = folder / "parameters.yaml"
-    tree = {"/**": {"ros__parameters": dict(parameters)}}
-    path.write_text(yaml.safe_dump(tree), encoding="utf-8")
-    return path
 
 
 def _free_domain() -> int:

@@ -11,7 +11,7 @@ from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario, load_scenario
 from swarm_common.model.records import RobotSpec
 from swarm_describe.robots import loading
-from swarm_run.options import UpOptions
+from swarm_run.spec import RunSpec
 
 
 def run_scenario(
@@ -54,11 +54,11 @@ def load_robot(model: str) -> RobotSpec:
     return loading.load_robot(model)
 
 
-def start(options: UpOptions) -> int:
+def start(options: RunSpec) -> int:
     """Run a swarm as `swarm-up` does, until it ends; return the exit code.
 
     Args:
-        options: Checked as they were made; names as on the command line.
+        options: Description of the run; names as on the command line.
 
     Raises:
         SwarmError: If a file or a value is unusable, or the ROS domain is in use.

@@ -20,7 +20,7 @@ from swarm_common.model.breaches import Collision
 from swarm_common.model.coordination import Coordination
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
-from swarm_describe.robots.fleet import load_fleet
+from swarm_run.spec import DRIVES, RunSpec
 from swarm_workbench import picture
 from swarm_workbench.backend import Backend
 from swarm_workbench.bench import BenchBackend
@@ -33,7 +33,6 @@ from swarm_workbench.world import World
 
 CHUNK = 5  # ticks that pass at a time while somebody waits for a goal
 COORDINATIONS = [name.value for name in Coordination if name is not Coordination.FLEET]
-DRIVES = {"wheels": "bullet", "planar": "planar"}
 
 
 class Swarm:
@@ -94,14 +93,24 @@ class Swarm:
             raise ConfigError(f"a centre leads our own navigators, not brain '{brain}'")
         if drive is not None and drive not in DRIVES:
             raise UnknownNameError("drive", drive, DRIVES)
-        self._world = str(world.file) if isinstance(world, World) else str(world)
-        self._count, self._robot, self._fleet, self._mission = robots, robot, fleet, mission
-        self._seed, self._brain, self._drive, self._speed = seed, brain, drive, speed
-        self._realistic, self._parameters = realistic, dict(parameters or {})
-        if not bench and brain not in METHODS:
-            self._parameters["brain.plugin"] = brain
-        self._external, self._coordination = tuple(external), coordination
-        self._run_dir, self._has_viewer, self._is_bench = run_dir, viewer, bench
+        self._brain, self._is_bench = brain, bench
+        own = {} if bench or brain in METHODS else {"brain.plugin": brain}
+        self._spec = RunSpec(
+            swarm_size=robots,
+            world=str(world.file if isinstance(world, World) else world),
+            robot=None if fleet is not None else robot,
+            fleet=None if fleet is None else str(fleet),
+            mission=mission,
+            seed=seed,
+            drive=drive,
+            speed="max" if speed is None else speed,
+            realistic=realistic,
+            parameters={**(parameters or {}), **own},
+            run_dir=None if run_dir is None else str(run_dir),
+            viewer=viewer,
+            external=tuple(external),
+            coordination=Coordination(coordination),
+        )
         self._backend: Backend | None = None
         self._places: Places | None = None
         self._robots: dict[str, Robot] = {}
@@ -153,52 +162,34 @@ class Swarm:
         self.close()
 
     def _bench(self) -> Backend:
-        fleet = load_fleet(self._fleet) if self._fleet is not None else None
-        models = tuple(member.model for member in fleet.members) if fleet else ()
-        count = self._count if self._count is not None else len(models) or 5
+        spec, fleet = self._spec, self._spec.loaded_fleet
         scenario = Scenario(
             name="swarm",
-            world=self._world,
-            mission=self._mission or "",
-            robots=(count,),
-            robot=self._robot,
-            fleet=models,
+            world=spec.world,
+            mission=spec.mission or "",
+            robots=(spec.size,),
+            robot=spec.model,
+            fleet=tuple(member.model for member in fleet.members) if fleet else (),
             with_lidar=True,
             noise=0.0,
         )
-        led = {"traffic.coordination": self._coordination}
-        if is_decentral := self._coordination == Coordination.DECENTRAL:
-            led = {}
+        is_led = spec.coordination is not Coordination.DECENTRAL
+        led = {"traffic.coordination": spec.coordination.value} if is_led else {}
         options = RunOptions(
             scenario=scenario,
-            robots=count,
-            seed=self._seed,
-            method=self._brain if is_decentral else "central-reservation",
-            engine=DRIVES[self._drive or "planar"],
-            parameters=self._parameters | led,
-            realistic=self._realistic,
+            robots=spec.size,
+            seed=spec.seed,
+            method="central-reservation" if is_led else self._brain,
+            engine=DRIVES[spec.drive or "planar"],
+            parameters={**spec.parameters, **led},
+            realistic=spec.realistic,
         )
         return BenchBackend(options)
 
     def _graph(self) -> Backend:
         from swarm_workbench.graph import GraphBackend
 
-        return GraphBackend(
-            world=self._world,
-            robots=self._count,
-            robot=self._robot,
-            fleet=self._fleet,
-            mission=self._mission,
-            seed=self._seed,
-            drive=self._drive,
-            speed=self._speed,
-            realistic=self._realistic,
-            parameters=self._parameters,
-            run_dir=Path(self._run_dir) if self._run_dir is not None else None,
-            viewer=self._has_viewer,
-            external=self._external,
-            coordination=Coordination(self._coordination),
-        )
+        return GraphBackend(self._spec)
 
     # Robots
 

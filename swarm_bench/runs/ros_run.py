@@ -22,9 +22,9 @@ from swarm_common.model.robot_names import RobotNames
 from swarm_common.process.lifetime import die_with
 from swarm_describe.worlds.world_file import find_world
 from swarm_run.command_line import SWARM_UP
+from swarm_run.params import EVERY_NAVIGATOR
 
 ENGINE = "ros"  # what a result's engine is called: rigid bodies behind the ROS graph
-LAST = "/*/navigator"  # section of all robots, whose values win: it comes last
 LAST_LINES = 5  # of swarm-up's output, in an error
 
 
@@ -132,7 +132,7 @@ def _parameters(options: RunOptions) -> dict[str, Any]:
         robots["costmap.scan_timeout"] = 0.0
     if options.method not in METHODS:
         robots["brain.plugin"] = options.method
-    sections = {"/world": world, **options.sections, LAST: robots}
+    sections = {"/world": world, **options.sections, EVERY_NAVIGATOR: robots}
     return {name: {"ros__parameters": values} for name, values in sections.items() if values}
 
 

@@ -40,24 +40,24 @@ from swarm_common.process.home import log_to
 from swarm_common.process.start import ensure_bytecode, own_packages
 from swarm_run.command_line import COMPONENT_FAILED, OK
 from swarm_run.domain import DomainLock, domain_id
-from swarm_run.options import UpOptions
 from swarm_run.plan import RunPlan, check_plan
+from swarm_run.spec import RunSpec
 from swarm_setup.build import ensure_interfaces, interface_packages
 
 COPIES = "inputs"  # of the user's files
 SIGNALED = 128  # exit codes from here on are those of a signal
 
 
-def start(options: UpOptions) -> int:
+def start(spec: RunSpec) -> int:
     """Run a swarm on this host until its end, as `swarm-up` does; return the exit code.
 
     Args:
-        options: Checked as they were made.
+        spec: Run, as files, flags or a program describe it.
 
     Raises:
         SwarmError: If a file or a value is unusable, or the ROS domain is in use.
     """
-    plan = check_plan(options)
+    plan = check_plan(spec)
     lock = DomainLock(domain_id())  # from now on commands in other terminals wait for us
     ensure_interfaces()
     code = bring_up(plan, lock)
@@ -70,21 +70,21 @@ def bring_up(plan: RunPlan, lock: DomainLock) -> int:
     """Run a checked plan in the domain of `lock`, which is released; return the exit code."""
     ros_env.set_defaults()
     try:
-        folder = create_run_folder(plan.options.run_dir, datetime.now())
+        folder = create_run_folder(plan.spec.run_dir, datetime.now())
         plan = plan.with_copies(folder.configs / COPIES)
         log_to(folder.logs / "ros", os.environ)
-        if plan.options.bind:
+        if plan.spec.bind:
             from swarm_commander.hosts.hosts_command import use_profile
 
-            use_profile(folder, plan.options.bind, plan.options.bind)
+            use_profile(folder, plan.spec.address, plan.spec.address)
         write_env_sh(folder, os.environ)
         console = terminal.console()
-        statistics = RunStatistics.of(plan.options.robot_names, plan.mission is not None)
-        for name in set(plan.options.robot_names) - set(plan.alive):
+        statistics = RunStatistics.of(plan.spec.robot_names, plan.mission is not None)
+        for name in set(plan.spec.robot_names) - set(plan.alive):
             statistics.robots[name].is_broken = True
         progress = Progress(console, statistics, time.monotonic)
-        write_rviz(folder.rviz, plan.options.robot_names)
-        write_foxglove(folder.foxglove, plan.options.robot_names)
+        write_rviz(folder.rviz, plan.spec.robot_names)
+        write_foxglove(folder.foxglove, plan.spec.robot_names)
         if not plan.names_engine and usual_engine() != BULLET:
             progress.note(NO_WHEELS)
         progress.phase("starting world")
@@ -112,15 +112,15 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     ):  # without a verdict the other figures do not vouch for the run
         run.failures.append("there is no verdict: the world process did not live to give one")
     times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
-    report = compose_report(plan.options, statistics, verdict, run.usage, times)
+    report = compose_report(plan.spec, statistics, verdict, run.usage, times)
     run.complete(report)
-    must_finish = plan.options.until_done and not run.is_stopped_by_user
+    must_finish = plan.spec.until_done and not run.is_stopped_by_user
     is_unfinished = must_finish and not statistics.is_done
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
     report |= {"exit_code": code, "failures": list(run.failures)}
     report["incidents"] = list(run.incidents)
-    external = plan.options.driven_by_users
-    without = [name for name in plan.options.robot_names if name not in plan.alive]
+    external = plan.spec.driven_by_users
+    without = [name for name in plan.spec.robot_names if name not in plan.alive]
     report["broken"] = [name for name in without if name not in external]
     if external:
         report["external"] = list(external)
@@ -139,7 +139,7 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
         console.print(Text(line, style="red"), soft_wrap=True)
     if report["headline"]:
         console.print(Text(report["headline"], style="bold"), soft_wrap=True)
-    written = _draw_page(folder, console) if plan.options.page else folder.report
+    written = _draw_page(folder, console) if plan.spec.report else folder.report
     console.print(f"report: {written}", highlight=False, soft_wrap=True)
     return code
 
@@ -148,7 +148,7 @@ def _run_of(
     plan: RunPlan, folder: RunFolder, progress: Progress, statistics: RunStatistics
 ) -> LocalRun:
     """Return the run of a plan: all of it, or the world's side of one on several hosts."""
-    if not plan.options.bind:
+    if not plan.spec.bind:
         return LocalRun(plan, folder, progress, statistics)
     from swarm_commander.hosts.world_run import WorldRun
 

@@ -6,7 +6,6 @@ import os
 import socket
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from swarm_common.middleware.addresses import address_of, address_towards, own_address
@@ -15,6 +14,7 @@ from swarm_common.middleware.secret import FILE_VARIABLE, VARIABLE
 from swarm_common.model.errors import ConfigError
 from swarm_run.domain import domain_id
 from swarm_run.host_options import parse_robots
+from swarm_run.spec import RunSpec
 
 # On the robots' side: own options, and what may be stated of the world's side to be compared.
 OWN = frozenset({"role", "robots", "connect", "bind", "pack", "run_dir", "headless"})
@@ -35,7 +35,7 @@ class RobotsPlan:
     secret: str = field(repr=False)  # that this host shares with the world's
     # options of the user about the run, to be compared; see `RunDescription.facts`
     stated: Mapping[str, Any] = field(default_factory=dict)
-    run_dir: Path | None = None  # --run-dir
+    run_dir: str | None = None  # --run-dir
     restart: bool = True  # whether navigators that died are restarted
 
     @property
@@ -44,32 +44,25 @@ class RobotsPlan:
         return -(-len(self.robots) // self.pack)
 
 
-def robots_plan(
-    robots: str,
-    connect: str,
-    bind: str | None,
-    pack: int,
-    run_dir: Path | None,
-    typed: Mapping[str, Any],
-    secret: str,
-) -> RobotsPlan:
+def robots_plan(spec: RunSpec, stated: Mapping[str, Any], secret: str) -> RobotsPlan:
     """Return the plan of a robots' host.
 
     Args:
-        connect: Name or address of the world's host.
-        bind: Own address or interface; None for the one on the way there.
-        typed: Every option that was typed, by its name.
+        spec: Its numbers of robots, address of the world's host, and own address; None for that
+            on the way there.
+        stated: Every option that was typed, by its name.
         secret: Secret that the user gave; empty for none.
 
     Raises:
         ConfigError: For the first thing that is wrong with the input.
-    """  # fmt: skip
-    for name in typed:
+    """
+    connect, robots = spec.connect or "", spec.robots or ""
+    for name in stated:
         if name not in OWN | STATED:
-            flag = name.strip("_").replace("_", "-")
+            flag = name.replace("_", "-")
             raise ConfigError(f"--{flag} belongs to the world's host: give it with --role world")
-    if pack < 1:
-        raise ConfigError(f"--pack is {pack}; it must be 1 or more")
+    if spec.pack < 1:
+        raise ConfigError(f"--pack is {spec.pack}; it must be 1 or more")
     check_environment(os.environ)
     if not secret:
         raise ConfigError(
@@ -77,18 +70,18 @@ def robots_plan(
             f" {FILE_VARIABLE} names; swarm-up --role world shows it"
         )
     world_address = address_of(connect)
-    own = own_address(bind) if bind is not None else address_towards(world_address)
+    own = own_address(spec.bind) if spec.bind is not None else address_towards(world_address)
     plan = RobotsPlan(
         robots=parse_robots(robots),
-        pack=pack,
+        pack=spec.pack,
         own_address=own,
         world_address=world_address,
         domain=domain_id(),
         label=f"{socket.gethostname()} ({own})",
         secret=secret,
-        stated={name: value for name, value in typed.items() if name in STATED},
-        run_dir=run_dir,
-        restart=bool(typed.get("restart", True)),
+        stated={name: value for name, value in stated.items() if name in STATED},
+        run_dir=spec.run_dir,
+        restart=spec.restart,
     )
     if plan.processes > MOST_PROCESSES:
         least = -(-len(plan.robots) // MOST_PROCESSES)

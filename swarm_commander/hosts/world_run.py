@@ -102,7 +102,7 @@ class WorldRun(LocalRun):
 
     def _prepare_navigators(self, homes: Sequence[Pose]) -> None:
         for number, (name, home) in enumerate(
-            zip(self._plan.options.robot_names, homes, strict=True), 1
+            zip(self._plan.spec.robot_names, homes, strict=True), 1
         ):
             if name in self._plan.alive:
                 self._trees[name] = self._plan.parameter_file(number, home, self.map_sha256)
@@ -110,8 +110,13 @@ class WorldRun(LocalRun):
                 self._robots.append({"name": name, "peers": []})
 
     def _description(self) -> RunDescription:
-        options = self._plan.options
-        facts = {name: getattr(options, name) for name in ("world", "seed", "robot", "swarm_size")}
+        spec = self._plan.spec
+        facts = {
+            "world": spec.world,
+            "seed": spec.seed,
+            "robot": spec.model,
+            "swarm_size": spec.size,
+        }
         peers = {robot["name"]: robot["peers"] for robot in self._robots if robot["peers"]}
         sites = self._plan.sites_path
         return compose(
@@ -122,20 +127,20 @@ class WorldRun(LocalRun):
             Path(self._plan.copy_of(str(sites))) if sites is not None else None,
             peers,
             self._plan.overrides.source,
-            str(options.names),
+            str(spec.naming),
         )
 
     def _release_navigators(self) -> None:
         """Say what the robots' hosts need to start them."""
-        where = {"address": self._plan.options.bind, "domain": domain_id()}
+        where = {"address": self._plan.spec.address, "domain": domain_id()}
         self._start(SERVER, {"description": asdict(self._description()), **where})
         self._progress.phase("waiting for the robots' hosts")
-        names = self._plan.options.names
+        names = self._plan.spec.naming
         first, last = (names.number_of(self._plan.alive[i]) for i in (0, -1))
         self._progress.note(
             f"the world is up; on the hosts of {in_short(self._plan.alive)}, for example:\n"
             f"  {VARIABLE}={self._secret} swarm-up --role robots --robots {first}-{last}"
-            f" --connect {self._plan.options.bind}"
+            f" --connect {self._plan.spec.address}"
         )
 
     def _check_start(self) -> None:

@@ -72,9 +72,9 @@ from swarm_common.process.messages import (
 from swarm_mission.orders.order_book import OrderBook
 from swarm_mission.routes import goals
 from swarm_run.domain import Request
-from swarm_run.options import MERGED
 from swarm_run.params import write_parameter_file
 from swarm_run.plan import RunPlan
+from swarm_run.spec import MERGED
 
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
 RVIZ, VIEWER, VDA5050 = "rviz", "viewer", "vda5050"
@@ -131,9 +131,9 @@ class LocalRun(ProcessRun):
         Args:
             modules: Python module of each process by its name; tests put others there.
         """
-        super().__init__(folder, progress, statistics, modules, restarts=plan.options.restart)
+        super().__init__(folder, progress, statistics, modules, restarts=plan.spec.restart)
         self._plan = plan
-        self._awaits_activity = plan.options.autostart
+        self._awaits_activity = plan.spec.autostart
         self._runner: dict[str, Any] = {}  # what the mission process is started with
         self._couriers: dict[str, dict[str, Any]] = {}  # likewise those of robots with orders
         self._has_hinted = False
@@ -143,8 +143,8 @@ class LocalRun(ProcessRun):
         self._suspects: dict[str, float] = {}  # that may hang: until when they may be silent
         self._requests: dict[str, list[Request]] = {}  # answered when a robot is active again
         self._navigated = set(plan.alive)  # robots that have a navigator, or had one that died
-        self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
-        if plan.options.coordination.has_centre:
+        self._unmet = set(MEETING) if ros_env.is_large(plan.spec.size) else set()
+        if plan.spec.coordination.has_centre:
             self._unmet.add(CENTRAL)
         self.map_sha256 = ""  # of the map that the world will send
         if plan.mission is not None and (orders := plan.mission.orders) is not None:
@@ -174,7 +174,7 @@ class LocalRun(ProcessRun):
     def _begin(self) -> None:
         for remark in self._plan.remarks:
             self._progress.note(remark, "yellow")
-        for name in self._plan.options.driven_by_users:
+        for name in self._plan.spec.driven_by_users:
             self._progress.note(f"time begins when a node drives {name}; missions leave it out")
         self._start_world()
         self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
@@ -182,7 +182,7 @@ class LocalRun(ProcessRun):
     # Processes
 
     def _start_world(self) -> None:
-        held = {"held": self._plan.options.record}  # until nothing is missed any more
+        held = {"held": self._plan.spec.record}  # until nothing is missed any more
         trace = {"trace_dir": str(self._folder.trace)}
         self._start(WORLD, self._plan.world_config(self._folder.verdict) | trace | held)
 
@@ -196,15 +196,15 @@ class LocalRun(ProcessRun):
         for config in self._plan.courier_configs(homes, self._plan.map or drawn):
             self._couriers[f"{COURIER}_{config['number']}"] = config | trace
         self._prepare_navigators(homes)
-        if self._plan.options.coordination.has_centre:
+        if self._plan.spec.coordination.has_centre:
             self._start_centre(self._plan.map or drawn)
-        if self._plan.options.record:
+        if self._plan.spec.record:
             self._start(RECORDER, recorder_config(self._plan, self._folder.recording))
         self._open_windows()
-        if self._plan.options.viewer:
-            options = self._plan.options
-            self._start(VIEWER, {"host": options.viewer_host, "port": options.port})
-        if self._plan.options.vda5050 is not None:
+        if self._plan.spec.has_viewer:
+            spec = self._plan.spec
+            self._start(VIEWER, {"host": spec.viewer_host, "port": spec.port})
+        if self._plan.spec.fleet_control is not None:
             drawn = self._plan.map or self._folder.trace / MAP_FILE
             self._start(VDA5050, self._plan.vda5050_config(drawn))
         if not self._unmet:
@@ -217,7 +217,7 @@ class LocalRun(ProcessRun):
         """Write their parameters and what the fork server is to read."""
         leads_to = goals(self._runner)
         for number, (name, home) in enumerate(
-            zip(self._plan.options.robot_names, homes, strict=True), 1
+            zip(self._plan.spec.robot_names, homes, strict=True), 1
         ):
             if name not in self._plan.alive:
                 continue
@@ -238,13 +238,13 @@ class LocalRun(ProcessRun):
     def _host_config(self, robots: Sequence[Mapping[str, Any]], map_file: Path) -> dict[str, Any]:
         return {
             "robots": robots,
-            "pack": self._plan.options.pack,
+            "pack": self._plan.spec.pack,
             "map": str(map_file),
             "log_dir": str(self._folder.logs),
         }
 
     def _open_windows(self) -> None:
-        wanted = self._plan.options.rviz
+        wanted = self._plan.spec.rviz_windows
         program = find_rviz(self._progress.note) if wanted else None
         for name in wanted if program else ():
             command = rviz_command(str(program), self._folder.rviz / f"{name}.rviz", name)
@@ -317,8 +317,8 @@ class LocalRun(ProcessRun):
             case MissionDone():
                 self._on_mission_done()
             case StationDone():
-                options = self._plan.options
-                in_step = options.until_done and not options.free_run  # then couriers say when
+                spec = self._plan.spec
+                in_step = spec.until_done and not spec.free_run  # then couriers say when
                 if self.statistics.is_done and not in_step:
                     self._on_mission_done()
             case GoalSent():
@@ -332,7 +332,7 @@ class LocalRun(ProcessRun):
                 assert_never(event)
 
     def _on_mission_done(self) -> None:
-        if self._plan.options.until_done:
+        if self._plan.spec.until_done:
             self._stop("mission done, stopping")
         else:
             self._progress.phase("mission done")
@@ -349,7 +349,7 @@ class LocalRun(ProcessRun):
                     )
             case ViewerOpened(url=url):
                 self._progress.pin(f"viewer: {url}")
-                if self._plan.options.open_page:
+                if self._plan.spec.opens_viewer:
                     open_page(url)
             case _:
                 assert_never(event)
@@ -452,7 +452,7 @@ class LocalRun(ProcessRun):
         name, silence = event.robot, f"has not answered for {event.seconds:.0f} s"
         if self._is_stopping or name in self._navigators.down | self._navigators.given_up:
             return
-        if name in self._plan.options.driven_by_users:
+        if name in self._plan.spec.driven_by_users:
             self._lose_external(name, silence)
             return
         if self._restarts.is_allowed and event.is_alone:
@@ -595,14 +595,14 @@ class LocalRun(ProcessRun):
 
     def _on_time_over(self) -> None:
         """End the run; one in which the robots never were active together has failed."""
-        awaited = self._plan.options.autostart and self.active_after_wall is None
+        awaited = self._plan.spec.autostart and self.active_after_wall is None
         if awaited and not self._is_stopping and (missing := self._inactive()):
             self._fail(f"time was up before these were active: {', '.join(missing)}")
         self._stop("time is up, stopping")
 
     def _check_start(self) -> None:
         waited = time.monotonic() - self._started
-        awaited = self._plan.options.autostart and self.active_after_wall is None
+        awaited = self._plan.spec.autostart and self.active_after_wall is None
         if not awaited or self._is_stopping:
             return
         missing = self._inactive()

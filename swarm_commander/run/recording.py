@@ -13,20 +13,20 @@ FILE = "recording.mcap"
 
 def recorder_config(plan: RunPlan, folder: Path) -> dict[str, Any]:
     """Return the configuration of the recorder; the facts about the run are kept in the bag."""
-    options = plan.options
+    spec = plan.spec
     models = [member.model for member in plan.fleet.members]
     about = {
         "world": str(plan.world),
         "sites": str(plan.sites_path or ""),
-        "robots": json.dumps(dict(zip(options.robot_names, models, strict=True))),
-        "mission": options.mission or "",
-        "seed": str(options.seed),
+        "robots": json.dumps(dict(zip(spec.robot_names, models, strict=True))),
+        "mission": spec.mission or "",
+        "seed": str(spec.seed),
     }
     return {
         "path": str(folder / FILE),
-        "robots": options.robot_names,
-        "topics": options.record_topics,
-        "rate": options.record_rate,
+        "robots": spec.robot_names,
+        "topics": spec.record_topics,
+        "rate": spec.record_rate,
         "about": about,
         "awaited": list(plan.alive),
     }

@@ -67,7 +67,7 @@ class RunFolder:
         return self.logs / f"{name}.log"
 
 
-def create_run_folder(chosen: Path | None, now: datetime) -> RunFolder:
+def create_run_folder(chosen: str | Path | None, now: datetime) -> RunFolder:
     """Make the folder of a run; what an earlier run left in it is removed.
 
     Args:
@@ -79,7 +79,7 @@ def create_run_folder(chosen: Path | None, now: datetime) -> RunFolder:
     Raises:
         ConfigError: If it cannot be written, or has something else in it than a run.
     """
-    folder = RunFolder(chosen or RUNS / now.strftime("%Y-%m-%d_%H-%M-%S"))
+    folder = RunFolder(Path(chosen or RUNS / now.strftime("%Y-%m-%d_%H-%M-%S")))
     _check_text(folder.path)
     try:
         if chosen is None:

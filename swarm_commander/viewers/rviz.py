@@ -11,7 +11,7 @@ import yaml
 
 from swarm_commander.viewers.rviz_config import merged_config, robot_config, swarm_config
 from swarm_common.process import start
-from swarm_run.options import MERGED, SWARM
+from swarm_run.spec import MERGED, SWARM
 
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # the dumper in C is ten times as fast
 HOW_TO_GET = (

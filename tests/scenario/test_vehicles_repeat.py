@@ -23,8 +23,7 @@ from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState
 
 from swarm_common.process import start
-from swarm_run.fleet_link import FleetLink
-from swarm_run.options import UpOptions
+from swarm_run.spec import RunSpec
 from tests.fakes.fleet_orders import action, edge, header, node
 from tests.fakes.ros_domains import reserved_domain
 
@@ -116,10 +115,10 @@ def free_port() -> int:
 def run(folder: Path, pack: int) -> str:
     port = free_port()
     with reserved_domain() as domain, (folder / "up.log").open("w+", encoding="utf-8") as log:
-        options = UpOptions(
+        spec = RunSpec(
             swarm_size=len(NAMES), world=WORLD, drive="planar", seed=2, pack=pack, paused=True,
-            vda5050=FleetLink(url=f"embedded:{port}"), duration=100.0, page=False,
-            speed=None, run_dir=folder / "run",
+            vda5050=f"embedded:{port}", duration=100.0, report=False, speed="max",
+            run_dir=str(folder / "run"),
         )  # fmt: skip
         up = subprocess.Popen(
             start.command("swarm_workbench.child", str(folder)), cwd=folder, stdin=subprocess.PIPE,
@@ -127,7 +126,7 @@ def run(folder: Path, pack: int) -> str:
             env=os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)},
         )  # fmt: skip
         assert up.stdin is not None
-        up.stdin.write(pickle.dumps(options))
+        up.stdin.write(pickle.dumps(spec))
         up.stdin.flush()
         try:
             control = FleetControl(port)

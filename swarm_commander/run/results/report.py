@@ -16,7 +16,7 @@ from swarm_common.model.breaches import Collision, breaches_json
 from swarm_mission.fairness import fairness
 from swarm_mission.orders.floor_use import joined
 from swarm_run.command_line import COMPONENT_FAILED, MISSED, OK
-from swarm_run.options import UpOptions
+from swarm_run.spec import RunSpec
 
 SCHEMA = 1
 
@@ -31,7 +31,7 @@ class RunTimes:
 
 
 def compose_report(
-    options: UpOptions,
+    spec: RunSpec,
     statistics: RunStatistics,
     verdict: Mapping[str, Any],
     usage: UsageMeter,
@@ -48,7 +48,7 @@ def compose_report(
         verdict: What the world measured; empty if it could not say.
     """
     sim_time = float(verdict.get("sim_time", statistics.sim_time))
-    seconds = options.swarm_size * sim_time
+    seconds = spec.size * sim_time
     cpu = {group: usage.cpu(group) for group in ("world", "navigators", "operator")}
     cpu["onlookers"] = usage.cpu("recorder") + usage.cpu("viewer")
     per_second = {
@@ -61,11 +61,11 @@ def compose_report(
     return {
         "schema": SCHEMA,
         "has_verdict": bool(verdict),
-        "swarm_size": options.swarm_size,
-        "world": options.world,
-        "robot": options.robot,
-        "mission": options.mission,
-        "seed": options.seed,
+        "swarm_size": spec.size,
+        "world": spec.world,
+        "robot": spec.model,
+        "mission": spec.mission,
+        "seed": spec.seed,
         "sim_time": rounded(sim_time),
         "wall_time": rounded(times.wall_time),
         "real_time_factor": rounded(verdict.get("real_time_factor", statistics.real_time_factor)),

@@ -9,9 +9,8 @@ from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.results.status_table import shown_state
 from swarm_common.model.records import Pose
 from swarm_common.process import messages as say
-from swarm_describe.robots.fleet import load_fleet
-from swarm_run.options import UpOptions
 from swarm_run.plan import check_plan
+from swarm_run.spec import RunSpec
 from tests.fakes.charging import BATTERY
 
 
@@ -51,7 +50,7 @@ def test_one_that_comes_back_has_the_battery_of_its_group(tmp_path: Path) -> Non
     fleet = tmp_path / "fleet.yaml"
     group = {"model": "turtlebot3_waffle", "count": 2, "battery": BATTERY}
     fleet.write_text(json.dumps({"groups": [group]}), encoding="utf-8")
-    plan = check_plan(UpOptions(swarm_size=2, fleet=load_fleet(fleet)))
+    plan = check_plan(RunSpec(fleet=str(fleet)))
     assert plan.world_config(tmp_path)["robots"][0]["battery"]["capacity"] == BATTERY["capacity"]
     assert "no station in" in plan.remarks[0]
     for name, has_battery in (("Srobot2", True), ("Srobot9", False)):
@@ -61,7 +60,7 @@ def test_one_that_comes_back_has_the_battery_of_its_group(tmp_path: Path) -> Non
 
 
 def test_a_newcomer_gets_the_parameters_of_its_model() -> None:
-    plan = check_plan(UpOptions(swarm_size=2, mission="loading_route"))
+    plan = check_plan(RunSpec(swarm_size=2, mission="loading_route"))
     tree = plan.parameter_file_of_newcomer("Srobot9", 9, "turtlebot3_burger", Pose(1.0, 2.0, 0.5))
     values = tree["/Srobot9/navigator"]["ros__parameters"]
     assert (values["robot_id"], values["robot"]["model"]) == (9, "turtlebot3_burger")

@@ -11,8 +11,8 @@ from swarm_commander.hosts.run_description import compose, parse
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_run.host_options import Role, check_combination, parse_robots
-from swarm_run.options import UpOptions
 from swarm_run.plan import check_plan
+from swarm_run.spec import RunSpec
 
 
 def test_robots_by_numbers_and_ranges() -> None:
@@ -53,9 +53,13 @@ def _no_variables(monkeypatch: pytest.MonkeyPatch) -> None:
 SECRET = "sixteen letters or more"
 
 
+def of_robots(robots: str, pack: int = 1) -> RunSpec:
+    return RunSpec(role=Role.ROBOTS, robots=robots, connect="127.0.0.1", pack=pack)
+
+
 def test_plan_of_a_robots_host() -> None:
     typed = {"seed": 3, "robots": "1-5", "pack": 2}
-    plan = robots_plan("1-5", "127.0.0.1", None, 2, None, typed, SECRET)
+    plan = robots_plan(of_robots("1-5", pack=2), typed, SECRET)
     assert (plan.own_address, plan.world_address) == ("127.0.0.1", "127.0.0.1")
     assert plan.stated == {"seed": 3}
     assert plan.processes == 3
@@ -64,20 +68,20 @@ def test_plan_of_a_robots_host() -> None:
 
 def test_what_a_robots_host_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ConfigError, match="--mission belongs to the world's host"):
-        robots_plan("1", "127.0.0.1", None, 1, None, {"mission": "loading_route"}, SECRET)
+        robots_plan(of_robots("1"), {"mission": "loading_route"}, SECRET)
     with pytest.raises(ConfigError, match="with --pack 2"):
-        robots_plan("1-100", "127.0.0.1", None, 1, None, {}, SECRET)
+        robots_plan(of_robots("1-100"), {}, SECRET)
     with pytest.raises(ConfigError, match="--pack is 0"):
-        robots_plan("1", "127.0.0.1", None, 0, None, {}, SECRET)
+        robots_plan(of_robots("1", pack=0), {}, SECRET)
     with pytest.raises(ConfigError, match="needs the secret of the world's host in SWARM_SECRET"):
-        robots_plan("1", "127.0.0.1", None, 1, None, {}, "")
+        robots_plan(of_robots("1"), {}, "")
     monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", "/my/profile.xml")
     with pytest.raises(ConfigError, match="unset it"):
-        robots_plan("1", "127.0.0.1", None, 1, None, {}, SECRET)
+        robots_plan(of_robots("1"), {}, SECRET)
 
 
 def test_a_charter_gives_every_robot_the_parameters_of_a_run_on_one_host() -> None:
-    plan = check_plan(UpOptions(swarm_size=3, mission="loading_route"))
+    plan = check_plan(RunSpec(swarm_size=3, mission="loading_route"))
     trees = {f"Srobot{n}": plan.parameter_file(n, Pose(n, 2.0, 0.5)) for n in (1, 2, 3)}
     facts = {"world": "slim_blockage", "seed": 0, "robot": "turtlebot3_waffle", "swarm_size": 3}
     description = parse(

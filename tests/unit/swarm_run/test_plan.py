@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import dataclasses
 import shutil
 from pathlib import Path
 
 import pytest
+from msgspec import structs
 
 from swarm_commander.mission.runner import itineraries
 from swarm_common.files.params_io import flatten
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
-from swarm_describe.robots.fleet import load_fleet
 from swarm_describe.worlds.world_file import find_world
 from swarm_mission.routes import goals
-from swarm_run.options import UpOptions, robot_of, swarm_size_of
+from swarm_run.host_options import Role
 from swarm_run.plan import RunPlan, check_plan
+from swarm_run.spec import RunSpec
 
 FLEET = """order: mixed
 groups:
@@ -31,16 +31,13 @@ def make_plan(folder: Path, params: str | None = None) -> RunPlan:
     (folder / "short.yaml").write_text(ROUTE)
     path = folder / "fleet.yaml"
     path.write_text(FLEET.replace("short.yaml", str(folder / "short.yaml")))
-    fleet = load_fleet(path)
     if params is not None:
         (folder / "params.yaml").write_text(params)
     return check_plan(
-        UpOptions(
-            swarm_size=swarm_size_of(None, fleet),
-            robot=robot_of(None, fleet),
-            fleet=fleet,
+        RunSpec(
+            fleet=str(path),
             mission="loading_route",
-            params=folder / "params.yaml" if params is not None else None,
+            params=str(folder / "params.yaml") if params is not None else None,
         )
     )
 
@@ -49,7 +46,7 @@ def test_every_robot_gets_its_model_and_its_limits(tmp_path: Path) -> None:
     plan = make_plan(tmp_path)
     models = [robot["model"] for robot in plan.world_config(tmp_path / "v.json")["robots"]]
     assert models == ["turtlebot3_burger", "turtlebot3_waffle", "turtlebot3_burger"]
-    assert plan.options.robot == "2 turtlebot3_burger, 1 turtlebot3_waffle"
+    assert plan.spec.model == "2 turtlebot3_burger, 1 turtlebot3_waffle"
     for number, speed, turn, track in ((1, 0.2, 2.84, 0.160), (2, 0.26, 1.82, 0.287)):
         flat = flatten(plan.parameter_file(number, Pose(0.0, 0.0, 0.0)))
         values = {name.split("ros__parameters.")[1]: value for name, value in flat.items()}
@@ -89,12 +86,12 @@ def test_where_missions_lead_is_known_before_they_begin(tmp_path: Path) -> None:
     assert [len(places) for places in found.values()] == [8, 2, 8]
     assert set(found["Srobot1"]) - {(0.0, 0.0)} <= stations
     assert set(found["Srobot3"]) - {(2.0, 0.0)} <= stations
-    roaming = check_plan(UpOptions(swarm_size=3, world="pillars", mission="roam"))
+    roaming = check_plan(RunSpec(swarm_size=3, world="pillars", mission="roam"))
     places = {(pose.x, pose.y) for pose in roaming.sites.places}
     assert all(set(route) <= places for route in goals(roaming.runner_config(homes)).values())
-    endless = check_plan(UpOptions(swarm_size=2, mission="loading_route", laps=10**9))
+    endless = check_plan(RunSpec(swarm_size=2, mission="loading_route", laps=10**9))
     assert set(goals(endless.runner_config(homes[:2]))) == {"Srobot1", "Srobot2"}  # and soon
-    idle = check_plan(UpOptions(swarm_size=2))
+    idle = check_plan(RunSpec(swarm_size=2))
     assert goals(idle.runner_config(homes[:2])) == {}
 
 
@@ -109,17 +106,17 @@ def test_too_few_places_are_refused_before_the_start(tmp_path: Path) -> None:
     world, path = str(folder / "world.sdf"), tmp_path / "own.yaml"
     path.write_text("route: [{own_place: true}]\n")
     for mission in ("roam", str(path)):
-        check_plan(UpOptions(swarm_size=4, world=world, mission=mission))
+        check_plan(RunSpec(swarm_size=4, world=str(world), mission=str(mission)))
         with pytest.raises(ConfigError, match=r"each of 5 robots; .*hall/sites.yaml.* has 4"):
-            check_plan(UpOptions(swarm_size=5, world=world, mission=mission))
+            check_plan(RunSpec(swarm_size=5, world=str(world), mission=str(mission)))
 
 
 def test_the_drive_is_the_worlds_engine(tmp_path: Path) -> None:
     for drive, engine in ((None, "bullet"), ("wheels", "bullet"), ("planar", "planar")):
-        plan = check_plan(UpOptions(swarm_size=2, drive=drive))
+        plan = check_plan(RunSpec(swarm_size=2, drive=drive))
         assert plan.world_config(tmp_path / "v.json").get("engine", "bullet") == engine
     with pytest.raises(ConfigError, match="planar"):
-        UpOptions(drive="wings")
+        check_plan(RunSpec(drive="wings"))
 
 
 def test_what_is_restarted_reads_copies(tmp_path: Path) -> None:
@@ -128,7 +125,7 @@ def test_what_is_restarted_reads_copies(tmp_path: Path) -> None:
     shutil.copytree(find_world("slim_blockage").parent, own)
     route = tmp_path / "tour.yaml"
     route.write_text("route: [{stations: [loader_1]}]", encoding="utf-8")
-    options = UpOptions(swarm_size=2, world=str(own / "world.sdf"), mission=str(route))
+    options = RunSpec(swarm_size=2, world=str(own / "world.sdf"), mission=str(route))
     plan = check_plan(options).with_copies(tmp_path / "copies")
     homes = [Pose(0.0, 0.0, 0.0)] * 2
     before = itineraries(plan.runner_config(homes))[0]
@@ -157,8 +154,8 @@ def test_filter_masks_reach_every_process_as_copies(tmp_path: Path) -> None:
     with (own / "sites.yaml").open("a", encoding="utf-8") as sites:
         sites.write("zones: {speed_mask: ../slow.yaml}\n")
     (tmp_path / "keep.yaml").write_text((tmp_path / "keep.yaml").read_text().replace("2}", "0}"))
-    options = UpOptions(
-        swarm_size=2, world=str(own / "world.sdf"), keepout_mask=tmp_path / "keep.yaml"
+    options = RunSpec(
+        swarm_size=2, world=str(own / "world.sdf"), keepout_mask=str(tmp_path / "keep.yaml")
     )
     plan = check_plan(options).with_copies(tmp_path / "copies")
     (tmp_path / "slow.yaml").unlink()
@@ -179,8 +176,8 @@ def test_masks_alone_are_sites_too(tmp_path: Path) -> None:
     shutil.copy(find_world("slim_blockage"), world)
     (tmp_path / "keep.pgm").write_bytes(b"P5 2 2 255\n" + bytes(4))
     (tmp_path / "keep.yaml").write_text("{image: keep.pgm, resolution: 1, origin: [0, 0, 0]}")
-    options = UpOptions(swarm_size=2, world=str(world), keepout_mask=tmp_path / "keep.yaml")
+    options = RunSpec(swarm_size=2, world=str(world), keepout_mask=str(tmp_path / "keep.yaml"))
     plan = check_plan(options).with_copies(tmp_path / "copies")
     assert load_sites(plan.sites_file).zones.keepout_at(1.0, 1.0)
     with pytest.raises(ConfigError, match="polygons"):
-        check_plan(dataclasses.replace(options, bind="192.0.2.1"))
+        check_plan(structs.replace(options, role=Role.WORLD, bind="192.0.2.1"))

@@ -12,8 +12,8 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_nav.core.plugins import RULE_NAMES
 from swarm_run.fleet_link import FleetLink, find_mosquitto, fleet_link
-from swarm_run.options import UpOptions
 from swarm_run.plan import FLEET_RULES, check_plan
+from swarm_run.spec import RunSpec
 
 
 def test_addresses_are_read() -> None:
@@ -67,19 +67,18 @@ def test_a_broker_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_a_fleet_control_alone_coordinates_robots_without_their_own_rules() -> None:
     assert set(FLEET_RULES.split()) == {*RULE_NAMES} - {"make_way", "leave", "wait"}
-    led = {"coordination": Coordination.FLEET, "vda5050": FleetLink(url="embedded")}
+    led = {"coordination": Coordination.FLEET, "vda5050": "embedded"}
     for more, rules in (({}, "all"), (led, FLEET_RULES)):
-        plan = check_plan(UpOptions(world="hall_12", **more))
+        plan = check_plan(RunSpec(world="hall_12", **more))
         (parameters,) = plan.parameter_file(1, Pose(0.0, 0.0, 0.0)).values()
         assert parameters["ros__parameters"]["traffic"]["rules"] == rules
 
 
 def test_options_need_each_other() -> None:
     with pytest.raises(ConfigError, match="add --vda5050"):
-        UpOptions(coordination=Coordination.FLEET)
+        RunSpec(coordination=Coordination.FLEET).check()
     with pytest.raises(ConfigError, match="--manufacturer needs --vda5050"):
         fleet_link(None, "me", None, None, None)
-    link = FleetLink(url="embedded")
     for more, word in (({"mission": "roam"}, "exclude"), ({"swarm_size": 31}, "up to 30")):
         with pytest.raises(ConfigError, match=word):
-            UpOptions(vda5050=link, **more)
+            RunSpec(vda5050="embedded", **more).check()

@@ -11,9 +11,8 @@ from swarm_common.middleware.radio_check import read_beacon
 from swarm_common.model.beacon import empty_beacons, serialize_beacon
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import Pose, Twist
-from swarm_describe.robots.fleet import load_fleet
-from swarm_run.options import UpOptions
 from swarm_run.plan import check_plan
+from swarm_run.spec import RunSpec
 from swarm_sim.ros.build import build
 from swarm_sim.ros.settings import parse_settings
 from swarm_workbench import ExternalRobot, Sensed, load_robot
@@ -24,11 +23,11 @@ def _fleet(tmp_path, external):
     path = tmp_path / "fleet.yaml"
     group = "- {model: turtlebot3_waffle, count: 3}"
     path.write_text(f"groups: [{group[2:]}]\nexternal: {external}\n", encoding="utf-8")
-    return load_fleet(path)
+    return str(path)
 
 
 def test_external_robots_of_a_fleet_have_no_navigator(tmp_path):
-    plan = check_plan(UpOptions(swarm_size=3, fleet=_fleet(tmp_path, "[Srobot2]")))
+    plan = check_plan(RunSpec(swarm_size=3, fleet=_fleet(tmp_path, "[Srobot2]")))
     assert plan.alive == ["Srobot1", "Srobot3"]
     robots = plan.world_config(tmp_path / "verdict.json")["robots"]
     assert [robot.get("external", False) for robot in robots] == [False, True, False]
@@ -44,7 +43,7 @@ def test_external_robots_of_a_fleet_have_no_navigator(tmp_path):
 )
 def test_external_robots_that_make_no_sense_are_refused(tmp_path, external, message):
     with pytest.raises(SwarmError, match=message):
-        UpOptions(swarm_size=3, fleet=_fleet(tmp_path, external))
+        RunSpec(fleet=_fleet(tmp_path, external)).check()
 
 
 def test_a_broken_robot_on_anothers_start_is_refused(tmp_path):

@@ -6,31 +6,26 @@ import json
 from pathlib import Path
 
 import pytest
-import yaml
 
-from swarm_bench.capacity.on_graph import _run_of, _steady, _without
+from swarm_bench.capacity.on_graph import _run_of, _steady
 from swarm_common.files.journal import Journal
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.records import Pose
+from swarm_run.plan import check_plan
 
-WORDS = ("--mission", "loading_route", "--duration", "60")
-
-
-def test_the_options_of_the_sweep_itself_are_left_out() -> None:
-    words = ["--sweep", "robots=2", "--world", "a", "--run-dir=b", "--headless"]
-    assert _without(("--sweep", "--run-dir"), words) == ["--world", "a", "--headless"]
+STATED = {"mission": "loading_route", "duration": 60.0}
 
 
 def test_options_and_parameters_are_axes(tmp_path: Path) -> None:
     given = tmp_path / "own.yaml"
     given.write_text("/world: {ros__parameters: {radio.loss: 0.1}}\n")
     chosen = {"robots": "3", "seed": "7", "controller.max_vel_x": "0.2", "laps": "2"}
-    run = _run_of(chosen, [*WORDS, "--params", str(given)], tmp_path, 1)
-    assert (run.options.swarm_size, run.options.seed, run.options.laps) == (3, 7, 2)
+    run = _run_of(chosen, {**STATED, "params": str(given)}, tmp_path / "run_1")
+    assert (run.spec.size, run.spec.seed, run.spec.laps) == (3, 7, 2)
     assert run.label == "controller.max_vel_x=0.2, laps=2"
-    assert run.options.params is not None
-    tree = yaml.safe_load(run.options.params.read_text())
-    assert tree["/world"] == {"ros__parameters": {"radio.loss": 0.1}}
-    assert tree["/*/navigator"] == {"ros__parameters": {"max_vel_x": 0.2}}
+    assert (run.spec.params, run.spec.parameters) == (str(given), {"max_vel_x": 0.2})
+    (values,) = check_plan(run.spec).parameter_file(1, Pose(0.0, 0.0, 0.0)).values()
+    assert values["ros__parameters"]["max_vel_x"] == 0.2
 
 
 @pytest.mark.parametrize(
@@ -41,7 +36,7 @@ def test_a_wrong_value_is_refused_before_any_run(
     tmp_path: Path, name: str, text: str, said: str
 ) -> None:
     with pytest.raises(ConfigError, match=said):
-        _run_of({name: text}, WORDS, tmp_path, 1)
+        _run_of({name: text}, STATED, tmp_path / "run_1")
 
 
 def test_goals_and_orders_after_the_warm_up_are_counted(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from rich.console import Console
 from swarm_commander.cli import session
 from swarm_commander.run.processes.usage import UsageMeter
 from swarm_commander.run.results.run_statistics import RunStatistics
-from swarm_run.options import UpOptions
+from swarm_run.spec import RunSpec
 
 
 @pytest.mark.parametrize(
@@ -21,7 +21,7 @@ from swarm_run.options import UpOptions
 def test_a_start_that_is_stopped_says_so_in_one_line(
     tmp_path: Path, stopped: bool, code: int, said: str
 ) -> None:
-    plan: Any = SimpleNamespace(options=UpOptions(swarm_size=1, page=False), alive=("Srobot1",))
+    plan: Any = SimpleNamespace(spec=RunSpec(swarm_size=1, report=False), alive=("Srobot1",))
     folder: Any = SimpleNamespace(
         path=tmp_path, verdict=tmp_path / "verdict.json", report=tmp_path / "report.json"
     )

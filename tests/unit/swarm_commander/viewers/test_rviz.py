@@ -12,7 +12,7 @@ from swarm_commander.viewers.foxglove import write_foxglove
 from swarm_commander.viewers.rviz_config import named_topics
 from swarm_common.middleware.topic_table import ORDERS, all_topics, robot_topic
 from swarm_common.model.errors import ConfigError
-from swarm_run.options import windows
+from swarm_run.spec import RunSpec
 
 ROBOTS = ["Srobot1", "Srobot2", "Srobot3"]
 
@@ -105,12 +105,12 @@ def leaves(node: object) -> set[str]:
     ],
 )
 def test_windows(text: str, names: list[str]) -> None:
-    assert windows(text, ROBOTS) == names
+    assert RunSpec(swarm_size=3, rviz=text).rviz_windows == names
 
 
 def test_an_unknown_robot_has_no_window() -> None:
     with pytest.raises(ConfigError, match="unknown robot 'Srobot4' in --rviz"):
-        windows("Srobot4", ROBOTS)
+        _ = RunSpec(swarm_size=3, rviz="Srobot4").rviz_windows
 
 
 def test_a_window_sees_the_frames_of_its_robot() -> None:

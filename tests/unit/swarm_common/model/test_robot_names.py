@@ -13,7 +13,7 @@ from swarm_commander.run.local_run import MODULES
 from swarm_common.middleware.topic_table import WORLD_TOPICS
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.robot_names import MOST, RESERVED, RobotNames, in_short, natural
-from swarm_run.options import ALL, MERGED, SWARM
+from swarm_run.spec import ALL, MERGED, SWARM
 
 ROOT = Path(__file__).parents[4]
 

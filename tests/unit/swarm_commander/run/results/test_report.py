@@ -21,7 +21,7 @@ from swarm_commander.run.results.status_table import status_table
 from swarm_common.model.breaches import Collision, MissedGoal, breach_lines
 from swarm_common.process import messages as say
 from swarm_report.document import merits
-from swarm_run.options import UpOptions
+from swarm_run.spec import RunSpec
 
 ROBOTS = ("Srobot1", "Srobot2")
 VERDICT: dict[str, Any] = {
@@ -69,7 +69,7 @@ def status(robot: str, **values: Any) -> say.Event:
 
 def report_of(statistics: RunStatistics, verdict: dict[str, Any] | None = None) -> dict[str, Any]:
     return compose_report(
-        UpOptions(swarm_size=2, seed=4),
+        RunSpec(swarm_size=2, seed=4),
         statistics,
         VERDICT if verdict is None else verdict,
         UsageMeter(),

@@ -13,7 +13,7 @@ from swarm_commander.run.rundir import create_run_folder, write_env_sh
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError
 from swarm_run.domain import DomainLock, domain_id
-from swarm_run.options import UpOptions, parse_speed
+from swarm_run.spec import RunSpec, parse_speed
 from swarm_sim.world.world import WorldConfig
 
 NOW = datetime(2024, 5, 6, 7, 8, 9)
@@ -21,13 +21,13 @@ NOW = datetime(2024, 5, 6, 7, 8, 9)
 
 @pytest.mark.parametrize("size", [1, 7, 11, 97, 100])
 def test_any_size_up_to_the_limit_will_do(size: int) -> None:
-    options = UpOptions(swarm_size=size)
+    options = RunSpec(swarm_size=size).check()
     assert options.robot_names[-1] == f"Srobot{size}"
     assert len(options.robot_names) == size
 
 
 def test_more_than_the_limit_is_an_explicit_wish() -> None:
-    assert UpOptions(swarm_size=101, over_limit=True, pack=2).swarm_size == 101
+    assert RunSpec(swarm_size=101, over_limit=True, pack=2).check().size == 101
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_more_than_the_limit_is_an_explicit_wish() -> None:
 )
 def test_impossible_options_are_refused(values: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
-        UpOptions(**values)
+        RunSpec(**values).check()
 
 
 def test_the_default_speed_is_real_time_or_no_limit() -> None:
@@ -179,9 +179,9 @@ def test_without_pybullet_robots_drive_planar_and_wheels_are_refused(
     try:
         assert usual_engine() == "planar"
         with pytest.raises(ConfigError, match="PyBullet is not installed"):
-            UpOptions(drive="wheels")
+            RunSpec(drive="wheels").check()
         with pytest.raises(ConfigError, match="engine bullet: PyBullet is not installed"):
             WorldConfig(engine="bullet")
-        assert UpOptions(drive="planar").drive == "planar"
+        assert RunSpec(drive="planar").check().drive == "planar"
     finally:
         usual_engine.cache_clear()
