@@ -26,6 +26,7 @@ LEVEL = 0.9  # cosine to the y axis from which a joint's axis counts as that of 
 GROUND = 0.02  # [m] that a wheel may end above the lowest one
 TRAIL = 0.005  # [m] between a swivel's axis and its wheel, from which it is a caster
 VIRTUAL_RADIUS = 0.05  # [m] that is reported for the wheels of a drive without any
+SAME_AXLE = 1e-6  # [m] by which wheels of one axle may be apart: rounding of who wrote the file
 OFF_CENTER = 0.01  # [m] to the side from which a wheel is left or right
 OFF = 0.02  # share by which a stated length may be off what the shapes say, unmentioned
 ROUGH = 0.1  # share by which it may be off a wheel whose shape is not round, and still counts
@@ -358,12 +359,13 @@ def _train(
             f"{where}: the left wheels {[w.joint for w in left]} are not left of the right ones "
             f"{[w.joint for w in right]}"
         )
+    base = float(np.ptp(places[:, 0]))
     return DriveTrain(
         kind,
         tuple(wheel.joint for wheel in left),
         tuple(wheel.joint for wheel in right),
         radius,
         float(sides[0] - sides[1]),
-        float(np.ptp(places[:, 0])),
+        base if base > SAME_AXLE else 0.0,
         center,
     )

@@ -24,10 +24,12 @@ from tests.fakes.foreign_robots import (
     hub_first,
     inboard_tyres,
     limits_by_controller,
+    made_wheel,
     mecanum_by_controller,
     on_rollers,
     plugin_drive,
     rear_first,
+    solid,
     two_wheels,
 )
 from tests.fakes.own_robots import (
@@ -155,6 +157,16 @@ def test_the_tyre_counts_and_not_the_hub(tmp_path: Path) -> None:
 def test_the_separation_is_that_of_the_tyres(tmp_path: Path) -> None:
     spec = load_robot(inboard_tyres().write(tmp_path))
     assert spec.wheel_separation == pytest.approx(0.358)
+
+
+def test_wheels_that_rounding_moved_have_one_axle(tmp_path: Path) -> None:
+    """A base of 1e-13 m was refused by the name of a key that the file does not have."""
+    tyre = solid(cylinder(0.08, 0.04))
+    wheels = [
+        made_wheel(side, (x, y, 0.08), tyre)
+        for side, x, y in (("left", 0.0, 0.2), ("right", 1e-13, -0.2))
+    ]
+    assert load_robot(two_wheels(*wheels).write(tmp_path)).wheel_base == 0.0
 
 
 def test_a_plugin_that_denies_the_shapes_is_told(tmp_path: Path) -> None:
