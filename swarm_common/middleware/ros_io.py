@@ -39,6 +39,7 @@ LATEST = QoSProfile(depth=1)
 # a lost message until that is there, seconds later, although nobody needs it any more.
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+SCAN = QoSProfile(depth=5)  # reliable, which serves subscribers of both kinds
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # What one tick needs is repeated until it is answered, so its readers ask for no acknowledgement.
 # The queue is deep because messages of foreign publishers wait in it, too.

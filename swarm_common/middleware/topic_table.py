@@ -56,7 +56,7 @@ ROBOT_TOPICS = (
     Topic("tf", "tf2_msgs/msg/TFMessage", stamp_at=8, many=True, depth=100),
     Topic("joint_states", "sensor_msgs/msg/JointState"),
     Topic("odom", "nav_msgs/msg/Odometry"),
-    Topic("scan", "sensor_msgs/msg/LaserScan", is_reliable=False, depth=5),
+    Topic("scan", "sensor_msgs/msg/LaserScan", depth=5),
     Topic("imu", "sensor_msgs/msg/Imu"),
     Topic("battery_state", "sensor_msgs/msg/BatteryState", is_optional=True),
     Topic("ground_truth", "nav_msgs/msg/Odometry"),

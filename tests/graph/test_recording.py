@@ -28,6 +28,7 @@ from rclpy.serialization import deserialize_message
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import LaserScan
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.viewers.rviz_config import (
@@ -233,6 +234,14 @@ def test_the_clock_is_fine_while_somebody_listens_and_odometry_has_variances(swa
         assert [covariance[place] for place in (0, 7, 35)] == [1e-9] * 3  # sensors do not err
     for subscription in subscriptions:
         swarm.node.destroy_subscription(subscription)
+
+
+def test_a_subscription_of_default_quality_gets_scans(swarm: Swarm) -> None:
+    """Scans were best effort: it got none, and rclpy's default is reliable."""
+    scans: list[LaserScan] = []
+    subscription = swarm.node.create_subscription(LaserScan, "/Srobot1/scan", scans.append, 10)
+    swarm.spin_until(lambda: len(scans) > 3)
+    swarm.node.destroy_subscription(subscription)
 
 
 def test_the_delay_by_the_simulations_clock_is_short(swarm: Swarm) -> None:

@@ -119,7 +119,7 @@ class RobotLink:
     def _create_publishers(self, node: Node, gallery: Node, space: str) -> None:
         make = partial(removable_publisher, node)
         self._odom = make(OdometryMsg, f"{space}/odom", ros_io.RELIABLE)
-        self._scan = make(LaserScan, f"{space}/scan", ros_io.SENSOR)
+        self._scan = make(LaserScan, f"{space}/scan", ros_io.SCAN)
         self._neighbors: Publisher | None = make(
             NeighborArray, f"{space}/neighbors", ros_io.RELIABLE
         )
