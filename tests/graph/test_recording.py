@@ -165,7 +165,7 @@ def test_messages_that_a_recorder_missed_are_counted(
     recorder.popen.terminate()
     swarm.spin_until(lambda: recorder.named("recorded"))
     (ended,) = recorder.named("recorded")
-    assert ended["lost"]["/Srobot1/status"] > 1000
+    assert ended["lost"]["/Srobot1/status"] > 100  # of 5000, fewer on a busy machine
     with contextlib.closing(Bag(tmp_path / "recording.mcap")) as bag:
         assert bag.lost == ended["lost"]
 
