@@ -5,52 +5,50 @@ from __future__ import annotations
 import math
 import random
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
-from swarm_common.model.errors import ConfigError, UnknownNameError
+from msgspec import Meta
+
+from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import CONTROL_PERIOD, Pose, wrap_angle
 from swarm_common.model.robot_names import RobotNames
+from swarm_common.model.schema import NotNegative, PoseNumbers, Schema
 from swarm_common.model.sites import Sites, area_count
 from swarm_mission import exchange
 
 HOME = "home"
-ORDERS = ("as_written", "random")
-SWAPS = ("opposite", "other_area")
 KINDS = "exactly one of 'stations', 'pose', 'home', 'own_place', 'swap' and 'roam'"
+Swap = Literal["opposite", "other_area"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Leg:
+class Leg(Schema):
     """A part of the route: stations by name, one pose of its own, home, or where others are."""
 
     stations: tuple[str, ...] = ()
     take: int | None = None  # only this many of the stations, from the first in order; None for all
-    order: str = "as_written"  # of the stations
-    pose_map: Pose | None = None
+    order: Literal["as_written", "random"] = "as_written"  # of the stations
+    pose: PoseNumbers | None = None  # in the map frame
     home: bool = False  # where the robot started
     own_place: bool = False  # the place of the world that has the robot's number
     # where another robot started: `opposite` is half the swarm further on, `other_area` a random
     # one of another spawn area
-    swap: str = ""
-    roam: int = 0  # number of random places of the world, no two robots to the same one at a time
-    distance: float = 0.0  # [m] at least between one place and the next, of `roam`
-    pause: float = 0.0  # [s] after arriving at each
+    swap: Swap | None = None
+    # number of random places of the world, no two robots to the same one at a time
+    roam: Annotated[int, Meta(ge=0)] = 0
+    distance: NotNegative = 0.0  # [m] at least between one place and the next, of `roam`
+    pause: NotNegative = 0.0  # [s] after arriving at each
 
     def __post_init__(self) -> None:
-        pose = self.pose_map is not None
-        given = (self.stations, pose, self.home, self.own_place, self.swap, self.roam)
+        given = (self.stations, self.pose, self.home, self.own_place, self.swap, self.roam)
         if sum(map(bool, given)) != 1:
             raise ConfigError(f"a leg needs {KINDS}")
-        if self.order not in ORDERS:
-            raise UnknownNameError("order", self.order, ORDERS)
-        if self.swap and self.swap not in SWAPS:
-            raise UnknownNameError("swap", self.swap, SWAPS)
-        if self.roam < 0:
-            raise ConfigError(f"roam is {self.roam}; it must be a positive number of places")
         if self.take is not None and not 1 <= self.take <= len(self.stations):
             raise ConfigError(f"take is {self.take}; expected 1 to {len(self.stations)} stations")
-        for name in ("pause", "distance"):
-            if getattr(self, name) < 0.0:
-                raise ConfigError(f"{name} is {getattr(self, name)}; it must not be negative")
+
+    @property
+    def pose_map(self) -> Pose | None:
+        """Pose of its own."""
+        return None if self.pose is None else Pose(*self.pose)
 
     @property
     def needs_all_homes(self) -> bool:
@@ -113,7 +111,7 @@ class Draw:
             raise ConfigError(f"the world has {len(places)} places; {name} has none of its own")
         return f"place {self.robot_id}", places[self.robot_id - 1]
 
-    def _swapped(self, swap: str) -> tuple[str, Pose]:
+    def _swapped(self, swap: Swap) -> tuple[str, Pose]:
         count = len(self.homes_map)
         if swap == "opposite":
             partners = exchange.opposite(count)

@@ -6,23 +6,22 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
+from msgspec import Meta
+
+from swarm_common.files.convert import located, read
 from swarm_common.files.resources import names_to_propose, share_directory
-from swarm_common.files.yaml_io import check_keys, number, pose_numbers, read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, Pose
 from swarm_common.model.robot_names import RobotNames
+from swarm_common.model.schema import NotNegative
 from swarm_common.model.sites import Sites, area_count
-from swarm_mission.leg import HOME, KINDS, Draw, Leg, Stop
-from swarm_mission.orders import order_file
+from swarm_mission.leg import HOME, Draw, Leg, Stop
 from swarm_mission.orders.dispatch import load_dispatcher
 from swarm_mission.orders.order import OrderPlan, check_names
+from swarm_mission.orders.order_file import ORDER_KEYS, OrderFile
 
-NAMES = (
-    "description", "spawn", "route.*.stations.*", "route.*.order", "route.*.swap",
-    *order_file.NAMES, *order_file.NAMES_OF_GROUPS,
-)  # fmt: skip
 USUAL = "loading_route"  # mission of a robot that got none
 
 
@@ -43,10 +42,6 @@ class Mission:
             raise ConfigError("the route is empty; expected at least one leg")
         if self.route and self.orders is not None:
             raise ConfigError("there are orders and a route; expected one of the two")
-        if self.retries < 0:
-            raise ConfigError(f"retries is {self.retries}; it must not be negative")
-        if self.start_spread < 0.0:
-            raise ConfigError(f"start_spread is {self.start_spread} s; it must not be negative")
 
     @property
     def stations(self) -> tuple[str, ...]:
@@ -201,7 +196,7 @@ def single_goal(pose_map: Pose) -> Mission:
     Args:
         pose_map: Where to, in the frame `map`.
     """
-    return Mission(name="goal", route=(Leg(pose_map=pose_map),))
+    return Mission(name="goal", route=(Leg(pose=(pose_map.x, pose_map.y, pose_map.yaw)),))
 
 
 def usual_mission(sites: Sites, where: str) -> Mission:
@@ -264,74 +259,28 @@ def load_mission(name_or_path: str) -> Mission:
         ConfigError: If there is no such mission or something in it is wrong.
     """
     path = mission_path(name_or_path)
-    content = read_yaml(path, as_written=NAMES)
-    known = ("description", "retries", "spawn", "start_spread", "route", *order_file.KEYS)
-    check_keys(content, known, str(path))
-    has_orders = "orders" in content
-    route = content.get("route", [] if has_orders else None)
-    if not isinstance(route, list):
-        raise ConfigError(f"{path}: route is {route!r}; expected a list of legs")
-    if not has_orders and (key := next((k for k in order_file.KEYS if k in content), "")):
-        raise ConfigError(f"{path}: '{key}' is for orders, and there are none; add 'orders'")
-    if has_orders and "start_spread" in content:
-        raise ConfigError(f"{path}: 'start_spread' is for a route; orders come when they come")
-    legs = tuple(_parse_leg(leg, f"{path}: route, leg {i}") for i, leg in enumerate(route, 1))
-    orders = order_file.parse_orders(content, path) if has_orders else None
-    try:
+    content = read(path, _MissionFile)
+    with located(path):
+        orders = content.order_plan(path)
+        if orders is None and (key := next((k for k in ORDER_KEYS if getattr(content, k)), "")):
+            raise ConfigError(f"'{key}' is for orders, and there are none; add 'orders'")
+        if orders is not None and content.start_spread is not None:
+            raise ConfigError("'start_spread' is for a route; orders come when they come")
         return Mission(
             name=path.stem,
-            route=legs,
+            route=content.route,
             orders=orders,
-            retries=_integer(content.get("retries", 3), "retries"),
-            spawn=_text(content.get("spawn", ""), "spawn"),
-            start_spread=number(content.get("start_spread", 0.0), "start_spread"),
+            retries=content.retries,
+            spawn=content.spawn,
+            start_spread=content.start_spread or 0.0,
         )
-    except UnknownNameError:
-        raise
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error}") from None
 
 
-def _parse_leg(content: Any, where: str) -> Leg:
-    if not isinstance(content, dict):
-        raise ConfigError(f"{where} is {content!r}; expected {KINDS}")
-    known = (
-        "stations", "take", "order", "pose", "home", "own_place", "swap", "roam", "distance",
-        "pause",
-    )  # fmt: skip
-    check_keys(content, known, where)
-    names = [] if content.get("stations") is None else content["stations"]
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise ConfigError(f"{where}: stations must be a list of names, like [loader_1, shipping]")
-    home, own_place = (content.get(key, False) for key in ("home", "own_place"))
-    for key, value in (("home", home), ("own_place", own_place)):
-        if not isinstance(value, bool):
-            raise ConfigError(f"{where}: {key} is {value!r}; expected true")
-    pose = content.get("pose")
-    try:
-        return Leg(
-            stations=tuple(names),
-            take=_integer(content["take"], "take") if "take" in content else None,
-            order=_text(content.get("order", "as_written"), "order"),
-            pose_map=None if pose is None else Pose(*pose_numbers(pose, "pose")),
-            home=home,
-            own_place=own_place,
-            swap=_text(content.get("swap", ""), "swap"),
-            roam=_integer(content.get("roam", 0), "roam"),
-            distance=number(content.get("distance", 0.0), "distance"),
-            pause=number(content.get("pause", 0.0), "pause"),
-        )
-    except ConfigError as error:
-        raise ConfigError(f"{where}: {error}") from None
+class _MissionFile(OrderFile):
+    """Content of a mission file."""
 
-
-def _integer(value: object, what: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise ConfigError(f"{what} is {value!r}; expected an integer")
-    return value
-
-
-def _text(value: object, what: str) -> str:
-    if not isinstance(value, str):
-        raise ConfigError(f"{what} is {value!r}; expected a text")
-    return value
+    description: str | None = None
+    route: tuple[Leg, ...] = ()
+    retries: Annotated[int, Meta(ge=0)] = 3
+    spawn: str = ""
+    start_spread: NotNegative | None = None

@@ -1,8 +1,8 @@
 """The one door for settings: values of YAML, JSON or a program become typed values, or ConfigError.
 
-A kind is a `Schema` with constraints, or any other type that `msgspec.convert` makes. What does
-not fit is refused in words of ours: file, line and place, what was found, what is expected, and the
-nearest name for a misspelt one:
+A kind is a `Schema` with constraints (`swarm_common.model.schema`), or any other type that
+`msgspec.convert` makes. What does not fit is refused in words of ours: file, line and place, what
+was found, what is expected, and the nearest name for a misspelt one:
 
     class Stop(Schema):
         station: Name
@@ -24,11 +24,11 @@ import functools
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Any, TypeVar
 
 import msgspec
 import yaml
-from msgspec import Meta, inspect
+from msgspec import inspect
 
 from swarm_common.files.yaml_io import LARGEST, MAX_SHOWN, parse_yaml, read_text, shown, yaml_nodes
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
@@ -37,39 +37,7 @@ Kind = TypeVar("Kind")
 Steps = tuple[str | int, ...]  # keys, and indices of items, from the top to a value
 TOP: Steps = ()
 LONGEST_DIGITS = 18  # of a key that is a number
-PLURALS = {"a number": "numbers", "an integer": "integers", "text": "texts"}
-
-
-def is_name(text: str) -> bool:
-    """Whether messages, tables and commands can show a name: one line, not empty."""
-    return bool(text) and text == text.strip() and text.isprintable()
-
-
-def _is_angle(value: float) -> bool:
-    return abs(value) <= math.tau + 1e-6
-
-
-# What is asked often. The description says what is expected; a `check` is a predicate beside the
-# constraints that msgspec has.
-Positive = Annotated[float, Meta(gt=0.0)]
-NotNegative = Annotated[float, Meta(ge=0.0)]
-Share = Annotated[float, Meta(ge=0.0, lt=1.0)]
-Count = Annotated[int, Meta(ge=1)]
-Name = Annotated[
-    str,
-    Meta(description="text on one line, without blanks around it", extra={"check": is_name}),
-]
-Yaw = Annotated[  # a larger one may be in degrees
-    float, Meta(description="-2 pi to 2 pi, in radians", extra={"check": _is_angle})
-]
-Point = Annotated[tuple[float, float], Meta(description="a list of 2 numbers [x, y]")]
-PoseNumbers = Annotated[
-    tuple[float, float, Yaw], Meta(description="a list of 3 numbers [x, y, yaw]")
-]
-
-
-class Schema(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Base of what is read from files: immutable, and no other keys than its fields."""
+PLURALS = (("a number", "numbers"), ("an integer", "integers"), ("text", "texts"))
 
 
 class _Fault(Exception):
@@ -379,7 +347,10 @@ def _words(shape: Any) -> str:
 
 def _plural(shape: Any) -> str:
     words = _words(shape)
-    return PLURALS.get(words, f"items, each {words}")
+    for one, several in PLURALS:
+        if words.startswith(one):
+            return several + words.removeprefix(one)
+    return f"items, each {words}"
 
 
 def _range(shape: Any) -> str:

@@ -8,6 +8,7 @@ What a module imports of its folder stands above it:
     breaches   Breaches in a run: collisions, and goals that are not reached
               reached
     errors    Errors that carry a message for the user: what was found, where, what to do
+    schema    Words in which settings are declared: a base, and constraints that are asked often
     battery   A robot's battery: what it holds, and what driving takes from it
     sensors    Errors of a robot's sensors: the section `sensors:` of robot.yaml
              ideal

@@ -6,16 +6,20 @@ import math
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Annotated
+
+from msgspec import Meta
 
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.schema import Schema
 
 HOUR = 3600.0  # [s]
 LEAST_INTERVAL, MOST_INTERVAL = 0.1, 604_800.0  # [s] between two arrivals on average
 MOST_AT_ONCE = 1000  # orders
+Amount = Annotated[int, Meta(ge=1, le=MOST_AT_ONCE)]  # of orders
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Shift:
+class Shift(Schema):
     """A time in which orders come: at random (`rate`) or at intervals (`every`)."""
 
     begin: float = 0.0  # [s]
@@ -68,8 +72,6 @@ class Arrivals:
     def __post_init__(self) -> None:
         if bool(self.shifts) == bool(self.listed):
             raise ConfigError("expected one of 'rate', 'every', 'shifts' and 'times'")
-        if not 1 <= self.batch <= MOST_AT_ONCE:
-            raise ConfigError(f"batch is {self.batch}; expected 1 to {MOST_AT_ONCE} orders")
         for first, second in zip(self.shifts, self.shifts[1:], strict=False):
             if second.begin < first.end:
                 raise ConfigError(

@@ -13,7 +13,7 @@ import msgspec
 
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD
-from swarm_mission.orders.arrivals import MOST_AT_ONCE, Arrivals
+from swarm_mission.orders.arrivals import Arrivals
 from swarm_mission.orders.service import AT_ONCE, ServiceTime
 
 
@@ -49,8 +49,6 @@ class OrderStream:
         for origin in self.origins:
             if not set(self.targets) - {origin}:
                 raise ConfigError(f"orders go from {origin} to {origin}; expected another station")
-        if self.due is not None and not self.due > 0.0:
-            raise ConfigError(f"due is {self.due:g} s; it must be positive")
 
     def routes(self) -> list[tuple[str, str, float]]:
         """Return origin, target and share of the orders, for all pairs of stations."""
@@ -92,8 +90,6 @@ class OrderPlan:
     def __post_init__(self) -> None:
         if not self.streams:
             raise ConfigError("orders is empty; expected at least one stream")
-        if not 1 <= self.capacity <= MOST_AT_ONCE:
-            raise ConfigError(f"capacity is {self.capacity}; expected 1 to {MOST_AT_ONCE} orders")
 
     @property
     def stations(self) -> tuple[str, ...]:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 import random
 from dataclasses import dataclass
+from typing import Annotated
 
-from swarm_common.files.yaml_io import number, numbers
-from swarm_common.model.errors import ConfigError, UnknownNameError
+from msgspec import Meta
+
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.schema import Schema
 
 # Parameters of each distribution [s].
 PARAMETERS = {
@@ -27,10 +30,6 @@ class ServiceTime:
     values: tuple[float, ...] = (0.0,)
 
     def __post_init__(self) -> None:
-        if any(not 0.0 <= value <= LONGEST for value in self.values):
-            raise ConfigError(
-                f"service is {list(self.values)} s; expected times from 0 to {LONGEST:g} s"
-            )
         is_ordered = list(self.values) == sorted(self.values)
         if self.kind in ("uniform", "triangular") and not is_ordered:
             raise ConfigError(f"service: {self.kind} is {list(self.values)}; expected {self.form}")
@@ -66,42 +65,47 @@ class ServiceTime:
 
 
 AT_ONCE = ServiceTime()
+Seconds = Annotated[float, Meta(ge=0.0, le=LONGEST)]
 
 
-def parse_service(content: object, what: str) -> tuple[ServiceTime, ServiceTime]:
-    """Return the times at the first and the last station of an order.
+class Distribution(Schema):
+    """A distribution as files have it: one of its kinds."""
 
-    Args:
-        content: A time, a distribution, or both ends by the keys `from` and `to`.
-        what: Where it stands, for messages.
+    constant: Seconds | tuple[Seconds] | None = None
+    uniform: tuple[Seconds, Seconds] | None = None
+    triangular: tuple[Seconds, Seconds, Seconds] | None = None
+    lognormal: tuple[Seconds, Seconds] | None = None
 
-    Raises:
-        ConfigError: If it is none of these.
-    """
-    if isinstance(content, dict) and content.keys() & {"from", "to"}:
-        for key in content:
-            if key not in ("from", "to"):
-                raise UnknownNameError("key", str(key), ("from", "to"), what)
-        first, last = (_parse_one(content.get(key, 0.0), f"{what}.{key}") for key in ("from", "to"))
-        return first, last
-    both = _parse_one(content, what)
-    return both, both
+    def __post_init__(self) -> None:
+        self.time()
+
+    def time(self) -> ServiceTime:
+        """Return the time."""
+        given = {kind: values for kind in PARAMETERS if (values := getattr(self, kind)) is not None}
+        if len(given) != 1:
+            found = " and ".join(given) or "none"
+            raise ConfigError(f"expected one of {', '.join(PARAMETERS)}; found {found}")
+        ((kind, values),) = given.items()
+        return ServiceTime(kind, values if isinstance(values, tuple) else (values,))
 
 
-def _parse_one(content: object, what: str) -> ServiceTime:
-    try:
-        if not isinstance(content, dict):
-            return ServiceTime("constant", (number(content, what),))
-        if len(content) != 1:
-            raise ConfigError(f"{what} is {content!r}; expected one of {', '.join(PARAMETERS)}")
-        ((kind, values),) = content.items()
-        if kind not in PARAMETERS:
-            raise UnknownNameError("distribution", str(kind), PARAMETERS, what)
-        count = PARAMETERS[kind].count(",") + 1
-        if kind == "constant" and not isinstance(values, list):
-            values = [values]
-        return ServiceTime(kind, numbers(values, count, f"{what}.{kind} {PARAMETERS[kind]}"))
-    except UnknownNameError:
-        raise
-    except ConfigError as error:
-        raise ConfigError(str(error) if what in str(error) else f"{what}: {error}") from None
+class ServiceEnds(Distribution, rename={"first": "from", "last": "to"}):
+    """The key `service` of orders: a distribution, or both ends."""
+
+    first: Seconds | Distribution | None = None
+    last: Seconds | Distribution | None = None
+
+    def __post_init__(self) -> None:
+        service_times(self)
+
+
+def service_times(given: float | ServiceEnds) -> tuple[ServiceTime, ServiceTime]:
+    """Return the times at the first and the last station of an order."""
+    if not isinstance(given, ServiceEnds) or given.first is given.last is None:
+        both = _time(given)
+        return both, both
+    return _time(given.first), _time(given.last)
+
+
+def _time(given: float | Distribution | None) -> ServiceTime:
+    return given.time() if isinstance(given, Distribution) else ServiceTime(values=(given or 0.0,))

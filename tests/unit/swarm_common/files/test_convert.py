@@ -17,7 +17,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import Meta
 
-from swarm_common.files.convert import (
+from swarm_common.files.convert import convert, located, read
+from swarm_common.model.errors import ConfigError, MapError, SwarmError, UnknownNameError
+from swarm_common.model.schema import (
     Count,
     Name,
     NotNegative,
@@ -26,11 +28,7 @@ from swarm_common.files.convert import (
     Positive,
     Schema,
     Share,
-    convert,
-    located,
-    read,
 )
-from swarm_common.model.errors import ConfigError, MapError, SwarmError, UnknownNameError
 
 
 class Color(Enum):
@@ -126,8 +124,8 @@ def test_what_is_written_is_read_again() -> None:
         ({"loss": 1}, "loss is 1; expected a number, 0 or more and less than 1"),
         ({"from": " a"}, "from is ' a'; expected text on one line, without blanks around it"),
         ({"pose": [1, 2]}, "pose is [1, 2]; expected a list of 3 numbers [x, y, yaw]"),
-        ({"pose": [1, 2, 90]}, "pose[2] is 90; expected -2 pi to 2 pi, in radians"),
-        ({"pose": [1, 2, "a"]}, "pose[2] is 'a'; expected -2 pi to 2 pi, in radians"),
+        ({"pose": [1, 2, 90]}, "pose[2] is 90; expected a number from -2 pi to 2 pi, in radians"),
+        ({"pose": [1, 2, "a"]}, "pose[2] is 'a'; expected a number from -2 pi to 2 pi, in radians"),
         ({"order": "randon"}, "unknown order 'randon' in f.yaml: legs[1]; did you mean 'random'?"),
         ({"order": 5}, "legs[1].order is 5; expected one of as_written, random"),
         ({"color": "blu"}, "unknown color 'blu' in f.yaml: legs[1]; did you mean 'blue'?"),
