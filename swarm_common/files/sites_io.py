@@ -4,27 +4,47 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from swarm_common.files.yaml_io import (
-    check_keys,
-    field_values,
-    name_in,
-    numbers,
-    pose_numbers,
-    read_yaml,
-    yaw_number,
-)
-from swarm_common.files.zones_io import parse_zones
+from msgspec import Meta
+
+from swarm_common.files.convert import convert, read
+from swarm_common.files.zones_io import ZonesEntry, make_zones
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
+from swarm_common.model.schema import Name, Point, PoseNumbers, Schema
 from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
 from swarm_common.model.zones import keepout_area
 
-SECTIONS = (
-    "description", "stations", "circuits", "spawn", "spawns", "places", "charging", "zones",
-    "groups",
-)  # fmt: skip
+Circuit = Annotated[
+    tuple[Point, ...], Meta(min_length=3, description="a list of at least 3 points [x, y]")
+]
+Stations = Annotated[tuple[str, ...], Meta(description="a list of stations, like [station_1]")]
+
+
+class SitesFile(Schema):
+    """Content of the file."""
+
+    description: str | None = None
+    stations: dict[Name, PoseNumbers] | None = None
+    circuits: dict[Name, Circuit] | None = None
+    spawn: Any = None
+    spawns: dict[Name, Any] | None = None
+    places: (
+        Annotated[tuple[PoseNumbers, ...], Meta(description="a list of poses [x, y, yaw]")] | None
+    ) = None
+    charging: Stations | None = None
+    zones: ZonesEntry | None = None
+    groups: dict[Name, Stations] | None = None
+
+    def __post_init__(self) -> None:
+        stations = self.stations or {}
+        named = {"charging": self.charging or ()}
+        named |= {f"groups.{name}": names for name, names in (self.groups or {}).items()}
+        for key, names in named.items():
+            for name in names:
+                if name not in stations:
+                    raise UnknownNameError("station", name, stations, key)
 
 
 def load_sites(path: str | Path, masks: Mapping[str, Path] | None = None) -> Sites:
@@ -35,34 +55,20 @@ def load_sites(path: str | Path, masks: Mapping[str, Path] | None = None) -> Sit
         masks: Filter masks by their key in `zones:`, which replace those of the file.
     """
     path = Path(path)
-    data = (
-        read_yaml(path, may_be_empty=True, as_written=("charging.*", "groups.*.*"))
-        if not masks or path.is_file()
-        else {}
-    )
-    check_keys(data, SECTIONS, str(path))
-    stations = _section(data, "stations", path)
-    circuits = _section(data, "circuits", path)
+    is_there = not masks or path.is_file()
+    file = read(path, SitesFile, may_be_empty=True) if is_there else SitesFile()
     sites = Sites(
-        stations={
-            name: Pose(*pose_numbers(value, f"{path}: stations.{name}"))
-            for name, value in stations.items()
-        },
-        circuits={
-            name: _circuit(value, f"{path}: circuits.{name}") for name, value in circuits.items()
-        },
-        spawn=None if data.get("spawn") is None else parse_spawn(data["spawn"], f"{path}: spawn"),
+        stations={name: Pose(*pose) for name, pose in (file.stations or {}).items()},
+        circuits=file.circuits or {},
+        spawn=None if file.spawn is None else parse_spawn(file.spawn, f"{path}: spawn"),
         spawns={
             name: parse_spawn(value, f"{path}: spawns.{name}")
-            for name, value in _section(data, "spawns", path).items()
+            for name, value in (file.spawns or {}).items()
         },
-        places=_places(data.get("places"), f"{path}: places"),
-        zones=parse_zones(data.get("zones"), path, masks or {}),
-        charging=_some_stations(data.get("charging") or [], [*stations], f"{path}: charging"),
-        groups={
-            name: _some_stations(value, [*stations], f"{path}: groups.{name}")
-            for name, value in _section(data, "groups", path).items()
-        },
+        places=tuple(Pose(*pose) for pose in file.places or ()),
+        zones=make_zones(file.zones, path, masks or {}),
+        charging=tuple(dict.fromkeys(file.charging or ())),
+        groups={name: tuple(dict.fromkeys(names)) for name, names in (file.groups or {}).items()},
     )
     if sites.zones.has_keepout:
         _check_free(sites, str(path))
@@ -107,59 +113,10 @@ def _outlines(sites: Sites) -> list[tuple[str, Any]]:
     return found
 
 
-def _section(data: dict[str, Any], name: str, path: Path) -> dict[str, Any]:
-    section = {} if data.get(name) is None else data[name]
-    if not isinstance(section, dict):
-        raise ConfigError(f"{path}: {name} is {section!r}; expected 'name: value' lines")
-    for key in section:
-        name_in(key, f"{path}: {name}")
-    return section
-
-
-def _circuit(value: object, what: str) -> tuple[tuple[float, float], ...]:
-    if not isinstance(value, list) or len(value) < 3:
-        raise ConfigError(f"{what} is {value!r}; expected a list of at least 3 points [x, y]")
-    points = [numbers(point, 2, f"{what}[{index}]") for index, point in enumerate(value)]
-    return tuple((x, y) for x, y in points)
-
-
-def _places(value: object, what: str) -> tuple[Pose, ...]:
-    if value is None:
-        return ()
-    if not isinstance(value, list):
-        raise ConfigError(f"{what} is {value!r}; expected a list of poses [x, y, yaw]")
-    return tuple(Pose(*pose_numbers(item, f"{what}[{i}]")) for i, item in enumerate(value))
-
-
-def _some_stations(value: object, stations: list[str], what: str) -> tuple[str, ...]:
-    if not isinstance(value, list):
-        raise ConfigError(f"{what} is {value!r}; expected a list of stations, like [station_1]")
-    names = tuple(dict.fromkeys(map(str, value)))
-    for name in names:
-        if name not in stations:
-            raise UnknownNameError("station", name, stations, what)
-    return names
-
-
 def parse_spawn(value: object, what: str) -> Spawn:
     """Return a spawn: an area, a list of areas, or a circle."""
     if isinstance(value, list) and value:
-        return SpawnAreas(tuple(_area(item, f"{what}[{i}]") for i, item in enumerate(value)))
+        return SpawnAreas(convert(value, tuple[SpawnArea, ...], what))
     if isinstance(value, dict) and "radius" in value:
-        return _circle(value, what)
-    return _area(value, what)
-
-
-def _circle(value: dict[str, Any], what: str) -> SpawnCircle:
-    circle = SpawnCircle(**field_values(SpawnCircle, value, what))
-    if circle.radius <= 0.0:
-        raise ConfigError(f"{what}.radius is {circle.radius} m; it must be positive")
-    return circle
-
-
-def _area(value: object, what: str) -> SpawnArea:
-    area = SpawnArea(**field_values(SpawnArea, value, what))
-    yaw_number(area.yaw, what)
-    if area.x_max < area.x_min or area.y_max < area.y_min or area.pitch <= 0.0:
-        raise ConfigError(f"{what} is empty: {area}; expected x_min <= x_max, y_min <= y_max")
-    return area
+        return convert(value, SpawnCircle, what)
+    return convert(value, SpawnArea, what)

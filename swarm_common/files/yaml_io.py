@@ -15,10 +15,9 @@ from typing import Any
 import yaml
 
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
+from swarm_common.model.schema import LARGEST, shown
 
-LARGEST = 1e300  # of numbers
 SHORT, FEW = 20_000, 200  # characters, openings
-MAX_SHOWN = 200  # characters of a value in a message
 LONGEST = 4_000_000  # [bytes] of a file
 MOST_NODES = 2_000_000  # of a document in which each alias is replaced by what it stands for
 INTEGER, FLOAT, TIMESTAMP, TEXT, NOTHING, MERGE = (
@@ -250,12 +249,6 @@ def parse_yaml(
 def yaml_nodes(text: str) -> yaml.Node | None:
     """Return a document that `parse_yaml` has read, as nodes with their lines."""
     return yaml.compose(text, NamedKeyLoader)
-
-
-def shown(value: object) -> str:
-    """Return a value for a message: short, also if it is a huge number."""
-    text = repr(value) if not isinstance(value, int) or abs(value) < LARGEST else "a huge number"
-    return text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + " ..."
 
 
 def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:

@@ -8,61 +8,127 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import yaml
+from msgspec import Meta
 
+from swarm_common.files.convert import convert
 from swarm_common.files.map_io import load_map
-from swarm_common.files.yaml_io import check_keys, number, numbers, read_yaml
+from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import UNKNOWN, Grid
-from swarm_common.model.zones import NO_ZONES, KeepoutZone, Points, SpeedMask, SpeedZone, Zones
+from swarm_common.model.schema import Name, Point, Schema
+from swarm_common.model.zones import NO_ZONES, KeepoutZone, SpeedMask, SpeedZone, Zones
 
 KEEPOUT_MASK, SPEED_MASK = MASKS = ("keepout_mask", "speed_mask")
-SECTIONS = ("keepout", "speed", *MASKS)
 KEEPOUT_TYPE, PERCENT_TYPE, ABSOLUTE_TYPE = range(3)  # CostmapFilterInfo.type
-FILTER_INFO = {"type": None, "base": 0.0, "multiplier": 1.0}  # Nav2's defaults
+Corners = Annotated[
+    tuple[Point, ...], Meta(min_length=3, description="a list of at least 3 points [x, y]")
+]
 
 
-def parse_zones(value: object, path: Path, masks: Mapping[str, Path]) -> Zones:
+class KeepoutEntry(Schema):
+    """A keepout zone in the file."""
+
+    name: Name
+    points: Corners
+
+    def __post_init__(self) -> None:
+        import shapely
+
+        polygon = shapely.Polygon(self.points)
+        if not polygon.is_valid or polygon.area == 0.0:
+            raise ConfigError(
+                f"points are no polygon: {shapely.is_valid_reason(polygon)};"
+                " expected its corners in order, without a crossing"
+            )
+
+
+class SpeedEntry(KeepoutEntry):
+    """A zone with a speed limit in the file."""
+
+    # [m/s]; where no robot may be is a keepout zone
+    limit: Annotated[float, Meta(gt=0.0, description="a positive number (a zone in which no "
+                                 "robot may be is a keepout zone)")] | None = None  # fmt: skip
+    percentage: Annotated[float, Meta(ge=1.0, le=100.0)] | None = None  # of the largest speed
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        given = [key for key in ("limit", "percentage") if getattr(self, key) is not None]
+        if len(given) != 1:
+            raise ConfigError(
+                f"it has {' and '.join(given) or 'no limit'}; expected one of limit [m/s] and"
+                " percentage [% of the robot's largest speed]"
+            )
+
+    def zone(self) -> SpeedZone:
+        """Return the zone."""
+        is_percentage = self.limit is None
+        limit = self.percentage if self.limit is None else self.limit
+        return SpeedZone(self.name, self.points, limit or 0.0, is_percentage)
+
+
+class FilterInfo(Schema):
+    """Fields of CostmapFilterInfo, with Nav2's defaults."""
+
+    type: float | None = None  # None if nobody says
+    base: float = 0.0
+    multiplier: float = 1.0
+
+
+class MaskEntry(Schema):
+    """A mask in the file with the fields of CostmapFilterInfo that replace those of its map."""
+
+    mask: Annotated[str, Meta(min_length=1)]
+    type: float | None = None
+    base: float | None = None
+    multiplier: float | None = None
+
+
+Mask = Annotated[
+    Annotated[str, Meta(min_length=1)] | MaskEntry,
+    Meta(description="a map file, or {mask: FILE, type: ..., base: ..., multiplier: ...}"),
+]
+
+
+class ZonesEntry(Schema):
+    """The section `zones:`."""
+
+    keepout: tuple[KeepoutEntry, ...] | None = None
+    speed: tuple[SpeedEntry, ...] | None = None
+    keepout_mask: Mask | None = None
+    speed_mask: Mask | None = None
+
+    def __post_init__(self) -> None:
+        for kind in (self.keepout or (), self.speed or ()):
+            names = [zone.name for zone in kind]
+            for name in names:
+                if names.count(name) > 1:
+                    raise ConfigError(f"two zones are called '{name}'; names are unique")
+
+
+def make_zones(entry: ZonesEntry | None, path: Path, masks: Mapping[str, Path]) -> Zones:
     """Return the zones of a sites file.
 
     Args:
         path: Sites file; masks are relative to its folder.
         masks: Files of masks, by key, that replace those of the sites file.
     """
-    where = f"{path}: zones"
-    if value is None and not masks:
+    if entry is None and not masks:
         return NO_ZONES
-    data = {} if value is None else value
-    if not isinstance(data, dict):
-        raise ConfigError(f"{where} is {value!r}; expected {', '.join(SECTIONS)}")
-    check_keys(data, SECTIONS, where)
-    entries = {key: data[key] for key in MASKS if data.get(key) is not None}
-    entries |= {key: str(mask.absolute()) for key, mask in masks.items()}
+    entry = entry or ZonesEntry()
+    own = {key: getattr(entry, key) for key in MASKS}
+    own |= {key: str(mask.absolute()) for key, mask in masks.items()}
     notes: list[str] = []
-    zones = Zones(
-        keepout=tuple(
-            KeepoutZone(_name(item, what), _polygon(item, what))
-            for item, what in _entries(data, "keepout", ("name", "points"), where)
-        ),
-        speed=tuple(
-            SpeedZone(_name(item, what), _polygon(item, what), *_limit(item, what))
-            for item, what in _entries(
-                data, "speed", ("name", "points", "limit", "percentage"), where
-            )
-        ),
-        keepout_mask=_keepout_mask(entries.get(KEEPOUT_MASK), path, where),
-        speed_mask=_speed_mask(entries.get(SPEED_MASK), path, where, notes),
+    return Zones(
+        keepout=tuple(KeepoutZone(zone.name, zone.points) for zone in entry.keepout or ()),
+        speed=tuple(zone.zone() for zone in entry.speed or ()),
+        keepout_mask=_keepout_mask(own[KEEPOUT_MASK], path),
+        speed_mask=_speed_mask(own[SPEED_MASK], path, notes),
         notes=tuple(notes),
     )
-    for kind in (zones.keepout, zones.speed):
-        names = [zone.name for zone in kind]
-        for name in names:
-            if names.count(name) > 1:
-                raise ConfigError(f"{where}: two zones are called '{name}'; names are unique")
-    return zones
 
 
 def copy_masks(path: Path, masks: Mapping[str, Path], folder: Path) -> dict[str, Any] | None:
@@ -86,109 +152,40 @@ def copy_masks(path: Path, masks: Mapping[str, Path], folder: Path) -> dict[str,
 
 
 def mask_file(entry: object, path: Path) -> Path:
-    """Return the map file of a mask.
-
-    Args:
-        entry: Value of `keepout_mask` or `speed_mask`: a file name, or a mapping with one.
-    """
-    name = entry.get("mask") if isinstance(entry, dict) else entry
-    if not isinstance(name, str) or not name:
-        raise ConfigError(
-            f"{path}: zones: a mask is {entry!r}; expected a map file, or {{mask: FILE, type: ..., "
-            "base: ..., multiplier: ...}"
-        )
-    return path.parent / name
+    """Return the map file of a mask, an entry of the sites file."""
+    mask = (
+        convert(entry, Mask, f"{path}: zones: a mask")
+        if not isinstance(entry, MaskEntry)
+        else entry
+    )
+    return path.parent / (mask if isinstance(mask, str) else mask.mask)
 
 
-def _entries(
-    data: Mapping[str, Any], key: str, known: tuple[str, ...], where: str
-) -> list[tuple[dict[str, Any], str]]:
-    """Return the zones of one kind, each with its place for messages."""
-    items = data.get(key) or []
-    if not isinstance(items, list):
-        raise ConfigError(f"{where}.{key} is {items!r}; expected a list of zones")
-    found = []
-    for index, item in enumerate(items):
-        what = f"{where}.{key}[{index}]"
-        if not isinstance(item, dict):
-            raise ConfigError(f"{what} is {item!r}; expected {', '.join(known)}")
-        check_keys(item, known, what)
-        found.append((item, what))
-    return found
-
-
-def _name(item: Mapping[str, Any], what: str) -> str:
-    name = item.get("name")
-    if not isinstance(name, str) or not name:
-        raise ConfigError(f"{what}.name is {name!r}; expected a text, in quotes if need be")
-    return name
-
-
-def _polygon(item: Mapping[str, Any], what: str) -> Points:
-    import shapely
-
-    value = item.get("points")
-    if not isinstance(value, list) or len(value) < 3:
-        raise ConfigError(
-            f"{what}.points is {value!r}; expected a list of at least 3 points [x, y]"
-        )
-    points = [numbers(point, 2, f"{what}.points[{i}]") for i, point in enumerate(value)]
-    polygon = shapely.Polygon(points)
-    if not polygon.is_valid or polygon.area == 0.0:
-        raise ConfigError(
-            f"{what}.points are no polygon: {shapely.is_valid_reason(polygon)};"
-            " expected its corners in order, without a crossing"
-        )
-    return tuple((x, y) for x, y in points)
-
-
-def _limit(item: Mapping[str, Any], what: str) -> tuple[float, bool]:
-    """Return a limit and whether it is in percent."""
-    given = [key for key in ("limit", "percentage") if item.get(key) is not None]
-    if len(given) != 1:
-        raise ConfigError(
-            f"{what} has {' and '.join(given) or 'no limit'}; expected one of limit [m/s] and"
-            " percentage [% of the robot's largest speed]"
-        )
-    key = given[0]
-    value = number(item[key], f"{what}.{key}")
-    if key == "limit" and value <= 0.0:
-        raise ConfigError(
-            f"{what}.limit is {value:g} m/s; it must be positive (a zone in which no robot may"
-            " be is a keepout zone)"
-        )
-    if key == "percentage" and not 1.0 <= value <= 100.0:
-        raise ConfigError(f"{what}.percentage is {value:g}; expected 1 to 100 [%]")
-    return value, key == "percentage"
-
-
-def _keepout_mask(entry: object, path: Path, where: str) -> Grid | None:
+def _keepout_mask(entry: str | MaskEntry | None, path: Path) -> Grid | None:
     if entry is None:
         return None
     file = mask_file(entry, path)
-    info = _filter_info(entry, file, f"{where}.{KEEPOUT_MASK}")
-    if info["type"] not in (None, KEEPOUT_TYPE):
-        raise ConfigError(f"{file}: type is {info['type']:g}; a keepout mask has 0")
-    if (info["base"], info["multiplier"]) != (0.0, 1.0):
+    info = _filter_info(entry, file)
+    if info.type not in (None, KEEPOUT_TYPE):
+        raise ConfigError(f"{file}: type is {info.type:g}; a keepout mask has 0")
+    if (info.base, info.multiplier) != (0.0, 1.0):
         raise ConfigError(
-            f"{file}: base {info['base']:g}, multiplier {info['multiplier']:g}; a keepout mask"
+            f"{file}: base {info.base:g}, multiplier {info.multiplier:g}; a keepout mask"
             " has 0 and 1"
         )
     return load_map(file).upright()
 
 
-def _speed_mask(entry: object, path: Path, where: str, notes: list[str]) -> SpeedMask | None:
+def _speed_mask(entry: str | MaskEntry | None, path: Path, notes: list[str]) -> SpeedMask | None:
     if entry is None:
         return None
     file = mask_file(entry, path)
-    info = _filter_info(entry, file, f"{where}.{SPEED_MASK}")
-    if info["type"] not in (None, PERCENT_TYPE, ABSOLUTE_TYPE):
-        raise ConfigError(
-            f"{file}: type is {info['type']:g}; a speed mask has 1 (percent) or 2 (m/s)"
-        )
-    is_percentage = info["type"] != ABSOLUTE_TYPE
-    mask = SpeedMask(load_map(file).upright(), is_percentage, info["base"], info["multiplier"])
-    notes += _remarks(mask, file, has_type=info["type"] is not None)
+    info = _filter_info(entry, file)
+    if info.type not in (None, PERCENT_TYPE, ABSOLUTE_TYPE):
+        raise ConfigError(f"{file}: type is {info.type:g}; a speed mask has 1 (percent) or 2 (m/s)")
+    is_percentage = info.type != ABSOLUTE_TYPE
+    mask = SpeedMask(load_map(file).upright(), is_percentage, info.base, info.multiplier)
+    notes += _remarks(mask, file, has_type=info.type is not None)
     return mask
 
 
@@ -215,10 +212,11 @@ def _remarks(mask: SpeedMask, file: Path, *, has_type: bool) -> list[str]:
     return remarks
 
 
-def _filter_info(entry: object, file: Path, where: str) -> dict[str, Any]:
-    """Return type (None if nobody says), base and multiplier; `sites.yaml` counts more."""
-    own = entry if isinstance(entry, dict) else {}
-    check_keys(own, ("mask", *FILTER_INFO), where)
-    given = {key: value for key, value in read_yaml(file).items() if key in FILTER_INFO}
-    given |= {key: value for key, value in own.items() if key != "mask"}
-    return FILTER_INFO | {key: number(value, f"{file}: {key}") for key, value in given.items()}
+def _filter_info(entry: str | MaskEntry, file: Path) -> FilterInfo:
+    """Return what map and entry say; the entry counts more."""
+    names = FilterInfo.__struct_fields__
+    given = {key: value for key, value in read_yaml(file).items() if key in names}
+    if isinstance(entry, MaskEntry):
+        own = ((name, getattr(entry, name)) for name in names)
+        given |= {name: value for name, value in own if value is not None}
+    return convert(given, FilterInfo, file)

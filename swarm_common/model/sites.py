@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from swarm_common.model.errors import UnknownNameError
+from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
+from swarm_common.model.schema import Positive, Yaw
 from swarm_common.model.zones import NO_ZONES, Zones
 
 
@@ -17,8 +18,12 @@ class SpawnArea:
     y_min: float
     x_max: float
     y_max: float
-    pitch: float = 1.0
-    yaw: float = 0.0
+    pitch: Positive = 1.0
+    yaw: Yaw = 0.0
+
+    def __post_init__(self) -> None:
+        if self.x_max < self.x_min or self.y_max < self.y_min:
+            raise ConfigError(f"it is empty: {self}; expected x_min <= x_max, y_min <= y_max")
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +39,7 @@ class SpawnCircle:
 
     x: float
     y: float
-    radius: float
+    radius: Positive
 
 
 Spawn = SpawnArea | SpawnAreas | SpawnCircle

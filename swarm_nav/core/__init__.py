@@ -3,10 +3,9 @@
 What a module imports of its folder stands above it:
 
     rank                 The one order of all robots, who inherits whose rank, what rules may do
-    checks               Checks of numbers in a configuration
     goals                Goals that an operator sends, and the navigator's answers
     lifecycle            Lifecycle of a navigator as Nav2's lifecycle manager sees it, as a table
-    limits               Between which values every number among a navigator's parameters lies
+    limits               Limits of numbers, and choices of texts
     states               The navigator's states as a table
     localisation_config  Parameters of localisation, named as AMCL's
     config               Parameters of a navigator: each field is a ROS parameter

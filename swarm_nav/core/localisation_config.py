@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from swarm_common.model.errors import ConfigError, UnknownNameError
-from swarm_nav.core.checks import not_negative, positive
+from swarm_common.model.errors import ConfigError
+from swarm_nav.core.limits import ParameterGroup, check
 
-ODOMETRY, AMCL = "odometry", "amcl"
-TYPES = (ODOMETRY, AMCL)
-PREFIX = "localisation."
+AMCL = "amcl"  # the type that finds the pose itself
 START_DEVIATION = (0.05, 0.05)  # [m] and [rad] of a pose that the operator gave
-MOST_PARTICLES = 20_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LocalisationConfig:
+class LocalisationConfig(ParameterGroup):
     """Localisation; `localisation.` parameters, all but `type` for amcl, named as Nav2's."""
 
+    group = "localisation"
     type: str = "odometry"  # how the robot knows where it is: odometry | amcl
     alpha1: float = 0.0002  # variance of a turn [rad²] per rad² turned
     alpha2: float = 0.0004  # [rad²/m²] variance of a turn per m² driven
@@ -53,29 +51,9 @@ class LocalisationConfig:
     random_seed: int = 0  # together with the robot's id
 
     def __post_init__(self) -> None:
-        if self.type not in TYPES:
-            raise UnknownNameError("localisation.type", self.type, TYPES)
-        not_negative(PREFIX, self, "alpha1", "alpha2", "alpha3", "alpha4", "alpha5", "yaw_drift")
-        not_negative(PREFIX, self, "margin_per_sigma", "tracking_margin", "z_rand")
-        positive(PREFIX, self, "update_min_d", "update_min_a", "update_period", "pf_err")
-        positive(PREFIX, self, "sigma_hit", "z_hit", "laser_likelihood_max_dist")
-        positive(PREFIX, self, "beam_skip_distance", "recovery_spread", "recovery_spread_yaw")
-        positive(PREFIX, self, "lost_deviation", "most_margin")
-        for name in (
-            "pf_z", "beam_skip_threshold", "beam_skip_error_threshold", "recovery_alpha_slow",
-            "recovery_alpha_fast", "lost_fit",
-        ):  # fmt: skip
-            if not 0.0 <= getattr(self, name) < 1.0:
-                raise ConfigError(
-                    f"{PREFIX}{name} is {getattr(self, name)}; it must be 0 or more and less than 1"
-                )
-        if not 10 <= self.min_particles <= self.max_particles <= MOST_PARTICLES:
+        check(self)
+        if self.min_particles > self.max_particles:
             raise ConfigError(
-                f"{PREFIX}min_particles is {self.min_particles} and max_particles"
-                f" {self.max_particles}; expected 10 or more, in this order, and at most"
-                f" {MOST_PARTICLES}"
+                f"localisation.min_particles is {self.min_particles} and max_particles is"
+                f" {self.max_particles}; expected them in this order"
             )
-        if not 4 <= self.max_beams <= 10_000:
-            raise ConfigError(f"{PREFIX}max_beams is {self.max_beams}; it must be from 4 to 10000")
-        if self.random_seed < 0:
-            raise ConfigError(f"{PREFIX}random_seed is {self.random_seed}; it must be 0 or more")

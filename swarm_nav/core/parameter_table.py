@@ -15,7 +15,7 @@ from functools import cache
 from typing import Any
 
 from swarm_nav.core.config import FIXED_PARAMETERS, NavConfig
-from swarm_nav.core.limits import ANY, RANGES, parameter_name, takes
+from swarm_nav.core.limits import ANY, CHOICES, RANGES, parameter_name
 
 Value = bool | int | float | str
 
@@ -29,10 +29,10 @@ class ParameterRow:
     default: Value  # its type is the parameter's
     unit: str  # like `m/s`; empty for counts, shares and names
     effect: str  # in a few words
-    low: float = 0.0  # least value of a number
-    high: float = 0.0  # largest value of a number
-    excludes_low: bool = False  # whether `low` itself is refused
-    excludes_high: bool = False  # whether `high` itself is refused
+    low: float  # least value of a number
+    high: float  # largest value of a number
+    excludes_low: bool  # whether `low` itself is refused
+    excludes_high: bool  # whether `high` itself is refused
     choices: tuple[str, ...] = ()  # of a text
     is_fixed: bool = False  # whether it is read once, at the start
 
@@ -79,7 +79,8 @@ def field_comments(config_class: type) -> dict[str, str]:
         Comments by name of the field; fields without one are missing.
     """
     source = inspect.getsource(sys.modules[config_class.__module__])
-    _, _, rest = source.partition(f"\nclass {config_class.__name__}:\n")
+    head = rf"^class {config_class.__name__}\b.*:\n"
+    rest = re.split(head, source, maxsplit=1, flags=re.MULTILINE)[1]
     body = re.split(r"^(?=\S)", rest, maxsplit=1, flags=re.MULTILINE)[0]
     pattern = r"^    (\w+): [^=#\n]+(?: = [^#\n]*)?  # ?(.*)$"
     return dict(re.findall(pattern, body, re.MULTILINE))
@@ -102,18 +103,13 @@ def _row(group: str, part: Any, field: str, comment: str) -> ParameterRow:
     name = parameter_name(group, field)
     default = getattr(part, field)
     unit, effect = unit_and_effect(comment)
-    row = ParameterRow(name, group, default, unit, effect, is_fixed=name in FIXED_PARAMETERS)
-    if isinstance(default, str):
-        choices = re.search(r"[\w-]+(?: \| [\w-]+)+", effect)
-        return dataclasses.replace(row, choices=tuple(choices[0].split(" | ")) if choices else ())
-    if not row.is_number:
-        return row
-    low, high = RANGES.get(name, ANY)
-    is_whole = isinstance(default, int)
-    return dataclasses.replace(
-        row,
-        low=low,
-        high=high,
-        excludes_low=not (is_whole or takes(part, field, low)),
-        excludes_high=not (is_whole or takes(part, field, high)),
+    return ParameterRow(
+        name,
+        group,
+        default,
+        unit,
+        effect,
+        *RANGES.get(name, ANY),
+        choices=CHOICES.get(name, ()),
+        is_fixed=name in FIXED_PARAMETERS,
     )

@@ -159,7 +159,7 @@ def test_what_does_not_fit_is_told_with_its_place(change: dict[str, Any], messag
 def test_what_lacks_or_is_no_mapping_is_told() -> None:
     for value, message in (
         ({"legs": [{}]}, "f: legs[0] lacks from"),
-        ({"legs": {}}, "f: legs is {}; expected a list of items, each from"),
+        ({"legs": {}}, "f: legs is {}; expected a list of items, each {from: ...}"),
         ({"stops": {" ": {}}}, "f: stops has the key ' '; expected text on one line"),
         ([], "f is []; expected 'key: value' lines"),
         ({1: 2}, "unknown key '1' in f"),

@@ -63,7 +63,7 @@ def test_zones_are_read(tmp_path: Path) -> None:
     [
         ("{keepuot: []}", ("zones", "keepuot", "keepout")),
         (f"{{keepout: [{{nam: a, points: {SQUARE}}}]}}", ("keepout[0]", "nam", "name")),
-        (f"{{keepout: [{{points: {SQUARE}}}]}}", ("keepout[0].name",)),
+        (f"{{keepout: [{{points: {SQUARE}}}]}}", ("keepout[0] lacks name",)),
         ("{keepout: [{name: a, points: [[0, 0], [1, 1]]}]}", ("points", "3 points")),
         ("{keepout: [{name: a, points: [[0, 0], [1, 1], [1, 0], [0, 1]]}]}", ("Self-inter",)),
         ("{keepout: [{name: a, points: [[0, 0], [1, 1], [2, 2]]}]}", ("no polygon",)),
@@ -73,8 +73,8 @@ def test_zones_are_read(tmp_path: Path) -> None:
         (f"{{speed: [{{name: a, points: {SQUARE}, limit: 0}}]}}", ("positive", "keepout zone")),
         (f"{{speed: [{{name: a, points: {SQUARE}, percentage: 0.4}}]}}", ("1 to 100",)),
         (f"{{speed: [{{name: a, points: {SQUARE}, percentage: 140}}]}}", ("1 to 100",)),
-        ("{keepout: 5}", ("keepout", "list of zones")),
-        ("[1]", ("zones", "expected keepout")),
+        ("{keepout: 5}", ("keepout", "a list of")),
+        ("[1]", ("zones", "(keepout, speed")),
         ("{keepout_mask: none.yaml}", ("none.yaml",)),
     ],
 )
@@ -187,7 +187,7 @@ def test_what_a_speed_mask_leaves_open_is_said(tmp_path: Path) -> None:
         ("{keepout_mask: mask.yaml}", ("base: 100",), "base 100"),
         ("{speed_mask: mask.yaml}", ("type: 0",), "1 (percent) or 2 (m/s)"),
         ("{speed_mask: mask.yaml}", ("type: fast",), "type is 'fast'"),
-        ("{speed_mask: {file: mask.yaml}}", (), "expected a map file"),
+        ("{speed_mask: {file: mask.yaml}}", (), "unknown key 'file'"),
         ("{speed_mask: {mask: mask.yaml, bas: 1}}", (), "bas"),
     ],
 )

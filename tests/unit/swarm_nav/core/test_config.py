@@ -45,11 +45,11 @@ def test_an_unknown_name_is_answered_with_the_closest_one(name: str, closest: st
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [
-        ("max_vel_x", "fast", "must be a float"),
-        ("max_vel_x", True, "must be a float"),
-        ("vx_samples", 8.0, "must be a int"),
-        ("planner.allow_unknown", 1, "must be a bool"),
-        ("holding.mode", 3, "must be a str"),
+        ("max_vel_x", "fast", "expected a number"),
+        ("max_vel_x", True, "expected a number"),
+        ("vx_samples", 8.0, "expected an integer"),
+        ("planner.allow_unknown", 1, "expected true or false"),
+        ("holding.mode", 3, "expected text"),
     ],
 )
 def test_a_wrong_type_is_named(name: str, value: Any, expected: str) -> None:

@@ -33,20 +33,18 @@ def test_no_parameter_may_be_absurd(name: str) -> None:
 
 
 def test_every_rule_is_of_a_parameter_and_has_its_default_within() -> None:
-    for name, (low, high) in limits.RANGES.items():
-        assert low <= NUMBERS[name] <= high
+    for name, interval in limits.RANGES.items():
+        assert NUMBERS[name] in interval
 
 
 @pytest.mark.parametrize("name", [row.name for row in parameter_table().values() if row.is_number])
 def test_a_range_names_no_end_that_is_refused(name: str) -> None:
     """`max_vel_x is 51; it must be from 0 to 50`, and then 0 was refused."""
     row = parameter_table()[name]
-    config = NavConfig()
-    group = copy.copy(getattr(config, row.group))
+    group = copy.copy(getattr(NavConfig(), row.group))
     object.__setattr__(group, name.rpartition(".")[2], row.high + 1)  # past its own checks
-    object.__setattr__(config, row.group, group)
     with pytest.raises(ConfigError) as caught:
-        limits.check(config)
+        limits.check(group)
     said = str(caught.value)
     assert (f"more than {row.low:.10g}" in said) == row.excludes_low
     assert (f"less than {row.high:.10g}" in said) == row.excludes_high
