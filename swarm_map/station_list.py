@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.files.yaml_io import name_in
+from swarm_common.files.convert import convert
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Mask
+from swarm_common.model.schema import Name
 
 FILE = "stations.csv"
 HEAD = ["color", "name"]
@@ -61,7 +62,7 @@ def read_marks(picture: Path) -> list[StationMark]:
         if len(cells) != 2 or not re.fullmatch(r"#[0-9a-fA-F]{6}", cells[0]):
             raise ConfigError(f"{where} is {','.join(cells)!r}; {RULE}")
         red, green, blue = (int(cells[0][at : at + 2], 16) for at in (1, 3, 5))
-        mark = StationMark((red, green, blue), name_in(cells[1], where))
+        mark = StationMark((red, green, blue), convert(cells[1], Name, f"{where}: the name"))
         if max(mark.color) < DARKEST:
             raise ConfigError(f"{where}: {mark.text} is as dark as a wall; take a lighter colour")
         for other in marks:

@@ -490,7 +490,7 @@ def _homes(scenario: Scenario, specs: list[RobotSpec], spawn: str) -> list[Pose]
             f"scenario {scenario.name} has {len(scenario.dead)} dead robots; "
             f"a swarm of {len(specs)} leaves none alive"
         )
-    return [*_spawn(scenario.world, widest, alive, spawn), *scenario.dead]
+    return [*_spawn(scenario.world, widest, alive, spawn), *(Pose(*pose) for pose in scenario.dead)]
 
 
 # Worlds and maps are read once per process.

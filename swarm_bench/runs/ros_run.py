@@ -126,7 +126,7 @@ def _parameters(options: RunOptions) -> dict[str, Any]:
         world["actors"] = str(home / scenario.actors)
     first_dead = options.robots - len(scenario.dead) + 1
     for number, pose in enumerate(scenario.dead, first_dead):
-        world[f"broken.{RobotNames().name_of(number)}"] = [pose.x, pose.y, pose.yaw]
+        world[f"broken.{RobotNames().name_of(number)}"] = list(pose)
     robots = dict(options.parameters)
     if not scenario.with_lidar:
         robots["costmap.scan_timeout"] = 0.0

@@ -15,10 +15,11 @@ from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import InjectedFaults, Span
 from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.scenario import Scenario, load_scenario
+from swarm_common.files.convert import located, read
 from swarm_common.files.resources import share_directory
-from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD
+from swarm_common.model.schema import Count, Share
 
 QUICK_SEEDS = 2
 ENDLESS = 10**9  # tick
@@ -35,11 +36,11 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     """One condition under which all methods are run with the same seeds."""
 
     scenario: str  # name, also of a file in the folder `scenarios` beside the experiments
-    robots: int
+    robots: Count
     seconds: float = 3600.0  # of simulated time, after which a run with an end is stopped
-    seeds: int = 20
+    seeds: Count = 20
     methods: list[str] | None = None  # None for those of the experiment
-    loss: float = 0.0  # share of the messages
+    loss: Share = 0.0  # share of the messages
     delay: float = 0.0  # [s]
     lidar: bool = False
     mission: str = ""  # in place of the scenario's; also of a file in the folder `missions`
@@ -47,11 +48,11 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     actors: str = ""  # file beside the world's, with people who walk about
     at: float = 20.0  # [s] when what follows begins
     until: float | None = None  # [s] when it ends; None: it does not
-    dead: float = 0.0  # share of the robots that die
+    dead: Share = 0.0  # share of the robots that die
     outage: bool = False  # whether the centre does nothing
     split: bool = False  # whether half of the robots hear neither the other half nor the centre
-    joins: float = 0.0  # share of the robots that take no order before
-    leaves: float = 0.0  # share of the robots that take no further order
+    joins: Share = 0.0  # share of the robots that take no order before
+    leaves: Share = 0.0  # share of the robots that take no further order
     blocked: list[float] = []  # x, y, width and depth [m] of a box in the way
     label: str = ""  # what the rest does not tell
     quick: bool = False  # whether the short edition has it
@@ -111,9 +112,6 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
         Raises:
             ConfigError: For the first thing that is wrong.
         """
-        shares = (self.dead, self.loss, self.joins, self.leaves)
-        if not all(0.0 <= share < 1.0 for share in shares) or self.seeds < 1:
-            raise ConfigError(f"{self.name}: shares are 0 to less than 1, seeds 1 or more")
         if self.until is not None and self.until <= self.at:
             raise ConfigError(f"{self.name}: until is {self.until:g}; expected more than at")
         if self.blocked and (len(self.blocked) != 4 or not self.lidar):
@@ -221,16 +219,11 @@ def load_experiments(folder: Path) -> dict[str, Experiment]:
 
 
 def _load(path: Path) -> Experiment:
-    try:
-        experiment = msgspec.convert(read_yaml(path), Experiment)
-        cells = [located(cell, path.parent) for cell in experiment.cells]
+    experiment = read(path, Experiment)
+    cells = [beside(cell, path.parent) for cell in experiment.cells]
+    with located(path):
         for cell in cells:
             cell.check()
-    except msgspec.ValidationError as cause:
-        raise ConfigError(f"{path}: {cause}") from None
-    except ConfigError as cause:
-        text = str(cause)
-        raise ConfigError(text if str(path) in text else f"{path}: {text}") from None
     for cell in cells:
         for method in experiment.methods_of(cell):
             if method not in METHODS:
@@ -240,7 +233,7 @@ def _load(path: Path) -> Experiment:
     return msgspec.structs.replace(experiment, cells=cells)
 
 
-def located(cell: Cell, folder: Path) -> Cell:
+def beside(cell: Cell, folder: Path) -> Cell:
     """Return a cell with the path of its scenario, where that lies beside the experiments."""
     return msgspec.structs.replace(cell, scenario=_beside(folder, "scenarios", cell.scenario))
 

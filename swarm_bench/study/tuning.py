@@ -5,16 +5,18 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 import yaml
+from msgspec import Meta
 
 from swarm_bench.runs.methods import METHODS
-from swarm_bench.study.experiments import Cell, Settings, StudyRun, located, settings_text
+from swarm_bench.study.experiments import Cell, Settings, StudyRun, beside, settings_text
 from swarm_bench.study.lines import StudyLine
-from swarm_common.files.yaml_io import read_yaml
+from swarm_common.files.convert import read
 from swarm_common.model.errors import ConfigError, UnknownNameError
+from swarm_common.model.schema import Count
 
 FOLDER, CHOICES, CHOSEN = "tuning", "methods.yaml", "chosen.yaml"
 FIRST_SEED = 100  # smaller ones are the study's
@@ -23,8 +25,8 @@ FIRST_SEED = 100  # smaller ones are the study's
 class Tuning(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Settings that are tried, and the runs that compare them."""
 
-    tries: int  # of each method, its defaults included
-    seeds: list[int]
+    tries: Count  # of each method, its defaults included
+    seeds: Annotated[list[Annotated[int, Meta(ge=FIRST_SEED)]], Meta(min_length=1)]
     cells: list[Cell]
     methods: dict[str, dict[str, list[Any]]]  # values by parameter, or constant of a baseline
 
@@ -36,16 +38,11 @@ def load_tuning(folder: Path) -> Tuning:
         ConfigError: If it is missing, or something in it is wrong.
     """
     path = folder / FOLDER / CHOICES
-    try:
-        found = msgspec.convert(read_yaml(path), Tuning)
-    except msgspec.ValidationError as cause:
-        raise ConfigError(f"{path}: {cause}") from None
+    found = read(path, Tuning)
     for method in found.methods:
         if method not in METHODS:
             raise UnknownNameError(f"{path}: method", method, METHODS)
-    if found.tries < 1 or min(found.seeds, default=0) < FIRST_SEED:
-        raise ConfigError(f"{path}: expected 1 try or more, and seeds from {FIRST_SEED} on")
-    cells = [located(cell, folder) for cell in found.cells]
+    cells = [beside(cell, folder) for cell in found.cells]
     for cell in cells:
         cell.check()
     return msgspec.structs.replace(found, cells=cells)
@@ -121,10 +118,7 @@ def load_chosen(folder: Path) -> dict[str, Settings]:
     path = folder / FOLDER / CHOSEN
     if not path.is_file():
         return {}
-    try:
-        found = msgspec.convert(read_yaml(path), dict[str, dict[str, Any]])
-    except msgspec.ValidationError as cause:
-        raise ConfigError(f"{path}: {cause}") from None
+    found = read(path, dict[str, dict[str, Any]])
     return {method: tuple(sorted(values.items())) for method, values in found.items()}
 
 

@@ -20,7 +20,7 @@ asked (`station: 01`). What a class refuses in `__post_init__` is told with its 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, overload
 
@@ -36,7 +36,7 @@ from swarm_common.model.schema import (
     SCALARS,
     TEXTS,
     TOP,
-    Fault,
+    Misfit,
     Steps,
     bare,
     check,
@@ -94,7 +94,7 @@ def convert(
     """
     try:
         return _converted(value, kind, strict)
-    except Fault as fault:
+    except Misfit as fault:
         raise fault.error(where, error) from None
 
 
@@ -104,8 +104,12 @@ def read(
     error: type[SwarmError] = ConfigError,
     *,
     may_be_empty: bool = False,
+    prepare: Callable[[dict[str, Any]], dict[str, Any]] = dict,
 ) -> Kind:
     """Return the content of a YAML file as the kind that is asked; see `yaml_io.read_yaml`.
+
+    Args:
+        prepare: Returns the content with what the file writes in a shorter form.
 
     Raises:
         SwarmError: As of `convert`, with the line; or if the file cannot be read or parsed.
@@ -114,10 +118,21 @@ def read(
     places = tuple(_texts(shape_of(kind), ""))
     data = parse_yaml(text, path, error, may_be_empty=may_be_empty, as_written=places)
     try:
-        return _converted(data, kind, strict=True)
-    except Fault as fault:
+        return _converted(prepare(data), kind, strict=True)
+    except Misfit as fault:
         line = _line(yaml_nodes(text), fault.at)
         raise fault.error(Path(f"{path}, line {line}"), error) from None
+
+
+def over(base: Mapping[str, Any], data: object) -> object:
+    """Return a mapping with what it lacks from another one, on all levels."""
+    if not isinstance(data, Mapping):
+        return data
+    given = {
+        key: over(base[key], value) if isinstance(base.get(key), Mapping) else value
+        for key, value in data.items()
+    }
+    return {**base, **given}
 
 
 def _converted(value: object, kind: type[Kind], strict: bool) -> Kind:
@@ -126,11 +141,11 @@ def _converted(value: object, kind: type[Kind], strict: bool) -> Kind:
         return msgspec.convert(value, kind, strict=strict, str_keys=True)
     except SwarmError as cause:
         check(value, shape_of(kind), TOP, strict=strict, makes=True)
-        raise Fault(TOP, cause) from None
+        raise Misfit(TOP, cause) from None
     except RecursionError:
-        raise Fault(TOP, "is nested too deep") from None
+        raise Misfit(TOP, "is nested too deep") from None
     except (msgspec.ValidationError, OverflowError) as cause:
-        raise Fault(TOP, f"is unusable: {cause}") from None
+        raise Misfit(TOP, f"is unusable: {cause}") from None
 
 
 def _texts(shape: Any, place: str) -> Iterator[str]:

@@ -304,15 +304,6 @@ def field_values(
     return values
 
 
-def name_in(value: object, what: str) -> str:
-    """Return a name that messages, tables and commands can show: one line, not empty."""
-    if isinstance(value, str) and value and value == value.strip() and value.isprintable():
-        return value
-    raise ConfigError(
-        f"{what}: the name is {shown(value)}; expected text on one line, without blanks around it"
-    )
-
-
 def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
     """Return a finite number; true and false are none."""
     if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > LARGEST:

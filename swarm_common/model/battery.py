@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from enum import IntEnum
 
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.schema import NotNegative, Positive, check_fields
 
 # [m] from a charging station within which a robot that stands is charged: as far as targets are
 # one station to the queue. A station charges one robot, the nearest.
@@ -21,21 +21,16 @@ class BatterySpec:
     The robot draws idle_power + drive_power·|v| + turn_power·|w|.
     """
 
-    capacity: float  # [Wh]
-    voltage: float  # [V] taken for constant
-    idle_power: float  # [W] of computer, sensors and drives at rest
-    drive_power: float  # [W per m/s] beyond that
-    charge_power: float  # [W] that a charging station puts into the battery
-    turn_power: float = 0.0  # [W per rad/s]
+    capacity: Positive  # [Wh]
+    voltage: Positive  # [V] taken for constant
+    idle_power: NotNegative  # [W] of computer, sensors and drives at rest
+    drive_power: NotNegative  # [W per m/s] beyond that
+    charge_power: Positive  # [W] that a charging station puts into the battery
+    turn_power: NotNegative = 0.0  # [W per rad/s]
     initial: tuple[float, float] = (1.0, 1.0)  # charge at the start, as a share: least and most
 
     def __post_init__(self) -> None:
-        for name in ("capacity", "voltage", "charge_power"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise ConfigError(f"{name} is {getattr(self, name):g}; it must be more than 0")
-        for name in ("idle_power", "drive_power", "turn_power"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise ConfigError(f"{name} is {getattr(self, name):g}; it must be 0 or more")
+        check_fields(self)
         low, high = self.initial
         if not 0.0 < low <= high <= 1.0:
             raise ConfigError(

@@ -65,7 +65,7 @@ def shown(value: object) -> str:
     return text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + " ..."
 
 
-class Fault(Exception):
+class Misfit(Exception):
     """A value does not fit.
 
     Attributes:
@@ -121,14 +121,14 @@ def check_fields(settings: object, owner: str = "") -> None:
     for field in shape_of(type(settings)).fields:
         try:
             check(getattr(settings, field.name), field.type, (field.name,))
-        except Fault as fault:
+        except Misfit as fault:
             raise fault.error(owner.removesuffix("."), ConfigError) from None
 
 
 def check(
     value: Any, shape: Any, steps: Steps, *, strict: bool = True, makes: bool = False
 ) -> None:
-    """Compare a value, and all below it, with a shape; raise `Fault` for the first that is off.
+    """Compare a value, and all below it, with a shape; raise `Misfit` for the first that is off.
 
     Args:
         makes: Whether to make every value on the way, to find the one that its class refuses.
@@ -148,16 +148,16 @@ def check(
     if choices := choices_of(shape):
         _check_choice(value, choices, words, steps)
     elif not _fits(value, shape):
-        raise Fault(steps, f"is {shown(value)}; expected {words}")
+        raise Misfit(steps, f"is {shown(value)}; expected {words}")
     for step, item, kind in _children(value, shape, steps):
         check(item, kind, (*steps, step), strict=strict, makes=makes)
     if not all(each(value) for each in checks):
-        raise Fault(steps, f"is {shown(value)}; expected {words}")
+        raise Misfit(steps, f"is {shown(value)}; expected {words}")
     if makes and hasattr(shape, "cls"):
         try:
             msgspec.convert(value, shape.cls, strict=strict, str_keys=True)
         except SwarmError as cause:
-            raise Fault(steps, cause) from None
+            raise Misfit(steps, cause) from None
 
 
 SCALARS: dict[type, type] = {
@@ -179,11 +179,11 @@ def _member(value: Any, shape: inspect.UnionType, words: str, steps: Steps) -> A
     if tagged:
         field = found[0].tag_field
         if field not in value:
-            raise Fault(steps, f"lacks {field}; expected one of {', '.join(map(str, tagged))}")
+            raise Misfit(steps, f"lacks {field}; expected one of {', '.join(map(str, tagged))}")
         _check_choice(value[field], list(tagged), words, (*steps, field))
         return tagged[value[field]]
     if not found:
-        raise Fault(steps, f"is {shown(value)}; expected {words}")
+        raise Misfit(steps, f"is {shown(value)}; expected {words}")
     return next((each for each in found if _fits(value, bare(each))), found[0])
 
 
@@ -257,9 +257,9 @@ def _check_choice(value: Any, choices: Sequence[Any], words: str, steps: Steps) 
         return
     name = next((step for step in reversed(steps) if isinstance(step, str)), "value")
     if not isinstance(value, str):
-        raise Fault(steps, f"is {shown(value)}; expected {words}")
+        raise Misfit(steps, f"is {shown(value)}; expected {words}")
     unknown = UnknownNameError(name, value[:MAX_SHOWN], map(str, choices))
-    raise Fault(steps[:-1], unknown, steps)
+    raise Misfit(steps[:-1], unknown, steps)
 
 
 def _children(value: Any, shape: Any, steps: Steps) -> Iterator[tuple[str | int, Any, Any]]:
@@ -280,10 +280,10 @@ def _children(value: Any, shape: Any, steps: Steps) -> Iterator[tuple[str | int,
         for key in value:
             if key not in known and (tag is None or key != tag):
                 unknown = UnknownNameError("key", str(key)[:MAX_SHOWN], known)
-                raise Fault(steps, unknown, (*steps, str(key)))
+                raise Misfit(steps, unknown, (*steps, str(key)))
         missing = [key for key, field in known.items() if field.required and key not in value]
         if missing:
-            raise Fault(steps, f"lacks {', '.join(missing)}")
+            raise Misfit(steps, f"lacks {', '.join(missing)}")
         yield from ((key, item, known[key].type) for key, item in value.items() if key in known)
 
 
@@ -293,9 +293,9 @@ def _check_key(key: Any, kind: Any, steps: Steps) -> None:
         key = int(key)
     try:
         check(key, kind, TOP)
-    except Fault:
+    except Misfit:
         told = f"has the key {shown(key)}; expected {_words(kind)}"
-        raise Fault(steps, told, (*steps, str(key))) from None
+        raise Misfit(steps, told, (*steps, str(key))) from None
 
 
 def _words(shape: Any) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from swarm_common.files.yaml_io import field_values, number, numbers
+from swarm_common.files.convert import convert, over
 from swarm_common.model.battery import BatterySpec
 from swarm_common.model.errors import ConfigError, SwarmError
 
@@ -16,18 +16,7 @@ def parse_battery(
     error: type[SwarmError] = ConfigError,
 ) -> BatterySpec:
     """Return a battery; keys that are missing are those of `base`, that of the robot's model."""
-
-    def share(value: object, what: str) -> tuple[float, float]:
-        """Return the least and the most of a share, which may be one number."""
-        if isinstance(value, (list, tuple)):
-            low, high = numbers(list(value), 2, what, error)
-            return low, high
-        return (number(value, what, error),) * 2
-
-    values = field_values(
-        BatterySpec, data, where, error, readers={"initial": share}, may_lack=base is not None
-    )
-    try:
-        return BatterySpec(**values) if base is None else dataclasses.replace(base, **values)
-    except ConfigError as cause:
-        raise error(f"{where}.{cause}") from None
+    if isinstance(data, dict) and isinstance(data.get("initial"), int | float):
+        data = data | {"initial": [data["initial"]] * 2}
+    known = {} if base is None else dataclasses.asdict(base)
+    return convert(over(known, data), BatterySpec, where, error)

@@ -42,7 +42,7 @@ class StreamEntry(Schema, rename={"origins": "from", "targets": "to"}):
         Args:
             number: Number of the stream, from 1.
             groups: Groups of the mission file.
-            path: Mission file.
+            path: Mission file, in whose folder files of times are.
         """
         origins, targets = (
             expand((names,) if isinstance(names, str) else names, groups)

@@ -22,7 +22,7 @@ CHOICES: Mapping[str, tuple[str, ...]] = {
 }
 
 
-class Interval(NamedTuple):
+class NumberRange(NamedTuple):
     """Values from `low` to `high`."""
 
     low: float
@@ -46,7 +46,7 @@ class Interval(NamedTuple):
         return f"{least} {self.low:.10g} and {most} {self.high:.10g}"
 
 
-ANY = Interval(0.0, 10_000.0, False, False)  # of a parameter that is not below
+ANY = NumberRange(0.0, 10_000.0, False, False)  # of a parameter that is not below
 _NAMES: Mapping[str, str] = {
     "(0, 10000]": """rotate_to_heading_angle corner_angle costmap.cost_scaling_factor
         progress_checker.required_movement_radius progress_checker.movement_time_allowance
@@ -96,13 +96,13 @@ _NAMES: Mapping[str, str] = {
 }
 
 
-def _interval(text: str) -> Interval:
+def _range(text: str) -> NumberRange:
     low, high = map(float, text[1:-1].split(","))
-    return Interval(low, high, text.startswith("("), text.endswith(")"))
+    return NumberRange(low, high, text.startswith("("), text.endswith(")"))
 
 
-RANGES: Mapping[str, Interval] = {
-    name: _interval(text) for text, names in _NAMES.items() for name in names.split()
+RANGES: Mapping[str, NumberRange] = {
+    name: _range(text) for text, names in _NAMES.items() for name in names.split()
 }
 
 
