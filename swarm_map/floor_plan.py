@@ -14,7 +14,7 @@ from msgspec import Meta
 
 from swarm_common.files.convert import located, read
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.schema import Count, Name, Schema
+from swarm_common.model.schema import Count, Name, Schema, told
 from swarm_describe.worlds.scene import Box, Color, Cylinder
 
 SITE_KEYS = ("stations", "circuits", "spawn", "spawns", "places", "zones")
@@ -58,40 +58,27 @@ def _is_place(value: Sequence[float]) -> bool:
 
 
 Length = Annotated[float, Meta(ge=1e-3, le=LIMIT)]
+NEAR = f"within {LIMIT:g} m, yaw in radians"
+Corner = Annotated[tuple[float, float], told(f"[x, y] {NEAR}", _is_place)]
 Place = Annotated[
     tuple[float, ...],
-    Meta(
-        min_length=2,
-        max_length=3,
-        description=f"[x, y] or [x, y, yaw], within {LIMIT:g} m, yaw in radians",
-        extra={"check": _is_place},
-    ),
-]
-Spot = Annotated[
-    tuple[float, float],
-    Meta(description=f"a point [x, y] within {LIMIT:g} m", extra={"check": _is_place}),
+    told(f"[x, y] or [x, y, yaw] {NEAR}", _is_place, min_length=2, max_length=3),
 ]
 Station = Annotated[
-    tuple[float, float, float],
-    Meta(
-        description=f"a list of 3 numbers [x, y, yaw], within {LIMIT:g} m, yaw in radians",
-        extra={"check": _is_place},
-    ),
+    tuple[float, float, float], told(f"a list of 3 numbers [x, y, yaw] {NEAR}", _is_place)
 ]
 Paint = Annotated[
-    tuple[float, ...],
-    Meta(min_length=3, max_length=4, description="[red, green, blue] from 0 to 1"),
+    tuple[float, ...], told("[red, green, blue] from 0 to 1", min_length=3, max_length=4)
 ]
-Repeat = Annotated[
-    tuple[Annotated[tuple[Count, float, float], Meta(description="[count, dx, dy]")], ...],
-    Meta(min_length=1, description="a list of [count, dx, dy]"),
-]
+Step = Annotated[tuple[Count, float, float], told("[count, dx, dy]")]
+Repeat = Annotated[tuple[Step, ...], told("a list of [count, dx, dy]", min_length=1)]
+PlanName = Annotated[str, told("letters, digits, _ and -", _is_plan_name)]
 
 
 class WallEntry(Schema):
     """A line of walls."""
 
-    points: Annotated[tuple[Spot, ...], Meta(min_length=2, description="2 or more points [x, y]")]
+    points: Annotated[tuple[Corner, ...], told("2 or more points [x, y]", min_length=2)]
     name: Name | None = None
     closed: bool = False
     thickness: Length | None = None
@@ -134,10 +121,7 @@ class StationEntry(Schema):
 class PlanFile(Schema):
     """Content of a plan; sites are those of `sites.yaml`."""
 
-    name: (
-        Annotated[str, Meta(description="letters, digits, _ and -", extra={"check": _is_plan_name})]
-        | None
-    ) = None
+    name: PlanName | None = None
     wall_thickness: Length = 0.15
     wall_height: Length = 2.5
     wall_color: Paint | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -72,6 +73,8 @@ class Scenario:
     dispatch: str = ""  # who gets an order, in place of what the mission says
 
     def __post_init__(self) -> None:
+        for size in self.robots:
+            check_size(size, "robots")
         check_fields(self)
         if len(self.dead) >= min(self.robots):
             raise ConfigError(f"{len(self.dead)} dead robots leave none of {min(self.robots)}")
@@ -153,15 +156,15 @@ def load_scenario(name_or_path: str) -> Scenario:
         if name_or_path not in scenario_names():
             raise UnknownNameError("scenario", name_or_path, scenario_names())
         path = _folder() / f"{name_or_path}.yaml"
+    return read(path, Scenario, prepare=functools.partial(_prepared, path))
 
-    def prepare(content: dict[str, Any]) -> dict[str, Any]:
-        if "name" in content:
-            raise ConfigError(f"{path}: a scenario has the name of its file; leave 'name' out")
-        sizes = content.get("robots", [20])
-        sizes = sizes if isinstance(sizes, list) else [sizes]
-        return {"name": path.stem, **content, "robots": sizes}
 
-    return read(path, Scenario, prepare=prepare)
+def _prepared(path: Path, content: dict[str, Any]) -> dict[str, Any]:
+    """Return the content of a file with its name, and one swarm size as a list."""
+    if "name" in content:
+        raise ConfigError(f"{path}: a scenario has the name of its file; leave 'name' out")
+    sizes = content.get("robots", [20])
+    return {"name": path.stem, **content, "robots": sizes if isinstance(sizes, list) else [sizes]}
 
 
 def _folder() -> Path:

@@ -58,23 +58,9 @@ def located(where: object, error: type[SwarmError] = ConfigError) -> Iterator[No
 
 
 @overload
-def convert(
-    value: object,
-    kind: type[Kind],
-    where: str | Path = "",
-    error: type[SwarmError] = ConfigError,
-    *,
-    strict: bool = True,
-) -> Kind: ...
+def convert(value: object, kind: type[Kind], *place: Any, **options: Any) -> Kind: ...
 @overload
-def convert(
-    value: object,
-    kind: Any,
-    where: str | Path = "",
-    error: type[SwarmError] = ConfigError,
-    *,
-    strict: bool = True,
-) -> Any: ...
+def convert(value: object, kind: Any, *place: Any, **options: Any) -> Any: ...
 def convert(
     value: object,
     kind: Any,

@@ -6,20 +6,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from msgspec import Meta
-
 from swarm_common.files.convert import convert, read
 from swarm_common.files.zones_io import ZonesEntry, make_zones
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
-from swarm_common.model.schema import Name, Point, PoseNumbers, Schema
+from swarm_common.model.schema import Name, Polygon, PoseNumbers, Schema, told
 from swarm_common.model.sites import Sites, Spawn, SpawnArea, SpawnAreas, SpawnCircle
 from swarm_common.model.zones import keepout_area
 
-Circuit = Annotated[
-    tuple[Point, ...], Meta(min_length=3, description="a list of at least 3 points [x, y]")
-]
-Stations = Annotated[tuple[str, ...], Meta(description="a list of stations, like [station_1]")]
+Stations = Annotated[tuple[str, ...], told("a list of stations, like [station_1]")]
+Places = Annotated[tuple[PoseNumbers, ...], told("a list of poses [x, y, yaw]")]
 
 
 class SitesFile(Schema):
@@ -27,12 +23,10 @@ class SitesFile(Schema):
 
     description: str | None = None
     stations: dict[Name, PoseNumbers] | None = None
-    circuits: dict[Name, Circuit] | None = None
+    circuits: dict[Name, Polygon] | None = None
     spawn: Any = None
     spawns: dict[Name, Any] | None = None
-    places: (
-        Annotated[tuple[PoseNumbers, ...], Meta(description="a list of poses [x, y, yaw]")] | None
-    ) = None
+    places: Places | None = None
     charging: Stations | None = None
     zones: ZonesEntry | None = None
     groups: dict[Name, Stations] | None = None

@@ -19,13 +19,13 @@ from swarm_common.files.map_io import load_map
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import UNKNOWN, Grid
-from swarm_common.model.schema import Name, Point, Schema
+from swarm_common.model.schema import Name, Polygon, Schema, told
 from swarm_common.model.zones import NO_ZONES, KeepoutZone, SpeedMask, SpeedZone, Zones
 
 KEEPOUT_MASK, SPEED_MASK = MASKS = ("keepout_mask", "speed_mask")
 KEEPOUT_TYPE, PERCENT_TYPE, ABSOLUTE_TYPE = range(3)  # CostmapFilterInfo.type
-Corners = Annotated[
-    tuple[Point, ...], Meta(min_length=3, description="a list of at least 3 points [x, y]")
+SpeedLimit = Annotated[
+    float, told("a positive number (a zone in which no robot may be is a keepout zone)", gt=0.0)
 ]
 
 
@@ -33,7 +33,7 @@ class KeepoutEntry(Schema):
     """A keepout zone in the file."""
 
     name: Name
-    points: Corners
+    points: Polygon
 
     def __post_init__(self) -> None:
         import shapely
@@ -49,47 +49,36 @@ class KeepoutEntry(Schema):
 class SpeedEntry(KeepoutEntry):
     """A zone with a speed limit in the file."""
 
-    # [m/s]; where no robot may be is a keepout zone
-    limit: Annotated[float, Meta(gt=0.0, description="a positive number (a zone in which no "
-                                 "robot may be is a keepout zone)")] | None = None  # fmt: skip
+    limit: SpeedLimit | None = None  # [m/s]
     percentage: Annotated[float, Meta(ge=1.0, le=100.0)] | None = None  # of the largest speed
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        given = [key for key in ("limit", "percentage") if getattr(self, key) is not None]
-        if len(given) != 1:
+        if (self.limit is None) == (self.percentage is None):
+            found = "limit and percentage" if self.limit is not None else "no limit"
             raise ConfigError(
-                f"it has {' and '.join(given) or 'no limit'}; expected one of limit [m/s] and"
-                " percentage [% of the robot's largest speed]"
+                f"it has {found}; expected one of limit [m/s] and percentage [% of the robot's"
+                " largest speed]"
             )
-
-    def zone(self) -> SpeedZone:
-        """Return the zone."""
-        is_percentage = self.limit is None
-        limit = self.percentage if self.limit is None else self.limit
-        return SpeedZone(self.name, self.points, limit or 0.0, is_percentage)
 
 
 class FilterInfo(Schema):
-    """Fields of CostmapFilterInfo, with Nav2's defaults."""
+    """Fields of CostmapFilterInfo."""
 
-    type: float | None = None  # None if nobody says
-    base: float = 0.0
-    multiplier: float = 1.0
-
-
-class MaskEntry(Schema):
-    """A mask in the file with the fields of CostmapFilterInfo that replace those of its map."""
-
-    mask: Annotated[str, Meta(min_length=1)]
     type: float | None = None
     base: float | None = None
     multiplier: float | None = None
 
 
+class MaskEntry(FilterInfo, kw_only=True):
+    """A mask in the file; its fields count more than those of its map."""
+
+    mask: Annotated[str, Meta(min_length=1)]
+
+
 Mask = Annotated[
-    Annotated[str, Meta(min_length=1)] | MaskEntry,
-    Meta(description="a map file, or {mask: FILE, type: ..., base: ..., multiplier: ...}"),
+    str | MaskEntry,
+    told("a map file, or {mask: FILE, type: ..., base: ..., multiplier: ...}", min_length=1),
 ]
 
 
@@ -119,14 +108,20 @@ def make_zones(entry: ZonesEntry | None, path: Path, masks: Mapping[str, Path]) 
     if entry is None and not masks:
         return NO_ZONES
     entry = entry or ZonesEntry()
-    own = {key: getattr(entry, key) for key in MASKS}
-    own |= {key: str(mask.absolute()) for key, mask in masks.items()}
+    given = {key: mask for key in MASKS if (mask := getattr(entry, key)) is not None}
+    given |= {key: str(mask.absolute()) for key, mask in masks.items()}
+    own = {
+        key: MaskEntry(mask=mask) if isinstance(mask, str) else mask for key, mask in given.items()
+    }
     notes: list[str] = []
     return Zones(
         keepout=tuple(KeepoutZone(zone.name, zone.points) for zone in entry.keepout or ()),
-        speed=tuple(zone.zone() for zone in entry.speed or ()),
-        keepout_mask=_keepout_mask(own[KEEPOUT_MASK], path),
-        speed_mask=_speed_mask(own[SPEED_MASK], path, notes),
+        speed=tuple(
+            SpeedZone(zone.name, zone.points, zone.limit or zone.percentage or 0.0, not zone.limit)
+            for zone in entry.speed or ()
+        ),
+        keepout_mask=_keepout_mask(own.get(KEEPOUT_MASK), path.parent),
+        speed_mask=_speed_mask(own.get(SPEED_MASK), path.parent, notes),
         notes=tuple(notes),
     )
 
@@ -139,7 +134,7 @@ def copy_masks(path: Path, masks: Mapping[str, Path], folder: Path) -> dict[str,
     if not entries:
         return None
     for key, entry in entries.items():
-        file = mask_file(entry, path)
+        file = path.parent / (entry["mask"] if isinstance(entry, dict) else entry)
         content = read_yaml(file)
         image = file.parent / content["image"]
         copy = folder / key / file.name
@@ -151,41 +146,29 @@ def copy_masks(path: Path, masks: Mapping[str, Path], folder: Path) -> dict[str,
     return data | {"zones": zones}
 
 
-def mask_file(entry: object, path: Path) -> Path:
-    """Return the map file of a mask, an entry of the sites file."""
-    mask = (
-        convert(entry, Mask, f"{path}: zones: a mask")
-        if not isinstance(entry, MaskEntry)
-        else entry
-    )
-    return path.parent / (mask if isinstance(mask, str) else mask.mask)
-
-
-def _keepout_mask(entry: str | MaskEntry | None, path: Path) -> Grid | None:
+def _keepout_mask(entry: MaskEntry | None, folder: Path) -> Grid | None:
     if entry is None:
         return None
-    file = mask_file(entry, path)
-    info = _filter_info(entry, file)
-    if info.type not in (None, KEEPOUT_TYPE):
-        raise ConfigError(f"{file}: type is {info.type:g}; a keepout mask has 0")
-    if (info.base, info.multiplier) != (0.0, 1.0):
+    file = folder / entry.mask
+    kind, base, multiplier = _filter_info(entry, file)
+    if kind not in (None, KEEPOUT_TYPE):
+        raise ConfigError(f"{file}: type is {kind:g}; a keepout mask has 0")
+    if (base, multiplier) != (0.0, 1.0):
         raise ConfigError(
-            f"{file}: base {info.base:g}, multiplier {info.multiplier:g}; a keepout mask"
-            " has 0 and 1"
+            f"{file}: base {base:g}, multiplier {multiplier:g}; a keepout mask has 0 and 1"
         )
     return load_map(file).upright()
 
 
-def _speed_mask(entry: str | MaskEntry | None, path: Path, notes: list[str]) -> SpeedMask | None:
+def _speed_mask(entry: MaskEntry | None, folder: Path, notes: list[str]) -> SpeedMask | None:
     if entry is None:
         return None
-    file = mask_file(entry, path)
-    info = _filter_info(entry, file)
-    if info.type not in (None, PERCENT_TYPE, ABSOLUTE_TYPE):
-        raise ConfigError(f"{file}: type is {info.type:g}; a speed mask has 1 (percent) or 2 (m/s)")
-    is_percentage = info.type != ABSOLUTE_TYPE
-    mask = SpeedMask(load_map(file).upright(), is_percentage, info.base, info.multiplier)
-    notes += _remarks(mask, file, has_type=info.type is not None)
+    file = folder / entry.mask
+    kind, base, multiplier = _filter_info(entry, file)
+    if kind not in (None, PERCENT_TYPE, ABSOLUTE_TYPE):
+        raise ConfigError(f"{file}: type is {kind:g}; a speed mask has 1 (percent) or 2 (m/s)")
+    mask = SpeedMask(load_map(file).upright(), kind != ABSOLUTE_TYPE, base, multiplier)
+    notes += _remarks(mask, file, has_type=kind is not None)
     return mask
 
 
@@ -212,11 +195,12 @@ def _remarks(mask: SpeedMask, file: Path, *, has_type: bool) -> list[str]:
     return remarks
 
 
-def _filter_info(entry: str | MaskEntry, file: Path) -> FilterInfo:
-    """Return what map and entry say; the entry counts more."""
+def _filter_info(entry: MaskEntry, file: Path) -> tuple[float | None, float, float]:
+    """Return type (None if nobody says), base and multiplier, by default Nav2's."""
     names = FilterInfo.__struct_fields__
     given = {key: value for key, value in read_yaml(file).items() if key in names}
-    if isinstance(entry, MaskEntry):
-        own = ((name, getattr(entry, name)) for name in names)
-        given |= {name: value for name, value in own if value is not None}
-    return convert(given, FilterInfo, file)
+    own = ((name, getattr(entry, name)) for name in names)
+    given |= {name: value for name, value in own if value is not None}
+    info = convert(given, FilterInfo, file)
+    multiplier = 1.0 if info.multiplier is None else info.multiplier
+    return info.type, info.base or 0.0, multiplier

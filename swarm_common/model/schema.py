@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, dataclass_transform
 
@@ -36,22 +36,25 @@ def _is_angle(value: float) -> bool:
     return abs(value) <= math.tau + 1e-6
 
 
+def told(words: str, check: Callable[[Any], bool] | None = None, **limits: Any) -> Meta:
+    """Return a constraint with what is expected in words.
+
+    Args:
+        check: Predicate beside the limits that msgspec has.
+    """
+    return Meta(description=words, extra=check and {"check": check}, **limits)
+
+
 Positive = Annotated[float, Meta(gt=0.0)]
 NotNegative = Annotated[float, Meta(ge=0.0)]
 Share = Annotated[float, Meta(ge=0.0, lt=1.0)]
 Count = Annotated[int, Meta(ge=1)]
-Name = Annotated[
-    str,
-    Meta(description="text on one line, without blanks around it", extra={"check": is_name}),
-]
-Yaw = Annotated[  # a larger one may be in degrees
-    float,
-    Meta(description="a number from -2 pi to 2 pi, in radians", extra={"check": _is_angle}),
-]
-Point = Annotated[tuple[float, float], Meta(description="a list of 2 numbers [x, y]")]
-PoseNumbers = Annotated[
-    tuple[float, float, Yaw], Meta(description="a list of 3 numbers [x, y, yaw]")
-]
+Name = Annotated[str, told("text on one line, without blanks around it", is_name)]
+# a larger one may be in degrees
+Yaw = Annotated[float, told("a number from -2 pi to 2 pi, in radians", _is_angle)]
+Point = Annotated[tuple[float, float], told("a list of 2 numbers [x, y]")]
+PoseNumbers = Annotated[tuple[float, float, Yaw], told("a list of 3 numbers [x, y, yaw]")]
+Polygon = Annotated[tuple[Point, ...], told("a list of at least 3 points [x, y]", min_length=3)]
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(msgspec.field,))
@@ -133,10 +136,10 @@ def check(
     Args:
         makes: Whether to make every value on the way, to find the one that its class refuses.
     """
-    words, checks = _words(shape), list[Any]()
+    asked, checks = shape, list[Any]()
     while isinstance(shape, inspect.Metadata | inspect.UnionType):
         if isinstance(shape, inspect.UnionType):
-            shape = _member(value, shape, words, steps)
+            shape = _member(value, shape, asked, steps)
         else:
             checks += [shape.extra["check"]] if shape.extra else []
             shape = shape.type
@@ -146,13 +149,13 @@ def check(
         with contextlib.suppress(msgspec.ValidationError):
             value = msgspec.convert(value, SCALARS[type(shape)], strict=False)
     if choices := choices_of(shape):
-        _check_choice(value, choices, words, steps)
+        _check_choice(value, choices, asked, steps)
     elif not _fits(value, shape):
-        raise Misfit(steps, f"is {shown(value)}; expected {words}")
+        raise Misfit(steps, f"is {shown(value)}; expected {_words(asked)}")
     for step, item, kind in _children(value, shape, steps):
         check(item, kind, (*steps, step), strict=strict, makes=makes)
     if not all(each(value) for each in checks):
-        raise Misfit(steps, f"is {shown(value)}; expected {words}")
+        raise Misfit(steps, f"is {shown(value)}; expected {_words(asked)}")
     if makes and hasattr(shape, "cls"):
         try:
             msgspec.convert(value, shape.cls, strict=strict, str_keys=True)
@@ -172,7 +175,7 @@ LISTED = (inspect.ListType, inspect.VarTupleType, inspect.SetType, inspect.Froze
 _ROWS = (inspect.TupleType, inspect.NamedTupleType)
 
 
-def _member(value: Any, shape: inspect.UnionType, words: str, steps: Steps) -> Any:
+def _member(value: Any, shape: inspect.UnionType, asked: Any, steps: Steps) -> Any:
     """Return the member of a union that a value is meant to be of."""
     found: list[Any] = [each for each in shape.types if _is_like(value, bare(each))]
     tagged = {each.tag: each for each in found if getattr(each, "tag", None) is not None}
@@ -180,10 +183,10 @@ def _member(value: Any, shape: inspect.UnionType, words: str, steps: Steps) -> A
         field = found[0].tag_field
         if field not in value:
             raise Misfit(steps, f"lacks {field}; expected one of {', '.join(map(str, tagged))}")
-        _check_choice(value[field], list(tagged), words, (*steps, field))
+        _check_choice(value[field], list(tagged), asked, (*steps, field))
         return tagged[value[field]]
     if not found:
-        raise Misfit(steps, f"is {shown(value)}; expected {words}")
+        raise Misfit(steps, f"is {shown(value)}; expected {_words(asked)}")
     return next((each for each in found if _fits(value, bare(each))), found[0])
 
 
@@ -202,7 +205,7 @@ def _is_like(value: Any, shape: Any) -> bool:
             return isinstance(shape, TEXTS)
         case list() | tuple():
             return isinstance(shape, LISTED + _ROWS) or getattr(shape, "array_like", False)
-    return isinstance(shape, (*KEYED, inspect.DictType))
+    return isinstance(value, Mapping) and isinstance(shape, (*KEYED, inspect.DictType))
 
 
 def bare(shape: Any) -> Any:
@@ -252,12 +255,12 @@ def choices_of(shape: Any) -> Sequence[Any]:
     return shape.values if isinstance(shape, inspect.LiteralType) else ()
 
 
-def _check_choice(value: Any, choices: Sequence[Any], words: str, steps: Steps) -> None:
+def _check_choice(value: Any, choices: Sequence[Any], asked: Any, steps: Steps) -> None:
     if any(type(value) is type(each) and value == each for each in choices):
         return
     name = next((step for step in reversed(steps) if isinstance(step, str)), "value")
     if not isinstance(value, str):
-        raise Misfit(steps, f"is {shown(value)}; expected {words}")
+        raise Misfit(steps, f"is {shown(value)}; expected {_words(asked)}")
     unknown = UnknownNameError(name, value[:MAX_SHOWN], map(str, choices))
     raise Misfit(steps[:-1], unknown, steps)
 
@@ -265,9 +268,7 @@ def _check_choice(value: Any, choices: Sequence[Any], words: str, steps: Steps) 
 def _children(value: Any, shape: Any, steps: Steps) -> Iterator[tuple[str | int, Any, Any]]:
     """Yield step, value and kind of all that stands right below a value."""
     if kinds := _row(shape):
-        yield from (
-            (i, item, kind) for i, (item, kind) in enumerate(zip(value, kinds, strict=True))
-        )
+        yield from zip(range(len(kinds)), value, kinds, strict=True)
     elif isinstance(shape, LISTED):
         yield from ((i, item, shape.item_type) for i, item in enumerate(value))
     elif isinstance(shape, inspect.DictType):

@@ -76,9 +76,6 @@ class Distribution(Schema):
     triangular: tuple[Seconds, Seconds, Seconds] | None = None
     lognormal: tuple[Seconds, Seconds] | None = None
 
-    def __post_init__(self) -> None:
-        self.time()
-
     def time(self) -> ServiceTime:
         """Return the time."""
         given = {kind: values for kind in PARAMETERS if (values := getattr(self, kind)) is not None}
@@ -94,9 +91,6 @@ class ServiceEnds(Distribution, rename={"first": "from", "last": "to"}):
 
     first: Seconds | Distribution | None = None
     last: Seconds | Distribution | None = None
-
-    def __post_init__(self) -> None:
-        service_times(self)
 
 
 def service_times(given: float | ServiceEnds) -> tuple[ServiceTime, ServiceTime]:

@@ -21,8 +21,8 @@ from swarm_bench.study import runner, tables
 from swarm_bench.study.experiments import (
     Cell,
     StudyRun,
+    beside,
     load_experiments,
-    located,
     runs_of,
     settings_text,
     study_folder,
@@ -108,8 +108,8 @@ def test_dead_robots_are_the_same_for_all_methods(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("robots: 4", "robots: four", "Expected `int`"),
-        ("quick: true", "speed: 3", "unknown field `speed`"),
+        ("robots: 4", "robots: four", "is 'four'; expected an integer"),
+        ("quick: true", "speed: 3", "unknown key 'speed'"),
         ("ours", "our", "unknown"),
         ("seeds: 2", "seeds: 2, outage: true, until: 3", "expected more than at"),
         ("seeds: 2", "seeds: 2, blocked: [0, 0, 1, 1]", "needs lidar"),
@@ -239,7 +239,7 @@ def stream(folder: Path) -> Path:
 
 
 def cell(folder: Path, **changes: object) -> Cell:
-    return located(Cell(scenario="stream", robots=4, **changes), folder)  # type: ignore[arg-type]
+    return beside(Cell(scenario="stream", robots=4, **changes), folder)  # type: ignore[arg-type]
 
 
 def test_orders_without_end_are_counted_and_robots_may_join(stream: Path) -> None:
@@ -314,7 +314,7 @@ def test_study_seeds_are_not_tuned_on(tmp_path: Path) -> None:
     shutil.copytree(study_folder(), tmp_path / "study")
     path = tmp_path / "study/tuning/methods.yaml"
     path.write_text(path.read_text().replace("[100,", "[7,"))
-    with pytest.raises(ConfigError, match="seeds from 100 on"):
+    with pytest.raises(ConfigError, match="expected an integer, 100 or more"):
         load_tuning(tmp_path / "study")
 
 

@@ -163,6 +163,7 @@ def test_what_lacks_or_is_no_mapping_is_told() -> None:
         ({"stops": {" ": {}}}, "f: stops has the key ' '; expected text on one line"),
         ([], "f is []; expected 'key: value' lines"),
         ({1: 2}, "unknown key '1' in f"),
+        (object(), "expected 'key: value' lines"),
     ):
         with pytest.raises(ConfigError) as caught:
             convert(value, Route, Path("f"))

@@ -87,7 +87,9 @@ def test_a_bad_value_is_one_clear_error(
 
 @pytest.mark.parametrize("data", [None, 3, [], "20 Wh", {}])
 def test_what_is_no_battery_is_refused(data: object) -> None:
-    with pytest.raises(SwarmError, match="capacity.*voltage.*idle_power.*drive_power.*charge_power"):
+    with pytest.raises(
+        SwarmError, match=r"capacity.*voltage.*idle_power.*drive_power.*charge_power"
+    ):
         parse_battery(data, "robot.yaml: battery")
 
 
