@@ -70,15 +70,18 @@ class FilterInfo(Schema):
     multiplier: float | None = None
 
 
+MapFile = Annotated[str, Meta(min_length=1)]
+
+
 class MaskEntry(FilterInfo, kw_only=True):
     """A mask in the file; its fields count more than those of its map."""
 
-    mask: Annotated[str, Meta(min_length=1)]
+    mask: MapFile
 
 
 Mask = Annotated[
-    str | MaskEntry,
-    told("a map file, or {mask: FILE, type: ..., base: ..., multiplier: ...}", min_length=1),
+    MapFile | MaskEntry,
+    told("a map file, or {mask: FILE, type: ..., base: ..., multiplier: ...}"),
 ]
 
 
