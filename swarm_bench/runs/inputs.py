@@ -20,6 +20,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
+import msgspec
 import numpy as np
 
 from swarm_common.model.errors import ConfigError
@@ -281,5 +282,9 @@ def _parts_of(value: object) -> Iterable[bytes]:
             yield type(value).__qualname__.encode()
             for field in dataclasses.fields(value):
                 yield from _parts_of(getattr(value, field.name))
+        case msgspec.Struct():
+            yield type(value).__qualname__.encode()
+            for name in value.__struct_fields__:
+                yield from _parts_of(getattr(value, name))
         case _:
             raise TypeError(f"{type(value).__qualname__} has no hash of its content")
