@@ -16,7 +16,6 @@ from typing import Annotated, Any
 import typer
 from msgspec import Meta, field, inspect
 
-from swarm_common.files.convert import Count, Positive, Schema
 from swarm_common.files.zones_io import KEEPOUT_MASK, SPEED_MASK
 from swarm_common.middleware.addresses import check_address, check_port, own_address
 from swarm_common.middleware.ros_env import (
@@ -29,6 +28,7 @@ from swarm_common.model.coordination import Coordination
 from swarm_common.model.engines import check_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.robot_names import DEFAULT, RobotNames
+from swarm_common.model.schema import Count, Positive, Schema
 from swarm_common.process.browser import has_display
 from swarm_describe.files.packages import add_package_paths
 from swarm_describe.robots.fleet import Fleet, fleet_names, load_fleet
