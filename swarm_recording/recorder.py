@@ -169,8 +169,8 @@ def record(config: dict[str, Any], events: EventWriter) -> dict[str, int]:
     """Record until SIGTERM.
 
     Args:
-        config: See `recorder_config`; `awaited` are the robots to hear before time begins, None
-            if it has begun.
+        config: As `process_table` writes it; `awaited` are the robots to hear before time begins,
+            None if it has begun.
         events: Told of the beginning and the end.
 
     Returns:

@@ -58,7 +58,7 @@ class VehicleFleet:
         """Attach to the robots.
 
         Args:
-            config: Configuration as `LocalRun` writes it.
+            config: Configuration as `process_table` writes it.
         """
         self._config = config
         self._events = events

@@ -13,7 +13,7 @@ What a module imports of its folder stands above it:
     host_client      A robots' host towards the world's: a process
     host_server      The world's host towards the robots' hosts: a process
     robots_run       `swarm-up --role robots`: navigators here, the world elsewhere
-    world_run        `swarm-up --role world`: world and mission here, navigators elsewhere
+    hosted_navigators   Navigators of `swarm-up --role world`, which are on other hosts
     hosts_command    What `--role` does beside a run: DDS profiles, the robots' side
 
 May import of swarm_commander: `run`, `mission`, `viewers`; swarm_run and swarm_common.

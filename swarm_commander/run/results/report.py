@@ -40,8 +40,8 @@ def compose_report(
     """Return the report except for the keys below; what could not be measured is null.
 
     `cli/session.py` adds `exit_code`, `failures` and `incidents`, and those that
-    `swarm_report/report_fields.py` works out from the time series. `hosts/world_run.py` adds
-    `hosts`. A goal that was missed is in
+    `swarm_report/report_fields.py` works out from the time series. `hosts/hosted_navigators.py`
+    adds `hosts`. A goal that was missed is in
     `breaches.missed_goals`; `goals.failed` and `goals_failed` count such goals.
 
     Args:
