@@ -26,8 +26,7 @@ from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_sh
 from swarm_commander.run.supervision import Supervision
 from swarm_commander.run.terminal import complain
-from swarm_commander.viewers.foxglove import write_foxglove
-from swarm_commander.viewers.rviz import write_rviz
+from swarm_commander.viewers.layouts import write_foxglove, write_rviz
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.secret import own_secret
 from swarm_common.model.breaches import (

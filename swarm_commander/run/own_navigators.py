@@ -12,8 +12,7 @@ from swarm_commander.run.fork_server import ForkServer
 from swarm_commander.run.process_table import HOST, WORLD
 from swarm_commander.run.processes.supervisor import Exit
 from swarm_commander.run.supervision import RunPart, Supervision
-from swarm_commander.viewers.foxglove import write_foxglove
-from swarm_commander.viewers.rviz import write_rviz
+from swarm_commander.viewers.layouts import write_foxglove, write_rviz
 from swarm_common.middleware import ros_env
 from swarm_common.model.records import Pose
 from swarm_common.process import messages as say

@@ -178,7 +178,7 @@ TABLE = (
     Row(SERVER, "swarm_commander.hosts.host_server", None, "", VITAL),
     Row(STATION, "swarm_commander.mission.station", _stations, OPERATOR, VITAL),
     Row(CENTRAL, "swarm_central.process", _central, CENTRAL, RESTARTED | TOLD, QUIET),
-    Row(RVIZ, "swarm_commander.viewers.window", _rviz, "", MAY_END),
+    Row(RVIZ, "swarm_commander.viewers.rviz", _rviz, "", MAY_END),
     Row(VIEWER, "swarm_view.process", _viewer, VIEWER),
     Row(VDA5050, "swarm_vda5050.process", _vda5050, VDA5050, TOLD),
     Row(COURIER, "swarm_commander.mission.courier", _couriers, OPERATOR, LEADS | TOLD_OWN),
