@@ -79,8 +79,8 @@ class RobotsRun(RunPart):
         run = self._run
         if self._welcomed is not None and run.active_after_wall is None:
             missing = [name for name in self.robots if not run.statistics.robots[name].active]
-            waited = run.elapsed - self._welcomed
-            self._navigators.check_start(missing, waited, in_short(missing))
+            if not run.is_start_over(run.elapsed - self._welcomed, in_short(missing)):
+                self._navigators.kill_stragglers(missing)
 
     def on_restarts(self, due: Sequence[str]) -> None:
         """Restart navigators that are due."""

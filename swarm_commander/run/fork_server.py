@@ -14,7 +14,6 @@ from swarm_commander.run.supervision import Supervision
 from swarm_common.process import messages as say
 from swarm_common.process.lifetime import BEGINS_ANEW
 
-START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
 FORGOTTEN = "was stopped until the others had forgotten it, and begins anew"
 
 
@@ -55,19 +54,14 @@ class ForkServer(NavigatorSupervisor):
             self.on_fork_server_end()
             run.kill(HOST)
 
-    def check_start(self, missing: Sequence[str], waited: float, names: str) -> None:
-        """End a run whose navigators do not become active; kill those that hang at the start.
+    def kill_stragglers(self, missing: Sequence[str]) -> None:
+        """Kill navigators that hang at the start; they are restarted like any that die.
 
         Args:
             missing: Robots that are not active.
-            waited: For how long [s].
-            names: The same for people.
         """
         run = self._run
-        if waited > START_LIMIT:
-            run.fail(f"after {waited:.0f} s not active: {names}")
-            run.stop("stopping")
-        elif run.restarts.is_allowed:
+        if run.restarts.is_allowed:
             for name in self.stragglers(run.statistics.active, missing):
                 run.record_incident(f"{name} did not become active with the others: it hangs")
                 self.kill(name)

@@ -26,7 +26,7 @@ SLOW_START = 60.0  # [s] after which to say what may keep all of them from being
 
 
 class Navigators(RunPart):
-    """What a run knows of its navigators, wherever they are.
+    """Navigators of a run, wherever they are.
 
     Attributes:
         present: Robots that have a navigator, or had one that died.
@@ -119,6 +119,8 @@ class Navigators(RunPart):
     def check_start(self, missing: Sequence[str]) -> None:
         """See to navigators that are not active yet, and say what may be wrong."""
         waited = self._run.elapsed
+        if self._run.is_start_over(waited, ", ".join(missing)):
+            return
         settings = sorted(ros_env.FOREIGN & os.environ.keys())
         is_slow = waited > SLOW_START and len(missing) == len(self._plan.alive)
         if is_slow and settings and not ros_env.bound_address() and not self._has_hinted:
@@ -279,9 +281,9 @@ class OwnNavigators(Navigators):
 
     def check_start(self, missing: Sequence[str]) -> None:
         """See to navigators that are not active yet, and say what may be wrong."""
-        self._server.check_start(missing, self._run.elapsed, ", ".join(missing))
+        super().check_start(missing)
         if not self._run.is_stopping:
-            super().check_start(missing)
+            self._server.kill_stragglers(missing)
 
     def _kill_hanging(self, name: str, silence: str) -> None:
         self._run.record_incident(f"{name} {silence}: it hangs and is killed")

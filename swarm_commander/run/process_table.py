@@ -34,7 +34,7 @@ Configs = Mapping[str, dict[str, Any]]  # by the name of the process
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """What is known when the world is built."""
+    """Facts that are known when the world is built."""
 
     plan: RunPlan
     folder: RunFolder
@@ -53,7 +53,7 @@ class Start:
 
 
 class Trait(Flag):
-    """What sets a process apart; one without a trait is looked on: the run goes on without it."""
+    """Traits of a process; the run goes on without one that has none."""
 
     NONE = 0
     VITAL = auto()  # the run ends with it

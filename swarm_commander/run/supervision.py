@@ -43,6 +43,7 @@ from swarm_run.domain import DomainLock, Request
 USAGE_FILE = "usage.jsonl"
 POLL_PERIOD = 0.1  # [s] of wall time
 GRACE = 10.0  # [s] for a process to end when asked to
+START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
 SAMPLE_PERIOD = 2.0  # [s] between two readings of CPU time and memory
 
 
@@ -190,7 +191,7 @@ class Supervision:
 
         Args:
             lock: Lock of the run's domain; requests arrive there.
-            obey: Carries them out.
+            obey: Called with each request; answers it.
         """
 
         def receive() -> None:
@@ -256,6 +257,18 @@ class Supervision:
         self._sample(now=True)
         self.usage.mark()
         self.progress.phase("running")
+
+    def is_start_over(self, waited: float, missing: str) -> bool:
+        """End the run if navigators do not become active; return whether it ends.
+
+        Args:
+            waited: For how long [s].
+            missing: Those that are not active, in words for people.
+        """
+        if waited > START_LIMIT:
+            self.fail(f"after {waited:.0f} s not active: {missing}")
+            self.stop("stopping")
+        return self.is_stopping
 
     def warn(self, message: str) -> None:
         """Tell the user of something, unless the run is about to end."""
