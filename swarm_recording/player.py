@@ -19,8 +19,8 @@ from swarm_recording.bag import NANOSECONDS, Bag, Item
 from swarm_recording.filter import CLOCK
 from swarm_recording.mcap_file import CDR
 from swarm_recording.play_options import PlayOptions, topics_to_play
-from swarm_recording.ros_types import message_class, quality
 from swarm_recording.schema import check_definition
+from swarm_recording.topic_source import message_class, quality
 
 LOOK_PERIOD = 0.005  # [s] of wall time between two looks at the clock
 DEPTH = 100  # messages of a topic that a slow listener may be behind

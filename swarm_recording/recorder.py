@@ -25,9 +25,8 @@ from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import RecordingBegun, RecordingEnded, Refused
 from swarm_common.process.pipes import EventWriter, child_options
 from swarm_recording.filter import CLOCK, Losses, RateFilter
-from swarm_recording.ros_types import message_class, quality
 from swarm_recording.tape import Tape
-from swarm_recording.topic_source import SwarmTopics, TopicSource
+from swarm_recording.topic_source import SwarmTopics, TopicSource, message_class, quality
 
 LOOK_PERIOD = 0.02  # [s] of wall time between two looks at all topics
 DEPTH = 200  # messages of a topic that may come in between

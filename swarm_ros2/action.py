@@ -17,7 +17,7 @@ from rclpy.action import (
 from rclpy.node import Node, NodeNameNonExistentError
 
 from swarm_common.model.errors import SwarmError
-from swarm_ros2 import graph, interfaces, text
+from swarm_ros2 import graph, text
 from swarm_ros2.verbs import add_flag, add_verb
 
 STATUS_NAMES = {
@@ -85,7 +85,7 @@ def _sides(node: Node, action: str) -> dict[str, graph.NamesAndTypes]:
 
 
 def _send_goal(options: argparse.Namespace) -> None:
-    action = interfaces.load("action", options.action_type)
+    action = text.load("action", options.action_type)
     goal = action.Goal()
     text.fill(goal, text.given_values(options, "goal"))
     with graph.open_node() as node:

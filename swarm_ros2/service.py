@@ -9,7 +9,7 @@ from typing import Any
 from rclpy.node import Node
 
 from swarm_common.model.errors import SwarmError
-from swarm_ros2 import graph, interfaces, text
+from swarm_ros2 import graph, text
 from swarm_ros2.verbs import add_flag, add_list_options, add_verb
 
 
@@ -70,7 +70,7 @@ def _type(options: argparse.Namespace) -> None:
 
 
 def _call(options: argparse.Namespace) -> None:
-    service = interfaces.load("srv", options.service_type)
+    service = text.load("srv", options.service_type)
     request = service.Request()
     text.fill(request, text.given_values(options, "values"))
     with graph.open_node() as node:

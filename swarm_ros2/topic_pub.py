@@ -8,7 +8,7 @@ import time
 from typing import Any
 
 from swarm_common.model.errors import SwarmError
-from swarm_ros2 import graph, interfaces, quality, text
+from swarm_ros2 import graph, quality, text
 from swarm_ros2.verbs import add_flag, add_verb
 
 
@@ -44,7 +44,7 @@ def add_verbs(verbs: Any) -> None:
 
 
 def _publish(options: argparse.Namespace) -> None:
-    message = interfaces.load("msg", options.message_type)()
+    message = text.load("msg", options.message_type)()
     stamps: list[text.Stamp] = []
     text.fill(message, text.given_values(options, "values"), stamps)
     times = 1 if options.once else options.times

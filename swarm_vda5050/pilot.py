@@ -22,9 +22,9 @@ from sensor_msgs.msg import BatteryState as BatteryMsg
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_common.middleware import ros_io
-from swarm_common.middleware.battery_state import read_battery
 from swarm_common.middleware.courier_io import EndedGoal, TickRelease, TickReport
 from swarm_common.middleware.rejections import RejectedError, Rejections
+from swarm_common.middleware.ros_io import read_battery
 from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.model.battery import BatteryReading, SupplyStatus
 from swarm_common.model.palette import BY_HAND

@@ -34,7 +34,7 @@ from swarm_commander.cli.thing_request import thing_request
 from swarm_commander.run.process_table import BAG_FILE
 from swarm_commander.viewers.frame_relay import relay_frames
 from swarm_common.middleware import ros_io
-from swarm_common.middleware.simulation import resource_in
+from swarm_common.middleware.ros_io import resource_in
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.run_words import lost_text

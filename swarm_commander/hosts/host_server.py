@@ -20,13 +20,15 @@ from swarm_commander.hosts.host_table import (
     HOSTS,
     REPORT_PERIOD,
     TABLE_TOPIC,
+    HostReport,
     HostTable,
+    parse_report,
 )
 from swarm_commander.hosts.link_probe import Answerer, ProbeSocket
-from swarm_commander.hosts.report_check import ReportCheck
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_io import LATCHED, NEWEST
-from swarm_common.middleware.sealed import Sealer
+from swarm_common.middleware.sealed import ForgedError, Opener, Sealer
+from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import (
     SERVER,
     HostsSummary,
@@ -37,6 +39,10 @@ from swarm_common.process.messages import (
     ShowFigures,
 )
 from swarm_common.process.pipes import EventWriter
+
+FORGED = "host without the secret"
+STALE = "host of another run"
+UNREADABLE = "host's report"
 
 
 class HostServer(LinkEnd[ServerCommand]):
@@ -127,6 +133,30 @@ class HostServer(LinkEnd[ServerCommand]):
 def main() -> None:
     """Run until SIGTERM, then say farewell."""
     serve(lambda _: "registry", HostServer, SERVER)
+
+
+class ReportCheck:
+    """Accepts reports that were made with the secret, for this run, and not heard before."""
+
+    def __init__(self, secret: str, run: str, rejections: Rejections) -> None:
+        self._run = run
+        self._opener = Opener(secret, HOSTS)
+        self._reject = rejections.reject
+
+    def take(self, text: str) -> HostReport | None:
+        """Return the report in a message; None for one that is not taken."""
+        try:
+            letter = self._opener.open(text)
+            if letter is None:
+                return None
+            if letter.run == self._run:
+                return parse_report(letter.content, letter.sender)
+            self._reject(STALE, letter.sender, f"it is of {letter.run}, and leaves now")
+        except ForgedError as error:
+            self._reject(FORGED, "the network", error)
+        except SwarmError as error:
+            self._reject(UNREADABLE, letter.sender if letter else "", error)
+        return None
 
 
 if __name__ == "__main__":

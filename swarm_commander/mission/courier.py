@@ -21,10 +21,9 @@ from nav2_msgs.action import NavigateToPose
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.goal_news import GoalNews
 from swarm_commander.mission.order_channel import OrderChannel
 from swarm_commander.mission.order_party import run_party
-from swarm_commander.mission.state_log import FILE, StateLog
+from swarm_commander.mission.state_log import FILE, GoalNews, StateLog
 from swarm_common.files.journal import Journal
 from swarm_common.files.map_io import load_map
 from swarm_common.files.sites_io import load_sites

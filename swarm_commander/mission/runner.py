@@ -18,8 +18,7 @@ from typing import Any, assert_never
 import rclpy
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.goal_news import GoalNews
-from swarm_commander.mission.state_log import FILE, StateLog
+from swarm_commander.mission.state_log import FILE, GoalNews, StateLog
 from swarm_common.files.journal import Journal
 from swarm_common.middleware.participants import Hubs, prepare
 from swarm_common.middleware.rclpy_compat import SafeExecutor

@@ -24,9 +24,8 @@ from swarm_commander.run.process_table import (
     Row,
     kind_of,
 )
-from swarm_commander.run.processes.heartbeat import Heartbeats
 from swarm_commander.run.processes.launch import ProcessChild
-from swarm_commander.run.processes.restarts import Restarts
+from swarm_commander.run.processes.restarts import Heartbeats, Restarts
 from swarm_commander.run.processes.supervisor import Exit, ProcessSpec, Supervisor, describe_exit
 from swarm_commander.run.processes.usage import UsageLog, UsageMeter, process_tree
 from swarm_commander.run.results.progress import Progress

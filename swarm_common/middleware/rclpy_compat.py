@@ -26,8 +26,8 @@ from rclpy.subscription import Subscription
 from rclpy.time_source import TimeSource
 from rclpy.type_support import check_for_type_support
 
-from swarm_common.process.last_resort import FaultLog, shown
 from swarm_common.process.private_parts import require
+from swarm_common.process.standard_streams import FaultLog, shown
 
 Describe = Callable[[ParameterDescriptor], ParameterDescriptor]
 MOST = 1000  # parameters of a request

@@ -34,8 +34,8 @@ from swarm_interfaces.msg import RobotStatus
 from swarm_commander.viewers.layouts import layouts
 from swarm_common.middleware.topic_table import ORDERS, all_topics, robot_topic
 from swarm_recording.bag import Bag
-from swarm_recording.ros_types import message_class, quality
 from swarm_recording.selection import select
+from swarm_recording.topic_source import message_class, quality
 from swarm_ros2 import command_line
 from swarm_run.domain import DomainLock
 from tests.fakes.ros_domains import reserved_domain
