@@ -106,10 +106,11 @@ class Recorder:
         answers = {f"/{robot}/cmd_vel" for robot in robots} & self._tape.counts.keys()
         spaces = ("sim", *robots)
         topics = [
-            (topic, source) for topic, source in self._inputs
+            (topic, source)
+            for topic, source in self._inputs
             if not topic.is_optional
             and (topic.name.count("/") == 1 or topic.name.split("/")[1] in spaces)
-        ]  # fmt: skip
+        ]
         end = time.monotonic() + PATIENCE
         have_met = False
         while not is_stopped() and time.monotonic() < end:

@@ -116,9 +116,10 @@ class GraphTopics:
         """Return the words that no topic matches so far."""
         robots = self.robots
         return [
-            word for word in self._words
+            word
+            for word in self._words
             if not any(_matches(name, word, robots) for name in self._known)
-        ]  # fmt: skip
+        ]
 
     def changes(self, places: bytes) -> Changes:
         """Return topics that are published for the first time; robots that leave change nothing."""

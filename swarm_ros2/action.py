@@ -37,10 +37,13 @@ def add_verbs(verbs: Any) -> None:
     add_flag(verb, "-c", "--count-actions", help="Only display the number of actions discovered")
     add_verb(verbs, "type", "Print a action's type", _type, action_name=info)
     verb = add_verb(
-        verbs, "send_goal", "Send an action goal", _send_goal,
+        verbs,
+        "send_goal",
+        "Send an action goal",
+        _send_goal,
         action_name="Name of the ROS action (e.g. '/fibonacci')",
         action_type="Type of the ROS action (e.g. 'nav2_msgs/action/NavigateToPose')",
-    )  # fmt: skip
+    )
     text.add_values(verb, "goal", "Goal request values", "{order: 10}")
     add_flag(verb, "-f", "--feedback", help="Echo feedback messages for the goal")
 

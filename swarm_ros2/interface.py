@@ -74,8 +74,11 @@ def _proto(options: argparse.Namespace) -> None:
     _definition(options.type)  # for the message if there is none
     kind = options.type.split("/")[1]
     found = text.load(kind, options.type)
-    found = {"msg": found, "srv": getattr(found, "Request", None),
-             "action": getattr(found, "Goal", None)}[kind]  # fmt: skip
+    found = {
+        "msg": found,
+        "srv": getattr(found, "Request", None),
+        "action": getattr(found, "Goal", None),
+    }[kind]
     prototype = text.to_yaml(found())
     print(prototype if options.no_quotes else f'"{prototype}"')
 

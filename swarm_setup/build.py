@@ -186,9 +186,12 @@ def _build(
 
 
 def _generate(
-    missing: list[InterfacePackage], build: Path, prefixes: tuple[Path, ...], jobs: int,
+    missing: list[InterfacePackage],
+    build: Path,
+    prefixes: tuple[Path, ...],
+    jobs: int,
     done: Callable[[], None],
-) -> None:  # fmt: skip
+) -> None:
     for package in missing:
         generate.prepare(package, build, prefixes)
         done()

@@ -116,15 +116,20 @@ class Pilot:
         self._battery: BatteryReading | None = None
         if spec.battery is not None:
             node.create_subscription(
-                BatteryMsg, f"/{self.name}/battery_state", self._receive_battery,
-                ros_io.RELIABLE, raw=True,
-            )  # fmt: skip
+                BatteryMsg,
+                f"/{self.name}/battery_state",
+                self._receive_battery,
+                ros_io.RELIABLE,
+                raw=True,
+            )
         self._deviation: float | None = None if is_realistic else 0.0  # [m]
         if is_realistic:
             node.create_subscription(
-                PoseWithCovarianceStamped, f"/{self.name}/amcl_pose", self._receive_pose,
+                PoseWithCovarianceStamped,
+                f"/{self.name}/amcl_pose",
+                self._receive_pose,
                 ros_io.LATCHED,
-            )  # fmt: skip
+            )
         self._steps = None if rejections is None else StepLink(node, self.name, rejections)
         self._messages: deque[BrokerEvent] = deque()  # that the next report finds
         self._goals: list[bytes] = []  # sent for the present tick

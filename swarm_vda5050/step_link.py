@@ -29,10 +29,13 @@ class StepLink:
             courier_io.KIND, f"/{name}/{courier_io.RELEASE}", RELIABLE
         )
         self.topic = SoleTopic(
-            node, courier_io.KIND, f"/{name}/{courier_io.REPORT}", TICK_INPUT,
+            node,
+            courier_io.KIND,
+            f"/{name}/{courier_io.REPORT}",
+            TICK_INPUT,
             lambda who: who == f"/{name}/navigator",
             lambda who: rejections.reject(courier_io.REPORT, who, "another node is heard here"),
-        )  # fmt: skip
+        )
         self._latest: tuple[int, bytes] = -1, b""  # release, with its tick
 
     def take(self) -> TickReport | None:

@@ -199,15 +199,19 @@ def _ports(facts: Facts, participants: int, domain: int) -> Finding:
     if last >= facts.ephemeral:
         lower = (facts.ephemeral - FIRST_PORT) // DOMAIN_PORTS - 1
         return Finding(
-            Level.WARNING, "UDP ports", f"{found}; the kernel gives those from {facts.ephemeral} "
-            "on to anybody", f"choose a lower domain: ROS_DOMAIN_ID={max(0, lower)}"
-        )  # fmt: skip
+            Level.WARNING,
+            "UDP ports",
+            f"{found}; the kernel gives those from {facts.ephemeral} on to anybody",
+            f"choose a lower domain: ROS_DOMAIN_ID={max(0, lower)}",
+        )
     taken = sorted(port for port in facts.ports if first <= port <= last)
     if taken:
         return Finding(
-            Level.WARNING, "UDP ports", f"{found}; {len(taken)} in use, {taken[0]} is the first",
+            Level.WARNING,
+            "UDP ports",
+            f"{found}; {len(taken)} in use, {taken[0]} is the first",
             "another ROS graph is in this domain: stop it, or choose another ROS_DOMAIN_ID",
-        )  # fmt: skip
+        )
     return Finding(Level.GOOD, "UDP ports", f"{found}, all free")
 
 
@@ -261,9 +265,11 @@ def _cache(facts: Facts) -> Finding:
     if facts.cache is not None:
         return Finding(Level.GOOD, "compiled kernels", f"kept in {facts.cache}")
     return Finding(
-        Level.WARNING, "compiled kernels", "nowhere to keep them: each start compiles for a minute",
+        Level.WARNING,
+        "compiled kernels",
+        "nowhere to keep them: each start compiles for a minute",
         "set NUMBA_CACHE_DIR to a folder that you may write",
-    )  # fmt: skip
+    )
 
 
 def _kernel(name: str, default: str) -> str:

@@ -118,10 +118,13 @@ class OrderRobot:
             courier_io.KIND, f"{name}/{courier_io.RELEASE}", RELIABLE
         )
         self.topic = SoleTopic(
-            node, courier_io.KIND, f"{name}/{courier_io.REPORT}", TICK_INPUT,
+            node,
+            courier_io.KIND,
+            f"{name}/{courier_io.REPORT}",
+            TICK_INPUT,
             lambda who: who == f"{name}/navigator",
             lambda who: reject(courier_io.REPORT, who, "another node is heard here"),
-        )  # fmt: skip
+        )
 
     # Which tick it is at
 

@@ -162,8 +162,10 @@ class Ruler:
         self._drawn = [
             self._scene.add_line_segments("/ruler/line", points[None], PINK, thickness=RULER_WIDTH),
             self._scene.add_label(
-                "/ruler/label", f"{distance:.2f} m", position=points.mean(axis=0),
+                "/ruler/label",
+                f"{distance:.2f} m",
+                position=points.mean(axis=0),
                 anchor="bottom-center",
             ),
-        ]  # fmt: skip
+        ]
         return distance
