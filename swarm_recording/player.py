@@ -10,10 +10,8 @@ from rclpy.duration import Duration
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 
-from swarm_common.middleware.topic_table import Topic
 from swarm_common.model.errors import ConfigError
 from swarm_recording.bag import NANOSECONDS, Bag, Item
 from swarm_recording.filter import CLOCK
@@ -163,14 +161,11 @@ def _publisher(node: Node, bag: Bag, name: str) -> Publisher:
     kind = message_class(topic.type)
     if bag.definitions[name]:
         check_definition(bag.definitions[name], topic.type)
+    depth = topic.depth if topic.is_latched else DEPTH
     try:
-        return node.create_publisher(kind, name, _offered(topic))
+        return node.create_publisher(kind, name, quality(topic, depth))
     except InvalidTopicNameException:
         raise ConfigError("it is no name of a topic in ROS 2") from None
-
-
-def _offered(topic: Topic) -> QoSProfile:
-    return quality(topic, topic.depth if topic.is_latched else DEPTH)
 
 
 def play_on_graph(

@@ -208,7 +208,6 @@ def _generate(
 
 
 def _resources(generator: str, prefixes: tuple[Path, ...]) -> Path:
-    """Return the prefix that holds a generator's templates."""
     for prefix in prefixes:
         if (prefix / "share" / generator / "resource").is_dir():
             return prefix

@@ -218,7 +218,6 @@ class Pilot:
             self._goals, self._cancelled, self._told = [], [], (None, b"")
 
     def _find_robot(self) -> bool:
-        """Return whether goals would arrive."""
         found = [self.robot.offers(name, kind) for name, kind in ACTIONS.items()]
         self._is_ready = all(found)
         return self._is_ready
@@ -363,7 +362,6 @@ class Pilot:
             self._begin("navigate_through_poses", NavigateThroughPoses.Goal(poses=poses))
 
     def _begin(self, action: str, goal: Any) -> None:
-        """Send a goal."""
         on_end = self._receive_end if self._steps is None else None
         self._task = self.robot.send(action, ACTIONS[action], goal, on_end)
         self._goals.append(self._task.goal_id)

@@ -230,7 +230,6 @@ class Viewer:
             self._state_revision = -1
 
     def _look_near(self, poses: FloatArray, now: float) -> bool:
-        """Return whether other robots are to be drawn in detail from now on."""
         if now < self._near_due:
             return False
         self._near_due = now + NEAR_PERIOD
@@ -258,6 +257,7 @@ class Viewer:
             page.close()
 
     def _post(self, call: Callable[[], None]) -> None:
+        """Bring a call of another thread to the event loop."""
         """Bring a call of another thread to the event loop."""
         self._loop.call_soon_threadsafe(call)
 

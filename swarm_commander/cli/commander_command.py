@@ -153,9 +153,10 @@ class Commander:
             )
         self._wait_until_ready()
         with SignalCounter() as signals:  # an exception may be lost or changed in rclpy
-            for driver in self._drivers.values():
+            drivers = self._drivers.values()
+            for driver in drivers:
                 driver.start()
-            while not signals.count and not self._are_all_over():
+            while not signals.count and not all(driver.is_over for driver in drivers):
                 rclpy.spin_once(self._node, timeout_sec=0.2)
                 self._watch.check()
                 for driver in self._drivers.values():
@@ -228,9 +229,6 @@ class Commander:
                 if time.monotonic() > deadline:
                     raise ConfigError(f"{driver.name} takes no goals; is its navigator active?")
                 rclpy.spin_once(self._node, timeout_sec=0.1)
-
-    def _are_all_over(self) -> bool:
-        return all(driver.is_over for driver in self._drivers.values())
 
     def _abandon(self) -> None:
         typer.echo("stopping: goals are cancelled")

@@ -148,7 +148,6 @@ def _conclude(plan: RunPlan, run: Supervision, local: LocalRun, console: Console
 
 
 def _navigators_of(plan: RunPlan, run: Supervision) -> Navigators:
-    """Return the navigators of a plan: here, or on the robots' hosts."""
     if not plan.options.bind:
         return OwnNavigators(plan, run)
     from swarm_commander.hosts.hosted_navigators import HostedNavigators

@@ -29,15 +29,7 @@ from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_io import LATCHED, NEWEST
 from swarm_common.middleware.sealed import ForgedError, Opener, Sealer
 from swarm_common.model.errors import SwarmError
-from swarm_common.process.messages import (
-    SERVER,
-    HostsSummary,
-    HostUnanswered,
-    RobotGone,
-    RunOver,
-    ServerCommand,
-    ShowFigures,
-)
+from swarm_common.process import messages as say
 from swarm_common.process.pipes import EventWriter
 
 FORGED = "host without the secret"
@@ -45,7 +37,7 @@ STALE = "host of another run"
 UNREADABLE = "host's report"
 
 
-class HostServer(LinkEnd[ServerCommand]):
+class HostServer(LinkEnd[say.ServerCommand]):
     """Publishes the run's description and the table of hosts, and receives the hosts' reports."""
 
     def __init__(
@@ -83,14 +75,14 @@ class HostServer(LinkEnd[ServerCommand]):
         self._is_over = True
         self._due = 0.0
 
-    def receive_command(self, command: ServerCommand) -> None:
+    def receive_command(self, command: say.ServerCommand) -> None:
         """Obey swarm-up."""
         match command:
-            case ShowFigures(figures=figures):
+            case say.ShowFigures(figures=figures):
                 self._figures = msgspec.to_builtins(figures)
-            case RobotGone(robot=robot):
+            case say.RobotGone(robot=robot):
                 self._removed.append(robot)
-            case RunOver(reason=reason):
+            case say.RunOver(reason=reason):
                 self._reason = reason
             case _:
                 assert_never(command)
@@ -100,7 +92,7 @@ class HostServer(LinkEnd[ServerCommand]):
         self._pass_on(self._table.look(now))
         self._rejections.tell(now)
         for address in self._answerer.deaf():
-            self._events.write(HostUnanswered(address))
+            self._events.write(say.HostUnanswered(address))
         if now >= self._due:
             self._due = now + REPORT_PERIOD
             self._publish()
@@ -108,7 +100,7 @@ class HostServer(LinkEnd[ServerCommand]):
     def close(self) -> None:
         """Give swarm-up the hosts for the report."""
         self._rejections.flush()
-        self._events.write(HostsSummary(self._table.summary()))
+        self._events.write(say.HostsSummary(self._table.summary()))
 
     def _receive_report(self, message: String) -> None:
         report = self._door.take(message.data)
@@ -132,7 +124,7 @@ class HostServer(LinkEnd[ServerCommand]):
 
 def main() -> None:
     """Run until SIGTERM, then say farewell."""
-    serve(lambda _: "registry", HostServer, SERVER)
+    serve(lambda _: "registry", HostServer, say.SERVER)
 
 
 class ReportCheck:

@@ -13,18 +13,7 @@ from enum import Enum
 from typing import Any
 
 from swarm_common.model.errors import ConfigError
-from swarm_common.process.messages import (
-    Event,
-    HostDeaf,
-    HostHeard,
-    HostJoined,
-    HostLeft,
-    HostLost,
-    HostRejected,
-    HostSilent,
-    NavigatorActive,
-    NavigatorDied,
-)
+from swarm_common.process import messages as say
 
 DESCRIPTION_TOPIC, TABLE_TOPIC, HOSTS = "/sim/charter", "/sim/roll", "/sim/hosts"  # topics
 REPORT_PERIOD = 0.5  # [s] of wall time between two reports of each side
@@ -104,7 +93,7 @@ class HostTable:
         self._hosts: dict[str, _Host] = {}
         self._refused: dict[str, str] = {}
 
-    def hear(self, report: HostReport, now: float) -> list[Event]:
+    def hear(self, report: HostReport, now: float) -> list[say.Event]:
         """Receive a host's report at wall time `now`; return the changes."""
         if report.host in self._refused:
             return []
@@ -113,26 +102,26 @@ class HostTable:
             return self._enlist(report, now)
         if host.standing in (HostState.LEFT, HostState.LOST):
             return []
-        events: list[Event] = []
+        events: list[say.Event] = []
         if host.standing is HostState.SILENT:
             host.standing = HostState.SERVING
             host.silences.append(round(now - host.heard_at, 3))
-            events.append(HostHeard(*_who(report), host.silences[-1]))
+            events.append(say.HostHeard(*_who(report), host.silences[-1]))
         host.report, host.heard_at = report, now
         return events + self._news(host)
 
-    def look(self, now: float) -> list[Event]:
+    def look(self, now: float) -> list[say.Event]:
         """Notice hosts that are silent, or have been for too long, at wall time `now`."""
-        events: list[Event] = []
+        events: list[say.Event] = []
         for host in self._hosts.values():
             waited = now - host.heard_at
             if host.standing is HostState.SERVING and waited > self._notice_after:
                 host.standing = HostState.SILENT
-                events.append(HostSilent(*_who(host.report), waited))
+                events.append(say.HostSilent(*_who(host.report), waited))
             if host.standing is HostState.SILENT and waited > self._lost_after:
                 host.standing = HostState.LOST
                 host.silences.append(round(waited, 3))
-                events.append(HostLost(*_who(host.report), host.silences[-1]))
+                events.append(say.HostLost(*_who(host.report), host.silences[-1]))
         return events
 
     def answer(self) -> dict[str, Any]:
@@ -160,7 +149,7 @@ class HostTable:
         standings = [host.standing for host in self._hosts.values()]
         return HostState.SERVING not in standings
 
-    def _enlist(self, report: HostReport, now: float) -> list[Event]:
+    def _enlist(self, report: HostReport, now: float) -> list[say.Event]:
         if report.is_leaving:
             return []
         for other in self._hosts.values():
@@ -169,31 +158,30 @@ class HostTable:
                 self._refused[report.host] = (
                     f"{both[0]} is on {other.report.label} already; choose other --robots"
                 )
-                return [HostRejected(*_who(report), self._refused[report.host])]
+                return [say.HostRejected(*_who(report), self._refused[report.host])]
         self._hosts[report.host] = host = _Host(report, now)
-        return [HostJoined(*_who(report)), *self._news(host)]
+        return [say.HostJoined(*_who(report)), *self._news(host)]
 
-    def _news(self, host: _Host) -> list[Event]:
+    def _news(self, host: _Host) -> list[say.Event]:
         report = host.report
-        events: list[Event] = []
+        events: list[say.Event] = []
         is_deaf = report.deaf_for > self._notice_after
         if is_deaf and not host.is_deaf and not report.is_leaving:
-            events.append(HostDeaf(*_who(report), report.deaf_for))
+            events.append(say.HostDeaf(*_who(report), report.deaf_for))
         host.is_deaf = is_deaf
         for robot in report.active:
             if robot not in host.active:
                 host.active.add(robot)
-                events.append(NavigatorActive(robot))
+                events.append(say.NavigatorActive(robot))
         for robot, code in report.died.items():
             if robot not in host.died:
                 host.died.add(robot)
-                events.append(NavigatorDied(robot, code, report.label))
+                events.append(say.NavigatorDied(robot, code, report.label))
         if report.is_leaving:
             host.standing = HostState.LEFT
-            events.append(HostLeft(*_who(report)))
+            events.append(say.HostLeft(*_who(report)))
         return events
 
 
 def _who(report: HostReport) -> tuple[str, str, tuple[str, ...]]:
-    """Return the first fields of a `HostEvent`."""
     return report.host, report.label, report.robots

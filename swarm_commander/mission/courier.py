@@ -34,17 +34,7 @@ from swarm_common.middleware.ros_io import RELIABLE, TICK_INPUT, pose_stamped, s
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
 from swarm_common.model.palette import CHARGING
 from swarm_common.model.records import Pose
-from swarm_common.process.messages import (
-    FloorReported,
-    GoalWithdrawn,
-    MissionCommand,
-    MissionDone,
-    OrdersReported,
-    RobotDead,
-    RobotGone,
-    RobotHeard,
-    RobotSilent,
-)
+from swarm_common.process import messages as say
 from swarm_common.process.pipes import EventWriter
 from swarm_mission.itinerary import NextGoal
 from swarm_mission.leg import HOME
@@ -187,7 +177,6 @@ class OrderRobot:
         return self._status_tick
 
     def _is_mute(self, tick: int) -> bool:
-        """Whether nothing has been heard of the robot for too long."""
         is_late = tick - self._status_tick > MUTE_TICKS
         is_unheard = time.monotonic() - self._heard_at > MUTE_TIME
         return self.client.status is None or (is_late and is_unheard)
@@ -321,7 +310,6 @@ class CourierProcess:
         self._unreleased: list[OrderRobot] | None = None  # that have decided on the present tick
 
     def _on_status(self, name: str, status: RobotStatus) -> None:
-        """Sample where a robot is."""
         robot, pose = self._robots[name], status.pose
         tick = robot.on_status(status)
         self._floor.note(tick, name, pose.x, pose.y, robot.courier.share)
@@ -374,7 +362,7 @@ class CourierProcess:
             are_over = self._channel.are_over(self._stations, now)
             if are_over and not self._is_done:
                 self._is_done = True
-                self._events.write(MissionDone())
+                self._events.write(say.MissionDone())
             if are_over is not False:
                 return False
         for robot in self._unreleased:
@@ -404,27 +392,27 @@ class CourierProcess:
         sent, goal = robot.courier.tick(tick, robot.senses)
         if goal is not None:
             if robot.has_dropped_goal:
-                self._events.write(GoalWithdrawn(robot.client.name))
+                self._events.write(say.GoalWithdrawn(robot.client.name))
             robot.send(goal, tick, self._news)
         if robot.courier.events:
             told = [msgspec.to_builtins(event) for event in robot.courier.events]
-            self._events.write(OrdersReported(told))
+            self._events.write(say.OrdersReported(told))
             robot.courier.events.clear()
         return sent
 
     def beat(self) -> None:
         """Report how floor and robots' time are used so far; ask for answers that are overdue."""
-        self._events.write(FloorReported(self._number, self._floor.as_json()))
+        self._events.write(say.FloorReported(self._number, self._floor.as_json()))
         for robot in self._robots.values():
             robot.client.look()
 
-    def obey(self, command: MissionCommand) -> None:
+    def obey(self, command: say.MissionCommand) -> None:
         """Handle a message of swarm-up about a navigator."""
         robot = self._robots.get(command.robot)
         if robot is None:
             return
-        robot.is_awaited = not isinstance(command, RobotSilent | RobotDead | RobotGone)
-        if isinstance(command, RobotHeard):
+        robot.is_awaited = not isinstance(command, say.RobotSilent | say.RobotDead | say.RobotGone)
+        if isinstance(command, say.RobotHeard):
             robot.client.ask()
 
 

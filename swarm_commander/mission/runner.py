@@ -25,24 +25,8 @@ from swarm_common.middleware.rclpy_compat import SafeExecutor
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.palette import BUSY_STATES
 from swarm_common.model.records import CONTROL_PERIOD
+from swarm_common.process import messages as say
 from swarm_common.process.lifetime import LEASE, SleepWatch
-from swarm_common.process.messages import (
-    MISSION,
-    Alive,
-    GoalsRestored,
-    GoalWithdrawn,
-    MeetingPorts,
-    MissionCommand,
-    MissionDone,
-    MissionLoaded,
-    Note,
-    RobotDead,
-    RobotGone,
-    RobotHeard,
-    RobotSilent,
-    StatusReported,
-    WatchRobot,
-)
 from swarm_common.process.pipes import EventWriter, MessageReader, child_options
 from swarm_mission.itinerary import Itinerary, NextGoal, StopOutcome
 from swarm_mission.routes import routes
@@ -104,20 +88,20 @@ class Runner:
         self._ended_at: dict[str, float] = {}
         if config["mission"] is not None:
             goals = sum(d.itinerary.total for d in self._drivers.values() if d.itinerary)
-            events.write(MissionLoaded(goals))
+            events.write(say.MissionLoaded(goals))
 
     def turn(self) -> None:
         """Do the work that no message triggers: start, notice lost robots, pass on the status."""
         if time.monotonic() - self._beat_at > BEAT_PERIOD:
             self._beat_at = time.monotonic()
-            self._events.write(Alive())
+            self._events.write(say.Alive())
         if not self._is_started:
             self._start_when_ready()
         self._notice_lost()
         self._flush()
         self._rejections.tell(time.monotonic())
 
-    def receive_command(self, command: MissionCommand) -> None:
+    def receive_command(self, command: say.MissionCommand) -> None:
         """Obey swarm-up.
 
         Args:
@@ -125,24 +109,24 @@ class Runner:
         """
         name = command.robot
         match command:
-            case WatchRobot():
+            case say.WatchRobot():
                 self._dead.discard(name)
                 self._removed.discard(name)
                 if name not in self._drivers:
                     node = self._hubs.node_of(len(self._drivers))
                     self._drivers[name] = RobotDriver(node, name, None, self, door=self._door)
-            case RobotSilent():
+            case say.RobotSilent():
                 self._excused.add(name)
                 self._silent.add(name)
-            case RobotHeard():
+            case say.RobotHeard():
                 self._excused.discard(name)
                 self._silent.add(name)
                 self._heard_at[name] = time.monotonic()
                 self._hear_again(name)
-            case RobotDead() | RobotGone():
+            case say.RobotDead() | say.RobotGone():
                 if name in self._drivers:
                     self._dead.add(name)
-                    if isinstance(command, RobotGone):
+                    if isinstance(command, say.RobotGone):
                         self._removed.add(name)
                     self._drivers[name].lose()
             case _:
@@ -174,7 +158,7 @@ class Runner:
             outcome: The stop, reached or missed for good.
         """
         if driver.name in self._removed:
-            self._events.write(GoalWithdrawn(driver.name))
+            self._events.write(say.GoalWithdrawn(driver.name))
         else:
             self._news.settled(driver.name, outcome)
 
@@ -191,7 +175,7 @@ class Runner:
             return True
         self._is_done = True
         self._flush()
-        self._events.write(MissionDone())
+        self._events.write(say.MissionDone())
         return not self._stands_still_at_end
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
@@ -230,7 +214,7 @@ class Runner:
         count = driver.find()
         if count and driver.order is not None:
             goal = driver.order.stop.name
-            self._events.write(GoalsRestored(name, count, goal))
+            self._events.write(say.GoalsRestored(name, count, goal))
 
     def _notice_lost(self) -> None:
         now = time.monotonic()
@@ -244,7 +228,7 @@ class Runner:
                     self._dead.add(name)
                     if not driver.is_over:
                         message = f"{name} is silent; its goals count as failed"
-                        self._events.write(Note(message))
+                        self._events.write(say.Note(message))
                         driver.lose()
             self._hurry(driver)
             driver.robot.look()
@@ -265,14 +249,14 @@ class Runner:
         self._fresh.clear()
 
 
-def status_event(robot: str, status: RobotStatus) -> StatusReported:
+def status_event(robot: str, status: RobotStatus) -> say.StatusReported:
     """Return what swarm-up wants to know of a robot's status.
 
     Args:
         robot: Name of the robot, like `Srobot3`.
     """
     is_under_way = has_goal(status) and status.state not in BUSY_STATES
-    return StatusReported(
+    return say.StatusReported(
         robot=robot,
         state=status.state,
         detail=status.detail,
@@ -319,7 +303,7 @@ def main() -> None:
     options = child_options("Missions of a swarm")
     config = json.loads(options.config.read_text(encoding="utf-8"))
     events = EventWriter(options.event_fd)
-    commands = MessageReader(options.control_fd, MISSION)
+    commands = MessageReader(options.control_fd, say.MISSION)
     count = len(config["robots"])
     profile = options.config.resolve().with_suffix(".xml")
     is_large = prepare(count, config.get("processes", count), profile)
@@ -335,7 +319,7 @@ def main() -> None:
     if is_large:
         ports = hubs.ports([robot["name"] for robot in config["robots"]])
         peers = {name: [port] for name, port in ports.items()}
-        events.write(MeetingPorts("mission", peers))
+        events.write(say.MeetingPorts("mission", peers))
     due = 0.0
     watch = SleepWatch(LEASE)
     with contextlib.suppress(BrokenPipeError):

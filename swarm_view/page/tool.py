@@ -80,7 +80,6 @@ class Hand:
         self._show()
 
     def _show(self) -> None:
-        """Let the button of a tool that waits for a click look pressed."""
         label = "" if self.tool is Tool.SELECT else BUTTONS[self.tool]
         run_script(self._client, f"window.swarm.press({json.dumps(label)})")
 
