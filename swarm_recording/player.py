@@ -12,6 +12,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock
 
+from swarm_common.middleware.rclpy_compat import join_graph
 from swarm_common.model.errors import ConfigError
 from swarm_recording.bag import NANOSECONDS, Bag, Item
 from swarm_recording.filter import CLOCK
@@ -185,8 +186,7 @@ def play_on_graph(
     Raises:
         ConfigError: If nothing can be played.
     """
-    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
-    node = rclpy.create_node("replay", enable_rosout=False, start_parameter_services=False)
+    node = join_graph("replay")
     try:
         player = Player(node, bag, options, say)
         player.await_listeners(is_stopped)

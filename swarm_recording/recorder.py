@@ -7,23 +7,21 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import signal
-import sys
 import time
 from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Protocol
 
-import rclpy
 from rclpy.node import Node
 
 from swarm_common.middleware.rcl_take import sender_of
+from swarm_common.middleware.rclpy_compat import join_graph
 from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import RecordingBegun, RecordingEnded, Refused
-from swarm_common.process.pipes import EventWriter, child_options
+from swarm_common.process.pipes import EventWriter, child_options, leave
 from swarm_recording.filter import CLOCK, Losses, RateFilter
 from swarm_recording.tape import Tape
 from swarm_recording.topic_source import SwarmTopics, TopicSource, message_class, quality
@@ -181,8 +179,7 @@ def record(config: dict[str, Any], events: EventWriter) -> dict[str, int]:
     path = Path(config["path"])
     path.parent.mkdir(parents=True, exist_ok=True)
     tape = Tape(path, config["about"])
-    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
-    node = rclpy.create_node("recorder", enable_rosout=False, start_parameter_services=False)
+    node = join_graph("recorder")
     source = SwarmTopics(config["topics"], config["robots"])
     times = RateFilter(config["rate"])
     awaited = config["awaited"]
@@ -212,7 +209,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    code = main()
-    sys.stdout.flush()
-    # Everything of this process ends with it; taking the graph down entity by entity takes longer.
-    os._exit(code)
+    leave(main())

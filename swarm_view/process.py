@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import json
 import logging
-import os
 import sys
 from collections.abc import Callable
-from typing import NoReturn
 
 import rclpy
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
 from swarm_common.middleware import ros_env
+from swarm_common.middleware.rclpy_compat import join_graph
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import VIEWER, Refused, ViewerOpened
-from swarm_common.process.pipes import EventWriter, MessageReader, child_options
+from swarm_common.process.pipes import EventWriter, MessageReader, child_options, leave
 from swarm_view.server.server import Server
 from swarm_view.state.live_feed import LiveFeed
 from swarm_view.state.operator_link import OperatorLink
@@ -44,8 +42,7 @@ def main(arguments: list[str] | None = None) -> int:
 def open_node() -> Node:
     """Join the graph."""
     ros_env.set_defaults()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    return Node("viewer", namespace="sim", enable_rosout=False, start_parameter_services=False)
+    return join_graph("viewer", "sim")
 
 
 def serve_live(
@@ -60,13 +57,6 @@ def serve_live(
     link.close()
     node.destroy_node()
     rclpy.try_shutdown()
-
-
-def leave(code: int) -> NoReturn:
-    """End at once: the interpreter's own end would wait for threads of viser and DDS."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)
 
 
 if __name__ == "__main__":

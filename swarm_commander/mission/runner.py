@@ -6,28 +6,25 @@ python -m swarm_commander.mission.runner CONFIG.json --event-fd N --control-fd M
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 import os
-import signal
 import sys
 import time
 from pathlib import Path
 from typing import Any, assert_never
 
-import rclpy
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.mission.state_log import FILE, GoalNews, StateLog
 from swarm_common.files.journal import Journal
 from swarm_common.middleware.participants import Hubs, prepare
-from swarm_common.middleware.rclpy_compat import SafeExecutor
+from swarm_common.middleware.rclpy_compat import SafeExecutor, join_graph
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.palette import BUSY_STATES
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_common.process import messages as say
 from swarm_common.process.lifetime import LEASE, SleepWatch
-from swarm_common.process.pipes import EventWriter, MessageReader, child_options
+from swarm_common.process.pipes import Child, EventWriter, leave
 from swarm_mission.itinerary import Itinerary, NextGoal, StopOutcome
 from swarm_mission.routes import routes
 from swarm_recording.run_trace import RunTrace
@@ -300,17 +297,12 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
 
 def main() -> None:
     """Run until SIGTERM."""
-    options = child_options("Missions of a swarm")
-    config = json.loads(options.config.read_text(encoding="utf-8"))
-    events = EventWriter(options.event_fd)
-    commands = MessageReader(options.control_fd, say.MISSION)
+    child = Child("Missions of a swarm", say.MISSION)
+    config, events = child.config, child.events
     count = len(config["robots"])
-    profile = options.config.resolve().with_suffix(".xml")
+    profile = child.path.resolve().with_suffix(".xml")
     is_large = prepare(count, config.get("processes", count), profile)
-    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
-    node = rclpy.create_node("mission", enable_rosout=False, start_parameter_services=False)
-    stopping: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
+    node = join_graph("mission")
     executor = SafeExecutor()
     hubs = Hubs(node, count, is_large=is_large)
     for each in hubs.nodes:
@@ -323,7 +315,7 @@ def main() -> None:
     due = 0.0
     watch = SleepWatch(LEASE)
     with contextlib.suppress(BrokenPipeError):
-        while not stopping:
+        while not child.is_stopping:
             executor.spin_once(timeout_sec=TURN_PERIOD)
             if slept := watch.slept():  # links that one side has forgotten do not come back
                 sys.stderr.write(f"this process was stopped for {slept:.0f} s: it begins anew\n")
@@ -331,12 +323,11 @@ def main() -> None:
                 os._exit(1)
             if time.monotonic() >= due:
                 due = time.monotonic() + TURN_PERIOD
-                for command in commands.read():
+                for command in child.commands():
                     runner.receive_command(command)
                 runner.turn()
         runner.finish()
-    # Everything of this process ends with it; taking the graph down entity by entity takes longer.
-    os._exit(0)
+    leave()
 
 
 if __name__ == "__main__":
