@@ -22,7 +22,7 @@ from sensor_msgs.msg import BatteryState as BatteryMsg
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_common.middleware import ros_io
-from swarm_common.middleware.courier_io import EndedGoal, TickRelease, TickReport
+from swarm_common.middleware.courier_io import EndedGoal, StepLink, TickRelease, TickReport
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_io import read_battery
 from swarm_common.middleware.ros_poll import PolledTopic
@@ -48,7 +48,6 @@ from swarm_vda5050.messages import (
     VehicleState,
 )
 from swarm_vda5050.order_check import DrivingArea
-from swarm_vda5050.step_link import StepLink
 from swarm_vda5050.vehicle import DriveLeg, RobotSenses, Vehicle
 
 STATE_PERIOD = 30.0  # [s] of wall time between two states at the latest

@@ -27,11 +27,10 @@ from swarm_commander.mission.state_log import FILE, GoalNews, StateLog
 from swarm_common.files.journal import Journal
 from swarm_common.files.map_io import load_map
 from swarm_common.files.sites_io import load_sites
-from swarm_common.middleware import courier_io
-from swarm_common.middleware.courier_io import TickRelease, TickReport
-from swarm_common.middleware.rejections import RejectedError, Rejections
-from swarm_common.middleware.ros_io import RELIABLE, TICK_INPUT, pose_stamped, start_text, tick_of
-from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
+from swarm_common.middleware.courier_io import StepLink, TickRelease, TickReport
+from swarm_common.middleware.rejections import Rejections
+from swarm_common.middleware.ros_io import pose_stamped, start_text, tick_of
+from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.model.palette import CHARGING
 from swarm_common.model.records import Pose
 from swarm_common.process import messages as say
@@ -59,7 +58,7 @@ class OrderRobot:
 
     Attributes:
         is_awaited: Whether ticks wait for its reports; not of one that is down or late.
-        topic: Where its reports arrive; None in free run, where it does not report.
+        link: Brings its reports; None in free run, where it does not report.
     """
 
     def __init__(
@@ -87,7 +86,6 @@ class OrderRobot:
         )
         self.is_awaited = True
         self._ways = ways
-        self._rejections = rejections
         self._task: Task | None = None
         self._goal: NextGoal | None = None
         self._sent_at = -1  # tick in which it was sent
@@ -97,24 +95,7 @@ class OrderRobot:
         self._is_told = False  # whether the current goal was told
         self._report: TickReport | None = None  # the newest
         self._goals: list[bytes] = []  # sent in the present tick
-        self._release: tuple[int, bytes] = -1, b""  # the latest, with its tick
-        self.topic: SoleTopic | None = None
-        if is_in_step:
-            self._link(node)
-
-    def _link(self, node: Node) -> None:
-        name, reject = f"/{self.client.name}", self._rejections.reject
-        self._releases = node.create_publisher(
-            courier_io.KIND, f"{name}/{courier_io.RELEASE}", RELIABLE
-        )
-        self.topic = SoleTopic(
-            node,
-            courier_io.KIND,
-            f"{name}/{courier_io.REPORT}",
-            TICK_INPUT,
-            lambda who: who == f"{name}/navigator",
-            lambda who: reject(courier_io.REPORT, who, "another node is heard here"),
-        )
+        self.link = StepLink(node, client.name, rejections) if is_in_step else None
 
     # Which tick it is at
 
@@ -126,25 +107,16 @@ class OrderRobot:
     @property
     def is_unheard(self) -> bool:
         """Whether a first report is to come."""
-        return self.topic is not None and self._report is None
+        return self.link is not None and self._report is None
 
     def poll(self) -> None:
-        """Receive its reports; a repeated one means that our release was lost."""
-        if self.topic is None:
-            return
-        while (data := self.topic.take()) is not None:
-            try:
-                report = courier_io.read_report(data)
-            except RejectedError as error:
-                self._rejections.reject(courier_io.REPORT, self.client.name, error)
-                continue
-            if report.tick == self._release[0]:
-                self._releases.publish(self._release[1])
+        """Receive its reports."""
+        while self.link is not None and (report := self.link.take()) is not None:
             self._report = report
 
     def has_decided(self, tick: int) -> bool:
         """Whether it takes part in a tick: in lockstep it has reported on it, else it is heard."""
-        if self.topic is None:
+        if self.link is None:
             return self.is_awaited and not self._is_mute(tick)
         is_here = self.tick == tick
         self.is_awaited |= is_here
@@ -156,21 +128,20 @@ class OrderRobot:
         Args:
             begun: Tick that the world has begun for certain; it does without robots that are late.
         """
-        if self.topic is None or not self.is_awaited or self.tick >= tick:
+        if self.link is None or not self.is_awaited or self.tick >= tick:
             return False
         self.is_awaited = begun <= tick
         return self.is_awaited
 
     def release(self, tick: int) -> None:
         """Let it answer a tick, once the goals of this tick have reached it."""
-        if self.topic is not None:
-            self._release = tick, courier_io.packed(TickRelease(tick, self._goals))
-            self._releases.publish(self._release[1])
+        if self.link is not None:
+            self.link.release(TickRelease(tick, self._goals))
         self._goals = []
 
     def on_status(self, status: RobotStatus) -> int:
         """Record that the robot lives; return the tick of the status."""
-        if self.topic is None and self._is_mute(self._status_tick):
+        if self.link is None and self._is_mute(self._status_tick):
             self.client.ask()
         self._heard_at = time.monotonic()
         self._status_tick = tick_of(status.stamp)
@@ -319,9 +290,9 @@ class CourierProcess:
         """Topics that bring what the present tick lacks."""
         tick, begun = self._channel.tick, self._channel.barrier.begun
         reports = [
-            robot.topic
+            robot.link.topic
             for robot in self._robots.values()
-            if robot.topic is not None and robot.is_missing(tick, begun)
+            if robot.link is not None and robot.is_missing(tick, begun)
         ]
         return (*self._channel.topics, *reports)
 
@@ -383,7 +354,7 @@ class CourierProcess:
             for message in heard.get(name, ()):
                 robot.courier.receive(message, tick)
             sent += self._ask(robot, tick)
-        is_in_step = any(robot.topic is not None for robot in robots.values())
+        is_in_step = any(robot.link is not None for robot in robots.values())
         self._channel.send(sent, is_in_step=is_in_step)
         self._unreleased = list(robots.values())
 
