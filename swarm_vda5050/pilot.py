@@ -89,7 +89,7 @@ class Pilot:
             door: Check of the statuses of all robots.
             names: Names of all robots, for messages about them; may change.
             is_realistic: Whether the robot estimates its pose; otherwise it knows it.
-            rejections: Of reports, in lockstep; None in free run.
+            rejections: Counts reports that are rejected, in lockstep; None in free run.
         """
         self.name = identity.serial
         self.vehicle = Vehicle(ground, identity.offered, spec.circumscribed_radius)
@@ -225,7 +225,7 @@ class Pilot:
         return self._task is not None and self._task.goal_id == goal
 
     def _decide(self, report: TickReport, ended: list[EndedGoal]) -> None:
-        """Take how the robot is and what the fleet control has sent, then drive."""
+        """Receive the state of the robot and what the fleet control has sent, then drive."""
         pose_map = Pose(report.x, report.y, report.yaw)
         before = self._moved_from
         if before is None or report.tick >= before[0] + STATUS_TICKS:

@@ -137,16 +137,16 @@ class ClientState:
             events.append(say.WorldHeard(self.silences[-1]))
         self._heard_at = now
         own = self._report["host"]
-        standing = answer["hosts"].get(own)
+        state = answer["hosts"].get(own)
         if own in answer["refused"]:
             return self._end(say.Refused(answer["refused"][own]))
-        if standing == HostState.LOST.value:
+        if state == HostState.LOST.value:
             message = "the world's host has given this one up after its silence"
             return self._end(say.WorldLost(message))
-        if standing == HostState.LEFT.value:
+        if state == HostState.LEFT.value:
             return self._end()
-        events += self._news(answer, standing)
-        is_unheard = standing == HostState.SILENT.value
+        events += self._news(answer, state)
+        is_unheard = state == HostState.SILENT.value
         if is_unheard and not self._is_unheard:
             events.append(say.WorldUnhearing())
         self._is_unheard = is_unheard
@@ -155,9 +155,9 @@ class ClientState:
             events += self._end(say.WorldOver(answer.get("reason", "")))
         return events
 
-    def _news(self, answer: Mapping[str, Any], standing: str | None) -> list[say.Event]:
+    def _news(self, answer: Mapping[str, Any], state: str | None) -> list[say.Event]:
         events: list[say.Event] = []
-        if standing is not None and not self._is_welcome:
+        if state is not None and not self._is_welcome:
             self._is_welcome = True
             events.append(say.WorldFound())
         if answer["figures"]:

@@ -65,7 +65,7 @@ def parse_report(data: Mapping[str, Any], sender: str) -> HostReport:
 class _Host:
     report: HostReport
     heard_at: float
-    standing: HostState = HostState.SERVING
+    state: HostState = HostState.SERVING
     silences: list[float] = field(default_factory=list)  # [s] that each lasted
     active: set[str] = field(default_factory=set)
     died: set[str] = field(default_factory=set)
@@ -100,11 +100,11 @@ class HostTable:
         host = self._hosts.get(report.host)
         if host is None:
             return self._enlist(report, now)
-        if host.standing in (HostState.LEFT, HostState.LOST):
+        if host.state in (HostState.LEFT, HostState.LOST):
             return []
         events: list[say.Event] = []
-        if host.standing is HostState.SILENT:
-            host.standing = HostState.SERVING
+        if host.state is HostState.SILENT:
+            host.state = HostState.SERVING
             host.silences.append(round(now - host.heard_at, 3))
             events.append(say.HostHeard(*_who(report), host.silences[-1]))
         host.report, host.heard_at = report, now
@@ -115,19 +115,19 @@ class HostTable:
         events: list[say.Event] = []
         for host in self._hosts.values():
             waited = now - host.heard_at
-            if host.standing is HostState.SERVING and waited > self._notice_after:
-                host.standing = HostState.SILENT
+            if host.state is HostState.SERVING and waited > self._notice_after:
+                host.state = HostState.SILENT
                 events.append(say.HostSilent(*_who(host.report), waited))
-            if host.standing is HostState.SILENT and waited > self._lost_after:
-                host.standing = HostState.LOST
+            if host.state is HostState.SILENT and waited > self._lost_after:
+                host.state = HostState.LOST
                 host.silences.append(round(waited, 3))
                 events.append(say.HostLost(*_who(host.report), host.silences[-1]))
         return events
 
     def answer(self) -> dict[str, Any]:
-        """Return how each host stands, by its name: a standing, or why it was refused."""
-        standings = {name: host.standing.value for name, host in self._hosts.items()}
-        return {"hosts": standings, "refused": dict(self._refused)}
+        """Return the state of each host by its name, and why others were refused."""
+        states = {name: host.state.value for name, host in self._hosts.items()}
+        return {"hosts": states, "refused": dict(self._refused)}
 
     def summary(self) -> list[dict[str, Any]]:
         """Return the hosts for the report."""
@@ -135,7 +135,7 @@ class HostTable:
             {
                 "host": host.report.label,
                 "robots": list(host.report.robots),
-                "standing": host.standing.value,
+                "standing": host.state.value,
                 "silences": host.silences,
                 "cpu_s": round(host.report.cpu, 3),
                 "rss_mb": round(host.report.rss_mb, 1),
@@ -146,15 +146,15 @@ class HostTable:
     @property
     def all_have_left(self) -> bool:
         """True if no host is left that should learn how the run ended."""
-        standings = [host.standing for host in self._hosts.values()]
-        return HostState.SERVING not in standings
+        states = [host.state for host in self._hosts.values()]
+        return HostState.SERVING not in states
 
     def _enlist(self, report: HostReport, now: float) -> list[say.Event]:
         if report.is_leaving:
             return []
         for other in self._hosts.values():
             both = [robot for robot in report.robots if robot in other.report.robots]
-            if both and other.standing in (HostState.SERVING, HostState.SILENT):
+            if both and other.state in (HostState.SERVING, HostState.SILENT):
                 self._refused[report.host] = (
                     f"{both[0]} is on {other.report.label} already; choose other --robots"
                 )
@@ -178,7 +178,7 @@ class HostTable:
                 host.died.add(robot)
                 events.append(say.NavigatorDied(robot, code, report.label))
         if report.is_leaving:
-            host.standing = HostState.LEFT
+            host.state = HostState.LEFT
             events.append(say.HostLeft(*_who(report)))
         return events
 

@@ -73,9 +73,9 @@ class PlanView:
                 image = _url(map_image(raster, DARK if is_dark else LIGHT))
                 still = {"x": x, "y": y, "width": width, "height": height, "image": image}
                 self._send("setStill", still | {"isDark": is_dark, "stations": stations})
-        crew = tuple(swarm.names), tuple(map(id, meshes.values()))
-        if self._sent.get("crew key") != crew:
-            self._sent["crew key"] = crew
+        robots = tuple(swarm.names), tuple(map(id, meshes.values()))
+        if self._sent.get("robots key") != robots:
+            self._sent["robots key"] = robots
             self._send("setCrew", _crew(swarm.names, meshes))
         place = {name: row for row, name in enumerate(swarm.names)}
         states = swarm.states
