@@ -28,7 +28,7 @@ from swarm_common.process.messages import (
     RobotGone,
     RobotSilent,
 )
-from swarm_common.process.pipes import Child, EventWriter, leave
+from swarm_common.process.pipes import EventWriter, StartedProcess, leave
 from swarm_describe.robots.loading import load_robot
 from swarm_nav.ros.settings import read_node_settings
 
@@ -169,7 +169,7 @@ def _team(config: Mapping[str, Any]) -> ReservationCentre:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run until SIGTERM; returns the exit code."""
-    child = Child("Centre of a swarm", MISSION, arguments)
+    child = StartedProcess("Centre of a swarm", MISSION, arguments)
     ros_env.set_defaults()
     try:
         node = CentralNode(child.config, child.events)

@@ -28,7 +28,7 @@ from swarm_common.process.messages import (
     RobotSilent,
     WatchRobot,
 )
-from swarm_common.process.pipes import Child, EventWriter, leave
+from swarm_common.process.pipes import EventWriter, StartedProcess, leave
 from swarm_describe.robots.loading import load_robot
 from swarm_run.robots.status_check import StatusCheck
 from swarm_vda5050.broker import Broker
@@ -155,7 +155,7 @@ def ground_of(config: dict[str, Any]) -> DrivingArea:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run until SIGTERM; returns the exit code."""
-    child = Child("VDA 5050 vehicles of a swarm", MISSION, arguments)
+    child = StartedProcess("VDA 5050 vehicles of a swarm", MISSION, arguments)
     config, events = child.config, child.events
     broker: Broker | None = None
     try:

@@ -15,7 +15,7 @@ from rclpy.node import Node
 from swarm_common.middleware.rclpy_compat import SafeExecutor, join_graph
 from swarm_common.middleware.secret import VARIABLE
 from swarm_common.process.messages import Event, Kind
-from swarm_common.process.pipes import Child, EventWriter, leave
+from swarm_common.process.pipes import EventWriter, StartedProcess, leave
 
 FAREWELL = 4.0  # [s] of wall time for the hosts to say that they know of the end
 TURN = 0.1  # [s]
@@ -65,7 +65,7 @@ def serve(
         make: Makes the end, with the secret that the hosts share.
     """
     secret = os.environ.pop(VARIABLE)
-    child = Child("Link between hosts", decoder)
+    child = StartedProcess("Link between hosts", decoder)
     node = join_graph(name_of(child.config), "sim")
     executor = SafeExecutor()
     executor.add_node(node)

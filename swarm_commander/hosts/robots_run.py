@@ -9,7 +9,7 @@ from typing import Any
 
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.run_description import RunDescription, parse
-from swarm_commander.run.fork_server import ForkServer
+from swarm_commander.run.fork_server import HostForkServer
 from swarm_commander.run.process_table import CLIENT, DISTRIBUTOR, HOST
 from swarm_commander.run.results.report import rounded
 from swarm_commander.run.results.run_statistics import RobotStatistics
@@ -41,7 +41,7 @@ class RobotsRun(RunPart):
         self.network: dict[str, float] = {}
         self._plan = plan
         self._run = run
-        self._navigators = ForkServer(run)
+        self._navigators = HostForkServer(run)
         self._host = secrets.token_hex(8)  # name of this start
         self._description_path = run.folder.configs / DESCRIPTION_FILE
         self._source = ParameterSource()

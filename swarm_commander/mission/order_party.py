@@ -14,7 +14,7 @@ from swarm_common.middleware.rclpy_compat import SafeExecutor, join_graph
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, Waiter, drain
 from swarm_common.process.messages import MISSION, Alive, MissionCommand
-from swarm_common.process.pipes import Child, EventWriter, leave
+from swarm_common.process.pipes import EventWriter, StartedProcess, leave
 from swarm_mission.orders.radio import OrderRadio
 
 TURN_PERIOD = 0.05  # [s] of wall time at most between two turns, and between rare messages
@@ -48,7 +48,7 @@ def run_party(about: str, kind: str, make: Maker) -> None:
     Args:
         kind: First part of the node's name; `number` of the configuration is the second.
     """
-    child = Child(about, MISSION)
+    child = StartedProcess(about, MISSION)
     config, events = child.config, child.events
     node = join_graph(f"{kind}_{config['number']}")
     executor = SafeExecutor()

@@ -24,7 +24,7 @@ from swarm_common.model.palette import BUSY_STATES
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_common.process import messages as say
 from swarm_common.process.lifetime import LEASE, SleepWatch
-from swarm_common.process.pipes import Child, EventWriter, leave
+from swarm_common.process.pipes import EventWriter, StartedProcess, leave
 from swarm_mission.itinerary import Itinerary, NextGoal, StopOutcome
 from swarm_mission.routes import routes
 from swarm_recording.run_trace import RunTrace
@@ -297,7 +297,7 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
 
 def main() -> None:
     """Run until SIGTERM."""
-    child = Child("Missions of a swarm", say.MISSION)
+    child = StartedProcess("Missions of a swarm", say.MISSION)
     config, events = child.config, child.events
     count = len(config["robots"])
     profile = child.path.resolve().with_suffix(".xml")

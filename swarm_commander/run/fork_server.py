@@ -17,7 +17,7 @@ from swarm_common.process.lifetime import BEGINS_ANEW
 FORGOTTEN = "was stopped until the others had forgotten it, and begins anew"
 
 
-class ForkServer(NavigatorSupervisor):
+class HostForkServer(NavigatorSupervisor):
     """Restarts navigators that die or hang, and tells the user."""
 
     def __init__(self, run: Supervision, *, awaits_activity: bool = True) -> None:

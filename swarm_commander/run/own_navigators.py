@@ -8,7 +8,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from swarm_commander.run.fork_server import ForkServer
+from swarm_commander.run.fork_server import HostForkServer
 from swarm_commander.run.process_table import HOST, WORLD
 from swarm_commander.run.processes.supervisor import Exit
 from swarm_commander.run.supervision import RunPart, Supervision
@@ -136,7 +136,7 @@ class OwnNavigators(Navigators):
 
     def __init__(self, plan: RunPlan, run: Supervision) -> None:
         super().__init__(plan, run)
-        self._server = ForkServer(run, awaits_activity=plan.options.autostart)
+        self._server = HostForkServer(run, awaits_activity=plan.options.autostart)
         self._suspects: dict[str, float] = {}  # that may hang: until when they may be silent
         self._requests: dict[str, list[Request]] = {}  # answered when a robot is active again
         self._is_released = False

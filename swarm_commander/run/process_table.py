@@ -69,7 +69,7 @@ LEADS = VITAL | RESTARTED  # robots do nothing without it
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class Process:
     """One line of the table.
 
     Attributes:
@@ -171,20 +171,20 @@ def _vda5050(start: Start) -> Configs:
 # Lines stand in the order of stopping: the world first, so that no navigator is late for it.
 NAVIGATORS = "swarm_nav.launch.fork_server_main"
 TABLE = (
-    Row(WORLD, "swarm_sim.ros.node", None, "world", VITAL),
-    Row(RUNNER, "swarm_commander.mission.runner", _mission, OPERATOR, LEADS | TOLD, QUIET),
-    Row(RECORDER, "swarm_recording.recorder", _recorder, RECORDER),
-    Row(HOST, NAVIGATORS, None, "navigators", LEADS),
-    Row(SERVER, "swarm_commander.hosts.host_server", None, "", VITAL),
-    Row(STATION, "swarm_commander.mission.station", _stations, OPERATOR, VITAL),
-    Row(CENTRAL, "swarm_central.process", _central, CENTRAL, RESTARTED | TOLD, QUIET),
-    Row(RVIZ, "swarm_commander.viewers.rviz", _rviz, "", MAY_END),
-    Row(VIEWER, "swarm_view.process", _viewer, VIEWER),
-    Row(VDA5050, "swarm_vda5050.process", _vda5050, VDA5050, TOLD),
-    Row(COURIER, "swarm_commander.mission.courier", _couriers, OPERATOR, LEADS | TOLD_OWN),
+    Process(WORLD, "swarm_sim.ros.node", None, "world", VITAL),
+    Process(RUNNER, "swarm_commander.mission.runner", _mission, OPERATOR, LEADS | TOLD, QUIET),
+    Process(RECORDER, "swarm_recording.recorder", _recorder, RECORDER),
+    Process(HOST, NAVIGATORS, None, "navigators", LEADS),
+    Process(SERVER, "swarm_commander.hosts.host_server", None, "", VITAL),
+    Process(STATION, "swarm_commander.mission.station", _stations, OPERATOR, VITAL),
+    Process(CENTRAL, "swarm_central.process", _central, CENTRAL, RESTARTED | TOLD, QUIET),
+    Process(RVIZ, "swarm_commander.viewers.rviz", _rviz, "", MAY_END),
+    Process(VIEWER, "swarm_view.process", _viewer, VIEWER),
+    Process(VDA5050, "swarm_vda5050.process", _vda5050, VDA5050, TOLD),
+    Process(COURIER, "swarm_commander.mission.courier", _couriers, OPERATOR, LEADS | TOLD_OWN),
 )
 ROBOTS_TABLE = (  # of a robots' host: the world is told before the navigators end
-    Row(CLIENT, "swarm_commander.hosts.host_client", None, "", VITAL),
-    Row(HOST, NAVIGATORS, None, "navigators", VITAL),
-    Row(DISTRIBUTOR, "swarm_commander.hosts.distributor", None, "", VITAL),
+    Process(CLIENT, "swarm_commander.hosts.host_client", None, "", VITAL),
+    Process(HOST, NAVIGATORS, None, "navigators", VITAL),
+    Process(DISTRIBUTOR, "swarm_commander.hosts.distributor", None, "", VITAL),
 )

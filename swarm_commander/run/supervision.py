@@ -21,7 +21,7 @@ from swarm_commander.run.process_table import (
     TOLD_OWN,
     VITAL,
     Configs,
-    Row,
+    Process,
     kind_of,
 )
 from swarm_commander.run.processes.launch import ProcessChild
@@ -106,7 +106,7 @@ class Supervision:
 
     def __init__(
         self,
-        table: Sequence[Row],
+        table: Sequence[Process],
         folder: RunFolder,
         progress: Progress,
         statistics: RunStatistics,
@@ -456,7 +456,7 @@ class Supervision:
         if row.traits & VITAL:
             self.stop("stopping")
 
-    def _is_restarted(self, exit_: Exit, row: Row) -> bool:
+    def _is_restarted(self, exit_: Exit, row: Process) -> bool:
         pause = None
         if row.traits & RESTARTED:
             pause = self.restarts.on_death(exit_.name, time.monotonic())

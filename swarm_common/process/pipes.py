@@ -75,7 +75,7 @@ def child_options(about: str, arguments: list[str] | None = None) -> argparse.Na
     return parser.parse_args(arguments)
 
 
-class Child(Generic[Kind]):
+class StartedProcess(Generic[Kind]):
     """This process, which swarm-up has started: what it is told, and what it tells.
 
     Attributes:
