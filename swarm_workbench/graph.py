@@ -36,7 +36,6 @@ from swarm_common.model.errors import ConfigError, SwarmEndedError, SwarmError, 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan
 from swarm_common.process import start
 from swarm_common.process.signals import late_interrupt
-from swarm_describe.robots.fleet import load_fleet
 from swarm_run.domain import HIGHEST_DOMAIN, domain_id
 from swarm_run.plan import check_plan
 from swarm_run.robots.swarm_watch import has_swarm

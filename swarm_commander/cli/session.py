@@ -91,7 +91,7 @@ def bring_up(plan: RunPlan, lock: DomainLock) -> int:
         progress.phase("starting world")
         progress.start()
         run = Supervision(
-            process_table.TABLE, folder, progress, statistics, restarts=plan.options.restart
+            process_table.TABLE, folder, progress, statistics, restarts=plan.spec.restart
         )
         navigators = _navigators_of(plan, run)
         local = LocalRun(plan, run, navigators)
@@ -115,9 +115,9 @@ def _conclude(plan: RunPlan, run: Supervision, local: LocalRun, console: Console
     if not verdict and not never_active:  # the other figures do not vouch for the run
         run.failures.append("there is no verdict: the world process did not live to give one")
     times = RunTimes(run.wall_time, run.active_after_wall, run.restarts.total)
-    report = compose_report(plan.options, statistics, verdict, run.usage, times)
+    report = compose_report(plan.spec, statistics, verdict, run.usage, times)
     local.complete(report)
-    must_finish = plan.options.until_done and not run.is_stopped_by_user
+    must_finish = plan.spec.until_done and not run.is_stopped_by_user
     is_unfinished = must_finish and not statistics.is_done
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
     report |= {"exit_code": code, "failures": list(run.failures)}
@@ -148,7 +148,7 @@ def _conclude(plan: RunPlan, run: Supervision, local: LocalRun, console: Console
 
 
 def _navigators_of(plan: RunPlan, run: Supervision) -> Navigators:
-    if not plan.options.bind:
+    if not plan.spec.bind:
         return OwnNavigators(plan, run)
     from swarm_commander.hosts.hosted_navigators import HostedNavigators
 

@@ -58,25 +58,30 @@ class HostedNavigators(Navigators):
 
     def release(self, map_file: str) -> None:
         """Say what the robots' hosts need to start them."""
-        options, sites = self._plan.options, self._plan.sites_path
+        spec, sites = self._plan.spec, self._plan.sites_path
         description = compose(
             self._id,
             edition(),
-            {name: getattr(options, name) for name in ("world", "seed", "robot", "swarm_size")},
+            {
+                "world": spec.world,
+                "seed": spec.seed,
+                "robot": spec.model,
+                "swarm_size": spec.size,
+            },
             self._trees,
             Path(self._plan.copy_of(str(sites))) if sites is not None else None,
             {robot["name"]: robot["peers"] for robot in self._robots if robot["peers"]},
             self._plan.overrides.source,
-            str(options.names),
+            str(spec.naming),
         )
-        where = {"address": options.bind, "domain": domain_id()}
+        where = {"address": spec.address, "domain": domain_id()}
         self._run.start(SERVER, {"description": asdict(description), **where})
         self._run.progress.phase("waiting for the robots' hosts")
-        first, last = (options.names.number_of(self._plan.alive[i]) for i in (0, -1))
+        first, last = (spec.naming.number_of(self._plan.alive[i]) for i in (0, -1))
         self._run.progress.note(
             f"the world is up; on the hosts of {in_short(self._plan.alive)}, for example:\n"
             f"  {VARIABLE}={self._secret} swarm-up --role robots --robots {first}-{last}"
-            f" --connect {options.bind}"
+            f" --connect {spec.address}"
         )
 
     def check_start(self, missing: Sequence[str]) -> None:

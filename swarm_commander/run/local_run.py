@@ -27,7 +27,6 @@ from swarm_common.process import messages as say
 from swarm_common.process.browser import open_page
 from swarm_mission.orders.order_book import OrderBook
 from swarm_run.plan import RunPlan
-from swarm_run.spec import MERGED
 
 WORLD_SILENCE = 20.0  # [s] of wall time without a word after which the world hangs,
 WORLD_START_SILENCE = 60.0  # [s] before its first step, when it may have to compile
@@ -39,7 +38,7 @@ class LocalRun(RunPart):
     """World, mission and onlookers of this host; the navigators may be on others."""
 
     def __init__(self, plan: RunPlan, run: Supervision, navigators: Navigators) -> None:
-        run.awaits_activity = plan.options.autostart
+        run.awaits_activity = plan.spec.autostart
         self._plan = plan
         self._run = run
         self._navigators = navigators
@@ -48,8 +47,8 @@ class LocalRun(RunPart):
         self._recorded: say.RecordingEnded | None = None
         self._is_released = False  # whether the navigators were told to start
         self._has_sent = False  # whether a mission process has, be it one that died since
-        self._unmet = set(MEETING) if ros_env.is_large(plan.options.swarm_size) else set()
-        if plan.options.coordination.has_centre:
+        self._unmet = set(MEETING) if ros_env.is_large(plan.spec.size) else set()
+        if plan.spec.coordination.has_centre:
             self._unmet.add(CENTRAL)
         if plan.mission is not None and (orders := plan.mission.orders) is not None:
             run.statistics.orders = OrderBook(orders.dispatch, plan.remarks)
@@ -61,12 +60,12 @@ class LocalRun(RunPart):
         """Start the world."""
         for remark in self._plan.remarks:
             self._run.progress.note(remark, "yellow")
-        for name in self._plan.options.driven_by_users:
+        for name in self._plan.spec.driven_by_users:
             self._run.progress.note(f"time begins when a node drives {name}; missions leave it out")
         folder = self._run.folder
         more = {
             "trace_dir": str(folder.trace),
-            "held": self._plan.options.record,  # until nothing is missed any more
+            "held": self._plan.spec.record,  # until nothing is missed any more
         }
         self._run.start(WORLD, self._plan.world_config(folder.verdict) | more)
 
@@ -168,8 +167,8 @@ class LocalRun(RunPart):
             case say.MissionDone():
                 self._on_mission_done()
             case say.StationDone():
-                options = self._plan.options
-                in_step = options.until_done and not options.free_run  # then couriers say when
+                spec = self._plan.spec
+                in_step = spec.until_done and not spec.free_run  # then couriers say when
                 if run.statistics.is_done and not in_step:
                     self._on_mission_done()
             case say.GoalSent():
@@ -184,14 +183,14 @@ class LocalRun(RunPart):
                 self._on_recording_ended(event)
             case say.ViewerOpened(url=url):
                 run.progress.pin(f"viewer: {url}")
-                if self._plan.options.open_page:
+                if self._plan.spec.opens_viewer:
                     open_page(url)
             case _:
                 return False
         return True
 
     def _on_mission_done(self) -> None:
-        if self._plan.options.until_done:
+        if self._plan.spec.until_done:
             self._run.stop("mission done, stopping")
         else:
             self._run.progress.phase("mission done")

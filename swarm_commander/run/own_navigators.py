@@ -58,7 +58,7 @@ class Navigators(RunPart):
         """
         self._map_sha256 = map_sha256
         leads_to = goals(self._plan.runner_config(homes_map))
-        names = self._plan.options.robot_names
+        names = self._plan.spec.robot_names
         for number, (name, home) in enumerate(zip(names, homes_map, strict=True), 1):
             if name in self._plan.alive:
                 tree = self._plan.parameter_file(number, home, map_sha256)
@@ -136,7 +136,7 @@ class OwnNavigators(Navigators):
 
     def __init__(self, plan: RunPlan, run: Supervision) -> None:
         super().__init__(plan, run)
-        self._server = HostForkServer(run, awaits_activity=plan.options.autostart)
+        self._server = HostForkServer(run, awaits_activity=plan.spec.autostart)
         self._suspects: dict[str, float] = {}  # that may hang: until when they may be silent
         self._requests: dict[str, list[Request]] = {}  # answered when a robot is active again
         self._is_released = False
@@ -166,7 +166,7 @@ class OwnNavigators(Navigators):
         self._server.release(
             {
                 "robots": [{**robot, "params": params[robot["name"]]} for robot in self._robots],
-                "pack": self._plan.options.pack,
+                "pack": self._plan.spec.pack,
                 "map": map_file,
                 "log_dir": str(self._run.folder.logs),
             }
@@ -259,7 +259,7 @@ class OwnNavigators(Navigators):
         silence = f"has not answered for {event.seconds:.0f} s"
         if run.is_stopping or name in self.down | self.lost:
             return
-        if name in self._plan.options.driven_by_users:  # a new node of its user may go on
+        if name in self._plan.spec.driven_by_users:  # a new node of its user may go on
             run.fail(f"the node that drives {name} {silence}")
             run.statistics.robots[name].died = True
             run.tell(WORLD, say.RobotDead(name))

@@ -17,8 +17,8 @@ from swarm_commander.run.rundir import RunFolder
 from swarm_commander.viewers.rviz import find_rviz, relay_command, rviz_command
 from swarm_common.files.map_io import MAP_FILE
 from swarm_common.model.records import Pose
-from swarm_run.options import MERGED
 from swarm_run.plan import RunPlan
+from swarm_run.spec import MERGED
 
 WORLD, HOST, RUNNER, RECORDER = "world", "navigators", "mission", "recorder"
 STATION, COURIER, CENTRAL = "station", "courier", "central"
@@ -106,23 +106,23 @@ def _mission(start: Start) -> Configs:
 
 def _recorder(start: Start) -> Configs:
     """The facts about the run are kept in the bag."""
-    plan, options = start.plan, start.plan.options
-    if not options.record:
+    plan, spec = start.plan, start.plan.spec
+    if not spec.record:
         return {}
     models = [member.model for member in plan.fleet.members]
     about = {
         "world": str(plan.world),
         "sites": str(plan.sites_path or ""),
-        "robots": json.dumps(dict(zip(options.robot_names, models, strict=True))),
-        "mission": options.mission or "",
-        "seed": str(options.seed),
+        "robots": json.dumps(dict(zip(spec.robot_names, models, strict=True))),
+        "mission": spec.mission or "",
+        "seed": str(spec.seed),
     }
     return {
         RECORDER: {
             "path": str(start.folder.recording / BAG_FILE),
-            "robots": options.robot_names,
-            "topics": options.record_topics,
-            "rate": options.record_rate,
+            "robots": spec.robot_names,
+            "topics": spec.record_topics,
+            "rate": spec.record_rate,
             "about": about,
             "awaited": start.plan.alive,
         }
@@ -139,14 +139,14 @@ def _couriers(start: Start) -> Configs:
 
 
 def _central(start: Start) -> Configs:
-    if not start.plan.options.coordination.has_centre:
+    if not start.plan.spec.coordination.has_centre:
         return {}
     params = start.folder.params / f"{start.plan.alive[0]}.yaml"
     return {CENTRAL: start.plan.central_config(start.map_file, params)}
 
 
 def _rviz(start: Start) -> Configs:
-    windows = start.plan.options.rviz
+    windows = start.plan.spec.rviz_windows
     program = find_rviz(start.note) if windows else None
     if program is None:
         return {}
@@ -158,13 +158,13 @@ def _rviz(start: Start) -> Configs:
 
 
 def _viewer(start: Start) -> Configs:
-    options = start.plan.options
-    wanted = options.viewer
-    return {VIEWER: {"host": options.viewer_host, "port": options.port}} if wanted else {}
+    spec = start.plan.spec
+    wanted = spec.has_viewer
+    return {VIEWER: {"host": spec.viewer_host, "port": spec.port}} if wanted else {}
 
 
 def _vda5050(start: Start) -> Configs:
-    is_wanted = start.plan.options.vda5050 is not None
+    is_wanted = start.plan.spec.fleet_control is not None
     return {VDA5050: start.plan.vda5050_config(start.map_file)} if is_wanted else {}
 
 

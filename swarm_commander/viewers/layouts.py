@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from swarm_run.options import MERGED, SWARM
+from swarm_run.spec import MERGED, SWARM
 
 COLORS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7")  # as in the reports
 FEW = 8  # robots whose curves have a legend

@@ -11,7 +11,7 @@ from swarm_commander.viewers import rviz
 from swarm_commander.viewers.layouts import layouts, write_foxglove, write_rviz
 from swarm_common.middleware.topic_table import ORDERS, all_topics, robot_topic
 from swarm_common.model.errors import ConfigError
-from swarm_run.options import windows
+from swarm_run.spec import RunSpec
 from tests.fakes.rviz_topics import named_topics
 
 ROBOTS = ["Srobot1", "Srobot2", "Srobot3"]

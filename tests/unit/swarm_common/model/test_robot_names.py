@@ -11,7 +11,7 @@ from swarm_commander.run.process_table import ROBOTS_TABLE, TABLE
 from swarm_common.middleware.topic_table import WORLD_TOPICS
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.robot_names import MOST, RESERVED, RobotNames, in_short, natural
-from swarm_run.options import ALL, MERGED, SWARM
+from swarm_run.spec import ALL, MERGED, SWARM
 
 ROOT = Path(__file__).parents[4]
 
