@@ -18,7 +18,6 @@ from rich.console import Console
 
 from swarm_bench.capacity.curve import Curve, Point
 from swarm_bench.capacity.findings import comparison_sentences, knee_sentence, reason_sentence
-from swarm_bench.runs.json_lines import rounded
 from swarm_bench.runs.machine import machine_line
 from swarm_bench.statistics import Interval
 from swarm_bench.tables import BenchTable
@@ -26,6 +25,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_report import charts, style
 from swarm_report.document import Drawing, drawn
 from swarm_report.page import page_html, plots_html, verdict_html
+from swarm_run.record.figures import rounded
 
 ENDINGS = (".html", ".csv", ".json")
 

@@ -15,7 +15,6 @@ from swarm_commander.run.local_run import HOST, MODULES
 from swarm_commander.run.process_run import ProcessRun
 from swarm_commander.run.processes.usage import process_tree
 from swarm_commander.run.results.progress import Progress
-from swarm_commander.run.results.report import rounded
 from swarm_commander.run.results.run_statistics import RobotStatistics, RunStatistics
 from swarm_commander.run.rundir import RunFolder
 from swarm_common.files.edition import edition
@@ -46,6 +45,7 @@ from swarm_common.process.messages import (
     WorldUnhearing,
 )
 from swarm_run.params import ParameterSource, write_parameter_file
+from swarm_run.record.figures import rounded
 
 CLIENT, DISTRIBUTOR = "client", "distributor"
 OWN_MODULES = {
