@@ -14,7 +14,7 @@ from swarm_common.model.grid import FREE, Grid
 from swarm_common.model.records import FloatArray, Pose
 from swarm_common.model.way_graph import way_graph
 
-STEP = 0.2  # [m] between cells of the copy, at least
+STEP = 0.2  # [m] between cells of the copy
 MOST_CELLS = 40_000
 SHARE = 0.8  # of a robot's radius that a cell has to be free of obstacles
 REACH = 2  # cells within which the direction of a way is read
@@ -23,19 +23,20 @@ REACH = 2  # cells within which the direction of a way is read
 class WayTable:
     """Distance fields of goals; each is computed when it is first asked for."""
 
-    def __init__(self, grid: Grid, radius: float) -> None:
+    def __init__(self, grid: Grid, radius: float, finest: float = STEP) -> None:
         """Copy the map.
 
         Args:
             grid: The map, upright.
             radius: [m] of the smallest robot.
+            finest: [m] between cells of the copy, at least.
         """
         blocked = grid.cells != FREE
         if grid.keepout is not None:
             blocked |= grid.keepout >= 100
         clear = ndimage.distance_transform_edt(~blocked) * grid.resolution
         area = blocked.size * grid.resolution**2
-        step = max(STEP, math.sqrt(area / MOST_CELLS), grid.resolution)
+        step = max(finest, math.sqrt(area / MOST_CELLS), grid.resolution)
         block = max(1, round(step / grid.resolution))
         rows, columns = -(-grid.height // block), -(-grid.width // block)
         padded = np.zeros((rows * block, columns * block))

@@ -50,7 +50,7 @@ def ideal_times(run: RunData) -> dict[str, float]:
         path = np.array([series.poses[0, robot, :2], *places]).tolist()
         if np.isfinite(path).all():
             if radius not in ways:
-                ways[radius] = WayTable(run.grid, radius)
+                ways[radius] = WayTable(run.grid, radius, run.grid.resolution)
             way = ways[radius]
             length = sum(way.left(Pose(x, y, 0.0), *a) for a, (x, y) in pairwise(path))
             times[run.robots[robot]] = length / speed + pauses[robot]

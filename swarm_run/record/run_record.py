@@ -122,10 +122,10 @@ class RunRecord(Merits, frozen=True, kw_only=True):
             methods it is the gap between two bodies.
         least_held_slack: [m] that is proved for it; None where nothing is.
         makespan: [s] until the last goal was reached; None if one was missed.
-        throughput_per_minute: Goals reached, until the last one was settled.
+        throughput_per_minute: Until the last goal was settled.
         sim_time: [s] at the end.
-        hold_time: [s] of all robots in the holding pattern.
-        wait_time: [s] of all robots, standing on the way because of other robots.
+        hold_time: [s] of all robots.
+        wait_time: [s] of all robots.
         wait_median: [s] that a robot waited and held in total, median over robots.
         wait_worst: [s] likewise, of the robot that waited most.
         goal_median: [s] that a goal took.
@@ -151,11 +151,6 @@ class RunRecord(Merits, frozen=True, kw_only=True):
         centre: What the method's centre cost: CPU [ms] and bytes per robot-second, and its longest
             decision [ms]; None where each robot decides alone.
         no_guarantee: Conditions of liveness that did not hold before the run.
-        goals: Goals by what became of them.
-        settled_time: [s] at which the last goal was reached or given up; None without any.
-        waits: Who waited for whom, as in report.json.
-        breaches: Contacts and goals that were not reached.
-        processes: What report.json says beside all this, of the processes of the ROS graph.
     """
 
     scenario: str = ""
@@ -198,11 +193,11 @@ class RunRecord(Merits, frozen=True, kw_only=True):
     orders: Mapping[str, Any] | None = None
     centre: Mapping[str, float] | None = None
     least_held_slack: float | None = None
-    goals: Goals | None = None
-    settled_time: float | None = None
-    waits: Mapping[str, Any] | None = None
+    goals: Goals | None = None  # from here on in report.json only
+    settled_time: float | None = None  # [s] at which the last goal was reached or given up
+    waits: Mapping[str, Any] | None = None  # who waited for whom
     breaches: Breaches = Breaches()
-    processes: Mapping[str, Any] = {}
+    processes: Mapping[str, Any] = {}  # what report.json says beside all this
 
     @property
     def is_flawless(self) -> bool:

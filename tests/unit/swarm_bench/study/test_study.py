@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 from pathlib import Path
 from typing import Any
@@ -209,7 +210,7 @@ def test_pairs_come_together_and_cheap_cells_more_often(folder: Path) -> None:
 
 def test_a_run_is_no_faster_than_its_bound(folder: Path) -> None:
     run = next(run for run in runs_of(load_experiments(folder), quick=True) if run.seed == 0)
-    run = msgspec.structs.replace(run, method="central-mapf")
+    run = dataclasses.replace(run, method="central-mapf")
     found = run_one((run, run.options()))
     assert found.makespan is not None
     assert found.bound is not None
