@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections import defaultdict
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from swarm_common.model.records import FloatArray
 from swarm_report.charts import INK, Chart, line, text
 from swarm_report.headline import waits_between
 from swarm_report.run import RunData
-from swarm_report.style import BLUE, VERMILLION, figure
+from swarm_report.style import BLUE, VERMILLION
 from swarm_report.tables import Table, percent
 
 MOST = 40  # arrows, the longest stops
@@ -19,35 +18,8 @@ WIDEST = 6.0  # [pt] of an arrow
 OUTSIDE = 1.13  # radius of the names; robots are at 1
 
 
-def picture(run: RunData) -> Figure | None:
-    """Return the still picture; None if nobody is known to have stopped for another robot."""
-    found = _graph(run)
-    if found is None:
-        return None
-    places, edges, kept = found
-    drawing = figure(5.2)
-    axes = drawing.add_subplot()
-    longest = max(edges.values())
-    for (waiter, blocker), seconds in edges.items():
-        axes.annotate(
-            "", tuple(places[blocker]), tuple(places[waiter]),
-            arrowprops={
-                "arrowstyle": "-|>", "color": VERMILLION, "alpha": 0.25 + 0.7 * seconds / longest,
-                "linewidth": 0.5 + WIDEST * seconds / longest, "shrinkA": 5, "shrinkB": 5,
-                "connectionstyle": "arc3,rad=0.12",
-            },
-        )  # fmt: skip
-    for name, place in places.items():
-        axes.plot(*place, "o", color=BLUE, markersize=4.0 + 10.0 * kept[name] / max(kept.values()))
-        x, y = OUTSIDE * place
-        axes.text(x, y, name, fontsize=7, ha="center", va="center")
-    axes.set(xlim=(-1.3, 1.3), ylim=(-1.25, 1.25), aspect="equal")
-    axes.axis("off")
-    return drawing
-
-
 def chart(run: RunData) -> Chart | None:
-    """Return the same for plotly.js."""
+    """Return the plot; None if nobody is known to have stopped for another robot."""
     found = _graph(run)
     if found is None:
         return None

@@ -1,6 +1,7 @@
-"""Plots that answer to the mouse: what plotly.js is given, as data; nothing of plotly runs here.
+"""Plots of a run: what plotly.js is given, as data; nothing of plotly runs here.
 
-Colours named "ink" become black on white paper and light in the dark (page.js).
+`still.py` draws the same for paper. Colours named "ink" become black on white paper and light in
+the dark (page.js).
 """
 
 from __future__ import annotations
@@ -18,13 +19,26 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from swarm_common.model.grid import FREE, OCCUPIED, Grid
+from swarm_common.model.zones import keepout_area, speed_area, triangles
 from swarm_report import maps
-from swarm_report.curves import BIN, NEAR_MISS
 from swarm_report.measures import AT_STATION, shares_over_time, station_use, throughput
-from swarm_report.run import GoalEvent, RunData, Span, mission_goals
-from swarm_report.style import BLUE, CYCLE, GROUPS, LABELS, ORANGE, SKY, STATES, VERMILLION, extent
+from swarm_report.run import GoalEvent, RunData, Series, Span, mission_goals
+from swarm_report.style import (
+    BLUE,
+    CYCLE,
+    GROUPS,
+    LABELS,
+    ORANGE,
+    SKY,
+    STATES,
+    VERMILLION,
+    YELLOW,
+    extent,
+)  # fmt: skip
 
 INK = "ink"
+NEAR_MISS = 0.03  # [m] closer without contact is a near miss
+BIN = 0.02  # [m] of the clearance histogram
 MOST_POINTS = 60_000  # of all trajectories; browsers draw them as SVG
 MOST_BARS = 5_000  # of the timeline; shorter ones are left out
 DASHES = ("solid", "dash", "dashdot", "dot")
@@ -98,7 +112,37 @@ def trajectories(run: RunData) -> Chart | None:
         look = {"width": 2 if few else 1.2, "color": color}
         says = "x %{x:.2f} y %{y:.2f} m<br>t = %{customdata:.0f} s"
         data.append(line(text(name), x, y, customdata=times, line=look, hovertemplate=says))
-    return _on_map(run, [*data, *_station_marks(run), *_crashes(run)])
+    marks = (*_ends(run, series), *_station_marks(run), *_zones(run), *_crashes(run))
+    return _on_map(run, [*data, *marks])
+
+
+def _ends(run: RunData, series: Series) -> list[Chart]:
+    """Return where robots began and ended."""
+    names = [text(name) for name in run.robots]
+    return [
+        line(
+            word, packed(x), packed(y), mode="markers", text=names,
+            marker={"symbol": symbol, "size": 7, "color": INK},
+            hovertemplate=f"%{{text}}<extra>{word}</extra>",
+        )
+        for word, symbol, (x, y) in (
+            ("start", "triangle-up", series.poses[0, :, :2].T),
+            ("end", "circle", series.poses[-1, :, :2].T),
+        )
+    ]  # fmt: skip
+
+
+def _zones(run: RunData) -> list[Chart]:
+    kinds = ((keepout_area, VERMILLION, "keepout zone"), (speed_area, YELLOW, "speed limit"))
+    found = []
+    for area_of, color, label in kinds if run.sites.zones else ():
+        if corners := triangles(area_of(run.sites.zones)):
+            ends = np.full((len(corners) // 3, 1, 2), np.nan)  # a gap after each triangle
+            shape = np.append(np.reshape(corners, (-1, 3, 2)), ends, 1).reshape(-1, 2)
+            x, y = ([None if np.isnan(v) else v for v in side] for side in shape.T.tolist())
+            look = {"width": 0, "color": color}
+            found.append(line(label, x, y, fill="toself", fillcolor=color, opacity=0.35, line=look))
+    return found
 
 
 def _station_marks(run: RunData) -> list[Chart]:
@@ -336,6 +380,8 @@ def stations(run: RunData) -> Chart | None:
         [100.0 * (use.utilisation or 0.0) for use in uses.values()],
         names,
         customdata=[use.goals for use in uses.values()],
+        text=[f"{use.goals} goals" for use in uses.values()],
+        textposition="none",
         marker={"color": BLUE},
         hovertemplate="in use %{x:.1f} % of the time<br>%{customdata} goals",
     )
@@ -351,7 +397,7 @@ def stations(run: RunData) -> Chart | None:
     )
     layout = {
         "xaxis": axis(
-            f"robot within {AT_STATION:g} m [% of time]", range=[0, 100], domain=[0, 0.48]
+            f"robot within {AT_STATION:g} m [% of time]", range=[0, 115], domain=[0, 0.48]
         ),
         "xaxis2": axis("queueing or holding, on average", domain=[0.54, 1.0], rangemode="tozero"),
         "yaxis": axis("", autorange="reversed", automargin=True),

@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import FloatArray
 from swarm_common.model.run_words import makespan
-from swarm_report import style
 from swarm_report.charts import DASHES, INK, Chart, axis, line, packed, text
 from swarm_report.document import Drawing, drawn, number
 from swarm_report.inputs import SEED, differences
@@ -21,7 +19,7 @@ from swarm_report.judgement import judge
 from swarm_report.measures import lost_time
 from swarm_report.page import escape, page_html, plots_html, table_html
 from swarm_report.run import RunData, mission_goals
-from swarm_report.style import BLACK, CYCLE, LINE_STYLES, figure, legend_below, plot
+from swarm_report.style import BLACK, CYCLE
 from swarm_report.tables import Table
 
 BIN = 0.02  # [m] of the clearance curve
@@ -220,11 +218,6 @@ def comparison_html(runs: Sequence[RunData], folder: Path | None = None) -> str:
     return page_html(f"{len(runs)} runs compared", ", ".join(labels(runs)), body)
 
 
-def _look(index: int) -> dict[str, Any]:
-    style_of = LINE_STYLES[(index // len(CYCLE) + index) % len(LINE_STYLES)]
-    return {"color": CYCLE[index % len(CYCLE)], "linestyle": style_of, "linewidth": 1.6}
-
-
 def _goal_shares(run: RunData) -> tuple[FloatArray, FloatArray]:
     """Return times [s] and the share [%] of the mission's goals that were reached by then."""
     times = [event.time for event in run.goals if event.outcome == "reached"]
@@ -233,18 +226,7 @@ def _goal_shares(run: RunData) -> tuple[FloatArray, FloatArray]:
     return np.array([0.0, *times, run.end]), share
 
 
-def _goals(runs: Sequence[RunData]) -> Figure:
-    y = "goals reached [% of the mission]"
-    drawing, axes = plot("simulated time [s]", y, height=3.4)
-    for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True)):
-        axes.step(*_goal_shares(run), where="post", label=label, **_look(index))
-    axes.set_ylim(0.0, 102.0)
-    axes.set_xlim(left=0.0)
-    legend_below(axes)
-    return drawing
-
-
-def _goals_chart(runs: Sequence[RunData]) -> Chart:
+def _goals(runs: Sequence[RunData]) -> Chart:
     data = [
         _line(index, label, _goal_shares(run), "%{y:.1f} % after %{x:.1f} s", shape="hv")
         for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True))
@@ -282,7 +264,6 @@ def _clearance_table(runs: Sequence[RunData]) -> Table:
 
 
 def _merits_table(runs: Sequence[RunData]) -> Table:
-    """Return the figures of the bars."""
     rows = [[title, *(number(_merit(run, key)) for run in runs)] for key, title in BARS.items()]
     return Table(["", *labels(runs)], rows)
 
@@ -298,20 +279,7 @@ def _nearness(run: RunData) -> tuple[FloatArray, FloatArray] | None:
     return edges, 100.0 * np.searchsorted(np.sort(nearest), edges) / max(nearest.size, 1)
 
 
-def _clearance(runs: Sequence[RunData]) -> Figure:
-    x = "distance to the nearest robot or obstacle [m]"
-    drawing, axes = plot(x, "robot-seconds nearer [%]", height=3.4)
-    for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True)):
-        curve = _nearness(run)
-        if curve is not None:
-            axes.plot(*curve, label=label, **_look(index))
-    axes.set_xlim(left=0.0)
-    axes.set_ylim(bottom=0.0)
-    legend_below(axes)
-    return drawing
-
-
-def _clearance_chart(runs: Sequence[RunData]) -> Chart:
+def _clearance(runs: Sequence[RunData]) -> Chart:
     data = [
         _line(index, label, curve, "%{y:.2f} % nearer than %{x:.2f} m")
         for index, (run, label) in enumerate(zip(runs, labels(runs), strict=True))
@@ -329,19 +297,18 @@ def _line(
     index: int, label: str, curve: tuple[FloatArray, FloatArray], says: str, **look: str
 ) -> Chart:
     x, y = map(packed, curve)
-    return line(text(label), x, y, line=_plotly_look(index) | look, hovertemplate=says)
+    return line(text(label), x, y, line=_look(index) | look, hovertemplate=says)
 
 
-def _plotly_look(index: int) -> dict[str, Any]:
-    look = _look(index)
-    dash = DASHES[LINE_STYLES.index(look["linestyle"])]
-    color = INK if look["color"] == BLACK else look["color"]
-    return {"color": color, "dash": dash, "width": 2}
+def _look(index: int) -> dict[str, Any]:
+    color = CYCLE[index % len(CYCLE)]
+    dash = DASHES[(index // len(CYCLE) + index) % len(DASHES)]
+    return {"color": INK if color == BLACK else color, "dash": dash, "width": 2}
 
 
-def _merits_chart(runs: Sequence[RunData]) -> Chart:
+def _merits(runs: Sequence[RunData]) -> Chart:
     names = [text(name) for name in labels(runs)]
-    colors = [_plotly_look(index)["color"] for index in range(len(runs))]
+    colors = [_look(index)["color"] for index in range(len(runs))]
     layout: Chart = {
         "grid": {"rows": 2, "columns": 3, "pattern": "independent", "ygap": 0.5, "xgap": 0.12},
         "showlegend": False,
@@ -355,6 +322,7 @@ def _merits_chart(runs: Sequence[RunData]) -> Chart:
             {
                 "type": "bar", "orientation": "h",
                 "y": names, "x": [_merit(run, key) for run in runs],
+                "text": [number(_merit(run, key)) for run in runs], "textposition": "none",
                 "xaxis": f"x{panel}", "yaxis": f"y{panel}", "marker": {"color": colors},
                 "hovertemplate": f"%{{y}}<br>{title}: %{{x:.4g}}<extra></extra>",
             }
@@ -371,35 +339,17 @@ def _merit(run: RunData, key: str) -> float | None:
     return makespan(run.report) if key == "makespan" else value
 
 
-def _merits(runs: Sequence[RunData]) -> Figure:
-    names = labels(runs)
-    drawing = figure(1.2 + 2 * max(1.2, 0.3 * len(runs)), style.WIDE_WIDTH)
-    panels = drawing.subplots(2, 3, sharey=True)
-    rows = np.arange(len(runs))
-    colors = [CYCLE[row % len(CYCLE)] for row in rows]
-    for axes, (key, title) in zip(panels.ravel(), BARS.items(), strict=True):
-        values = [_merit(run, key) for run in runs]
-        bars = axes.barh(rows, [value or 0.0 for value in values], color=colors, height=0.7)
-        axes.bar_label(bars, [number(value) for value in values], padding=3, fontsize=8)
-        axes.margins(x=0.18)
-        axes.set_xlabel(title)
-        axes.set_yticks(rows, names)
-        axes.grid(visible=False, axis="y")
-    panels[0, 0].invert_yaxis()
-    return drawing
-
-
 DRAWINGS: dict[str, Drawing[Sequence[RunData]]] = {
     "goals": Drawing(
-        _goals, _goals_chart, _goals_table,
+        _goals, _goals_table,
         "Goals reached over simulated time, as a share of the mission",
     ),
     "clearance": Drawing(
-        _clearance, _clearance_chart, _clearance_table,
+        _clearance, _clearance_table,
         "Share of robot-seconds nearer than a distance to anything",
     ),
     "merits": Drawing(
-        _merits, _merits_chart, _merits_table,
+        _merits, _merits_table,
         "Figures of merit; a dash stands for what was not measured", is_wide=True,
     ),
 }  # fmt: skip

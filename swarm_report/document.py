@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.run_words import OPEN, makespan, robots_text
-from swarm_report import blockers, charts, curves, maps, style, tables, timeline
+from swarm_report import blockers, charts, style, tables
 from swarm_report.bottleneck import lost_words
 from swarm_report.headline import headline
 from swarm_report.judgement import breach_lines, judge
@@ -30,6 +30,7 @@ from swarm_report.page import (
     verdict_html,
 )
 from swarm_report.run import RunData, mission_goals
+from swarm_report.still import still
 from swarm_report.tables import Table, percent
 
 Data = TypeVar("Data")  # a run, or several
@@ -46,8 +47,7 @@ PIXELS_DPI = 130  # of the pixel images within an SVG
 class Drawing(Generic[Data]):
     """How a plot of a page comes about."""
 
-    draw: Callable[[Data], Figure | None]  # the still picture; None if there are no data for it
-    chart: Callable[[Data], charts.Chart | None]  # the same for plotly.js
+    chart: Callable[[Data], charts.Chart | None]  # the plot; None if there are no data for it
     table: Callable[[Data], Table | None]  # its figures
     caption: str
     is_wide: bool = False  # whether it takes the whole width
@@ -55,45 +55,45 @@ class Drawing(Generic[Data]):
 
 DRAWINGS: dict[str, Drawing[RunData]] = {
     "timeline": Drawing(
-        timeline.timeline, charts.timeline, tables.timeline,
+        charts.timeline, tables.timeline,
         "What each robot did when; crosses are missed goals", is_wide=True,
     ),
     "waiting": Drawing(
-        maps.waiting, charts.waiting, tables.waiting,
+        charts.waiting, tables.waiting,
         "Where robots lost time: they held, waited, made way or recovered",
     ),
     "blockers": Drawing(
-        blockers.picture, blockers.chart, blockers.table,
+        blockers.chart, blockers.table,
         "Who stopped for whom; the wider an arrow, the longer",
     ),
     "trajectories": Drawing(
-        maps.trajectories, charts.trajectories, tables.trajectories,
+        charts.trajectories, tables.trajectories,
         "Where the robots drove, by ground truth",
     ),
     "density": Drawing(
-        maps.density, charts.density, tables.density,
+        charts.density, tables.density,
         "Where the robots were, in robot-seconds per area",
     ),
     "goals": Drawing(
-        curves.goals_over_time, charts.goals, tables.goals, "Goals reached over simulated time"
+        charts.goals, tables.goals, "Goals reached over simulated time"
     ),
     "throughput": Drawing(
-        curves.throughput_over_time, charts.flow, tables.flow, "Goals reached per minute"
+        charts.flow, tables.flow, "Goals reached per minute"
     ),
     "stations": Drawing(
-        timeline.stations, charts.stations, tables.stations,
+        charts.stations, tables.stations,
         "How much the stations were used and waited for",
     ),
     "states": Drawing(
-        curves.states_over_time, charts.states, tables.states,
+        charts.states, tables.states,
         "How many of the robots were in which state",
     ),
     "clearance": Drawing(
-        curves.clearance, charts.clearance, tables.clearance,
+        charts.clearance, tables.clearance,
         "Distances of hulls to each other and to obstacles",
     ),
     "usage": Drawing(
-        curves.usage, charts.usage, tables.usage,
+        charts.usage, tables.usage,
         "CPU and memory; memory that processes share counts once", is_wide=True,
     ),
 }  # fmt: skip
@@ -127,20 +127,23 @@ def _draw(run: RunData, folder: Path | None) -> list[Plot]:
         return []
     if folder is not None:
         folder.mkdir(parents=True)
-    return drawn(DRAWINGS, run, folder)
+    return drawn(DRAWINGS, run, folder, None if run.grid is None else charts.map_image(run.grid))
 
 
 def drawn(
-    drawings: Mapping[str, Drawing[Data]], data: Data, folder: Path | None = None
+    drawings: Mapping[str, Drawing[Data]],
+    data: Data,
+    folder: Path | None = None,
+    map_image: charts.Chart | None = None,
 ) -> list[Plot]:
     """Return the plots that there are data for; also write SVG and PNG, if there is a folder."""
     plots = []
     with style.settings():
         for name, drawing in drawings.items():
-            still = drawing.draw(data)
-            if still is not None:
-                svg = _save(still, None if folder is None else folder / name)
-                chart, table = drawing.chart(data), drawing.table(data)
+            if (chart := drawing.chart(data)) is not None:
+                picture = still(chart, map_image, is_wide=drawing.is_wide)
+                svg = _save(picture, None if folder is None else folder / name)
+                table = drawing.table(data)
                 plots.append(Plot(name, drawing.caption, svg, drawing.is_wide, chart, table))
     return plots
 

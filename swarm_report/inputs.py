@@ -132,6 +132,5 @@ def _short(value: Any) -> str:
 
 
 def _digest(value: Any) -> str:
-    """Return a short name for something long, equal for equal things."""
     text = json.dumps(value, sort_keys=True)
     return f"#{hashlib.sha256(text.encode()).hexdigest()[:6]}"

@@ -6,8 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
+
 from swarm_common.model.breaches import broken_lines, recording_lines
 from swarm_report.run import RunData, mission_goals
+from swarm_run.record.run_record import Breaches
 
 SHOWN = 12  # breaches in the verdict; the table below has all
 
@@ -44,23 +47,9 @@ def judge(run: RunData) -> Judgement:
 
 def breach_lines(report: Mapping[str, Any]) -> list[str]:
     """Return each collision and each missed goal in words."""
-    breaches = report.get("breaches", {})
-    lines = [
-        f"t = {crash['sim_time']:.1f} s: collision of "
-        + " and ".join([*crash["robots"], *filter(None, [crash["obstacle"]])])
-        + f" at ({crash['x']:.2f}, {crash['y']:.2f})"
-        for crash in breaches.get("collisions", [])
-    ]
-    for miss in breaches.get("missed_goals", []):
-        why = f": {miss['reason']}" if miss["reason"] else ""
-        lines.append(f"t = {miss['sim_time']:.1f} s: {miss['robot']} missed {miss['goal']}{why}")
-    if report.get("exit_code") == 1:
-        lines += [
-            f"{rest['robot']} did not get to {rest['goal'] or 'its goal'}:"
-            f" {rest['state'] or 'silent'}"
-            for rest in breaches.get("unfinished_goals", [])
-        ]
-    return lines
+    found = msgspec.convert(report.get("breaches", {}), Breaches)
+    unfinished = found.unfinished_goals if report.get("exit_code") == 1 else ()
+    return [str(breach) for breach in (*found.collisions, *found.missed_goals, *unfinished)]
 
 
 def _so_far(run: RunData) -> list[str]:

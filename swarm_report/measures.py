@@ -71,7 +71,6 @@ def station_use(run: RunData) -> dict[str, StationUse]:
 
 
 def _occupancy(series: Series, station: Pose) -> float:
-    """Return the share of the time at which a robot stood at a station, by ground truth."""
     offsets = series.poses[..., :2] - (station.x, station.y)
     near = np.hypot(offsets[..., 0], offsets[..., 1]) < AT_STATION
     return float(near.any(axis=1).mean())

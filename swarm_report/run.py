@@ -123,7 +123,6 @@ class RunData:
         self._index = {name: index for index, name in enumerate(self.robots)}
 
     def _trace(self, name: str, *kinds: type[Any]) -> list[list[Any]]:
-        """Return the lines of each kind of a file of the trace; count the damaged ones."""
         found, damaged = read_trace(self.folder / "trace" / name, *kinds)
         if damaged:
             self.left_out[f"trace/{name}"] = damaged
@@ -155,7 +154,6 @@ class RunData:
 
     @functools.cached_property
     def _diary(self) -> tuple[list[StateLine], list[GoalLine]]:
-        """Lines about the robots of the run, by kind."""
         found = self._trace("robots.jsonl", StateLine, WaitLine, GoalLine)
         states, _, goals = ([line for line in k if line["robot"] in self._index] for k in found)
         return states, goals

@@ -11,21 +11,11 @@ import msgspec
 from msgspec import Meta
 
 from swarm_common.files.journal import read_journal
+from swarm_common.model.breaches import Count, Number
 from swarm_common.model.errors import ConfigError
+from swarm_run.record.run_record import Breaches, Goals
 
-LARGEST = 1e12
-Number = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
-Count = Annotated[int, Meta(ge=0, le=10**12)]
 Millimetres = list[Number | None]  # of each robot; None of one that is absent
-
-
-class Goals(TypedDict):
-    """Numbers of goals by their outcome."""
-
-    sent: Count
-    reached: Count
-    failed: Count
-    pending: Count
 
 
 class Collisions(TypedDict):
@@ -40,41 +30,6 @@ class Duration(TypedDict, total=False):
 
     median: Number | None
     worst: Number | None
-
-
-class CollisionEntry(TypedDict):
-    """One collision."""
-
-    sim_time: Number
-    robots: list[str]
-    obstacle: str | None
-    x: Number
-    y: Number
-
-
-class MissedEntry(TypedDict):
-    """One goal that was missed."""
-
-    sim_time: Number
-    robot: str
-    goal: str
-    reason: str
-
-
-class UnfinishedEntry(TypedDict):
-    """One goal that was under way at the end."""
-
-    robot: str
-    goal: str
-    state: str
-
-
-class Breaches(TypedDict, total=False):
-    """Contacts, missed goals and unfinished goals, one by one."""
-
-    collisions: list[CollisionEntry]
-    missed_goals: list[MissedEntry]
-    unfinished_goals: list[UnfinishedEntry]
 
 
 class ZoneCounts(TypedDict):

@@ -3,6 +3,7 @@
 What a module imports of its folder stands above it:
 
     command_line      A command as a process: what it needs before its imports, and how it ends
+    record            What is known of a run that is over: report.json, the bench's line
     robots            Robots of a running swarm over ROS: found, watched, driven
     domain            One swarm per ROS domain, since two would have the same names; its owner takes
                       requests

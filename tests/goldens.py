@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
+import msgspec
 import yaml
 
 from swarm_common.model.errors import SwarmError
@@ -166,6 +167,8 @@ def masked(value: Any, path: str = "", *, on_graph: bool = False, is_masked: boo
     *_, parent, name = ("", "", *path.split("."))
     if on_graph and not MASKED_ON_GRAPH.isdisjoint({name, f"{parent}.{name}"}):
         return "*"
+    if isinstance(value, msgspec.Struct):
+        value = msgspec.structs.asdict(value)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     kind = {"on_graph": on_graph, "is_masked": is_masked or name in MASKED}

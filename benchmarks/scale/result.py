@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NamedTuple
 
-from swarm_bench.runs.json_lines import rounded
 from swarm_bench.tables import BenchTable, number
+from swarm_run.record.figures import rounded
 
 NOISY = 0.1  # share of the processors that others had, from which figures are marked
 FEW, MANY = 20, 100  # robots, between which growth is told

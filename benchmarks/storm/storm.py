@@ -19,13 +19,13 @@ from benchmarks.storm.plan import FOR_EVER, Crate, Failure, Fault, StormPlan, dr
 from benchmarks.storm.reachable import Disc, Floor
 from swarm_bench.runs.episode import RunOptions, build, ground_of, nav_config
 from swarm_bench.runs.harness import Harness, InjectedFaults
-from swarm_bench.runs.json_lines import rounded
 from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.breaches import Collision
 from swarm_describe.worlds.scene import Body, Box, Part, transform_from_xyz_rpy
 from swarm_mission.itinerary import Itinerary
 from swarm_mission.leg import Stop
+from swarm_run.record.figures import rounded
 from swarm_sim.world.changing_world import ChangingWorld
 
 MOST_GOALS = 3  # of each robot's mission

@@ -21,7 +21,6 @@ from swarm_bench.execution.sweep import bar
 from swarm_bench.runs.episode import RunOptions, check, parse_parameters
 from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.scenario import Scenario, load_scenario
-from swarm_bench.runs.steady import HOUR
 from swarm_bench.suite.command import (
     Cluster,
     Jobs,
@@ -37,6 +36,7 @@ from swarm_bench.suite.command import (
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes, parse_time
 from swarm_bench.suite.sweep import RunSweep
 from swarm_common.model.errors import ConfigError
+from swarm_run.record.figures import HOUR
 
 precise = partial(typer.Option, rich_help_panel="How precise")
 

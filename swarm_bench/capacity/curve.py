@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from swarm_bench.capacity.knee import Knee, find_knee
-from swarm_bench.runs.result import RunResult, Steady
-from swarm_bench.runs.steady import HOUR
+from swarm_bench.runs.result import RunResult
 from swarm_bench.statistics import Interval, mean_of_runs, student_mean
+from swarm_run.record.figures import HOUR, Steady
 
 
 @dataclass

@@ -11,16 +11,16 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import typer
 
 from swarm_bench.capacity.axes import OF_CONTROLLER, combinations, name_of
 from swarm_bench.capacity.curve import Curve, curve_of
 from swarm_bench.capacity.report import print_curves, sentences, write_output
 from swarm_bench.runs.episode import RunOptions, parse_parameters
-from swarm_bench.runs.result import RunResult, Steady
+from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import result_of_report
 from swarm_bench.runs.scenario import Scenario
-from swarm_bench.runs.steady import steady_of
 from swarm_bench.suite.command import MISSED, new_console
 from swarm_bench.suite.table import run_line
 from swarm_common.files.journal import read_journal
@@ -29,6 +29,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_run.command_line import SWARM_UP, run_command
 from swarm_run.flags import actions_of, parser, stated_of, text_of
 from swarm_run.plan import check_plan
+from swarm_run.record.figures import Steady, steady_of
 from swarm_run.spec import RunSpec
 
 FLAGS = {"robots": "--swarm-size"}  # axes that are called otherwise than their option
@@ -132,7 +133,7 @@ def _result(spec: RunSpec, folder: Path, warm_up: float | None) -> RunResult | N
     )  # fmt: skip
     run = RunOptions(scenario=scenario, robots=spec.size, seed=spec.seed)
     steady = _steady(report, folder, warm_up)
-    return dataclasses.replace(result_of_report(run, report), steady=steady)
+    return msgspec.structs.replace(result_of_report(run, report), steady=steady)
 
 
 def _steady(report: Mapping[str, Any], folder: Path, warm_up: float) -> Steady:

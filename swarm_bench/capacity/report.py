@@ -12,13 +12,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from matplotlib.figure import Figure
 from rich.console import Console
 
 from swarm_bench.capacity.curve import Curve, Point
 from swarm_bench.capacity.findings import comparison_sentences, knee_sentence, reason_sentence
-from swarm_bench.runs.json_lines import rounded
 from swarm_bench.runs.machine import machine_line
 from swarm_bench.statistics import Interval
 from swarm_bench.tables import BenchTable
@@ -26,6 +23,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_report import charts, style
 from swarm_report.document import Drawing, drawn
 from swarm_report.page import page_html, plots_html, verdict_html
+from swarm_run.record.figures import rounded
 
 ENDINGS = (".html", ".csv", ".json")
 
@@ -156,9 +154,7 @@ def _html(curves: Sequence[Curve], told: Sequence[str], command: str) -> str:
     points = [point for curve in curves for point in curve.points]
     flaws = sum(point.collisions + (point.deadlocks or 0) for point in points)
     drawings = {
-        name: Drawing(
-            partial(_still, measure), partial(_chart, measure), lambda _: None, measure.caption
-        )
+        name: Drawing(partial(_chart, measure), lambda _: None, measure.caption)
         for name, measure in MEASURES.items()
     }
     is_known = all(point.deadlocks is not None for point in points)
@@ -177,32 +173,9 @@ def _known(measure: Measure, curve: Curve) -> list[tuple[int, Interval]]:
     return [(robots, value) for robots, value in found if value is not None]
 
 
-def _still(measure: Measure, curves: Sequence[Curve]) -> Figure | None:
+def _chart(measure: Measure, curves: Sequence[Curve]) -> charts.Chart | None:
     if not any(_known(measure, curve) for curve in curves):
         return None
-    drawing, axes = style.plot("robots", measure.title, height=3.2)
-    for number, curve in enumerate(curves):
-        known = _known(measure, curve)
-        ends = np.array([_ends(measure, value) for _, value in known]).reshape(-1, 2)
-        axes.errorbar(
-            [robots for robots, _ in known],
-            [value.estimate for _, value in known],
-            ends.T,
-            label=curve.label or None,
-            capsize=2,
-            color=style.CYCLE[number % len(style.CYCLE)],
-            marker="o",
-            markersize=3,
-        )
-        if measure is MEASURES["throughput"] and curve.knee is not None:
-            axes.axvspan(curve.knee.low, curve.knee.high, alpha=0.12, color=style.GREY)
-    axes.set_ylim(bottom=0.0)
-    if any(curve.label for curve in curves):
-        style.legend_below(axes)
-    return drawing
-
-
-def _chart(measure: Measure, curves: Sequence[Curve]) -> charts.Chart:
     data = []
     for number, curve in enumerate(curves):
         known = _known(measure, curve)
@@ -222,13 +195,19 @@ def _chart(measure: Measure, curves: Sequence[Curve]) -> charts.Chart:
                 hovertemplate="%{x} robots: %{y:.3g} ± %{error_y.array:.2g}",
             )
         )
-    layout = {
+    layout: charts.Chart = {
         "xaxis": charts.axis("robots"),
         "yaxis": charts.axis(
             measure.title, rangemode="tozero", **({"tickformat": ".0%"} if measure.is_share else {})
         ),
         "hovermode": "closest",
     }
+    knees = [curve.knee for curve in curves if curve.knee is not None]
+    layout["shapes"] = [
+        {"type": "rect", "x0": knee.low, "x1": knee.high, "yref": "paper", "y0": 0, "y1": 1,
+         "fillcolor": style.GREY, "opacity": 0.12, "line": {"width": 0}}
+        for knee in knees if measure is MEASURES["throughput"]
+    ]  # fmt: skip
     return {"data": data, "layout": layout}
 
 

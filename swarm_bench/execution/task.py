@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from swarm_bench.runs.inputs import Pack, install
-from swarm_bench.runs.origin import ResultOrigin, here
+from swarm_bench.runs.origin import here
 from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.process import start
 from swarm_common.process.compile_watch import watched
+from swarm_run.record.run_record import ResultOrigin
 
 Runner = Callable[[Any], Any]
 KERNELS = ("swarm_bench", "swarm_central", "swarm_common", "swarm_nav", "swarm_sim")

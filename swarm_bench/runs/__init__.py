@@ -4,7 +4,6 @@ What a module imports of its folder stands above it:
 
     document           Parts of a document that a command writes, between two lines that mark them
     invariant_kernels  The smallest gap between held tubes, in every tick
-    json_lines         A file of JSON lines, one per run, that a killed bench goes on with
     inputs             What runs are made from: read once, hashed, sent to other processes
     machine            The machine that something was measured on, in one line
     origin             Where a result comes from: code, inputs, machine
@@ -13,14 +12,12 @@ What a module imports of its folder stands above it:
     scenario           Scenarios: the rows of the traffic suite
     invariant          No two robots hold space nearer to each other than their radii
     pose_error         How well the robots of a run know where they are
-    result             What a run was: counted by the harness, the same fields for every method
-    steady             What was finished after the warm-up of a run of fixed duration
-    ways               Lengths and directions of the shortest ways to goals
+    result             Lines of a result file: a run's record, or why there is none
     ground_truth       Standing, circles and deadlocks as the simulator sees them
     orders             Orders in the bench: goals come from what stations and robots agree on
     episode            Everything that a run needs, made from a scenario
     fingerprint        A hash of everything that a run is made from
-    result_builder     From a run that is over to its result
+    result_builder     From a run that is over to its record
     harness            One run without the ROS graph, tick by tick
     ros_run            One run on the real ROS graph, by `swarm-up`
 

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swarm_bench.runs.result import GroundTruth, StationShare
-from swarm_bench.runs.ways import WayTable
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, wrap_angle
 from swarm_mission.wait_graph import WaitGraph
+from swarm_mission.way_table import WayTable
+from swarm_run.record.run_record import GroundTruth, StationShare
 
 EVERY = 10  # ticks between two looks
 WINDOW = 3  # looks in which a robot that stands has not moved

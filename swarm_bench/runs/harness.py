@@ -6,7 +6,6 @@ that end are followed by the next ones before the tick is over, and the world ta
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import time
 from array import array
@@ -23,7 +22,6 @@ from swarm_bench.runs.invariant import Invariant
 from swarm_bench.runs.methods import Driver, StagedDriver
 from swarm_bench.runs.orders import BenchOrders
 from swarm_bench.runs.pose_error import PoseErrors
-from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.result_builder import compose_result
 from swarm_common.middleware.cdr import yaw_of
 from swarm_common.model.beacon import (
@@ -40,6 +38,8 @@ from swarm_mission.itinerary import Itinerary, NextGoal
 from swarm_mission.orders.courier import Courier
 from swarm_mission.wait_graph import WaitGraph
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome, Output
+from swarm_run.record.figures import per_robot_second
+from swarm_run.record.run_record import RunRecord
 from swarm_sim.world.world import Observation, World
 
 WAITS_EVERY = 10  # ticks between two checks of which robot waits for which
@@ -137,29 +137,23 @@ class Harness:
             for index, itinerary in enumerate(self.stage.itineraries)
         )
 
-    def run(self) -> RunResult:
+    def run(self) -> RunRecord:
         """Run until all missions are over, or one of the scenario's limits."""
         started, cpu_started = time.perf_counter(), time.process_time()
         try:
             while self.advance():
                 pass
             wall_time = time.perf_counter() - started
-            result = compose_result(
-                self.options, self.stage, self._dead, self.invariant, self._durations, wall_time
-            )
-            waits = self.waits.as_json(result.sim_time)
-            robot_time = max(len(self.stage.drivers) * result.sim_time, CONTROL_PERIOD)
-            return dataclasses.replace(
-                result,
-                wait_circles=waits["lasting_circles"],
-                longest_wait_circle=waits["longest_circle"],
-                ground_truth=self.truth.figures(result.sim_time),
-                cpu_ms_per_robot_second=1e3 * (time.process_time() - cpu_started) / robot_time,
+            sim_time, count = self.stage.world.sim_time, len(self.stage.drivers)
+            cpu = 1e3 * (time.process_time() - cpu_started)
+            return compose_result(
+                self.options, self.stage, self._dead, self.invariant, self._durations,
+                wall_time=wall_time,
+                waits=self.waits.as_json(sim_time),
+                ground_truth=self.truth.figures(sim_time),
+                cpu_ms_per_robot_second=per_robot_second(cpu, count, sim_time),
                 pose_error=self._pose_errors.figures() if self._pose_errors else None,
-                centre=self.stage.centre.as_json(self.options.robots)
-                if self.stage.centre is not None
-                else None,
-            )
+            )  # fmt: skip
         finally:
             self.stage.world.close()
 
@@ -316,7 +310,7 @@ class Harness:
 _BLANK = empty_beacons(1).tobytes()
 
 
-def run(options: RunOptions) -> RunResult:
+def run(options: RunOptions) -> RunRecord:
     """Run a scenario once.
 
     Args:

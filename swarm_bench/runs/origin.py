@@ -6,29 +6,18 @@ import datetime
 import functools
 import platform
 import subprocess
-from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_bench.runs.machine import processor
 from swarm_common.files.edition import edition
+from swarm_run.record.run_record import ResultOrigin
 
 # Packages whose code decides what a run of the bench is.
 DECIDING = (
     "swarm_common", "swarm_describe", "swarm_nav", "swarm_mission", "swarm_sim", "swarm_central",
+    "swarm_run",
     "swarm_bench/baselines", "swarm_bench/halls", "swarm_bench/runs",
 )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ResultOrigin:
-    """Origin of one result: code, inputs and machine."""
-
-    commit: str  # of the code, shortened; empty outside a repository
-    edition: str  # version and a digest of the code
-    inputs: str = ""  # hash of everything that the run was made from
-    host: str  # name of the machine
-    processor: str  # its model; equal trajectories are promised on one kind
-    date: str  # ISO 8601, at the end of the run
 
 
 def here(inputs: str = "") -> ResultOrigin:

@@ -10,6 +10,7 @@ import numpy as np
 from swarm_bench.runs.methods import Driver
 from swarm_common.model.records import FloatArray
 from swarm_nav.interfaces import Reserving
+from swarm_run.record.figures import percentiles
 
 
 class PoseErrors:
@@ -35,7 +36,4 @@ class PoseErrors:
 
     def figures(self) -> dict[str, float] | None:
         """Return `median`, `p95` and `max` [m]; None if nobody was asked."""
-        if not self._values:
-            return None
-        median, p95, largest = np.percentile(np.asarray(self._values, np.float64), (50, 95, 100))
-        return {"median": float(median), "p95": float(p95), "max": float(largest)}
+        return percentiles(self._values, median=50, p95=95, max=100) if self._values else None

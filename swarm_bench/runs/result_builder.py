@@ -1,30 +1,20 @@
-"""From a run that is over to its result; the definitions are those of `report.json`."""
+"""From a run of the bench that is over to its record."""
 
 from __future__ import annotations
 
-import dataclasses
-import statistics
 from collections.abc import Collection, Sequence
-from dataclasses import asdict
 from typing import Any
-
-import numpy as np
 
 from swarm_bench.runs.episode import Episode, RunOptions
 from swarm_bench.runs.invariant import Invariant, least_slack
-from swarm_bench.runs.result import RobotResult, RunResult, Steady, finite
 from swarm_bench.runs.scenario import Scenario
-from swarm_bench.runs.steady import steady_of
 from swarm_common.model.breaches import MissedGoal, UnfinishedGoal
 from swarm_common.model.records import CONTROL_PERIOD
-from swarm_mission.fairness import fairness
-from swarm_mission.itinerary import Itinerary, StopOutcome
-from swarm_mission.orders.courier import Courier
+from swarm_mission.itinerary import StopOutcome
 from swarm_nav.core.goals import Status
-from swarm_sim.world.verdict import RobotVerdict, Verdict
-from swarm_sim.world.world import World
-
-COUNTERS = ("pushes", "retreats", "deadlocks_resolved", "replans")
+from swarm_run.record.compose import RobotFacts, compose_record
+from swarm_run.record.figures import Steady, finite, percentiles, steady_of
+from swarm_run.record.run_record import COUNTERS, Goals, RunRecord
 
 
 def compose_result(
@@ -33,60 +23,80 @@ def compose_result(
     dead: Collection[int],
     invariant: Invariant,
     durations: Sequence[float],
-    wall_time: float,
-) -> RunResult:
-    """Return the result of a run that is over.
+    **others: Any,
+) -> RunRecord:
+    """Return the record of a run that is over.
 
     Args:
         stage: World, drivers and missions at the end.
         dead: Indices of the robots whose goals are not asked for.
         durations: [s] of wall time of brains' ticks, of all or of some.
-        wall_time: [s] of the run.
+        others: Further fields of the record.
     """
-    verdict = stage.world.verdict
-    alive = [index for index in range(len(stage.drivers)) if index not in dead]
-    statuses = [stage.drivers[index].status() for index in alive]
-    robots = {
-        stage.world.names[index]: _robot(
-            stage.itineraries[index], verdict.robots[stage.world.names[index]], status
-        )
-        for index, status in zip(alive, statuses, strict=True)
-    }
-    reached = [o for i in alive for o in stage.itineraries[i].outcomes if o.reached]
-    is_steady = options.scenario.duration > 0.0
-    sent = sum(
-        len(stage.itineraries[index].outcomes) if is_steady else stage.itineraries[index].total
-        for index in alive
-    )
-    last = max((outcome.tick for outcome in reached), default=0) * CONTROL_PERIOD
-    return RunResult(
+    verdict = stage.world.verdict.as_json()
+    alive = {stage.world.names[i]: i for i in range(len(stage.drivers)) if i not in dead}
+    outcomes = {name: stage.itineraries[index].outcomes for name, index in alive.items()}
+    settled = [outcome for each in outcomes.values() for outcome in each]
+    reached = [outcome for outcome in settled if outcome.reached]
+    under_way = sum(not stage.itineraries[index].is_over for index in alive.values())
+    total = sum(stage.itineraries[index].total for index in alive.values())
+    is_endless = options.scenario.duration > 0.0
+    times = [1e6 * each for each in durations]
+    ticks = percentiles(times, median=50, p99=99) if times else {}
+    return compose_record(
+        {
+            name: _facts(stage, index, outcomes[name], is_endless=is_endless)
+            for name, index in alive.items()
+        },
+        Goals(
+            len(settled) + under_way, len(reached), len(settled) - len(reached),
+            total - len(settled),
+        ),
+        max((outcome.tick for outcome in settled), default=0) * CONTROL_PERIOD or None,
+        verdict,
+        missed=[
+            MissedGoal(name, outcome.stop.name, outcome.tick * CONTROL_PERIOD, outcome.reason)
+            for name, each in outcomes.items() for outcome in each if not outcome.reached
+        ],
+        unfinished=[] if is_endless or stage.orders else _unfinished(stage, alive.values()),
+        is_endless=is_endless,
         **identity(options),
-        goals_sent=sent,
-        goals_reached=len(reached),
-        goals_failed=sent - len(reached),
-        first_miss=_first_miss(stage, alive, with_unfinished=not is_steady),
-        makespan=last if len(reached) == sent and not is_steady else None,
-        throughput_per_minute=60.0 * len(reached) / last if last else 0.0,
         min_held_gap=finite(invariant.gap),
         min_held_slack=finite(invariant.slack),
         least_held_slack=least_slack(stage.drivers),
-        wall_time=wall_time,
-        per_robot=robots,
-        steady=_steady(stage, options.scenario, reached) if is_steady else None,
+        tick_us_median=ticks.get("median"),
+        tick_us_p99=ticks.get("p99"),
+        steady=_steady(stage, options.scenario, reached) if is_endless else None,
         no_guarantee="; ".join(stage.conditions.findings) if stage.conditions else "",
-        recoveries=sum(status.number_of_recoveries for status in statuses),
-        **{name: sum(getattr(status, name) for status in statuses) for name in COUNTERS},
-        orders=None if stage.orders is None else stage.orders.run.results(verdict.sim_time),
-        **_truth(stage.world, verdict),
-        **_service(list(robots.values()), [outcome.duration for outcome in reached]),
-        **_pace(durations),
-    )
+        orders=None if stage.orders is None else stage.orders.run.results(verdict["sim_time"]),
+        centre=None if stage.centre is None else stage.centre.as_json(options.robots),
+        **others,
+    )  # fmt: skip
+
+
+def _facts(
+    stage: Episode, index: int, outcomes: Sequence[StopOutcome], *, is_endless: bool
+) -> RobotFacts:
+    itinerary, status = stage.itineraries[index], stage.drivers[index].status()
+    ends = [(each.tick * CONTROL_PERIOD, each.duration) for each in outcomes if each.reached]
+    asked = len(outcomes) if is_endless else itinerary.total
+    return RobotFacts(
+        reached=len(ends), failed=asked - len(ends), ends=ends,
+        is_done=len(outcomes) == itinerary.total,
+        hold_time=status.hold_time, wait_time=status.wait_time, counts=counts_of(status),
+    )  # fmt: skip
+
+
+def counts_of(status: Status) -> dict[str, int]:
+    """Return what a robot has counted, by the names of `COUNTERS`."""
+    names = {"recoveries": "number_of_recoveries"}
+    return {name: getattr(status, names.get(name, name)) for name in COUNTERS}
 
 
 def _steady(stage: Episode, scenario: Scenario, reached: Sequence[StopOutcome]) -> Steady:
     """Return what was finished after the warm-up: orders where there are any, else goals."""
     if stage.orders is not None:
-        records = stage.orders.run.results(stage.world.verdict.sim_time)["orders"]
+        records = stage.orders.run.results(stage.world.sim_time)["orders"]
         done = [(each["done"], each["lead_time"]) for each in records if each["done"] is not None]
         return steady_of(done, scenario.warm_up, scenario.duration, "orders")
     finished = [(outcome.tick * CONTROL_PERIOD, outcome.duration) for outcome in reached]
@@ -103,43 +113,6 @@ def identity(options: RunOptions) -> dict[str, Any]:
         "engine": options.engine,
         "conditions": conditions(options),
     }
-
-
-def _truth(world: World, verdict: Verdict) -> dict[str, Any]:
-    """Return what the world says."""
-    return {
-        "robot_robot": verdict.robot_robot,
-        "robot_world": verdict.robot_world,
-        "first_collision": str(world.collisions[0]) if world.collisions else "",
-        "near_misses": verdict.near_misses,
-        "min_clearance": finite(verdict.min_clearance),
-        "sim_time": verdict.sim_time,
-        "trajectory_sha256": verdict.trajectory_sha256,
-        "zones": None if verdict.zones is None else dataclasses.asdict(verdict.zones),
-    }
-
-
-def _service(robots: Sequence[RobotResult], goal_times: Sequence[float]) -> dict[str, Any]:
-    """Return how long robots waited and goals took [s]."""
-    waits = [robot.hold_time + robot.wait_time for robot in robots]
-    served = fairness(goal_times)
-    return {
-        "hold_time": sum(robot.hold_time for robot in robots),
-        "wait_time": sum(robot.wait_time for robot in robots),
-        "wait_median": statistics.median(waits) if waits else None,
-        "wait_worst": max(waits, default=0.0),
-        "goal_median": served.median,
-        "goal_worst": served.worst,
-        "fairness": served.ratio,
-    }
-
-
-def _pace(durations: Sequence[float]) -> dict[str, Any]:
-    times = np.asarray(durations, np.float64) * 1e6
-    if not len(times):
-        return {"tick_us_median": None, "tick_us_p99": None}
-    median, p99 = np.percentile(times, (50, 99))
-    return {"tick_us_median": float(median), "tick_us_p99": float(p99)}
 
 
 def conditions(options: RunOptions) -> dict[str, Any]:
@@ -170,37 +143,12 @@ def conditions(options: RunOptions) -> dict[str, Any]:
     }
 
 
-def _robot(itinerary: Itinerary | Courier, truth: RobotVerdict, status: Status) -> RobotResult:
-    reached = [outcome for outcome in itinerary.outcomes if outcome.reached]
-    is_done = len(reached) == itinerary.total
-    return RobotResult(
-        goals_reached=len(reached),
-        goals_failed=itinerary.total - len(reached),
-        finish_time=reached[-1].tick * CONTROL_PERIOD if is_done and reached else None,
-        hold_time=status.hold_time,
-        wait_time=status.wait_time,
-        goal_worst=max((outcome.duration for outcome in reached), default=None),
-        distance=truth.distance,
-        collisions=truth.collisions,
-        min_clearance=finite(truth.min_clearance),
-        battery=None if truth.battery is None else asdict(truth.battery),
-    )
-
-
-def _first_miss(stage: Episode, alive: Sequence[int], *, with_unfinished: bool) -> str:
-    """Return the first goal that a robot gave up, or else one that was still under way."""
-    misses = [
-        MissedGoal(stage.world.names[i], o.stop.name, o.tick * CONTROL_PERIOD, o.reason)
-        for i in alive
-        for o in stage.itineraries[i].outcomes
-        if not o.reached
-    ]
-    if misses:
-        return str(min(misses, key=lambda miss: miss.sim_time))
-    for index in alive if with_unfinished else ():
-        if stage.orders is None and not stage.itineraries[index].is_over:
-            status = stage.drivers[index].status()
-            goal = stage.itineraries[index].next_stop
+def _unfinished(stage: Episode, alive: Collection[int]) -> list[UnfinishedGoal]:
+    """Return the goals that robots were under way to."""
+    found = []
+    for index in alive:
+        if not stage.itineraries[index].is_over:
+            status, goal = stage.drivers[index].status(), stage.itineraries[index].next_stop
             state = f"{status.state} {status.detail}".strip()
-            return str(UnfinishedGoal(stage.world.names[index], goal, state))
-    return ""
+            found.append(UnfinishedGoal(stage.world.names[index], goal, state))
+    return found

@@ -6,23 +6,24 @@ import json
 import os
 import subprocess
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import yaml
+from msgspec.structs import replace
 
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.methods import METHODS
-from swarm_bench.runs.result import RobotResult, RunResult
-from swarm_bench.runs.result_builder import COUNTERS, identity
-from swarm_common.model.breaches import Collision, MissedGoal, UnfinishedGoal
+from swarm_bench.runs.result_builder import identity
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.robot_names import RobotNames
 from swarm_common.process.lifetime import die_with
 from swarm_describe.worlds.world_file import find_world
 from swarm_run.command_line import SWARM_UP
 from swarm_run.params import EVERY_NAVIGATOR
+from swarm_run.record.report_file import record_of
+from swarm_run.record.run_record import RunRecord
 
 ENGINE = "ros"  # what a result's engine is called: rigid bodies behind the ROS graph
 LAST_LINES = 5  # of swarm-up's output, in an error
@@ -32,7 +33,7 @@ class SwarmUpError(SwarmError):
     """`swarm-up` could not run."""
 
 
-def run_on_graph(options: RunOptions) -> RunResult:
+def run_on_graph(options: RunOptions) -> RunRecord:
     """Run a scenario once with `swarm-up`: processes, DDS, rigid bodies, LiDARs.
 
     Args:
@@ -146,70 +147,6 @@ def _fleet(models: tuple[str, ...], count: int) -> dict[str, Any]:
     return {"order": "mixed", "groups": groups}
 
 
-def result_of_report(options: RunOptions, report: Mapping[str, Any]) -> RunResult:
-    """Return the result in a `report.json`; what only the harness knows is None.
-
-    Args:
-        report: Report as `swarm-up` wrote it.
-    """
-    goals, collisions = report["goals"], report["collisions"]
-    total = goals["reached"] + goals["failed"] + goals["pending"]
-    is_complete = goals["reached"] == total
-    counters: dict[str, Any] = {name: report.get(name) for name in COUNTERS}
-    robots = {name: _robot(item) for name, item in report["robots"].items()}
-    waits = sorted(robot.hold_time + robot.wait_time for robot in robots.values())
-    crashes = report["breaches"]["collisions"]
-    misses = report["breaches"]["missed_goals"]
-    unfinished = report["breaches"]["unfinished_goals"]
-    return RunResult(
-        **(identity(options) | {"engine": ENGINE}),
-        goals_sent=total,
-        goals_reached=goals["reached"],
-        goals_failed=total - goals["reached"],
-        robot_robot=collisions["robot_robot"],
-        robot_world=collisions["robot_world"],
-        first_collision=str(Collision.from_json(crashes[0])) if crashes else "",
-        first_miss=_first_miss(misses, unfinished),
-        near_misses=report["near_misses"],
-        zones=report.get("zones"),
-        min_clearance=report["min_clearance"],
-        min_held_gap=None,
-        min_held_slack=None,
-        makespan=report["makespan"] if is_complete else None,
-        throughput_per_minute=report["throughput_per_minute"] or 0.0,
-        sim_time=report["sim_time"],
-        hold_time=report["hold_time"],
-        wait_time=report["wait_time"],
-        wait_median=waits[len(waits) // 2],
-        wait_worst=report["worst_wait"],
-        goal_median=report["goal_duration"]["median"],
-        goal_worst=report["goal_duration"]["worst"],
-        fairness=report["fairness"],
-        recoveries=report.get("recoveries"),
-        wall_time=report["wall_time"],
-        tick_us_median=None,
-        tick_us_p99=None,
-        trajectory_sha256=report["trajectory_sha256"] or "",
-        per_robot=robots,
-        **counters,
-    )
-
-
-def _robot(item: Mapping[str, Any]) -> RobotResult:
-    return RobotResult(
-        goals_reached=item["goals_reached"],
-        goals_failed=item["goals_failed"],
-        finish_time=None,
-        hold_time=item["hold_time"],
-        wait_time=item["wait_time"],
-        goal_worst=item["worst_goal_duration"],
-        distance=item["distance"] or 0.0,
-        collisions=item["collisions"] or 0,
-        min_clearance=item["min_clearance"],
-    )
-
-
-def _first_miss(misses: Sequence[Any], unfinished: Sequence[Any]) -> str:
-    if misses:
-        return str(MissedGoal(**misses[0]))
-    return str(UnfinishedGoal(**unfinished[0])) if unfinished else ""
+def result_of_report(options: RunOptions, report: Mapping[str, Any]) -> RunRecord:
+    """Return the record in a `report.json`, under the bench's names for the run."""
+    return replace(record_of(report), **identity(options) | {"engine": ENGINE})

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from swarm_bench.runs.episode import Episode, RunOptions, nav_config, robot_named
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
+from swarm_common.model.way_graph import way_graph
 from swarm_nav.planning.terrain import Terrain, terrain_for
 
 DETOUR = 1.0 / math.cos(math.pi / 8)  # most by which a way over 8 neighbours is longer
-MOVES = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
 def least_makespan(options: RunOptions, stage: Episode) -> float:
@@ -49,20 +47,7 @@ class _Ways:
     def __init__(self, terrain: Terrain, room: float) -> None:
         self._lattice = terrain.lattice
         free = self._lattice.clearance >= room - self._lattice.step
-        index = np.arange(free.size).reshape(free.shape)
-        rows, columns, lengths = [], [], []
-        for dr, dc in MOVES:
-            height, width = free.shape
-            low, high = max(0, -dc), width - max(0, dc)
-            first = (slice(0, height - dr), slice(low, high))
-            second = (slice(dr, height), slice(low + dc, high + dc))
-            ok = free[first] & free[second]
-            rows.append(index[first][ok])
-            columns.append(index[second][ok])
-            lengths.append(np.full(int(ok.sum()), math.hypot(dr, dc) * self._lattice.step))
-        shape = (free.size, free.size)
-        ends = (np.concatenate(rows), np.concatenate(columns))
-        self._graph = coo_matrix((np.concatenate(lengths), ends), shape=shape).tocsr()
+        self._graph = way_graph(free, self._lattice.step)
         self._shape = len(free), len(free[0])
         self._known: dict[int, FloatArray] = {}
 

@@ -8,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from msgspec.structs import replace
+
 from swarm_bench.execution.processes import LocalExecutor
 from swarm_bench.execution.store import Store
 from swarm_bench.execution.sweep import Sweep
@@ -138,13 +140,13 @@ class RunSweep(Sweep[RunOptions, RunResult]):
         return known, told if others else ""
 
     def _outcome(self, item: RunOptions, done: Done) -> tuple[Any, str]:
-        origin = dataclasses.replace(done.origin or here(), inputs=self._inputs_of(item)[0])
+        origin = replace(done.origin or here(), inputs=self._inputs_of(item)[0])
         if done.error:
             named = identity(item) | ({"engine": ROS} if self._ros else {})
             failed = FailedRun(**named, error=done.error, origin=origin, refused=done.is_refused)
             self.failed.append(failed)
             return failed, failure_line(failed)
-        result: RunResult = dataclasses.replace(done.value, origin=origin)
+        result: RunResult = replace(done.value, origin=origin)
         self.results.append(result)
         return result, run_line(result)
 
@@ -178,10 +180,9 @@ def once(lines: Iterable[Line]) -> dict[Full, Line]:
     for line in lines:
         first = kept.setdefault(full_key_of(line[1]), line)
         names = [
-            item.name
-            for item in dataclasses.fields(RunResult)
-            if item.name not in OF_MACHINE
-            and getattr(first[1], item.name) != getattr(line[1], item.name)
+            name
+            for name in RunResult.__struct_fields__
+            if name not in OF_MACHINE and getattr(first[1], name) != getattr(line[1], name)
         ]
         if names:
             raise ConfigError(

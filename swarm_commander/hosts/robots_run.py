@@ -11,7 +11,6 @@ from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.run_description import RunDescription, parse
 from swarm_commander.run.fork_server import HostForkServer
 from swarm_commander.run.process_table import CLIENT, DISTRIBUTOR, HOST
-from swarm_commander.run.results.report import rounded
 from swarm_commander.run.results.run_statistics import RobotStatistics
 from swarm_commander.run.supervision import RunPart, Supervision
 from swarm_common.files.edition import edition
@@ -20,6 +19,7 @@ from swarm_common.middleware.secret import VARIABLE
 from swarm_common.model.robot_names import in_short
 from swarm_common.process import messages as say
 from swarm_run.params import ParameterSource, write_parameter_file
+from swarm_run.record.figures import rounded
 
 DESCRIPTION_FILE = "run_description.json"
 

@@ -24,6 +24,7 @@ What a module imports of its folder stands above it:
     robot_names  Names of a run's robots: their namespaces, by the number that beacons carry
     run_words  Words that terminal and report.html share, from the fields of report.json
     beacon   The radio message: `Beacon` as a numpy record whose bytes are its CDR body
+    way_graph  Graph of free cells, for shortest ways over eight neighbours
     zones    Keepout zones and speed limits on a map, as Nav2's costmap filters have them
     sites    Named places of a world: stations, circuits, spawns, places and zones (`sites.yaml`)
 

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Annotated, Any
+
+from msgspec import Meta
 
 MISSED = "missed its goal: "  # begins what a robot says of itself that gave its goal up
 SHOWN = 10  # breaches of a kind that the summary spells out
+LARGEST = 10**12  # of numbers in reports, which somebody may have changed
+Number = Annotated[float, Meta(ge=-float(LARGEST), le=float(LARGEST))]
+Count = Annotated[int, Meta(ge=0, le=LARGEST)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,9 +21,9 @@ class Collision:
 
     robots: tuple[str, ...]  # names of the one or two robots in it
     obstacle: str  # name of the object that the robot touched; empty if two robots met
-    x: float  # [m] in map, where it began
-    y: float  # [m] in map, where it began
-    sim_time: float  # [s] when it began
+    x: Number  # [m] in map, where it began
+    y: Number  # [m] in map, where it began
+    sim_time: Number  # [s] when it began
 
     @classmethod
     def from_json(cls, item: Mapping[str, Any]) -> Collision:
@@ -38,7 +43,7 @@ class MissedGoal:
 
     robot: str  # its name
     goal: str  # name of the station or place
-    sim_time: float  # [s] when it was given up
+    sim_time: Number  # [s] when it was given up
     reason: str  # error code and message, as far as known
 
     def __str__(self) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.grid import FREE, Grid
 from swarm_common.model.records import FloatArray, Pose
+from swarm_common.model.way_graph import way_graph
 
 CELL = 0.25  # [m] with which ways are measured
 NEAR = 4  # cells around a place in which the nearest one with a way is taken
@@ -58,7 +59,6 @@ class WayLengths:
 
     def _measure(self, grid: Grid, radius: float) -> None:
         from scipy.ndimage import distance_transform_edt
-        from scipy.sparse import coo_matrix
         from scipy.sparse.csgraph import dijkstra
 
         is_free = grid.cells == FREE
@@ -71,23 +71,12 @@ class WayLengths:
         columns = ((np.arange(math.ceil(grid.width / step)) + 0.5) * step).astype(int)
         rows, columns = rows.clip(0, grid.height - 1), columns.clip(0, grid.width - 1)
         room = clear[np.ix_(rows, columns)] > radius
-        numbers = np.arange(room.size).reshape(room.shape)
-        firsts, seconds, lengths = [], [], []
-        for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
-            height, width = room.shape
-            left = slice(max(0, -right), width - max(0, right))
-            moved = slice(max(0, right), width + min(0, right))
-            both = room[: height - down, left] & room[down:, moved]
-            firsts.append(numbers[: height - down, left][both])
-            seconds.append(numbers[down:, moved][both])
-            lengths.append(np.full(int(both.sum()), CELL * math.hypot(down, right)))
-        first, second, length = (np.concatenate(part) for part in (firsts, seconds, lengths))
-        graph = coo_matrix((length, (first, second)), shape=(room.size, room.size)).tocsr()
+        graph = way_graph(room, CELL)
         for name, pose in self._stations.items():
             row, column = self._cell(grid, pose.x, pose.y)
             start = self._nearest(room, row, column)
             if start is not None:
-                field = dijkstra(graph, directed=False, indices=int(numbers[start]))
+                field = dijkstra(graph, directed=False, indices=start[0] * room.shape[1] + start[1])
                 self._fields[name] = field.reshape(room.shape)
 
     @staticmethod

@@ -12,6 +12,8 @@ import pytest
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.scenario import load_scenario
+from swarm_run.record.report_file import record_of
+from swarm_run.record.run_record import RobotRecord, RunRecord
 
 ROOT = Path(__file__).resolve().parents[2]
 MISSION = """
@@ -33,6 +35,17 @@ PARAMS = """
     radio: {loss: 0.2, delay: 0.1}
     actuation_noise: 0.02
 """
+
+
+NAMES = {"scenario", "method", "engine", "conditions", "processes"}
+OF_CLOCK = {"wall_time", "cpu_ms_per_robot_second", "tick_us_median", "tick_us_p99"}
+OF_BENCH = {"min_held_gap", "min_held_slack", "least_held_slack", "ground_truth"}
+# of status messages, which come when the clock on the wall says so
+SAMPLED = {
+    "hold_time", "wait_time", "wait_median", "wait_worst", "waits", "wait_circles",
+    "longest_wait_circle",
+}  # fmt: skip
+NOT_COMPARED = NAMES | OF_CLOCK | OF_BENCH | SAMPLED
 
 
 def run_on_the_graph(folder: Path, seed: int) -> dict[str, Any]:
@@ -58,15 +71,21 @@ def run_on_the_graph(folder: Path, seed: int) -> dict[str, Any]:
 
 @pytest.mark.slow
 @pytest.mark.timeout(300)
-def test_bench_and_graph_give_equal_trajectories(tmp_path: Path) -> None:
+def test_bench_and_graph_give_equal_trajectories_and_records(tmp_path: Path) -> None:
     (tmp_path / "short.yaml").write_text(MISSION, encoding="utf-8")
     (tmp_path / "params.yaml").write_text(PARAMS, encoding="utf-8")
     scenario = tmp_path / "scenario.yaml"
     scenario.write_text(SCENARIO.replace("MISSION", str(tmp_path / "short.yaml")), "utf-8")
     options = RunOptions(scenario=load_scenario(str(scenario)), robots=3, seed=3, engine="bullet")
     result = Harness(options).run()
-    report = run_on_the_graph(tmp_path, seed=3)
+    found = record_of(run_on_the_graph(tmp_path, seed=3))
     assert result.is_flawless
-    assert report["makespan"] == pytest.approx(result.makespan)
-    assert report["pushes"] == result.pushes > 0
-    assert report["trajectory_sha256"] == result.trajectory_sha256
+    assert result.pushes
+    for name in set(RunRecord.__struct_fields__) - NOT_COMPARED - {"per_robot"}:
+        told, counted = getattr(found, name), getattr(result, name)
+        is_number = isinstance(counted, float)
+        assert told == (pytest.approx(counted, abs=1e-4) if is_number else counted), name
+    for robot, other in result.per_robot.items():
+        for name in set(RobotRecord.__struct_fields__) - NOT_COMPARED:
+            told, counted = getattr(found.per_robot[robot], name), getattr(other, name)
+            assert told == pytest.approx(counted, abs=1e-4), (robot, name)

@@ -1,24 +1,25 @@
-"""`report.json`: the result of a run in the form that tools outside rely on."""
+"""`report.json` of a run on the ROS graph, from what its processes said and used."""
 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from swarm_commander.run.processes.usage import UsageMeter
-from swarm_commander.run.results.run_statistics import COUNTS, RunStatistics
+from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_common.files.whole_file import write_whole
-from swarm_common.model.breaches import Collision, breaches_json
-from swarm_mission.fairness import fairness
 from swarm_mission.orders.floor_use import joined
 from swarm_run.command_line import COMPONENT_FAILED, MISSED, OK
+from swarm_run.record.compose import RobotFacts, compose_record
+from swarm_run.record.figures import finite, per_robot_second, rounded
+from swarm_run.record.report_file import report_of
+from swarm_run.record.run_record import Goals
 from swarm_run.spec import RunSpec
 
-SCHEMA = 1
+MEASURED = ("world", "navigators")  # groups of processes whose memory is told
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,106 +38,92 @@ def compose_report(
     usage: UsageMeter,
     times: RunTimes,
 ) -> dict[str, Any]:
-    """Return the report except for the keys below; what could not be measured is null.
-
-    `cli/session.py` adds `exit_code`, `failures` and `incidents`, and those that
-    `swarm_report/report_fields.py` works out from the time series. `hosts/hosted_navigators.py`
-    adds `hosts`. A goal that was missed is in
-    `breaches.missed_goals`; `goals.failed` and `goals_failed` count such goals.
+    """Return report.json as `report_of` has it.
 
     Args:
         verdict: What the world measured; empty if it could not say.
     """
-    sim_time = float(verdict.get("sim_time", statistics.sim_time))
-    seconds = spec.size * sim_time
-    cpu = {group: usage.cpu(group) for group in ("world", "navigators", "operator")}
+    seen: dict[str, Any] = {
+        "sim_time": statistics.sim_time,
+        "robot_robot": statistics.robot_robot,
+        "robot_world": statistics.robot_world,
+        "collisions": [asdict(collision) for collision in statistics.collisions_seen],
+    }
+    measured = seen | dict(verdict)
+    sim_time = float(measured["sim_time"])
+    is_done = statistics.has_mission and not statistics.pending
+    orders, last = statistics.orders, finite(statistics.last_goal_time)
+    floor = joined(statistics.floors.values())
+    record = compose_record(
+        {
+            name: RobotFacts(
+                reached=robot.reached,
+                failed=robot.failed,
+                ends=robot.ends,
+                is_done=is_done,
+                hold_time=robot.hold_time,
+                wait_time=robot.wait_time,
+                counts=robot.counts,
+                restarts=robot.restarts,
+            )
+            for name, robot in statistics.robots.items()
+        },
+        Goals(statistics.sent, statistics.reached, statistics.failed, statistics.pending),
+        last,
+        measured,
+        missed=statistics.misses,
+        unfinished=statistics.unfinished,
+        waits=statistics.waits.as_json(sim_time),
+        robots=spec.size,
+        seed=spec.seed,
+        wall_time=times.wall_time,
+        orders=None if orders is None else {**orders.as_json(sim_time), **floor},
+        centre=_centre(statistics, usage, spec.size, sim_time),
+        processes={
+            "has_verdict": bool(verdict),
+            "world": spec.world,
+            "robot": spec.model,
+            "mission": spec.mission,
+            "real_time_factor": verdict.get("real_time_factor", statistics.real_time_factor),
+            "active_after_wall": times.active_after_wall,
+            "conditions": _conditions(statistics),
+            "late_ticks": verdict.get("late_ticks"),
+            "restarts": times.restarts,
+            "rejected": dict(sorted(statistics.rejected.items())),
+            "foreign_publishers": [
+                {"topic": topic, "node": node} for topic, node in statistics.foreign
+            ],
+            **_costs(usage, spec.size, sim_time),
+        },
+    )
+    return report_of(record)
+
+
+def _costs(usage: UsageMeter, robots: int, sim_time: float) -> dict[str, Any]:
+    """Return what processes have used: CPU per robot and second, memory."""
+    cpu = {group: usage.cpu(group) for group in MEASURED}
     cpu["onlookers"] = usage.cpu("recorder") + usage.cpu("viewer")
-    per_second = {
-        "world": cpu["world"],
-        "navigators": cpu["navigators"],
-        "onlookers": cpu["onlookers"],
-        "total": sum(cpu.values()),
-    }
-    makespan = statistics.last_goal_time if math.isfinite(statistics.last_goal_time) else None
+    cpu["total"] = sum(cpu.values()) + usage.cpu("operator")
+    meters = {"memory_mb": usage.memory_mb, "private_mb": usage.private_mb, "rss_mb": usage.rss_mb}
     return {
-        "schema": SCHEMA,
-        "has_verdict": bool(verdict),
-        "swarm_size": spec.size,
-        "world": spec.world,
-        "robot": spec.model,
-        "mission": spec.mission,
-        "seed": spec.seed,
-        "sim_time": rounded(sim_time),
-        "wall_time": rounded(times.wall_time),
-        "real_time_factor": rounded(verdict.get("real_time_factor", statistics.real_time_factor)),
-        "active_after_wall": rounded(times.active_after_wall),
-        "goals": {
-            "sent": statistics.sent,
-            "reached": statistics.reached,
-            "failed": statistics.failed,
-            "pending": statistics.pending,
-        },
-        "collisions": {
-            # without a verdict it is unknown whether there was one
-            "robot_robot": verdict.get("robot_robot", statistics.robot_robot or None),
-            "robot_world": verdict.get("robot_world", statistics.robot_world or None),
-        },
-        "conditions": _conditions(statistics),
-        "near_misses": verdict.get("near_misses"),
-        "min_clearance": rounded(verdict.get("min_clearance"), 4),
-        "makespan": rounded(makespan),
-        "throughput_per_minute": rounded(60.0 * statistics.reached / makespan if makespan else 0.0),
-        **_service(statistics),
-        "waits": statistics.waits.as_json(sim_time),
-        "late_ticks": verdict.get("late_ticks"),
-        "restarts": times.restarts,
-        "rejected": dict(sorted(statistics.rejected.items())),
-        "foreign_publishers": [
-            {"topic": topic, "node": node} for topic, node in statistics.foreign
-        ],
         "cpu_ms_per_robot_second": {
-            name: rounded(1000.0 * value / seconds) if seconds else None
-            for name, value in per_second.items()
+            name: per_robot_second(1000.0 * value, robots, sim_time) for name, value in cpu.items()
         },
-        "memory_mb": {
-            group: rounded(usage.memory_mb(group), 1) for group in ("world", "navigators")
+        **{
+            name: {group: rounded(read(group), 1) for group in MEASURED}
+            for name, read in meters.items()
         },
-        "private_mb": {
-            group: rounded(usage.private_mb(group), 1) for group in ("world", "navigators")
-        },
-        "rss_mb": {group: rounded(usage.rss_mb(group), 1) for group in ("world", "navigators")},
-        "trajectory_sha256": verdict.get("trajectory_sha256"),
-        **({"zones": verdict["zones"]} if verdict.get("zones") else {}),
-        **_orders(statistics, sim_time),
-        **_centre(statistics, usage, seconds),
-        "breaches": breaches_json(
-            _collisions(statistics, verdict), statistics.misses, statistics.unfinished
-        ),
-        "robots": _robots(statistics, verdict.get("robots", {})),
     }
 
 
-def _collisions(statistics: RunStatistics, verdict: Mapping[str, Any]) -> list[Collision]:
-    """Return the contact episodes of the verdict; without one, those that were reported."""
-    if "collisions" not in verdict:
-        return statistics.collisions_seen
-    return [Collision.from_json(collision) for collision in verdict["collisions"]]
-
-
-def _orders(statistics: RunStatistics, sim_time: float) -> dict[str, Any]:
-    if statistics.orders is None:
-        return {}
-    figures = statistics.orders.as_json(sim_time)
-    return {"orders": {**figures, **joined(statistics.floors.values())}}
-
-
-def _centre(statistics: RunStatistics, usage: UsageMeter, seconds: float) -> dict[str, Any]:
-    """Return what the centre has cost, its whole process included; nothing without one."""
+def _centre(
+    statistics: RunStatistics, usage: UsageMeter, robots: int, sim_time: float
+) -> dict[str, float] | None:
+    """Return what the centre has cost, its whole process included; None without one."""
     if not statistics.centre:
-        return {}
-    cpu = rounded(1000.0 * usage.cpu("central") / seconds) if seconds else None
-    figures = {name: rounded(value) for name, value in statistics.centre.items()}
-    return {"centre": {**figures, "process_cpu_ms_per_robot_second": cpu}}
+        return None
+    cpu = per_robot_second(1000.0 * usage.cpu("central"), robots, sim_time)
+    return {**statistics.centre, "process_cpu_ms_per_robot_second": cpu or 0.0}
 
 
 def _conditions(statistics: RunStatistics) -> dict[str, Any] | None:
@@ -149,48 +136,6 @@ def _conditions(statistics: RunStatistics) -> dict[str, Any] | None:
         "places": found.places,
         "robots": found.robots,
         "findings": [*unseen, *found.findings],
-    }
-
-
-def _service(statistics: RunStatistics) -> dict[str, Any]:
-    """Return the totals over robots: waits, holds, pushes, retreats and the like."""
-    robots = statistics.robots.values()
-    served = fairness([duration for robot in robots for duration in robot.durations])
-    return {
-        "hold_time": rounded(sum(robot.hold_time for robot in robots)),
-        "wait_time": rounded(sum(robot.wait_time for robot in robots)),
-        "worst_wait": rounded(max(robot.hold_time + robot.wait_time for robot in robots)),
-        "goal_duration": {"median": rounded(served.median), "worst": rounded(served.worst)},
-        "fairness": rounded(served.ratio),
-        **{name: sum(robot.counts[name] for robot in robots) for name in COUNTS.values()},
-    }
-
-
-def _robots(statistics: RunStatistics, measured: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    return {
-        name: {
-            "goals_reached": robot.reached,
-            "goals_failed": robot.failed,
-            "restarts": robot.restarts,
-            "hold_time": rounded(robot.hold_time),
-            "wait_time": rounded(robot.wait_time),
-            "worst_goal_duration": rounded(max(robot.durations, default=None)),
-            **robot.counts,
-            "distance": rounded(measured.get(name, {}).get("distance")),
-            "collisions": measured.get(name, {}).get("collisions"),
-            "near_misses": measured.get(name, {}).get("near_misses"),
-            "min_clearance": rounded(measured.get(name, {}).get("min_clearance"), 4),
-            **_battery(measured.get(name, {})),
-        }
-        for name, robot in statistics.robots.items()
-    }
-
-
-def _battery(measured: Mapping[str, Any]) -> dict[str, Any]:
-    battery = measured.get("battery") or {}
-    return {
-        f"battery_{name}": value if isinstance(value, int) else rounded(value)
-        for name, value in battery.items()
     }
 
 
@@ -235,14 +180,3 @@ def write_report(path: Path, report: Mapping[str, Any]) -> str:
     except OSError as error:
         return f"the report {path} cannot be written: {error.strerror}"
     return ""
-
-
-def rounded(value: Any, digits: int = 3) -> float | None:
-    """Return a number for JSON; None for what is unknown or not finite.
-
-    Args:
-        value: None, infinities and NaN become None.
-    """
-    if value is None or not math.isfinite(value):
-        return None
-    return round(float(value), digits)

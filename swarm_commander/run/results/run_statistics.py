@@ -97,12 +97,12 @@ class GivenGoals:
         reached: Number of goals that were reached.
         missed: Number of goals that were missed.
         misses: Where and when it gave one up, and why.
-        durations: [s] that each took which was reached.
+        ends: Time and duration [s] of each that was reached.
     """
 
     def __init__(self) -> None:
         self.misses: list[tuple[str, float, str]] = []
-        self.durations: list[float] = []
+        self.ends: list[tuple[float, float]] = []
         self._began_at = self._failed_began_at = 0.0  # of the current goal, and of that one
         self.sent = self.reached = self.missed = 0
         self._tries_failed = self._repeats = 0
@@ -132,7 +132,7 @@ class GivenGoals:
             new = tries_failed - self._tries_failed
             self.misses += [(_place_name(self._place_map), now, reason)] * new
         if reached > self.reached and self._place_map is not None:
-            self.durations.append(now - self._began_at)
+            self.ends.append((now, now - self._began_at))
         if goal_map is not None and (is_settled or goal_map != self._place_map):
             self._began_at = now
         if goal_map is not None and self._is_repeat(goal_map, now):
@@ -151,7 +151,6 @@ class GivenGoals:
 
 
 def _place_name(place_map: tuple[float, float] | None) -> str:
-    """Return a goal's name for people, as missions name their poses."""
     return "its goal" if place_map is None else f"({place_map[0]:g}, {place_map[1]:g})"
 
 
@@ -165,7 +164,7 @@ class RobotStatistics:
         is_broken: Whether its mission says that it stands still, without a navigator.
         goal: Name of the goal under way; empty without one.
         since: Simulated time [s] at which it entered its state.
-        durations: [s] that each goal took which was reached, by simulated time.
+        ends: Time and duration [s] of each goal that was reached.
         counts: By the report's names, see `COUNTS`.
         meters: What its navigators counted.
         given: Goals from outside, of a run without a mission.
@@ -186,7 +185,7 @@ class RobotStatistics:
     reached: int = 0
     failed: int = 0
     goal: str = ""
-    durations: list[float] = field(default_factory=list)
+    ends: list[tuple[float, float]] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTS.values(), 0))
     meters: Meters = field(default_factory=Meters)
     given: GivenGoals = field(default_factory=GivenGoals)
@@ -394,7 +393,7 @@ class RunStatistics:
         robot = self.robots[event.robot]
         robot.reached += 1
         robot.sent = max(robot.sent, robot.reached)
-        robot.durations.append(event.duration)
+        robot.ends.append((event.sim_time, event.duration))
         robot.goal = ""
         self._settle(event.sim_time)
 
@@ -429,7 +428,7 @@ class RunStatistics:
             known = len(given.misses)
             reason = event.detail.removeprefix(MISSED) if MISSED in event.detail else ""
             given.count(reached, failed, event.goal_map, event.sim_time, reason)
-            robot.durations = given.durations
+            robot.ends = given.ends
             if len(given.misses) != known:
                 self._list_misses()
             robot.sent, robot.reached, robot.failed = given.sent, given.reached, given.missed

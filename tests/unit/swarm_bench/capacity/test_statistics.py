@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from swarm_bench.capacity.curve import Curve, curve_of
 from swarm_bench.capacity.findings import comparison_sentences, knee_sentence, reason_sentence
 from swarm_bench.capacity.knee import find_knee
-from swarm_bench.runs.result import GroundTruth, RunResult, StationShare
-from swarm_bench.runs.steady import steady_of
+from swarm_bench.runs.result import RunResult
 from swarm_bench.statistics import Interval, mean_of_runs
+from swarm_run.record.figures import steady_of
+from swarm_run.record.run_record import GroundTruth, StationShare
 from tests.fakes.results import result
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from swarm_bench.runs.ground_truth import GroundTruthWatch
-from swarm_bench.runs.result import GroundTruth
-from swarm_bench.runs.ways import WayTable
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
+from swarm_mission.way_table import WayTable
+from swarm_run.record.run_record import GroundTruth
 
 RADIUS = 0.2
 

@@ -13,7 +13,7 @@ from swarm_bench.execution.executor import executor
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness, InjectedFaults, run
 from swarm_bench.runs.methods import Driver
-from swarm_bench.runs.result import RunResult, result_from_json
+from swarm_bench.runs.result import RunResult, line_from_json
 from swarm_bench.runs.scenario import load_scenario
 from swarm_bench.suite.table import run_line
 from swarm_common.model.records import Pose
@@ -183,4 +183,4 @@ def test_a_result_survives_json(tmp_path: Path) -> None:
     text = json.dumps(result.as_json(), allow_nan=False)
     again = json.loads(text)
     assert again.pop("schema") == 1
-    assert result_from_json(again).as_json() == result.as_json()
+    assert line_from_json(again).as_json() == result.as_json()

@@ -6,7 +6,7 @@ import pytest
 
 from swarm_bench.runs.episode import RunOptions, check
 from swarm_bench.runs.harness import Harness, InjectedFaults
-from swarm_bench.runs.result import RunResult, result_from_json
+from swarm_bench.runs.result import RunResult, line_from_json
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.errors import ConfigError
 
@@ -50,7 +50,7 @@ def test_one_robot_does_two_orders_and_every_second_is_accounted_for(tmp_path: P
     assert result.sim_time == pytest.approx(second["done"] + 0.5, abs=0.3)
     data = result.as_json()
     data.pop("schema")
-    assert result_from_json(data).orders == data["orders"]
+    assert line_from_json(data).orders == data["orders"]
     assert run(tmp_path, 1).trajectory_sha256 == result.trajectory_sha256
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import io
 import json
 from collections.abc import Iterator, Sequence
@@ -186,7 +185,7 @@ def test_a_report_becomes_a_result() -> None:
     assert found.makespan is None  # a goal is missing
     assert found.first_collision.startswith("collision of Srobot1 and Srobot2 at (1.00, 2.00)")
     assert found.first_miss.startswith("Srobot2 did not get to home")
-    assert dataclasses.asdict(found)["per_robot"]["Srobot1"]["goals_reached"] == 8
+    assert found.per_robot["Srobot1"].goals_reached == 8
 
 
 def test_a_document_names_the_files_that_it_was_made_from(

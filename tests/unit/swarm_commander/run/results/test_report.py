@@ -92,7 +92,8 @@ def test_the_report_has_what_tools_outside_rely_on() -> None:
     }  # fmt: skip
     assert report["robots"]["Srobot1"] == {
         "goals_reached": 1, "goals_failed": 0, "hold_time": 0.0, "wait_time": 0.0,
-        "worst_goal_duration": 40.0, "distance": 20.0, "collisions": 0, "near_misses": None,
+        "worst_goal_duration": 40.0, "finish_time": 50.0, "distance": 20.0, "collisions": 0,
+        "near_misses": None,
         "min_clearance": 0.2, "pushes": 0, "retreats": 0, "deadlocks_resolved": 0, "replans": 0,
         "recoveries": 0, "restarts": 0,
     }  # fmt: skip

@@ -7,35 +7,36 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, sparse
+from scipy import ndimage
 from scipy.sparse.csgraph import dijkstra
 
 from swarm_common.model.grid import FREE, Grid
 from swarm_common.model.records import FloatArray, Pose
+from swarm_common.model.way_graph import way_graph
 
-STEP = 0.2  # [m] between cells of the copy, at least
+STEP = 0.2  # [m] between cells of the copy
 MOST_CELLS = 40_000
 SHARE = 0.8  # of a robot's radius that a cell has to be free of obstacles
 REACH = 2  # cells within which the direction of a way is read
-NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
 class WayTable:
     """Distance fields of goals; each is computed when it is first asked for."""
 
-    def __init__(self, grid: Grid, radius: float) -> None:
+    def __init__(self, grid: Grid, radius: float, finest: float = STEP) -> None:
         """Copy the map.
 
         Args:
             grid: The map, upright.
             radius: [m] of the smallest robot.
+            finest: [m] between cells of the copy, at least.
         """
         blocked = grid.cells != FREE
         if grid.keepout is not None:
             blocked |= grid.keepout >= 100
         clear = ndimage.distance_transform_edt(~blocked) * grid.resolution
         area = blocked.size * grid.resolution**2
-        step = max(STEP, math.sqrt(area / MOST_CELLS), grid.resolution)
+        step = max(finest, math.sqrt(area / MOST_CELLS), grid.resolution)
         block = max(1, round(step / grid.resolution))
         rows, columns = -(-grid.height // block), -(-grid.width // block)
         padded = np.zeros((rows * block, columns * block))
@@ -48,7 +49,7 @@ class WayTable:
         self._snap = ndimage.distance_transform_edt(
             ~self._free, return_distances=False, return_indices=True
         )
-        self._graph = _graph(self._free, self._step)
+        self._graph = way_graph(self._free, self._step)
         self._field = functools.lru_cache(maxsize=512)(self._make_field)
 
     def left(self, goal: Pose, x: float, y: float) -> float:
@@ -95,19 +96,3 @@ class WayTable:
         width = self._free.shape[1]
         lengths = dijkstra(self._graph, directed=False, indices=cell[0] * width + cell[1])
         return np.asarray(lengths.reshape(self._free.shape))
-
-
-def _graph(free: NDArray[np.bool_], step: float) -> sparse.csr_array:
-    """Return the graph of free cells with edges to their eight neighbours, each edge once."""
-    height, width = free.shape
-    numbers = np.arange(height * width).reshape(height, width)
-    starts, ends, lengths = [], [], []
-    for down, right in NEIGHBOURS:
-        here = np.s_[: height - down, max(0, -right) : width - max(0, right)]
-        there = np.s_[down:, max(0, right) : width - max(0, -right)]
-        is_edge = free[here] & free[there]
-        starts.append(numbers[here][is_edge])
-        ends.append(numbers[there][is_edge])
-        lengths.append(np.full(int(is_edge.sum()), step * math.hypot(down, right)))
-    rows, columns, values = (np.concatenate(parts) for parts in (starts, ends, lengths))
-    return sparse.csr_array((values, (rows, columns)), (numbers.size, numbers.size))
