@@ -258,7 +258,6 @@ class Viewer:
 
     def _post(self, call: Callable[[], None]) -> None:
         """Bring a call of another thread to the event loop."""
-        """Bring a call of another thread to the event loop."""
         self._loop.call_soon_threadsafe(call)
 
 
