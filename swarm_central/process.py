@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import os
-import signal
-import sys
 import time
 from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-import rclpy
 from rclpy.publisher import Publisher
-from rclpy.signals import SignalHandlerOptions
 
 from swarm_central.config import central_from_texts
 from swarm_central.link import Centre, delay_ticks
@@ -21,7 +15,7 @@ from swarm_central.reservation import MOST_COMMANDS, ReservationCentre
 from swarm_central.team import RobotReport
 from swarm_common.files.map_io import load_map
 from swarm_common.middleware import central_io, ros_env, ros_io
-from swarm_common.middleware.rclpy_compat import SafeExecutor
+from swarm_common.middleware.rclpy_compat import SafeExecutor, join_graph
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.central import unpack_report
 from swarm_common.model.errors import ConfigError, SwarmError
@@ -30,12 +24,11 @@ from swarm_common.process.messages import (
     Alive,
     CentreReported,
     Ready,
-    Refused,
     RobotDead,
     RobotGone,
     RobotSilent,
 )
-from swarm_common.process.pipes import EventWriter, MessageReader, child_options
+from swarm_common.process.pipes import EventWriter, StartedProcess, leave
 from swarm_describe.robots.loading import load_robot
 from swarm_nav.ros.settings import read_node_settings
 
@@ -61,9 +54,7 @@ class CentralNode:
         self._events = events
         self._numbers: dict[str, int] = config["robots"]
         self.executor = SafeExecutor()
-        self._node = rclpy.create_node(
-            central_io.CENTRE[1:], enable_rosout=False, start_parameter_services=False
-        )
+        self._node = join_graph(central_io.CENTRE[1:])
         self._rejections = Rejections(events, self._node.get_logger().warning)
         self._team = _team(config)
         radio = config["radio"]
@@ -178,39 +169,25 @@ def _team(config: Mapping[str, Any]) -> ReservationCentre:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run until SIGTERM; returns the exit code."""
-    options = child_options("Centre of a swarm", arguments)
-    events = EventWriter(options.event_fd)
-    config = json.loads(options.config.read_text(encoding="utf-8"))
-    commands = MessageReader(options.control_fd, MISSION)
-    stopping: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
+    child = StartedProcess("Centre of a swarm", MISSION, arguments)
+    ros_env.set_defaults()
     try:
-        ros_env.set_defaults()
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        node = CentralNode(config, events)
+        node = CentralNode(child.config, child.events)
     except SwarmError as error:
-        events.write(Refused(str(error)))
-        sys.stderr.write(f"{error}\n")
-        return 2
-    events.write(Ready())
+        return child.refuse(error)
+    child.events.write(Ready())
     due = 0.0
-    while not stopping and not node.refusal:
+    while not child.is_stopping and not node.refusal:
         node.executor.spin_once(timeout_sec=TURN_PERIOD)
-        for command in commands.read():
+        for command in child.commands():
             if isinstance(command, RobotGone | RobotDead | RobotSilent):
                 node.forget(command.robot, is_gone=isinstance(command, RobotGone))
         if time.monotonic() >= due:
             due = time.monotonic() + FIGURES_PERIOD
             node.tell()
     node.tell()
-    if node.refusal:
-        events.write(Refused(node.refusal))
-        sys.stderr.write(f"{node.refusal}\n")
-        return 2
-    return 0
+    return child.refuse(node.refusal) if node.refusal else 0
 
 
 if __name__ == "__main__":
-    code = main()
-    sys.stdout.flush()
-    os._exit(code)  # the interpreter's own end would wait for threads of DDS
+    leave(main())

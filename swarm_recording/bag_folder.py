@@ -149,6 +149,5 @@ def wrong_format(path: Path, bag: Path) -> ConfigError:
 
 
 def _some(names: Sequence[str | Path]) -> str:
-    """Return the first names of a list, and how many more there are."""
     shown = ", ".join(name.name if isinstance(name, Path) else name for name in names[:SHOWN])
     return shown + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")

@@ -10,17 +10,16 @@ from rclpy.duration import Duration
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 
-from swarm_common.middleware.topic_table import Topic
+from swarm_common.middleware.rclpy_compat import join_graph
 from swarm_common.model.errors import ConfigError
 from swarm_recording.bag import NANOSECONDS, Bag, Item
 from swarm_recording.filter import CLOCK
 from swarm_recording.mcap_file import CDR
 from swarm_recording.play_options import PlayOptions, topics_to_play
-from swarm_recording.ros_types import message_class, quality
 from swarm_recording.schema import check_definition
+from swarm_recording.topic_source import message_class, quality
 
 LOOK_PERIOD = 0.005  # [s] of wall time between two looks at the clock
 DEPTH = 100  # messages of a topic that a slow listener may be behind
@@ -163,14 +162,11 @@ def _publisher(node: Node, bag: Bag, name: str) -> Publisher:
     kind = message_class(topic.type)
     if bag.definitions[name]:
         check_definition(bag.definitions[name], topic.type)
+    depth = topic.depth if topic.is_latched else DEPTH
     try:
-        return node.create_publisher(kind, name, _offered(topic))
+        return node.create_publisher(kind, name, quality(topic, depth))
     except InvalidTopicNameException:
         raise ConfigError("it is no name of a topic in ROS 2") from None
-
-
-def _offered(topic: Topic) -> QoSProfile:
-    return quality(topic, topic.depth if topic.is_latched else DEPTH)
 
 
 def play_on_graph(
@@ -190,8 +186,7 @@ def play_on_graph(
     Raises:
         ConfigError: If nothing can be played.
     """
-    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
-    node = rclpy.create_node("replay", enable_rosout=False, start_parameter_services=False)
+    node = join_graph("replay")
     try:
         player = Player(node, bag, options, say)
         player.await_listeners(is_stopped)

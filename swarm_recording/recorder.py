@@ -7,27 +7,24 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import signal
-import sys
 import time
 from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Protocol
 
-import rclpy
 from rclpy.node import Node
 
 from swarm_common.middleware.rcl_take import sender_of
+from swarm_common.middleware.rclpy_compat import join_graph
 from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic
 from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import RecordingBegun, RecordingEnded, Refused
-from swarm_common.process.pipes import EventWriter, child_options
+from swarm_common.process.pipes import EventWriter, child_options, leave
 from swarm_recording.filter import CLOCK, Losses, RateFilter
-from swarm_recording.ros_types import message_class, quality
 from swarm_recording.tape import Tape
-from swarm_recording.topic_source import SwarmTopics, TopicSource
+from swarm_recording.topic_source import SwarmTopics, TopicSource, message_class, quality
 
 LOOK_PERIOD = 0.02  # [s] of wall time between two looks at all topics
 DEPTH = 200  # messages of a topic that may come in between
@@ -107,10 +104,11 @@ class Recorder:
         answers = {f"/{robot}/cmd_vel" for robot in robots} & self._tape.counts.keys()
         spaces = ("sim", *robots)
         topics = [
-            (topic, source) for topic, source in self._inputs
+            (topic, source)
+            for topic, source in self._inputs
             if not topic.is_optional
             and (topic.name.count("/") == 1 or topic.name.split("/")[1] in spaces)
-        ]  # fmt: skip
+        ]
         end = time.monotonic() + PATIENCE
         have_met = False
         while not is_stopped() and time.monotonic() < end:
@@ -169,8 +167,8 @@ def record(config: dict[str, Any], events: EventWriter) -> dict[str, int]:
     """Record until SIGTERM.
 
     Args:
-        config: See `recorder_config`; `awaited` are the robots to hear before time begins, None
-            if it has begun.
+        config: As `process_table` writes it; `awaited` are the robots to hear before time begins,
+            None if it has begun.
         events: Told of the beginning and the end.
 
     Returns:
@@ -181,8 +179,7 @@ def record(config: dict[str, Any], events: EventWriter) -> dict[str, int]:
     path = Path(config["path"])
     path.parent.mkdir(parents=True, exist_ok=True)
     tape = Tape(path, config["about"])
-    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
-    node = rclpy.create_node("recorder", enable_rosout=False, start_parameter_services=False)
+    node = join_graph("recorder")
     source = SwarmTopics(config["topics"], config["robots"])
     times = RateFilter(config["rate"])
     awaited = config["awaited"]
@@ -212,7 +209,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    code = main()
-    sys.stdout.flush()
-    # Everything of this process ends with it; taking the graph down entity by entity takes longer.
-    os._exit(code)
+    leave(main())

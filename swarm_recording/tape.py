@@ -247,9 +247,7 @@ def metadata_text(
         for topic in topics.values()
         if counts[topic.name]
     ]
-    file = {
-        "path": name, "starting_time": start, "duration": duration, "message_count": total
-    }  # fmt: skip
+    file = {"path": name, "starting_time": start, "duration": duration, "message_count": total}
     content = {
         "version": 9,
         "storage_identifier": "mcap",

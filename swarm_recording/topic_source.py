@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import fnmatch
+import importlib
 import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from swarm_common.middleware.cdr import TransformsReader
 from swarm_common.middleware.topic_table import Topic, all_topics
 from swarm_common.model.errors import ConfigError
 from swarm_recording.filter import CLOCK
-from swarm_recording.ros_types import message_class
 from swarm_recording.schema import schema_text
 from swarm_recording.selection import select, select_of
 
@@ -116,9 +116,10 @@ class GraphTopics:
         """Return the words that no topic matches so far."""
         robots = self.robots
         return [
-            word for word in self._words
+            word
+            for word in self._words
             if not any(_matches(name, word, robots) for name in self._known)
-        ]  # fmt: skip
+        ]
 
     def changes(self, places: bytes) -> Changes:
         """Return topics that are published for the first time; robots that leave change nothing."""
@@ -188,3 +189,27 @@ def _matches(name: str, word: str, robots: Collection[str]) -> bool:
         return True
     _, first, *rest = name.split("/")
     return first in robots and fnmatch.fnmatchcase("/".join(rest), word)
+
+
+def message_class(name: str) -> Any:
+    """Return the class of a message type like ``nav_msgs/msg/Path``.
+
+    Raises:
+        ConfigError: If it is not installed.
+    """
+    try:
+        package, kind, short = name.split("/")
+        return getattr(importlib.import_module(f"{package}.{kind}"), short)
+    except (ImportError, AttributeError, ValueError):
+        raise ConfigError(f"the type {name or 'without a name'} is not installed") from None
+
+
+def quality(topic: Topic, depth: int) -> QoSProfile:
+    """Return the quality of a topic of the table or of a bag."""
+    reliable, effort = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
+    latched, volatile = DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE
+    return QoSProfile(
+        depth=depth,
+        reliability=reliable if topic.is_reliable else effort,
+        durability=latched if topic.is_latched else volatile,
+    )

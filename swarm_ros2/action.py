@@ -17,7 +17,7 @@ from rclpy.action import (
 from rclpy.node import Node, NodeNameNonExistentError
 
 from swarm_common.model.errors import SwarmError
-from swarm_ros2 import graph, interfaces, text
+from swarm_ros2 import graph, text
 from swarm_ros2.verbs import add_flag, add_verb
 
 STATUS_NAMES = {
@@ -37,10 +37,13 @@ def add_verbs(verbs: Any) -> None:
     add_flag(verb, "-c", "--count-actions", help="Only display the number of actions discovered")
     add_verb(verbs, "type", "Print a action's type", _type, action_name=info)
     verb = add_verb(
-        verbs, "send_goal", "Send an action goal", _send_goal,
+        verbs,
+        "send_goal",
+        "Send an action goal",
+        _send_goal,
         action_name="Name of the ROS action (e.g. '/fibonacci')",
         action_type="Type of the ROS action (e.g. 'nav2_msgs/action/NavigateToPose')",
-    )  # fmt: skip
+    )
     text.add_values(verb, "goal", "Goal request values", "{order: 10}")
     add_flag(verb, "-f", "--feedback", help="Echo feedback messages for the goal")
 
@@ -85,7 +88,7 @@ def _sides(node: Node, action: str) -> dict[str, graph.NamesAndTypes]:
 
 
 def _send_goal(options: argparse.Namespace) -> None:
-    action = interfaces.load("action", options.action_type)
+    action = text.load("action", options.action_type)
     goal = action.Goal()
     text.fill(goal, text.given_values(options, "goal"))
     with graph.open_node() as node:

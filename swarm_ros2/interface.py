@@ -13,7 +13,7 @@ from ament_index_python import get_package_share_directory, get_resource, get_re
 from ament_index_python.packages import PackageNotFoundError
 
 from swarm_common.model.errors import SwarmError
-from swarm_ros2 import interfaces, text
+from swarm_ros2 import text
 from swarm_ros2.verbs import add_flag, add_verb
 
 INDEX = "rosidl_interfaces"
@@ -73,9 +73,12 @@ def _packages(options: argparse.Namespace) -> None:
 def _proto(options: argparse.Namespace) -> None:
     _definition(options.type)  # for the message if there is none
     kind = options.type.split("/")[1]
-    found = interfaces.load(kind, options.type)
-    found = {"msg": found, "srv": getattr(found, "Request", None),
-             "action": getattr(found, "Goal", None)}[kind]  # fmt: skip
+    found = text.load(kind, options.type)
+    found = {
+        "msg": found,
+        "srv": getattr(found, "Request", None),
+        "action": getattr(found, "Goal", None),
+    }[kind]
     prototype = text.to_yaml(found())
     print(prototype if options.no_quotes else f'"{prototype}"')
 

@@ -140,7 +140,6 @@ def _set(options: argparse.Namespace) -> None:
 
 
 def _send(node: Node, owner: str, values: dict[str, Any]) -> list[Any]:
-    """Set parameters; return a result for each."""
     parameters = [Parameter(name=name, value=value) for name, value in values.items()]
     request = SetParameters.Request(parameters=parameters)
     return list(call(node, owner, SetParameters, "set_parameters", request).results)

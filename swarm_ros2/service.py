@@ -9,24 +9,30 @@ from typing import Any
 from rclpy.node import Node
 
 from swarm_common.model.errors import SwarmError
-from swarm_ros2 import graph, interfaces, text
+from swarm_ros2 import graph, text
 from swarm_ros2.verbs import add_flag, add_list_options, add_verb
 
 
 def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 service`."""
     verb = add_verb(
-        verbs, "call", "Call a service", _call,
+        verbs,
+        "call",
+        "Call a service",
+        _call,
         service_name="Name of the ROS service to call to (e.g. '/add')",
         service_type="Type of the ROS service (e.g. 'std_srvs/srv/Empty')",
-    )  # fmt: skip
+    )
     text.add_values(verb, "values", "Values to fill the service request with", "{a: 1, b: 2}")
     repeat = "Repeat the call at a specific rate in Hz"
     verb.add_argument("-r", "--rate", metavar="N", type=float, help=repeat)
     verb = add_verb(
-        verbs, "find", "Output a list of available services of a given type", _find,
+        verbs,
+        "find",
+        "Output a list of available services of a given type",
+        _find,
         service_type="Name of the ROS service type to filter for",
-    )  # fmt: skip
+    )
     add_list_options(verb, "service")
     name = "Name of the ROS service to get info"
     add_verb(verbs, "info", "Print information about a service", _info, service_name=name)
@@ -70,7 +76,7 @@ def _type(options: argparse.Namespace) -> None:
 
 
 def _call(options: argparse.Namespace) -> None:
-    service = interfaces.load("srv", options.service_type)
+    service = text.load("srv", options.service_type)
     request = service.Request()
     text.fill(request, text.given_values(options, "values"))
     with graph.open_node() as node:

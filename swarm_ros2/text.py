@@ -1,9 +1,10 @@
-"""Messages as YAML text, and YAML text as messages."""
+"""Classes of messages by their names; messages as YAML text, and YAML text as messages."""
 
 from __future__ import annotations
 
 import argparse
 import array
+import importlib
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -23,7 +24,6 @@ from rosidl_parser.definition import (
 from std_msgs.msg import Header
 
 from swarm_common.model.errors import SwarmError
-from swarm_ros2 import interfaces
 
 SEQUENCES = (list, tuple, array.array, np.ndarray)
 
@@ -182,7 +182,7 @@ def _from_plain(current: Any, value: Any, slot: Any, stamps: list[Stamp] | None)
 def _message(kind: NamespacedType, values: Any, stamps: list[Stamp] | None) -> Any:
     if not isinstance(values, dict):
         raise TypeError(f"{values!r} is not a mapping of {_type_name(kind)}'s fields")
-    message = interfaces.load(kind.namespaces[-1], "/".join(kind.namespaced_name()))()
+    message = load(kind.namespaces[-1], "/".join(kind.namespaced_name()))()
     fill(message, values, stamps)
     return message
 
@@ -197,3 +197,28 @@ def _basic(value: Any, kind: Any) -> Any:
     if kind.typename != "boolean" and isinstance(value, float):
         raise TypeError(f"{value} is not a whole number")
     return value
+
+
+def load(kind: str, name: str) -> Any:
+    """Import an interface class.
+
+    Args:
+        kind: `msg`, `srv` or `action`.
+        name: For example `std_msgs/msg/String` or, as a short form, `std_msgs/String`.
+    """
+    package, _, rest = name.partition("/")
+    type_name = rest.removeprefix(f"{kind}/")
+    if not package or not type_name or "/" in type_name:
+        raise SwarmError(
+            f"The passed {_LONG[kind]} type is invalid: '{name}' is not of the form"
+            f" package/{kind}/Name"
+        )
+    try:
+        return getattr(importlib.import_module(f"{package}.{kind}"), type_name)
+    except (ModuleNotFoundError, AttributeError) as error:
+        raise SwarmError(
+            f"The passed {_LONG[kind]} type is invalid: '{name}' is not installed here ({error})"
+        ) from error
+
+
+_LONG = {"msg": "message", "srv": "service", "action": "action"}

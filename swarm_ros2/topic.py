@@ -16,9 +16,12 @@ def add_verbs(verbs: Any) -> None:
     """Add the verbs of `ros2 topic`."""
     topic_echo.add_verbs(verbs)
     verb = add_verb(
-        verbs, "find", "Output a list of available topics of a given type", _find,
+        verbs,
+        "find",
+        "Output a list of available topics of a given type",
+        _find,
         topic_type="Name of the ROS topic type to filter for",
-    )  # fmt: skip
+    )
     add_list_options(verb, "topic")
     topic_hz.add_verbs(verbs)
     name = "Name of the ROS topic to get info (e.g. '/chatter')"
@@ -66,9 +69,10 @@ def _info(options: argparse.Namespace) -> None:
     topic = graph.absolute(options.topic_name)
     with graph.open_node() as node:
         text = graph.settled(
-            node, lambda: _describe(node, topic, verbose=options.verbose),
+            node,
+            lambda: _describe(node, topic, verbose=options.verbose),
             lambda text: bool(text) and graph.UNKNOWN_NODE not in text,
-        )  # fmt: skip
+        )
     if not text:
         raise SwarmError(f"Unknown topic '{topic}'")
     print(text)

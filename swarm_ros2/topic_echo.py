@@ -8,7 +8,7 @@ import sys
 from typing import Any
 
 from swarm_common.model.errors import SwarmError
-from swarm_ros2 import graph, interfaces, quality, text
+from swarm_ros2 import graph, quality, text
 from swarm_ros2.verbs import LISTENED, add_flag, add_verb
 
 LONGEST = 128  # elements of arrays and strings that are printed
@@ -51,7 +51,7 @@ def _echo(options: argparse.Namespace) -> None:
         if name is None:
             print(f"WARNING: topic [{topic}] does not appear to be published yet", file=sys.stderr)
             raise SwarmError("Could not determine the type for the passed topic")
-        message_class = interfaces.load("msg", name)
+        message_class = text.load("msg", name)
         profile = quality.for_listening(node, topic, options)
         node.create_subscription(message_class, topic, show, profile)
         is_over = graph.deadline(options.timeout or math.inf)

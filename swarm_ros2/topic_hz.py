@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
 from swarm_common.model.errors import SwarmError
-from swarm_ros2 import graph, interfaces, quality
+from swarm_ros2 import graph, quality, text
 from swarm_ros2.rate import WINDOW, BandwidthMeter, DelayMeter, RateMeter
 from swarm_ros2.verbs import LISTENED, add_flag, add_verb
 
@@ -30,8 +30,8 @@ Report = Callable[[], str | None]
 
 def add_verbs(verbs: Any) -> None:
     """Add `hz`, `bw` and `delay` to the verbs of `ros2 topic`."""
-    for name, text in HELP.items():
-        verb = add_verb(verbs, name, text, _measure, topic_name=LISTENED)
+    for name, summary in HELP.items():
+        verb = add_verb(verbs, name, summary, _measure, topic_name=LISTENED)
         window = BANDWIDTH_WINDOW if name == "bw" else WINDOW
         verb.add_argument(
             "--window", "-w", type=int, default=window, metavar="N",
@@ -51,7 +51,7 @@ def _measure(options: argparse.Namespace) -> None:
         if name is None:
             print(f"WARNING: topic [{topic}] does not appear to be published yet", file=sys.stderr)
             name = graph.topic_type(node, topic, timeout=math.inf)
-        kind = interfaces.load("msg", str(name))
+        kind = text.load("msg", str(name))
         take, report = METERS[options.measure](options.window, kind, node)
         profile = quality.for_listening(node, topic, options)
         node.create_subscription(kind, topic, take, profile, raw=True)
@@ -59,8 +59,8 @@ def _measure(options: argparse.Namespace) -> None:
             print(f"Subscribed to [{topic}]", flush=True)
         while True:
             graph.spin(node, graph.deadline(1.0))
-            if (text := report()) is not None:
-                print(text, flush=True)
+            if (line := report()) is not None:
+                print(line, flush=True)
 
 
 def _rate(window: int, _: Any, __: Node) -> tuple[Take, Report]:

@@ -8,17 +8,20 @@ import time
 from typing import Any
 
 from swarm_common.model.errors import SwarmError
-from swarm_ros2 import graph, interfaces, quality, text
+from swarm_ros2 import graph, quality, text
 from swarm_ros2.verbs import add_flag, add_verb
 
 
 def add_verbs(verbs: Any) -> None:
     """Add `pub` to the verbs of `ros2 topic`."""
     verb = add_verb(
-        verbs, "pub", "Publish a message to a topic", _publish,
+        verbs,
+        "pub",
+        "Publish a message to a topic",
+        _publish,
         topic_name="Name of the ROS topic to publish to (e.g. '/chatter')",
         message_type="Type of the ROS message (e.g. 'std_msgs/String')",
-    )  # fmt: skip
+    )
     text.add_values(verb, "values", "Values to fill the message with", "data: Hello World")
     rate = "Publishing rate in Hz (default: 1)"
     verb.add_argument("-r", "--rate", metavar="N", type=_positive, default=1.0, help=rate)
@@ -44,7 +47,7 @@ def add_verbs(verbs: Any) -> None:
 
 
 def _publish(options: argparse.Namespace) -> None:
-    message = interfaces.load("msg", options.message_type)()
+    message = text.load("msg", options.message_type)()
     stamps: list[text.Stamp] = []
     text.fill(message, text.given_values(options, "values"), stamps)
     times = 1 if options.once else options.times

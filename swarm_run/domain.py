@@ -19,8 +19,7 @@ from swarm_common.process.messages import (
     decode,
     encode,
 )
-from swarm_run.robots.patience import SwarmPatience
-from swarm_run.robots.swarm_watch import domain_address, has_swarm
+from swarm_run.robots.swarm_watch import SwarmPatience, domain_address, has_swarm
 
 LONGEST = 4096  # [bytes] of a request or an answer
 SPEECH_LIMIT = 0.2  # [s] of wall time for a request to arrive

@@ -186,9 +186,12 @@ def _build(
 
 
 def _generate(
-    missing: list[InterfacePackage], build: Path, prefixes: tuple[Path, ...], jobs: int,
+    missing: list[InterfacePackage],
+    build: Path,
+    prefixes: tuple[Path, ...],
+    jobs: int,
     done: Callable[[], None],
-) -> None:  # fmt: skip
+) -> None:
     for package in missing:
         generate.prepare(package, build, prefixes)
         done()
@@ -205,7 +208,6 @@ def _generate(
 
 
 def _resources(generator: str, prefixes: tuple[Path, ...]) -> Path:
-    """Return the prefix that holds a generator's templates."""
     for prefix in prefixes:
         if (prefix / "share" / generator / "resource").is_dir():
             return prefix

@@ -33,13 +33,13 @@ FOLDERS = (
     "traffic",
 )  # fmt: skip
 LEFT = {  # besides modules with kernels of numba's
-    "core/config.py", "core/localisation_config.py",  # the comments in them are read, too
-    "core/limits.py",  # the base of their classes
+    "core/config.py",
+    "core/localisation_config.py",  # the comments in them are read, too
     "core/goals.py",  # made in many places, and from names
     "behaviour/costmap.py",  # mypyc knows no field that is a slice
-    # attributes beyond those of the class, and classes that others inherit from
-    "behaviour/plain.py", "behaviour/plugin_brain.py", "planning/terrain.py",
-}  # fmt: skip
+    "behaviour/brain_adapter.py",
+    "planning/terrain.py",  # attributes beyond those of the class
+}
 FLAGS = ("-fPIC", "-DNDEBUG", "-w", "-Wno-error", "-ffp-contract=off")  # bits as Python's
 MOST_KEPT = 3  # states of the sources in one environment; the oldest go first
 TRANSLATOR = """

@@ -11,7 +11,6 @@
     factsheet    What a robot model can do
     broker       A mosquitto of our own on loopback
     link         The MQTT connection of one robot
-    step_link    Reports and releases of each tick, between a vehicle and its robot
     pilot        One robot of the swarm, driven as its vehicle wants
     process      The process that swarm-up starts
 

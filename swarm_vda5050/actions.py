@@ -131,9 +131,7 @@ class RunningAction:
     @property
     def is_active(self) -> bool:
         """Whether it runs or pauses."""
-        return self.status in (
-            ActionStatus.INITIALIZING, ActionStatus.RUNNING, ActionStatus.PAUSED
-        )  # fmt: skip
+        return self.status in (ActionStatus.INITIALIZING, ActionStatus.RUNNING, ActionStatus.PAUSED)
 
     def state(self) -> ActionState:
         """Return its state for the fleet control."""

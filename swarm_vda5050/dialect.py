@@ -153,7 +153,9 @@ class Dialect:
         """
         fields = msgspec.to_builtins(content)
         if isinstance(content, VehicleState):
-            self._fit_state(fields)
+            if self.identity.major == 2:
+                instant = fields.pop("instantActionStates")
+                fields["actionStates"] = [*fields["actionStates"], *instant]
         if self.identity.major == 3:
             fields = _renamed(fields, _SHEET_TO_3 if topic == "factsheet" else _TO_3)
             if topic == "visualization":
@@ -186,10 +188,6 @@ class Dialect:
             "manufacturer": self.identity.manufacturer,
             "serialNumber": self.identity.serial,
         }
-
-    def _fit_state(self, fields: dict[str, Any]) -> None:
-        if self.identity.major == 2:
-            fields["actionStates"] = [*fields["actionStates"], *fields.pop("instantActionStates")]
 
     def _read(self, data: bytes, kind: type[Kind]) -> Kind:
         if len(data) > LARGEST:

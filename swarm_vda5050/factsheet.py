@@ -89,9 +89,11 @@ def _action(name: str, offer: ActionOffer, major: int) -> dict[str, Any]:
         }
         for key, kind in (offer.required | offer.optional).items()
     ]
-    promises = {} if major == 2 else {
-        "pauseAllowed": str(name in PAUSABLE).lower(), "cancelAllowed": "true",
-    }  # fmt: skip
+    promises = (
+        {}
+        if major == 2
+        else {"pauseAllowed": str(name in PAUSABLE).lower(), "cancelAllowed": "true"}
+    )
     return promises | {
         "actionType": name,
         "actionDescription": offer.about,

@@ -148,7 +148,6 @@ class Link:
 
 
 def _break(client: mqtt.Client) -> None:
-    """End a client without a goodbye."""
     connection = client.socket()
     if isinstance(connection, socket.socket):
         connection.shutdown(socket.SHUT_RDWR)

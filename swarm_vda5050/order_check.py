@@ -176,9 +176,10 @@ def _check_trajectory(edge: Edge, start: Node, end: Node) -> None:
         gap = math.hypot(node.node_position.x - x, node.node_position.y - y)
         if not gap <= max(node.node_position.allowed_deviation_xy, STOP_RADIUS):
             raise _invalid(
-                f"the trajectory is {gap:.2f} m from its node", edgeId=edge.edge_id,
+                f"the trajectory is {gap:.2f} m from its node",
+                edgeId=edge.edge_id,
                 nodeId=node.node_id,
-            )  # fmt: skip
+            )
 
 
 def _check_actions(

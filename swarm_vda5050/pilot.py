@@ -22,9 +22,9 @@ from sensor_msgs.msg import BatteryState as BatteryMsg
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_common.middleware import ros_io
-from swarm_common.middleware.battery_state import read_battery
-from swarm_common.middleware.courier_io import EndedGoal, TickRelease, TickReport
+from swarm_common.middleware.courier_io import EndedGoal, StepLink, TickRelease, TickReport
 from swarm_common.middleware.rejections import RejectedError, Rejections
+from swarm_common.middleware.ros_io import read_battery
 from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.model.battery import BatteryReading, SupplyStatus
 from swarm_common.model.palette import BY_HAND
@@ -48,7 +48,6 @@ from swarm_vda5050.messages import (
     VehicleState,
 )
 from swarm_vda5050.order_check import DrivingArea
-from swarm_vda5050.step_link import StepLink
 from swarm_vda5050.vehicle import DriveLeg, RobotSenses, Vehicle
 
 STATE_PERIOD = 30.0  # [s] of wall time between two states at the latest
@@ -90,7 +89,7 @@ class Pilot:
             door: Check of the statuses of all robots.
             names: Names of all robots, for messages about them; may change.
             is_realistic: Whether the robot estimates its pose; otherwise it knows it.
-            rejections: Of reports, in lockstep; None in free run.
+            rejections: Counts reports that are rejected, in lockstep; None in free run.
         """
         self.name = identity.serial
         self.vehicle = Vehicle(ground, identity.offered, spec.circumscribed_radius)
@@ -116,15 +115,20 @@ class Pilot:
         self._battery: BatteryReading | None = None
         if spec.battery is not None:
             node.create_subscription(
-                BatteryMsg, f"/{self.name}/battery_state", self._receive_battery,
-                ros_io.RELIABLE, raw=True,
-            )  # fmt: skip
+                BatteryMsg,
+                f"/{self.name}/battery_state",
+                self._receive_battery,
+                ros_io.RELIABLE,
+                raw=True,
+            )
         self._deviation: float | None = None if is_realistic else 0.0  # [m]
         if is_realistic:
             node.create_subscription(
-                PoseWithCovarianceStamped, f"/{self.name}/amcl_pose", self._receive_pose,
+                PoseWithCovarianceStamped,
+                f"/{self.name}/amcl_pose",
+                self._receive_pose,
                 ros_io.LATCHED,
-            )  # fmt: skip
+            )
         self._steps = None if rejections is None else StepLink(node, self.name, rejections)
         self._messages: deque[BrokerEvent] = deque()  # that the next report finds
         self._goals: list[bytes] = []  # sent for the present tick
@@ -213,7 +217,6 @@ class Pilot:
             self._goals, self._cancelled, self._told = [], [], (None, b"")
 
     def _find_robot(self) -> bool:
-        """Return whether goals would arrive."""
         found = [self.robot.offers(name, kind) for name, kind in ACTIONS.items()]
         self._is_ready = all(found)
         return self._is_ready
@@ -222,7 +225,7 @@ class Pilot:
         return self._task is not None and self._task.goal_id == goal
 
     def _decide(self, report: TickReport, ended: list[EndedGoal]) -> None:
-        """Take how the robot is and what the fleet control has sent, then drive."""
+        """Receive the state of the robot and what the fleet control has sent, then drive."""
         pose_map = Pose(report.x, report.y, report.yaw)
         before = self._moved_from
         if before is None or report.tick >= before[0] + STATUS_TICKS:
@@ -358,7 +361,6 @@ class Pilot:
             self._begin("navigate_through_poses", NavigateThroughPoses.Goal(poses=poses))
 
     def _begin(self, action: str, goal: Any) -> None:
-        """Send a goal."""
         on_end = self._receive_end if self._steps is None else None
         self._task = self.robot.send(action, ACTIONS[action], goal, on_end)
         self._goals.append(self._task.goal_id)

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import json
-import os
-import signal
-import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import msgspec
-import rclpy
-from rclpy.signals import SignalHandlerOptions
 
 from swarm_common.files.map_io import load_map
 from swarm_common.files.sites_io import load_sites
 from swarm_common.middleware import ros_env
-from swarm_common.middleware.rclpy_compat import SafeExecutor
+from swarm_common.middleware.rclpy_compat import SafeExecutor, join_graph
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_poll import Waiter, drain
 from swarm_common.model.battery import BatterySpec
@@ -29,14 +22,13 @@ from swarm_common.process.messages import (
     MISSION,
     MissionCommand,
     Note,
-    Refused,
     RobotDead,
     RobotGone,
     RobotHeard,
     RobotSilent,
     WatchRobot,
 )
-from swarm_common.process.pipes import EventWriter, MessageReader, child_options
+from swarm_common.process.pipes import EventWriter, StartedProcess, leave
 from swarm_describe.robots.loading import load_robot
 from swarm_run.robots.status_check import StatusCheck
 from swarm_vda5050.broker import Broker
@@ -58,13 +50,11 @@ class VehicleFleet:
         """Attach to the robots.
 
         Args:
-            config: Configuration as `LocalRun` writes it.
+            config: Configuration as `process_table` writes it.
         """
         self._config = config
         self._events = events
-        self._node = rclpy.create_node(
-            "vda5050", enable_rosout=False, start_parameter_services=False
-        )
+        self._node = join_graph("vda5050")
         self._rejections = Rejections(events, self._node.get_logger().warning)
         self._door = StatusCheck(self._rejections)
         self._ground = ground_of(config)
@@ -165,30 +155,23 @@ def ground_of(config: dict[str, Any]) -> DrivingArea:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run until SIGTERM; returns the exit code."""
-    options = child_options("VDA 5050 vehicles of a swarm", arguments)
-    events = EventWriter(options.event_fd)
-    config = json.loads(options.config.read_text(encoding="utf-8"))
-    commands = MessageReader(options.control_fd, MISSION)
-    stopping: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
+    child = StartedProcess("VDA 5050 vehicles of a swarm", MISSION, arguments)
+    config, events = child.config, child.events
     broker: Broker | None = None
     try:
         if config["embedded"]:
-            broker = Broker(config["broker"]["port"], Path(options.config).parent)
+            broker = Broker(config["broker"]["port"], child.path.parent)
         ros_env.set_defaults()
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         fleet = VehicleFleet(config, events)
     except (SwarmError, ConfigError) as error:
-        events.write(Refused(str(error)))
-        sys.stderr.write(f"{error}\n")
-        return 2
+        return child.refuse(error)
     events.write(Note(f"VDA 5050: {len(config['robots'])} robots at {Address(**config['broker'])}"))
     due = broker_due = 0.0
-    while not stopping:
+    while not child.is_stopping:
         fleet.wait()
         if time.monotonic() >= due:
             due = time.monotonic() + TURN_PERIOD
-            for command in commands.read():
+            for command in child.commands():
                 fleet.obey(command)
             fleet.turn()
             if broker is not None and time.monotonic() >= broker_due:
@@ -202,6 +185,4 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    code = main()
-    sys.stdout.flush()
-    os._exit(code)  # the interpreter's own end would wait for threads of DDS
+    leave(main())

@@ -212,7 +212,7 @@ class Vehicle:
             return
         node = self._nodes[keys.index(end)]
         distance = _distance(node, self.senses.pose_map)
-        if distance > _stop_radius(node):
+        if distance > max(_pass_radius(node), STOP_RADIUS):  # it stops there
             self.fail_drive(f"it is occupied: the robot stands {distance:.1f} m from it", True)
             return
         for _ in range(keys.index(end) + 1):
@@ -610,7 +610,9 @@ class Vehicle:
         _remember(self._seen, action.action_id, action)
         run = RunningAction(action, ActionScope.INSTANT)
         self._instant[action.action_id] = run
-        self._forget_instant()
+        ended = [key for key, each in self._instant.items() if each.status.is_final]
+        for key in ended[: max(0, len(self._instant) - MOST_KEPT)]:  # the oldest
+            del self._instant[key]
         if problem := check_action(action, ActionScope.INSTANT, self._offered):
             run.fail(problem)
             raise OrderRejectedError(OrderFault.INSTANT, problem)
@@ -670,12 +672,6 @@ class Vehicle:
             if each.kind == "startPause" and not is_paused and each.is_active:
                 each.finish("paused no longer")
 
-    def _forget_instant(self) -> None:
-        """Forget the oldest instant actions that ended, if there are too many."""
-        ended = [key for key, action in self._instant.items() if action.status.is_final]
-        for key in ended[: max(0, len(self._instant) - MOST_KEPT)]:
-            del self._instant[key]
-
 
 def _remember(known: dict[str, Any], name: str, value: Any) -> None:
     """Put a value under a name, and forget the oldest if there are too many."""
@@ -694,11 +690,6 @@ def _pass_radius(node: Node) -> float:
     """Return how near the robot has to come to a node that it passes."""
     assert node.node_position is not None
     return node.node_position.allowed_deviation_xy or PASS_RADIUS
-
-
-def _stop_radius(node: Node) -> float:
-    """Return how near the robot has to stand at a node at which it stops."""
-    return max(_pass_radius(node), STOP_RADIUS)
 
 
 def _distance(node: Node, pose_map: Pose) -> float:

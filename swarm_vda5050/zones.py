@@ -182,9 +182,10 @@ class ZoneKeeper:
     @property
     def _barred(self) -> list[str]:
         return [
-            name for name, zone in self._zones.items()
+            name
+            for name, zone in self._zones.items()
             if zone.zone_type == RELEASE and not self._may_be_in(name)
-        ]  # fmt: skip
+        ]
 
     def _may_be_in(self, name: str) -> bool:
         request = self._requests.get(name)

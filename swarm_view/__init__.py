@@ -7,7 +7,6 @@ What imports nothing of the rows below it stands first:
     page          One browser page
     server        The door to the browser
     viewer        The loop: messages in, frames out
-    live          A live swarm in the viewer
     process       The process that swarm-up starts
     view_command  The command `swarm-view`: its options
     replay_command  The command `swarm-replay`: a recorded run in the viewer, or on the ROS graph

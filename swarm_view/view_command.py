@@ -11,10 +11,11 @@ import typer
 
 from swarm_common.middleware.addresses import check_address
 from swarm_common.process.browser import has_display, open_page
+from swarm_common.process.pipes import leave
 from swarm_run.domain import check_swarm, domain_id, patience_for
 from swarm_run.robots.discovery import find_robots
 from swarm_run.spec import LOOPBACK, VIEWER_PORT
-from swarm_view.live import leave, open_node, serve_live
+from swarm_view.process import open_node, serve_live
 from swarm_view.server.server import Server
 from swarm_view.state.topics import robots_in
 from swarm_view.viewer import Viewer, run_until_signal

@@ -230,7 +230,6 @@ class Viewer:
             self._state_revision = -1
 
     def _look_near(self, poses: FloatArray, now: float) -> bool:
-        """Return whether other robots are to be drawn in detail from now on."""
         if now < self._near_due:
             return False
         self._near_due = now + NEAR_PERIOD

@@ -20,7 +20,7 @@ from swarm_common.model.beacon import (
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import CONTROL_PERIOD, Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.robot_names import RobotNames
-from swarm_common.process.late_interrupt import late_interrupt
+from swarm_common.process.signals import late_interrupt
 from swarm_describe.robots.loading import load_robot
 from swarm_nav.behaviour.plain import plain_beacon
 from swarm_nav.core.config import NavConfig

@@ -35,7 +35,7 @@ from swarm_common.model.breaches import Collision
 from swarm_common.model.errors import ConfigError, SwarmEndedError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan
 from swarm_common.process import start
-from swarm_common.process.late_interrupt import late_interrupt
+from swarm_common.process.signals import late_interrupt
 from swarm_run.domain import HIGHEST_DOMAIN, domain_id
 from swarm_run.plan import check_plan
 from swarm_run.robots.swarm_watch import has_swarm

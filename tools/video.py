@@ -215,9 +215,12 @@ class Sheet:
         y = grid.height - (self._top - grid.origin_y) / grid.resolution
         picture = Image.fromarray(np.ascontiguousarray(shades[::-1]))
         placed = picture.transform(
-            (self._width, self._height), Image.Transform.AFFINE,
-            (per_cell, 0.0, x, 0.0, per_cell, y), Image.Resampling.NEAREST, fillcolor=BEYOND,
-        )  # fmt: skip
+            (self._width, self._height),
+            Image.Transform.AFFINE,
+            (per_cell, 0.0, x, 0.0, per_cell, y),
+            Image.Resampling.NEAREST,
+            fillcolor=BEYOND,
+        )
         self.image.paste(placed, (0, 0))
 
     def line(self, points: FloatArray, color: RGB, alpha: int, width: float) -> None:

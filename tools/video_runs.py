@@ -72,7 +72,6 @@ def _kill_one(swarm: subprocess.Popen[bytes], run: Path) -> dict[str, object]:
 
 
 def _log_of(pid: int) -> str:
-    """Return the name of the log that a process writes to."""
     try:
         return Path(os.readlink(f"/proc/{pid}/fd/1")).stem
     except OSError:

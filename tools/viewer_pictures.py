@@ -33,9 +33,12 @@ from tools.report_picture import open_chromium
 from tools.viewer_load import Run
 
 FLAGS = (
-    "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--disable-dev-shm-usage",
+    "--headless=new",
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--disable-dev-shm-usage",
     "--enable-unsafe-swiftshader",
-)  # fmt: skip
+)
 SCREEN = {"width": 1600, "height": 900, "deviceScaleFactor": 2, "mobile": False}  # 2: smooth edges
 WARM_UP_TICKS = 900  # before the first picture
 FRAME_TICKS = 4  # of the GIF; played at 10 frames per second it is 4 times real time

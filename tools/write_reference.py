@@ -104,13 +104,11 @@ def _section(path: str, command: Any) -> Iterator[str]:
 
 
 def _item(name: str, stated: str, text: str) -> str:
-    """Return an item of a list: a name, what is stated of it in parentheses, and its meaning."""
     head = f"{name} ({stated})" if stated else name
     return f"- {head}: {text}\n" if text else f"- {head}\n"
 
 
 def _help(item: Any) -> tuple[str, str]:
-    """Return what an option does, and the default that its text states."""
     text = _text(getattr(item, "help", "") or "")
     if isinstance(getattr(item, "show_default", None), str):
         return text, item.show_default

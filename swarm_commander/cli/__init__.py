@@ -7,12 +7,10 @@ What a module imports of its folder stands above it:
     command_node       The node of a command that works with a running swarm
     robot_table        What `swarm-up --describe` shows: a robot's values, and their origins
     doctor             Is this machine fit for a swarm of some size? If not, what to change
-    console            What `swarm-commander` prints about a robot on its way
     completion         What Tab offers: robots, stations, runs, subcommands
     session            A session of `swarm-up`: from a checked plan to report and exit code
     thing_request      The request with which `swarm-commander spawn` adds an object to the world
     commander_command  The command `swarm-commander`: drives robots of a running swarm
-    doctor_command     The command `swarm-doctor`: looks at the machine before a large run
     fleet_command      `swarm-commander spawn`, `remove`, `move`, `list` and the like
     up_command         The command `swarm-up`: its options
     main               Entry points of the commands `swarm-up`, `swarm-commander` and `swarm-report`

@@ -7,24 +7,20 @@ from contextlib import contextmanager
 
 import rclpy
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
+from swarm_common.middleware.rclpy_compat import join_graph
 from swarm_run.domain import check_swarm, domain_id
 
 
 @contextmanager
 def command_node(name: str) -> Iterator[Node]:
-    """Join the graph of a running swarm.
-
-    rclpy's own handlers of signals would take the graph down at Ctrl-C, before the command has
-    cancelled its goals and given its robots back.
+    """Join the graph of a running swarm; at its end the command gives its robots back.
 
     Raises:
         NoSwarmError: If there is no swarm.
     """
     check_swarm(domain_id())
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    node = rclpy.create_node(name, enable_rosout=False, start_parameter_services=False)
+    node = join_graph(name)
     try:
         yield node
     finally:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import signal
 import time
+from dataclasses import dataclass
 from functools import partial
 from typing import Annotated
 
@@ -15,7 +16,6 @@ from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.cli.command_node import command_node
 from swarm_commander.cli.completion import first_words, stations
-from swarm_commander.cli.console import Moment, StatusConsole
 from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.errors import ConfigError, UnknownNameError, close_names
 from swarm_common.model.records import Pose
@@ -40,6 +40,7 @@ from swarm_run.robots.discovery import (
 from swarm_run.robots.driver import RobotDriver, has_goal, sim_seconds
 from swarm_run.robots.swarm_watch import SwarmWatch
 
+PERIOD = 2.0  # [s] of simulated time between two lines that say the same
 CANCEL_LIMIT = 2.0  # [s] of wall time for cancelled goals to end
 READY_LIMIT = 20.0  # [s] of wall time for a robot to say where it is and to take goals
 SAME_GOAL = 0.5  # [m] between two places that are one goal
@@ -152,9 +153,10 @@ class Commander:
             )
         self._wait_until_ready()
         with SignalCounter() as signals:  # an exception may be lost or changed in rclpy
-            for driver in self._drivers.values():
+            drivers = self._drivers.values()
+            for driver in drivers:
                 driver.start()
-            while not signals.count and not self._are_all_over():
+            while not signals.count and not all(driver.is_over for driver in drivers):
                 rclpy.spin_once(self._node, timeout_sec=0.2)
                 self._watch.check()
                 for driver in self._drivers.values():
@@ -228,9 +230,6 @@ class Commander:
                     raise ConfigError(f"{driver.name} takes no goals; is its navigator active?")
                 rclpy.spin_once(self._node, timeout_sec=0.1)
 
-    def _are_all_over(self) -> bool:
-        return all(driver.is_over for driver in self._drivers.values())
-
     def _abandon(self) -> None:
         typer.echo("stopping: goals are cancelled")
         for driver in self._drivers.values():
@@ -266,3 +265,51 @@ def _moment(status: RobotStatus) -> Moment:
         distance=status.distance_remaining,
         time_left=status.estimated_time_remaining,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """A robot's status in its operator's words."""
+
+    sim_time: float  # [s]
+    state: str  # as in RobotStatus
+    detail: str  # why
+    station: str  # held or wanted
+    place: int  # in the order of request; 0 for none
+    distance: float  # [m] still to go
+    time_left: float  # [s] estimated until arrival
+
+
+class StatusConsole:
+    """Decides which statuses of one robot are worth a line."""
+
+    def __init__(self, robot: str, period: float = PERIOD) -> None:
+        self._robot = robot
+        self._period = period
+        self._said = ""
+        self._due = 0.0
+
+    def line(self, goal: str, moment: Moment) -> str | None:
+        """Return what to print now, if anything.
+
+        Args:
+            goal: Like ``3/8 loader_2``.
+        """
+        what = f"{goal}{moment.state}{moment.station}{moment.place}"
+        if what == self._said and moment.sim_time < self._due:
+            return None
+        self._said = what
+        self._due = moment.sim_time + self._period
+        return f"{self._robot}  {goal:<16} {describe(moment)}"
+
+
+def describe(moment: Moment) -> str:
+    """Return a robot's status in words."""
+    way = f"{moment.distance:.2f} m, {moment.time_left:.0f} s to go"
+    if moment.state == "holding":
+        place = f", place {moment.place}" if moment.place else ""
+        words = f"holding for {moment.station or 'its goal'}{place}"
+    else:
+        words = moment.state
+    detail = f" ({moment.detail})" if moment.detail else ""
+    return f"{words}{detail}: {way}"

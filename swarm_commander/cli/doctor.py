@@ -12,8 +12,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from typing import Annotated
 
 import psutil
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
 
 from swarm_common.middleware.dds_profile import foreign_setting
 from swarm_common.middleware.ros_env import (
@@ -24,11 +29,16 @@ from swarm_common.middleware.ros_env import (
     TERMINALS,
     participants_of,
 )
-from swarm_common.model.errors import SwarmError
+from swarm_common.model.errors import ConfigError, SwarmError
 from swarm_common.process.compiled_code import is_compiled
 from swarm_common.process.home import NAME, cache_base, can_be_written
+from swarm_run.domain import domain_id
 from swarm_setup.build import foreign_interfaces, stale_interfaces
 
+MOST_ROBOTS = 1000
+UNFIT = 1
+
+doctor_app = typer.Typer(rich_markup_mode="rich")
 CPU_PER_ROBOT = 0.02  # [s] of CPU per simulated second; 0.019 measured with 20 robots
 WORLD_MEMORY = 350  # [MiB] of world, mission and the process that navigators are forked from
 ROBOT_MEMORY = 40  # [MiB] of private memory per navigator
@@ -189,15 +199,19 @@ def _ports(facts: Facts, participants: int, domain: int) -> Finding:
     if last >= facts.ephemeral:
         lower = (facts.ephemeral - FIRST_PORT) // DOMAIN_PORTS - 1
         return Finding(
-            Level.WARNING, "UDP ports", f"{found}; the kernel gives those from {facts.ephemeral} "
-            "on to anybody", f"choose a lower domain: ROS_DOMAIN_ID={max(0, lower)}"
-        )  # fmt: skip
+            Level.WARNING,
+            "UDP ports",
+            f"{found}; the kernel gives those from {facts.ephemeral} on to anybody",
+            f"choose a lower domain: ROS_DOMAIN_ID={max(0, lower)}",
+        )
     taken = sorted(port for port in facts.ports if first <= port <= last)
     if taken:
         return Finding(
-            Level.WARNING, "UDP ports", f"{found}; {len(taken)} in use, {taken[0]} is the first",
+            Level.WARNING,
+            "UDP ports",
+            f"{found}; {len(taken)} in use, {taken[0]} is the first",
             "another ROS graph is in this domain: stop it, or choose another ROS_DOMAIN_ID",
-        )  # fmt: skip
+        )
     return Finding(Level.GOOD, "UDP ports", f"{found}, all free")
 
 
@@ -251,9 +265,11 @@ def _cache(facts: Facts) -> Finding:
     if facts.cache is not None:
         return Finding(Level.GOOD, "compiled kernels", f"kept in {facts.cache}")
     return Finding(
-        Level.WARNING, "compiled kernels", "nowhere to keep them: each start compiles for a minute",
+        Level.WARNING,
+        "compiled kernels",
+        "nowhere to keep them: each start compiles for a minute",
         "set NUMBA_CACHE_DIR to a folder that you may write",
-    )  # fmt: skip
+    )
 
 
 def _kernel(name: str, default: str) -> str:
@@ -276,3 +292,36 @@ def _kernel_cache(environment: Mapping[str, str]) -> Path | None:
     """Return the folder of compiled kernels, None if it cannot be written."""
     folder = Path(environment.get("NUMBA_CACHE_DIR") or cache_base() / NAME / "kernels")
     return folder if can_be_written(folder) else None
+
+
+STYLES = {Level.GOOD: "green", Level.WARNING: "yellow", Level.ERROR: "bold red"}
+
+
+@doctor_app.command(epilog="Example: swarm-doctor --swarm-size 100 --pack 10")
+def doctor(
+    swarm_size: Annotated[int, typer.Option(help="Number of robots to check for.")] = 100,
+    pack: Annotated[int, typer.Option(help="Navigators per process.")] = 1,
+) -> None:
+    """Check whether this machine is fit for a swarm, and say what to change.
+
+    Exit code: 0 fit (perhaps with warnings), 1 something is in the way, 2 bad input.
+    """
+    if not 1 <= swarm_size <= MOST_ROBOTS:
+        raise ConfigError(f"--swarm-size is {swarm_size}; expected 1 to {MOST_ROBOTS}")
+    if pack < 1:
+        raise ConfigError(f"--pack is {pack}; it must be 1 or more")
+    findings = examine(look(), swarm_size, domain_id(), pack)
+    console = Console(markup=False)  # brackets in a name are none
+    console.print(_table(findings, swarm_size))
+    if any(finding.level is Level.ERROR for finding in findings):
+        raise typer.Exit(UNFIT)
+
+
+def _table(findings: list[Finding], swarm_size: int) -> Table:
+    table = Table(title=f"This machine and {swarm_size} robots", title_justify="left")
+    for column in ("", "what", "found", "to do"):
+        table.add_column(column, overflow="fold")
+    for finding in findings:
+        level = Text(finding.level.value, style=STYLES[finding.level])
+        table.add_row(level, finding.subject, finding.found, finding.advice)
+    return table

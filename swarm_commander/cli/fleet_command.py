@@ -31,10 +31,10 @@ from swarm_interfaces.msg import RobotStatus
 from swarm_commander.cli.command_node import command_node
 from swarm_commander.cli.completion import robots
 from swarm_commander.cli.thing_request import thing_request
-from swarm_commander.run.recording import FILE
+from swarm_commander.run.process_table import BAG_FILE
 from swarm_commander.viewers.frame_relay import relay_frames
 from swarm_common.middleware import ros_io
-from swarm_common.middleware.simulation import resource_in
+from swarm_common.middleware.ros_io import resource_in
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.run_words import lost_text
@@ -202,7 +202,7 @@ def record_(
     select(topics, names)  # before a file is begun
     about = {"world": resource_in(world).uri, "robots": json.dumps(models)}
     config = {
-        "path": str(folder / FILE),
+        "path": str(folder / BAG_FILE),
         "robots": names,
         "topics": topics,
         "rate": rate,

@@ -68,7 +68,7 @@ def load_app(name: str) -> typer.Typer:
         case "swarm-report":
             from swarm_report.report_command import report_app as app
         case "swarm-doctor":
-            from swarm_commander.cli.doctor_command import doctor_app as app
+            from swarm_commander.cli.doctor import doctor_app as app
         case _:
             from swarm_commander.cli.setup_command import setup_app as app
     return app

@@ -25,8 +25,10 @@ def robot_table(name_or_path: str) -> str:
         SwarmError: If there is no such model, or something of it is unusable.
     """
     account = account_of(name_or_path)
-    rows = [(name, f"{_shown(value)} {UNITS.get(name, '')}".strip(), source)
-            for name, value, source in account.rows]  # fmt: skip
+    rows = [
+        (name, f"{_shown(value)} {UNITS.get(name, '')}".strip(), source)
+        for name, value, source in account.rows
+    ]
     rows += [(name, "missing", f"{why}; write it into robot.yaml") for name, why in account.missing]
     wide = max(len(name) for name, _, _ in rows)
     values = max((len(value) for _, value, _ in rows if len(value) <= WIDTH // 3), default=0)

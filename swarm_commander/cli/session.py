@@ -11,8 +11,9 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from swarm_commander.run import terminal
+from swarm_commander.run import process_table, terminal
 from swarm_commander.run.local_run import LocalRun
+from swarm_commander.run.own_navigators import Navigators, OwnNavigators
 from swarm_commander.run.results.progress import Progress, summary_table
 from swarm_commander.run.results.report import (
     RunTimes,
@@ -23,9 +24,9 @@ from swarm_commander.run.results.report import (
 )
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_sh
+from swarm_commander.run.supervision import Supervision
 from swarm_commander.run.terminal import complain
-from swarm_commander.viewers.foxglove import write_foxglove
-from swarm_commander.viewers.rviz import write_rviz
+from swarm_commander.viewers.layouts import write_foxglove, write_rviz
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.secret import own_secret
 from swarm_common.model.breaches import (
@@ -89,31 +90,33 @@ def bring_up(plan: RunPlan, lock: DomainLock) -> int:
             progress.note(NO_WHEELS)
         progress.phase("starting world")
         progress.start()
-        run = _run_of(plan, folder, progress, statistics)
-        run.serve(lock)
+        run = Supervision(
+            process_table.TABLE, folder, progress, statistics, restarts=plan.spec.restart
+        )
+        navigators = _navigators_of(plan, run)
+        local = LocalRun(plan, run, navigators)
+        run.serve(lock, navigators.obey)
         try:
-            run.run()
+            run.run(local, navigators)
         finally:
             progress.stop()
     finally:
         lock.release()
-    code = _conclude(plan, folder, run, console)
+    code = _conclude(plan, run, local, console)
     folder.release()
     return code
 
 
-def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console) -> int:
+def _conclude(plan: RunPlan, run: Supervision, local: LocalRun, console: Console) -> int:
     """Write the report, say how it went; return the exit code."""
-    statistics = run.statistics
+    folder, statistics = run.folder, run.statistics
     verdict = run.verdict or load_verdict(folder.verdict)
     never_active = run.is_stopped_by_user and run.never_active
-    if (
-        not verdict and not never_active
-    ):  # without a verdict the other figures do not vouch for the run
+    if not verdict and not never_active:  # the other figures do not vouch for the run
         run.failures.append("there is no verdict: the world process did not live to give one")
-    times = RunTimes(run.wall_time, run.active_after_wall, run.restarts)
+    times = RunTimes(run.wall_time, run.active_after_wall, run.restarts.total)
     report = compose_report(plan.spec, statistics, verdict, run.usage, times)
-    run.complete(report)
+    local.complete(report)
     must_finish = plan.spec.until_done and not run.is_stopped_by_user
     is_unfinished = must_finish and not statistics.is_done
     code = exit_code(report, is_unfinished=is_unfinished, component_failed=bool(run.failures))
@@ -144,15 +147,12 @@ def _conclude(plan: RunPlan, folder: RunFolder, run: LocalRun, console: Console)
     return code
 
 
-def _run_of(
-    plan: RunPlan, folder: RunFolder, progress: Progress, statistics: RunStatistics
-) -> LocalRun:
-    """Return the run of a plan: all of it, or the world's side of one on several hosts."""
+def _navigators_of(plan: RunPlan, run: Supervision) -> Navigators:
     if not plan.spec.bind:
-        return LocalRun(plan, folder, progress, statistics)
-    from swarm_commander.hosts.world_run import WorldRun
+        return OwnNavigators(plan, run)
+    from swarm_commander.hosts.hosted_navigators import HostedNavigators
 
-    return WorldRun(plan, folder, progress, statistics, own_secret(os.environ))
+    return HostedNavigators(plan, run, own_secret(os.environ))
 
 
 def _measures(folder: RunFolder, report: dict[str, Any]) -> dict[str, Any]:

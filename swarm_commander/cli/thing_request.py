@@ -9,7 +9,7 @@ from typing import Any
 from simulation_interfaces.srv import SpawnEntity
 
 from swarm_common.middleware import ros_io
-from swarm_common.middleware.simulation import resource_in
+from swarm_common.middleware.ros_io import resource_in
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 

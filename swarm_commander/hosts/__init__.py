@@ -8,12 +8,11 @@ What a module imports of its folder stands above it:
     link_probe       Probes of the network: packet sizes, directions, losses, round trips
     host_table       The robots' hosts as the world's host knows them: robots, silences
     client_state     What a robots' host reports, and how it reacts to the answers
-    report_check        Where reports of robots' hosts arrive; only sealed ones pass
     robots_plan      The checked input of `swarm-up --role robots`
     host_client      A robots' host towards the world's: a process
     host_server      The world's host towards the robots' hosts: a process
     robots_run       `swarm-up --role robots`: navigators here, the world elsewhere
-    world_run        `swarm-up --role world`: world and mission here, navigators elsewhere
+    hosted_navigators   Navigators of `swarm-up --role world`, which are on other hosts
     hosts_command    What `--role` does beside a run: DDS profiles, the robots' side
 
 May import of swarm_commander: `run`, `mission`, `viewers`; swarm_run and swarm_common.

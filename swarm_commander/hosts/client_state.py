@@ -14,22 +14,7 @@ import msgspec
 from swarm_commander.hosts.host_table import LOST_AFTER, NOTICE_AFTER, HostReport, HostState
 from swarm_commander.hosts.run_description import RunDescription, parse
 from swarm_common.model.errors import SwarmError
-from swarm_common.process.messages import (
-    Event,
-    Figures,
-    Refused,
-    RobotTakenOut,
-    WorldFound,
-    WorldHasOtherSecret,
-    WorldHeard,
-    WorldLost,
-    WorldOver,
-    WorldProgress,
-    WorldSilent,
-    WorldUnanswered,
-    WorldUnansweredYet,
-    WorldUnhearing,
-)
+from swarm_common.process import messages as say
 
 FIND_LIMIT = 600.0  # [s] of wall time for the world to answer first: hosts start in any order
 HINT_AFTER = 20.0  # [s] of it after which the user is told what may be wrong
@@ -108,7 +93,7 @@ class ClientState:
         """The user wants this host to stop."""
         self._report["is_leaving"] = True
 
-    def receive_description(self, text: str, now: float) -> list[Event]:
+    def receive_description(self, text: str, now: float) -> list[say.Event]:
         """Receive the description of the run from the world's host."""
         if self._is_welcome or self.is_over:
             return []
@@ -118,11 +103,11 @@ class ClientState:
             description.check(self._own_edition, self._stated)
             self._report["robots"] = description.names_of(self._numbers)
         except SwarmError as error:
-            return self._end(Refused(str(error)))
+            return self._end(say.Refused(str(error)))
         self.description = description
         return []
 
-    def record_forgery(self, now: float) -> list[Event]:
+    def record_forgery(self, now: float) -> list[say.Event]:
         """A sender without this host's secret speaks as a world's host; it is not obeyed.
 
         If no other world is heard, though, the two hosts have different secrets.
@@ -134,82 +119,82 @@ class ClientState:
             return []
         if self._is_welcome:
             message = "the world's host is silent, and another with another secret is there"
-            return self._end(WorldLost(message))
-        return self._end(WorldHasOtherSecret())
+            return self._end(say.WorldLost(message))
+        return self._end(say.WorldHasOtherSecret())
 
-    def receive_table(self, run: str, answer: Mapping[str, Any], now: float) -> list[Event]:
+    def receive_table(self, run: str, answer: Mapping[str, Any], now: float) -> list[say.Event]:
         """Receive the world's host's view of the hosts, and the progress of run `run`."""
         if self.description is None or self.is_over:
             return []
         if run != self.description.run:
             if not self._is_welcome:  # its description comes
                 return []
-            return self._end(WorldLost("another run has begun on the world's host"))
-        events: list[Event] = []
+            return self._end(say.WorldLost("another run has begun on the world's host"))
+        events: list[say.Event] = []
         if self._is_silent:
             self._is_silent = False
             self.silences.append(round(now - self._heard_at, 3))
-            events.append(WorldHeard(self.silences[-1]))
+            events.append(say.WorldHeard(self.silences[-1]))
         self._heard_at = now
         own = self._report["host"]
-        standing = answer["hosts"].get(own)
+        state = answer["hosts"].get(own)
         if own in answer["refused"]:
-            return self._end(Refused(answer["refused"][own]))
-        if standing == HostState.LOST.value:
+            return self._end(say.Refused(answer["refused"][own]))
+        if state == HostState.LOST.value:
             message = "the world's host has given this one up after its silence"
-            return self._end(WorldLost(message))
-        if standing == HostState.LEFT.value:
+            return self._end(say.WorldLost(message))
+        if state == HostState.LEFT.value:
             return self._end()
-        events += self._news(answer, standing)
-        is_unheard = standing == HostState.SILENT.value
+        events += self._news(answer, state)
+        is_unheard = state == HostState.SILENT.value
         if is_unheard and not self._is_unheard:
-            events.append(WorldUnhearing())
+            events.append(say.WorldUnhearing())
         self._is_unheard = is_unheard
         if answer["is_over"]:
             self.leave()
-            events += self._end(WorldOver(answer.get("reason", "")))
+            events += self._end(say.WorldOver(answer.get("reason", "")))
         return events
 
-    def _news(self, answer: Mapping[str, Any], standing: str | None) -> list[Event]:
-        events: list[Event] = []
-        if standing is not None and not self._is_welcome:
+    def _news(self, answer: Mapping[str, Any], state: str | None) -> list[say.Event]:
+        events: list[say.Event] = []
+        if state is not None and not self._is_welcome:
             self._is_welcome = True
-            events.append(WorldFound())
+            events.append(say.WorldFound())
         if answer["figures"]:
-            figures = msgspec.convert(answer["figures"], Figures)
+            figures = msgspec.convert(answer["figures"], say.Figures)
             events.append(
-                WorldProgress(figures.sim_time, figures.real_time_factor, figures.collisions)
+                say.WorldProgress(figures.sim_time, figures.real_time_factor, figures.collisions)
             )
         for robot in answer["removed"]:
             if robot in self._report["robots"] and robot not in self._removed:
                 self._removed.add(robot)
-                events.append(RobotTakenOut(robot))
+                events.append(say.RobotTakenOut(robot))
         return events
 
-    def look(self, now: float) -> list[Event]:
+    def look(self, now: float) -> list[say.Event]:
         """Notice that the world's host is silent."""
         waited = now - self._heard_at
         if self.is_over:
             return []
         if not self._is_welcome:
             return self._poll_world(waited)
-        events: list[Event] = []
+        events: list[say.Event] = []
         if waited > NOTICE_AFTER and not self._is_silent:
             self._is_silent = True
-            events.append(WorldSilent())
+            events.append(say.WorldSilent())
         if waited > self._lost_after:
             message = f"nothing was heard of the world's host for {waited:.0f} s"
-            events += self._end(WorldLost(message))
+            events += self._end(say.WorldLost(message))
         return events
 
-    def _poll_world(self, waited: float) -> list[Event]:
+    def _poll_world(self, waited: float) -> list[say.Event]:
         if waited > self._find_limit:
-            return self._end(WorldUnanswered(waited))
+            return self._end(say.WorldUnanswered(waited))
         if waited > HINT_AFTER and not self._has_hinted:
             self._has_hinted = True
-            return [WorldUnansweredYet(waited)]
+            return [say.WorldUnansweredYet(waited)]
         return []
 
-    def _end(self, *last: Event) -> list[Event]:
+    def _end(self, *last: say.Event) -> list[say.Event]:
         self.is_over = True
         return list(last)

@@ -11,18 +11,17 @@ import signal
 import sys
 import time
 
-import rclpy
-from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import UInt8MultiArray
 from swarm_interfaces.msg import NeighborArray
 
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.beacon_batch import KIND, BatchReader, topic_of
+from swarm_common.middleware.rclpy_compat import join_graph
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, Waiter
 from swarm_common.middleware.sealed import ForgedError
 from swarm_common.middleware.secret import VARIABLE
-from swarm_common.process.pipes import EventWriter, child_options
+from swarm_common.process.pipes import EventWriter, child_options, leave
 
 WAIT_SLICE = 0.25  # [s] after which signals are looked at
 
@@ -34,13 +33,7 @@ def main() -> None:
     reader = BatchReader(os.environ.pop(VARIABLE), config["run"], config["host"])
     stopping: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    node = rclpy.create_node(
-        f"beacons_{config['host']}",
-        namespace="sim",
-        enable_rosout=False,
-        start_parameter_services=False,
-    )
+    node = join_graph(f"beacons_{config['host']}", "sim")
     robots = {
         int(number): node.create_publisher(NeighborArray, f"/{name}/neighbors", ros_io.RELIABLE)
         for number, name in config["robots"].items()
@@ -65,4 +58,4 @@ def main() -> None:
 
 if __name__ == "__main__":
     main()
-    os._exit(0)  # everything of this process ends with it
+    leave()

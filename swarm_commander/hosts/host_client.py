@@ -25,22 +25,13 @@ from swarm_commander.hosts.host_table import (
 from swarm_commander.hosts.link_probe import NOTHING, Asker, ProbeSocket
 from swarm_common.middleware.ros_io import LATCHED, NEWEST
 from swarm_common.middleware.sealed import ForgedError, Letter, Opener, Sealer
-from swarm_common.process.messages import (
-    CLIENT,
-    ClientCommand,
-    NetworkFault,
-    NetworkFigures,
-    ReportActive,
-    ReportDeath,
-    ReportUsage,
-    WorldSilent,
-)
+from swarm_common.process import messages as say
 from swarm_common.process.pipes import EventWriter
 
 FAREWELLS, FAREWELL_PAUSE = 3, 0.05  # times the last report is sent, as one may get lost; [s]
 
 
-class HostClient(LinkEnd[ClientCommand]):
+class HostClient(LinkEnd[say.ClientCommand]):
     """Hears description and table, and says how this host is."""
 
     def __init__(
@@ -67,16 +58,16 @@ class HostClient(LinkEnd[ClientCommand]):
         node.create_subscription(String, DESCRIPTION_TOPIC, self._receive_description, LATCHED)
         node.create_subscription(String, TABLE_TOPIC, self._receive_table, NEWEST)
 
-    def receive_command(self, command: ClientCommand) -> None:
+    def receive_command(self, command: say.ClientCommand) -> None:
         """Obey swarm-up."""
         match command:
-            case ReportActive(robot=robot):
+            case say.ReportActive(robot=robot):
                 self.state.record_active(robot)
                 self._due = 0.0
-            case ReportDeath(robot=robot, returncode=code):
+            case say.ReportDeath(robot=robot, returncode=code):
                 self.state.record_death(robot, code)
                 self._due = 0.0
-            case ReportUsage(cpu=cpu, rss_mb=rss_mb):
+            case say.ReportUsage(cpu=cpu, rss_mb=rss_mb):
                 self.state.record_usage(cpu, rss_mb)
             case _:
                 assert_never(command)
@@ -87,7 +78,7 @@ class HostClient(LinkEnd[ClientCommand]):
         self._pass_on(events)
         while not self._answers.empty():
             self._asker.take(*self._answers.get())
-        if WorldSilent() in events:
+        if say.WorldSilent() in events:
             self._asker.restart()
         for question in self._asker.questions(now):
             self._probe.send(question, self._world_address)
@@ -117,7 +108,7 @@ class HostClient(LinkEnd[ClientCommand]):
             self._send(time.monotonic())
             time.sleep(FAREWELL_PAUSE)
 
-        self._events.write(NetworkFigures(self._asker.figures(time.monotonic())))
+        self._events.write(say.NetworkFigures(self._asker.figures(time.monotonic())))
 
     def _receive_answer(self, data: bytes, _: str) -> None:
         self._answers.put((data, time.monotonic()))
@@ -128,7 +119,7 @@ class HostClient(LinkEnd[ClientCommand]):
         if found == NOTHING and not self.state.is_silent:
             return
         if found and found != self._found:
-            self._events.write(NetworkFault(text))
+            self._events.write(say.NetworkFault(text))
         self._found = found or self._found
 
     def _receive_description(self, message: String) -> None:
@@ -160,7 +151,7 @@ class HostClient(LinkEnd[ClientCommand]):
 
 def main() -> None:
     """Run until SIGTERM, then say farewell."""
-    serve(lambda config: f"agent_{config['host']}", HostClient, CLIENT)
+    serve(lambda config: f"agent_{config['host']}", HostClient, say.CLIENT)
 
 
 if __name__ == "__main__":

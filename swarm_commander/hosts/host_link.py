@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
-import signal
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any, Generic
 
 import msgspec
-import rclpy
 from rclpy.node import Node
 
-from swarm_common.middleware.rclpy_compat import SafeExecutor
+from swarm_common.middleware.rclpy_compat import SafeExecutor, join_graph
 from swarm_common.middleware.secret import VARIABLE
 from swarm_common.process.messages import Event, Kind
-from swarm_common.process.pipes import EventWriter, MessageReader, child_options
+from swarm_common.process.pipes import EventWriter, StartedProcess, leave
 
 FAREWELL = 4.0  # [s] of wall time for the hosts to say that they know of the end
 TURN = 0.1  # [s]
@@ -68,30 +65,22 @@ def serve(
         make: Makes the end, with the secret that the hosts share.
     """
     secret = os.environ.pop(VARIABLE)
-    options = child_options("Link between hosts")
-    config = json.loads(options.config.read_text(encoding="utf-8"))
-    events = EventWriter(options.event_fd)
-    commands = MessageReader(options.control_fd, decoder)
-    stopping: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
-    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
-    node = rclpy.create_node(
-        name_of(config), namespace="sim", enable_rosout=False, start_parameter_services=False
-    )
+    child = StartedProcess("Link between hosts", decoder)
+    node = join_graph(name_of(child.config), "sim")
     executor = SafeExecutor()
     executor.add_node(node)
-    end = make(node, config, events, secret)
+    end = make(node, child.config, child.events, secret)
     deadline = float("inf")
     with contextlib.suppress(BrokenPipeError):
         while time.monotonic() < deadline:
             executor.spin_once(timeout_sec=TURN)
-            for command in commands.read():
+            for command in child.commands():
                 end.receive_command(command)
-            if stopping and deadline == float("inf"):
+            if child.is_stopping and deadline == float("inf"):
                 deadline = time.monotonic() + FAREWELL
                 end.leave()
             end.turn(time.monotonic())
-            if stopping and end.is_through:
+            if child.is_stopping and end.is_through:
                 break
         end.close()
-    os._exit(0)  # everything of this process ends with it
+    leave()

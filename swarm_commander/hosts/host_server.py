@@ -20,26 +20,24 @@ from swarm_commander.hosts.host_table import (
     HOSTS,
     REPORT_PERIOD,
     TABLE_TOPIC,
+    HostReport,
     HostTable,
+    parse_report,
 )
 from swarm_commander.hosts.link_probe import Answerer, ProbeSocket
-from swarm_commander.hosts.report_check import ReportCheck
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_io import LATCHED, NEWEST
-from swarm_common.middleware.sealed import Sealer
-from swarm_common.process.messages import (
-    SERVER,
-    HostsSummary,
-    HostUnanswered,
-    RobotGone,
-    RunOver,
-    ServerCommand,
-    ShowFigures,
-)
+from swarm_common.middleware.sealed import ForgedError, Opener, Sealer
+from swarm_common.model.errors import SwarmError
+from swarm_common.process import messages as say
 from swarm_common.process.pipes import EventWriter
 
+FORGED = "host without the secret"
+STALE = "host of another run"
+UNREADABLE = "host's report"
 
-class HostServer(LinkEnd[ServerCommand]):
+
+class HostServer(LinkEnd[say.ServerCommand]):
     """Publishes the run's description and the table of hosts, and receives the hosts' reports."""
 
     def __init__(
@@ -77,14 +75,14 @@ class HostServer(LinkEnd[ServerCommand]):
         self._is_over = True
         self._due = 0.0
 
-    def receive_command(self, command: ServerCommand) -> None:
+    def receive_command(self, command: say.ServerCommand) -> None:
         """Obey swarm-up."""
         match command:
-            case ShowFigures(figures=figures):
+            case say.ShowFigures(figures=figures):
                 self._figures = msgspec.to_builtins(figures)
-            case RobotGone(robot=robot):
+            case say.RobotGone(robot=robot):
                 self._removed.append(robot)
-            case RunOver(reason=reason):
+            case say.RunOver(reason=reason):
                 self._reason = reason
             case _:
                 assert_never(command)
@@ -94,7 +92,7 @@ class HostServer(LinkEnd[ServerCommand]):
         self._pass_on(self._table.look(now))
         self._rejections.tell(now)
         for address in self._answerer.deaf():
-            self._events.write(HostUnanswered(address))
+            self._events.write(say.HostUnanswered(address))
         if now >= self._due:
             self._due = now + REPORT_PERIOD
             self._publish()
@@ -102,7 +100,7 @@ class HostServer(LinkEnd[ServerCommand]):
     def close(self) -> None:
         """Give swarm-up the hosts for the report."""
         self._rejections.flush()
-        self._events.write(HostsSummary(self._table.summary()))
+        self._events.write(say.HostsSummary(self._table.summary()))
 
     def _receive_report(self, message: String) -> None:
         report = self._door.take(message.data)
@@ -126,7 +124,31 @@ class HostServer(LinkEnd[ServerCommand]):
 
 def main() -> None:
     """Run until SIGTERM, then say farewell."""
-    serve(lambda _: "registry", HostServer, SERVER)
+    serve(lambda _: "registry", HostServer, say.SERVER)
+
+
+class ReportCheck:
+    """Accepts reports that were made with the secret, for this run, and not heard before."""
+
+    def __init__(self, secret: str, run: str, rejections: Rejections) -> None:
+        self._run = run
+        self._opener = Opener(secret, HOSTS)
+        self._reject = rejections.reject
+
+    def take(self, text: str) -> HostReport | None:
+        """Return the report in a message; None for one that is not taken."""
+        try:
+            letter = self._opener.open(text)
+            if letter is None:
+                return None
+            if letter.run == self._run:
+                return parse_report(letter.content, letter.sender)
+            self._reject(STALE, letter.sender, f"it is of {letter.run}, and leaves now")
+        except ForgedError as error:
+            self._reject(FORGED, "the network", error)
+        except SwarmError as error:
+            self._reject(UNREADABLE, letter.sender if letter else "", error)
+        return None
 
 
 if __name__ == "__main__":

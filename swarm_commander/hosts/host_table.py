@@ -13,18 +13,7 @@ from enum import Enum
 from typing import Any
 
 from swarm_common.model.errors import ConfigError
-from swarm_common.process.messages import (
-    Event,
-    HostDeaf,
-    HostHeard,
-    HostJoined,
-    HostLeft,
-    HostLost,
-    HostRejected,
-    HostSilent,
-    NavigatorActive,
-    NavigatorDied,
-)
+from swarm_common.process import messages as say
 
 DESCRIPTION_TOPIC, TABLE_TOPIC, HOSTS = "/sim/charter", "/sim/roll", "/sim/hosts"  # topics
 REPORT_PERIOD = 0.5  # [s] of wall time between two reports of each side
@@ -76,7 +65,7 @@ def parse_report(data: Mapping[str, Any], sender: str) -> HostReport:
 class _Host:
     report: HostReport
     heard_at: float
-    standing: HostState = HostState.SERVING
+    state: HostState = HostState.SERVING
     silences: list[float] = field(default_factory=list)  # [s] that each lasted
     active: set[str] = field(default_factory=set)
     died: set[str] = field(default_factory=set)
@@ -104,41 +93,41 @@ class HostTable:
         self._hosts: dict[str, _Host] = {}
         self._refused: dict[str, str] = {}
 
-    def hear(self, report: HostReport, now: float) -> list[Event]:
+    def hear(self, report: HostReport, now: float) -> list[say.Event]:
         """Receive a host's report at wall time `now`; return the changes."""
         if report.host in self._refused:
             return []
         host = self._hosts.get(report.host)
         if host is None:
             return self._enlist(report, now)
-        if host.standing in (HostState.LEFT, HostState.LOST):
+        if host.state in (HostState.LEFT, HostState.LOST):
             return []
-        events: list[Event] = []
-        if host.standing is HostState.SILENT:
-            host.standing = HostState.SERVING
+        events: list[say.Event] = []
+        if host.state is HostState.SILENT:
+            host.state = HostState.SERVING
             host.silences.append(round(now - host.heard_at, 3))
-            events.append(HostHeard(*_who(report), host.silences[-1]))
+            events.append(say.HostHeard(*_who(report), host.silences[-1]))
         host.report, host.heard_at = report, now
         return events + self._news(host)
 
-    def look(self, now: float) -> list[Event]:
+    def look(self, now: float) -> list[say.Event]:
         """Notice hosts that are silent, or have been for too long, at wall time `now`."""
-        events: list[Event] = []
+        events: list[say.Event] = []
         for host in self._hosts.values():
             waited = now - host.heard_at
-            if host.standing is HostState.SERVING and waited > self._notice_after:
-                host.standing = HostState.SILENT
-                events.append(HostSilent(*_who(host.report), waited))
-            if host.standing is HostState.SILENT and waited > self._lost_after:
-                host.standing = HostState.LOST
+            if host.state is HostState.SERVING and waited > self._notice_after:
+                host.state = HostState.SILENT
+                events.append(say.HostSilent(*_who(host.report), waited))
+            if host.state is HostState.SILENT and waited > self._lost_after:
+                host.state = HostState.LOST
                 host.silences.append(round(waited, 3))
-                events.append(HostLost(*_who(host.report), host.silences[-1]))
+                events.append(say.HostLost(*_who(host.report), host.silences[-1]))
         return events
 
     def answer(self) -> dict[str, Any]:
-        """Return how each host stands, by its name: a standing, or why it was refused."""
-        standings = {name: host.standing.value for name, host in self._hosts.items()}
-        return {"hosts": standings, "refused": dict(self._refused)}
+        """Return the state of each host by its name, and why others were refused."""
+        states = {name: host.state.value for name, host in self._hosts.items()}
+        return {"hosts": states, "refused": dict(self._refused)}
 
     def summary(self) -> list[dict[str, Any]]:
         """Return the hosts for the report."""
@@ -146,7 +135,7 @@ class HostTable:
             {
                 "host": host.report.label,
                 "robots": list(host.report.robots),
-                "standing": host.standing.value,
+                "standing": host.state.value,
                 "silences": host.silences,
                 "cpu_s": round(host.report.cpu, 3),
                 "rss_mb": round(host.report.rss_mb, 1),
@@ -157,43 +146,42 @@ class HostTable:
     @property
     def all_have_left(self) -> bool:
         """True if no host is left that should learn how the run ended."""
-        standings = [host.standing for host in self._hosts.values()]
-        return HostState.SERVING not in standings
+        states = [host.state for host in self._hosts.values()]
+        return HostState.SERVING not in states
 
-    def _enlist(self, report: HostReport, now: float) -> list[Event]:
+    def _enlist(self, report: HostReport, now: float) -> list[say.Event]:
         if report.is_leaving:
             return []
         for other in self._hosts.values():
             both = [robot for robot in report.robots if robot in other.report.robots]
-            if both and other.standing in (HostState.SERVING, HostState.SILENT):
+            if both and other.state in (HostState.SERVING, HostState.SILENT):
                 self._refused[report.host] = (
                     f"{both[0]} is on {other.report.label} already; choose other --robots"
                 )
-                return [HostRejected(*_who(report), self._refused[report.host])]
+                return [say.HostRejected(*_who(report), self._refused[report.host])]
         self._hosts[report.host] = host = _Host(report, now)
-        return [HostJoined(*_who(report)), *self._news(host)]
+        return [say.HostJoined(*_who(report)), *self._news(host)]
 
-    def _news(self, host: _Host) -> list[Event]:
+    def _news(self, host: _Host) -> list[say.Event]:
         report = host.report
-        events: list[Event] = []
+        events: list[say.Event] = []
         is_deaf = report.deaf_for > self._notice_after
         if is_deaf and not host.is_deaf and not report.is_leaving:
-            events.append(HostDeaf(*_who(report), report.deaf_for))
+            events.append(say.HostDeaf(*_who(report), report.deaf_for))
         host.is_deaf = is_deaf
         for robot in report.active:
             if robot not in host.active:
                 host.active.add(robot)
-                events.append(NavigatorActive(robot))
+                events.append(say.NavigatorActive(robot))
         for robot, code in report.died.items():
             if robot not in host.died:
                 host.died.add(robot)
-                events.append(NavigatorDied(robot, code, report.label))
+                events.append(say.NavigatorDied(robot, code, report.label))
         if report.is_leaving:
-            host.standing = HostState.LEFT
-            events.append(HostLeft(*_who(report)))
+            host.state = HostState.LEFT
+            events.append(say.HostLeft(*_who(report)))
         return events
 
 
 def _who(report: HostReport) -> tuple[str, str, tuple[str, ...]]:
-    """Return the first fields of a `HostEvent`."""
     return report.host, report.label, report.robots

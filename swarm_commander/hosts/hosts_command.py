@@ -13,10 +13,12 @@ from rich.text import Text
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.robots_run import RobotsRun, robots_report
 from swarm_commander.run import terminal
+from swarm_commander.run.process_table import ROBOTS_TABLE
 from swarm_commander.run.results.progress import Progress
 from swarm_commander.run.results.report import write_report
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder, write_env_sh
+from swarm_commander.run.supervision import Supervision
 from swarm_commander.run.terminal import complain
 from swarm_common.middleware import dds_profile, ros_env
 from swarm_common.model.breaches import shortened
@@ -61,13 +63,14 @@ def bring_up_robots(plan: RobotsPlan) -> int:
     )
     progress.phase("looking for the world's host")
     progress.start()
-    run = RobotsRun(plan, folder, progress, statistics, robots_profile)
+    run = Supervision(ROBOTS_TABLE, folder, progress, statistics, restarts=plan.restart)
+    side = RobotsRun(plan, run, robots_profile)
     try:
-        run.run()
+        run.run(side)
     finally:
         progress.stop()
     code = COMPONENT_FAILED if run.failures else OK
-    if problem := write_report(folder.report, robots_report(run, plan, code)):
+    if problem := write_report(folder.report, robots_report(side, run, plan, code)):
         code = COMPONENT_FAILED
         complain(problem)
     for line in shortened(run.failures, "failures"):

@@ -211,9 +211,11 @@ def _datagram(secret: str, kind: bytes, host: bytes, head: bytes, size: int) -> 
 def _open(secret: str, kind: bytes, data: bytes) -> tuple[bytes, bytes] | None:
     """Return host and head of a datagram of a given kind; None if the datagram is invalid."""
     seal, body = data[:TAG], data[TAG:]
-    if not body or len(body) < 1 + body[0] + _HEAD.size or not hmac.compare_digest(
-        tag(secret, kind, body), seal
-    ):  # fmt: skip
+    if (
+        not body
+        or len(body) < 1 + body[0] + _HEAD.size
+        or not hmac.compare_digest(tag(secret, kind, body), seal)
+    ):
         return None
     at = 1 + body[0]
     head = body[at : at + _HEAD.size]

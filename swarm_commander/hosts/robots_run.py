@@ -2,61 +2,29 @@
 
 from __future__ import annotations
 
-import os
 import secrets
-import time
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, assert_never
+from typing import Any
 
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.run_description import RunDescription, parse
-from swarm_commander.run.local_run import HOST, MODULES
-from swarm_commander.run.process_run import ProcessRun
-from swarm_commander.run.processes.usage import process_tree
-from swarm_commander.run.results.progress import Progress
-from swarm_commander.run.results.run_statistics import RobotStatistics, RunStatistics
-from swarm_commander.run.rundir import RunFolder
+from swarm_commander.run.fork_server import HostForkServer
+from swarm_commander.run.process_table import CLIENT, DISTRIBUTOR, HOST
+from swarm_commander.run.results.run_statistics import RobotStatistics
+from swarm_commander.run.supervision import RunPart, Supervision
 from swarm_common.files.edition import edition
 from swarm_common.middleware.ros_env import PROFILES
 from swarm_common.middleware.secret import VARIABLE
 from swarm_common.model.robot_names import in_short
-from swarm_common.process.messages import (
-    ClientEvent,
-    EndNavigator,
-    Go,
-    NavigatorActive,
-    NavigatorDied,
-    NetworkFault,
-    NetworkFigures,
-    OwnEvent,
-    ReportActive,
-    ReportDeath,
-    ReportUsage,
-    RobotTakenOut,
-    WorldFound,
-    WorldHasOtherSecret,
-    WorldHeard,
-    WorldLost,
-    WorldOver,
-    WorldSilent,
-    WorldUnanswered,
-    WorldUnansweredYet,
-    WorldUnhearing,
-)
+from swarm_common.process import messages as say
 from swarm_run.params import ParameterSource, write_parameter_file
 from swarm_run.record.figures import rounded
 
-CLIENT, DISTRIBUTOR = "client", "distributor"
-OWN_MODULES = {
-    CLIENT: "swarm_commander.hosts.host_client",
-    DISTRIBUTOR: "swarm_commander.hosts.distributor",
-}
 DESCRIPTION_FILE = "run_description.json"
-START_LIMIT = 600.0  # [s] for all to be active; the first start compiles the kernels
 
 
-class RobotsRun(ProcessRun):
+class RobotsRun(RunPart):
     """The robots' side of a run on several hosts.
 
     Attributes:
@@ -66,40 +34,26 @@ class RobotsRun(ProcessRun):
         network: What probes found, see `link_probe`.
     """
 
-    fork_server = HOST
-    stop_order = (CLIENT, HOST, DISTRIBUTOR)  # the world is told before the navigators end
-
-    def __init__(
-        self,
-        plan: RobotsPlan,
-        folder: RunFolder,
-        progress: Progress,
-        statistics: RunStatistics,
-        robots_profile: Path,
-        modules: Mapping[str, str] = MODULES,
-    ) -> None:
-        super().__init__(
-            folder, progress, statistics, {**modules, **OWN_MODULES}, restarts=plan.restart
-        )
+    def __init__(self, plan: RobotsPlan, run: Supervision, robots_profile: Path) -> None:
         self.robots: tuple[str, ...] = ()
         self.ending = ""
         self.silences: list[float] = []
         self.network: dict[str, float] = {}
         self._plan = plan
+        self._run = run
+        self._navigators = HostForkServer(run)
         self._host = secrets.token_hex(8)  # name of this start
-        self._robots_profile = robots_profile
-        self._description_path = folder.configs / DESCRIPTION_FILE
+        self._description_path = run.folder.configs / DESCRIPTION_FILE
         self._source = ParameterSource()
         self._welcomed: float | None = None  # [s] from the start until the world's host answered
+        for name in (CLIENT, DISTRIBUTOR):
+            run.environments[name] = {VARIABLE: plan.secret}
+        run.environments[HOST] = {PROFILES: str(robots_profile)}
 
-    def _environment(self, name: str) -> Mapping[str, str]:
-        if name in (CLIENT, DISTRIBUTOR):
-            return {**os.environ, VARIABLE: self._plan.secret}
-        return {**os.environ, PROFILES: str(self._robots_profile)}
-
-    def _begin(self) -> None:
+    def begin(self) -> None:
+        """Look for the world's host; start the fork server, which imports meanwhile."""
         plan = self._plan
-        self._start(
+        self._run.start(
             CLIENT,
             {
                 "host": self._host,
@@ -113,119 +67,120 @@ class RobotsRun(ProcessRun):
                 "description_path": str(self._description_path),
             },
         )
-        self._start(HOST, {}, "--wait")  # imports and compiles meanwhile
+        self._navigators.begin()
 
-    def _measure(self) -> None:
-        self.usage.sample("navigators", process_tree(self._supervisor.pid(HOST)))
-        cpu, rss_mb = self.usage.cpu("navigators"), self.usage.rss_mb("navigators")
-        self._tell(CLIENT, ReportUsage(cpu, rss_mb))
+    def on_sample(self) -> None:
+        """Report what the navigators use."""
+        usage = self._run.usage
+        self._run.tell(CLIENT, say.ReportUsage(usage.cpu("navigators"), usage.rss_mb("navigators")))
 
-    def _measure_last(self) -> None:
-        self.usage.sample_memory("navigators", process_tree(self._supervisor.pid(HOST)))
+    def check(self) -> None:
+        """See to navigators that are not active yet."""
+        run = self._run
+        if self._welcomed is not None and run.active_after_wall is None:
+            missing = [name for name in self.robots if not run.statistics.robots[name].active]
+            if not run.is_start_over(run.elapsed - self._welcomed, in_short(missing)):
+                self._navigators.kill_stragglers(missing)
 
-    def _check(self) -> None:
-        if self._welcomed is None or self.active_after_wall is not None or self._is_stopping:
-            return
-        waited = time.monotonic() - self._started - self._welcomed
-        missing = [name for name in self.robots if not self.statistics.robots[name].active]
-        if waited > START_LIMIT:
-            self._fail(f"after {waited:.0f} s not active: {in_short(missing)}")
-            self._stop("stopping")
-        else:
-            self._kill_stragglers(missing)
+    def on_restarts(self, due: Sequence[str]) -> None:
+        """Restart navigators that are due."""
+        self._navigators.restart_due(due)
 
-    def _on_own_event(self, event: OwnEvent) -> None:
-        if isinstance(event, ClientEvent):
-            self._on_client_event(event)
-        elif isinstance(event, NavigatorActive):
-            self._on_active(event.robot)
-        elif isinstance(event, NavigatorDied):
-            self._on_died(event)
-        else:
-            super()._on_own_event(event)
+    def located(self, message: str) -> str:
+        """Return a refusal that names the file of the world's user."""
+        return self._source.located(message, self._run.folder.params)
 
-    # What the world's host says
-
-    def _on_client_event(self, event: ClientEvent) -> None:
-        address = self._plan.world_address
+    def on_event(self, event: say.Event) -> bool:
+        """Handle what the world's host and the navigators report."""
+        run, address = self._run, self._plan.world_address
         match event:
-            case WorldFound():
+            case say.WorldProgress():  # the statistics shows it
+                pass
+            case say.NavigatorForked(robot=robot):
+                self._navigators.on_fork(robot)
+            case say.NavigatorActive(robot=robot):
+                self._on_active(robot)
+            case say.NavigatorDied(robot=robot, returncode=code):
+                if not run.is_stopping and not self._navigators.on_died(event):
+                    run.tell(CLIENT, say.ReportDeath(robot, code))
+            case say.RobotTakenOut(robot=robot):
+                run.statistics.robots[robot].left = True
+                self._navigators.remove(robot)
+                run.tell(HOST, say.EndNavigator(robot))
+            case say.WorldFound():
                 self._on_world_found()
-            case WorldUnansweredYet(seconds=seconds):
-                self._warn(f"{self._unanswered(seconds)} Waiting on.")
-            case WorldUnanswered(seconds=seconds):
-                self._refuse(self._unanswered(seconds))
-            case WorldHasOtherSecret():
-                self._refuse(
+            case say.WorldUnansweredYet(seconds=seconds):
+                run.warn(f"{self._unanswered(seconds)} Waiting on.")
+            case say.WorldUnanswered(seconds=seconds):
+                run.refuse(self._unanswered(seconds))
+            case say.WorldHasOtherSecret():
+                run.refuse(
                     f"the world at {address} has another secret; take the command that it shows,"
                     f" or set {VARIABLE} to its contents"
                 )
-            case NetworkFault(message=message):
-                self._warn(f"the network to {address}: {message}")
-            case NetworkFigures(figures=figures):
+            case say.NetworkFault(message=message):
+                run.warn(f"the network to {address}: {message}")
+            case say.NetworkFigures(figures=figures):
                 self.network = figures
-            case WorldUnhearing():
-                self._warn(
+            case say.WorldUnhearing():
+                run.warn(
                     f"the world at {address} is heard, but does not hear this host: packets from"
                     " here to there are lost"
                 )
-            case WorldSilent():
-                self._warn(
+            case say.WorldSilent():
+                run.warn(
                     f"nothing is heard of the world at {address}; without data the robots stand"
                 )
-            case WorldHeard(seconds=seconds):
+            case say.WorldHeard(seconds=seconds):
                 self.silences.append(seconds)
-                self._progress.note(f"the world is heard again after {seconds:.1f} s")
-            case WorldLost(message=message):
-                if not self._is_stopping:
+                run.progress.note(f"the world is heard again after {seconds:.1f} s")
+            case say.WorldLost(message=message):
+                if not run.is_stopping:
                     self.ending = message
-                    self._fail(message)
-                    self._stop("stopping")
-            case WorldOver(reason=reason):
+                    run.fail(message)
+                    run.stop("stopping")
+            case say.WorldOver(reason=reason):
                 self.ending = f"the world's host says: {reason}"
-                if not self._is_stopping:
-                    self._progress.note(self.ending)
-                self._stop("stopping")
-            case RobotTakenOut(robot=robot):
-                self.statistics.robots[robot].left = True
-                self._navigators.remove(robot)
-                self._tell(HOST, EndNavigator(robot))
+                if not run.is_stopping:
+                    run.progress.note(self.ending)
+                run.stop("stopping")
             case _:
-                assert_never(event)
+                return False
+        return True
 
     def _on_world_found(self) -> None:
         """Start the navigators with the parameters that the description says."""
-        if self._is_stopping:
+        run = self._run
+        if run.is_stopping:
             return
-        self._welcomed = time.monotonic() - self._started
-        self._progress.phase("starting navigators")
+        self._welcomed = run.elapsed
+        run.progress.phase("starting navigators")
         description = parse(self._description_path.read_text(encoding="utf-8"))
         self._source = description.params
         sites = self._sites_file(description)
         self.robots = description.names_of(self._plan.robots)
-        self.statistics.robots.update((name, RobotStatistics()) for name in self.robots)
+        run.statistics.robots.update((name, RobotStatistics()) for name in self.robots)
         numbers = dict(zip(self._plan.robots, self.robots, strict=True))
-        self._start(DISTRIBUTOR, {"host": self._host, "run": description.run, "robots": numbers})
+        run.start(DISTRIBUTOR, {"host": self._host, "run": description.run, "robots": numbers})
         robots = []
         for name in self.robots:
-            path = self._folder.params / f"{name}.yaml"
+            path = self._run.folder.params / f"{name}.yaml"
             self._navigators.params[name] = str(path)
             write_parameter_file(path, description.parameter_file(name, sites))
             robots.append(
                 {"name": name, "params": str(path), "peers": description.peers.get(name, [])}
             )
-        log_dir = str(self._folder.logs)
+        log_dir = str(self._run.folder.logs)
         world = {"world": self._plan.world_address} if description.peers else {}
-        self._configure(
-            HOST, {"robots": robots, "pack": self._plan.pack, "log_dir": log_dir, **world}
+        self._navigators.release(
+            {"robots": robots, "pack": self._plan.pack, "log_dir": log_dir, **world}
         )
-        self._tell(HOST, Go())
 
     def _sites_file(self, description: RunDescription) -> str:
         """Return the path of a copy of the world's sites file; empty without one."""
         if not description.sites:
             return ""
-        path = self._folder.configs / "sites.yaml"
+        path = self._run.folder.configs / "sites.yaml"
         path.write_text(description.sites, encoding="utf-8")
         return str(path)
 
@@ -237,44 +192,34 @@ class RobotsRun(ProcessRun):
             " the same ROS_DOMAIN_ID, bound to that address, and are its UDP ports open?"
         )
 
-    # What the navigators say
-
-    def _refuse(self, message: str) -> None:
-        super()._refuse(self._source.located(message, self._folder.params))
-
     def _on_active(self, robot: str) -> None:
         if self._navigators.on_active(robot):
-            self._progress.note(f"{robot} is active again")
-        self._tell(CLIENT, ReportActive(robot))
-        if self.statistics.active == len(self.robots) and self.active_after_wall is None:
-            self._record_all_active()
-
-    def _on_died(self, event: NavigatorDied) -> None:
-        if self._is_stopping:
-            return
-        if not self._receive_death(event):
-            self._tell(CLIENT, ReportDeath(event.robot, event.returncode))
+            self._run.progress.note(f"{robot} is active again")
+        self._run.tell(CLIENT, say.ReportActive(robot))
+        is_complete = self._run.statistics.active == len(self.robots)
+        if is_complete and self._run.active_after_wall is None:
+            self._run.record_all_active()
 
 
-def robots_report(run: RobotsRun, plan: RobotsPlan, code: int) -> dict[str, Any]:
+def robots_report(side: RobotsRun, run: Supervision, plan: RobotsPlan, code: int) -> dict[str, Any]:
     """Return the report of a robots' host; the verdict is in that of the world's."""
     statistics = run.statistics
     return {
         "schema": 1,
         "role": "robots",
-        "robots": list(run.robots),
+        "robots": list(side.robots),
         "bound_to": plan.own_address,
         "world_host": plan.world_address,
-        "ending": run.ending or ("stopped by its user" if run.is_stopped_by_user else ""),
+        "ending": side.ending or ("stopped by its user" if run.is_stopped_by_user else ""),
         "wall_time": round(run.wall_time, 3),
         "active_after_wall": rounded(run.active_after_wall),
         "active": statistics.active,
-        "restarts": run.restarts,
+        "restarts": run.restarts.total,
         "incidents": list(run.incidents),
         "died": [name for name, robot in statistics.robots.items() if robot.died],
-        "silences": run.silences,
+        "silences": side.silences,
         "rejected": dict(sorted(statistics.rejected.items())),
-        "network": run.network,
+        "network": side.network,
         "world": {
             "sim_time": round(statistics.sim_time, 3),
             "collisions": {

@@ -21,31 +21,19 @@ from nav2_msgs.action import NavigateToPose
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.goal_news import GoalNews
 from swarm_commander.mission.order_channel import OrderChannel
 from swarm_commander.mission.order_party import run_party
-from swarm_commander.mission.state_log import FILE, StateLog
+from swarm_commander.mission.state_log import FILE, GoalNews, StateLog
 from swarm_common.files.journal import Journal
 from swarm_common.files.map_io import load_map
 from swarm_common.files.sites_io import load_sites
-from swarm_common.middleware import courier_io
-from swarm_common.middleware.courier_io import TickRelease, TickReport
-from swarm_common.middleware.rejections import RejectedError, Rejections
-from swarm_common.middleware.ros_io import RELIABLE, TICK_INPUT, pose_stamped, start_text, tick_of
-from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
+from swarm_common.middleware.courier_io import StepLink, TickRelease, TickReport
+from swarm_common.middleware.rejections import Rejections
+from swarm_common.middleware.ros_io import pose_stamped, start_text, tick_of
+from swarm_common.middleware.ros_poll import PolledTopic
 from swarm_common.model.palette import CHARGING
 from swarm_common.model.records import Pose
-from swarm_common.process.messages import (
-    FloorReported,
-    GoalWithdrawn,
-    MissionCommand,
-    MissionDone,
-    OrdersReported,
-    RobotDead,
-    RobotGone,
-    RobotHeard,
-    RobotSilent,
-)
+from swarm_common.process import messages as say
 from swarm_common.process.pipes import EventWriter
 from swarm_mission.itinerary import NextGoal
 from swarm_mission.leg import HOME
@@ -70,7 +58,7 @@ class OrderRobot:
 
     Attributes:
         is_awaited: Whether ticks wait for its reports; not of one that is down or late.
-        topic: Where its reports arrive; None in free run, where it does not report.
+        link: Brings its reports; None in free run, where it does not report.
     """
 
     def __init__(
@@ -98,7 +86,6 @@ class OrderRobot:
         )
         self.is_awaited = True
         self._ways = ways
-        self._rejections = rejections
         self._task: Task | None = None
         self._goal: NextGoal | None = None
         self._sent_at = -1  # tick in which it was sent
@@ -108,21 +95,7 @@ class OrderRobot:
         self._is_told = False  # whether the current goal was told
         self._report: TickReport | None = None  # the newest
         self._goals: list[bytes] = []  # sent in the present tick
-        self._release: tuple[int, bytes] = -1, b""  # the latest, with its tick
-        self.topic: SoleTopic | None = None
-        if is_in_step:
-            self._link(node)
-
-    def _link(self, node: Node) -> None:
-        name, reject = f"/{self.client.name}", self._rejections.reject
-        self._releases = node.create_publisher(
-            courier_io.KIND, f"{name}/{courier_io.RELEASE}", RELIABLE
-        )
-        self.topic = SoleTopic(
-            node, courier_io.KIND, f"{name}/{courier_io.REPORT}", TICK_INPUT,
-            lambda who: who == f"{name}/navigator",
-            lambda who: reject(courier_io.REPORT, who, "another node is heard here"),
-        )  # fmt: skip
+        self.link = StepLink(node, client.name, rejections) if is_in_step else None
 
     # Which tick it is at
 
@@ -134,25 +107,16 @@ class OrderRobot:
     @property
     def is_unheard(self) -> bool:
         """Whether a first report is to come."""
-        return self.topic is not None and self._report is None
+        return self.link is not None and self._report is None
 
     def poll(self) -> None:
-        """Receive its reports; a repeated one means that our release was lost."""
-        if self.topic is None:
-            return
-        while (data := self.topic.take()) is not None:
-            try:
-                report = courier_io.read_report(data)
-            except RejectedError as error:
-                self._rejections.reject(courier_io.REPORT, self.client.name, error)
-                continue
-            if report.tick == self._release[0]:
-                self._releases.publish(self._release[1])
+        """Receive its reports."""
+        while self.link is not None and (report := self.link.take()) is not None:
             self._report = report
 
     def has_decided(self, tick: int) -> bool:
         """Whether it takes part in a tick: in lockstep it has reported on it, else it is heard."""
-        if self.topic is None:
+        if self.link is None:
             return self.is_awaited and not self._is_mute(tick)
         is_here = self.tick == tick
         self.is_awaited |= is_here
@@ -164,28 +128,26 @@ class OrderRobot:
         Args:
             begun: Tick that the world has begun for certain; it does without robots that are late.
         """
-        if self.topic is None or not self.is_awaited or self.tick >= tick:
+        if self.link is None or not self.is_awaited or self.tick >= tick:
             return False
         self.is_awaited = begun <= tick
         return self.is_awaited
 
     def release(self, tick: int) -> None:
         """Let it answer a tick, once the goals of this tick have reached it."""
-        if self.topic is not None:
-            self._release = tick, courier_io.packed(TickRelease(tick, self._goals))
-            self._releases.publish(self._release[1])
+        if self.link is not None:
+            self.link.release(TickRelease(tick, self._goals))
         self._goals = []
 
     def on_status(self, status: RobotStatus) -> int:
         """Record that the robot lives; return the tick of the status."""
-        if self.topic is None and self._is_mute(self._status_tick):
+        if self.link is None and self._is_mute(self._status_tick):
             self.client.ask()
         self._heard_at = time.monotonic()
         self._status_tick = tick_of(status.stamp)
         return self._status_tick
 
     def _is_mute(self, tick: int) -> bool:
-        """Whether nothing has been heard of the robot for too long."""
         is_late = tick - self._status_tick > MUTE_TICKS
         is_unheard = time.monotonic() - self._heard_at > MUTE_TIME
         return self.client.status is None or (is_late and is_unheard)
@@ -319,7 +281,6 @@ class CourierProcess:
         self._unreleased: list[OrderRobot] | None = None  # that have decided on the present tick
 
     def _on_status(self, name: str, status: RobotStatus) -> None:
-        """Sample where a robot is."""
         robot, pose = self._robots[name], status.pose
         tick = robot.on_status(status)
         self._floor.note(tick, name, pose.x, pose.y, robot.courier.share)
@@ -329,9 +290,9 @@ class CourierProcess:
         """Topics that bring what the present tick lacks."""
         tick, begun = self._channel.tick, self._channel.barrier.begun
         reports = [
-            robot.topic
+            robot.link.topic
             for robot in self._robots.values()
-            if robot.topic is not None and robot.is_missing(tick, begun)
+            if robot.link is not None and robot.is_missing(tick, begun)
         ]
         return (*self._channel.topics, *reports)
 
@@ -372,7 +333,7 @@ class CourierProcess:
             are_over = self._channel.are_over(self._stations, now)
             if are_over and not self._is_done:
                 self._is_done = True
-                self._events.write(MissionDone())
+                self._events.write(say.MissionDone())
             if are_over is not False:
                 return False
         for robot in self._unreleased:
@@ -393,7 +354,7 @@ class CourierProcess:
             for message in heard.get(name, ()):
                 robot.courier.receive(message, tick)
             sent += self._ask(robot, tick)
-        is_in_step = any(robot.topic is not None for robot in robots.values())
+        is_in_step = any(robot.link is not None for robot in robots.values())
         self._channel.send(sent, is_in_step=is_in_step)
         self._unreleased = list(robots.values())
 
@@ -402,27 +363,27 @@ class CourierProcess:
         sent, goal = robot.courier.tick(tick, robot.senses)
         if goal is not None:
             if robot.has_dropped_goal:
-                self._events.write(GoalWithdrawn(robot.client.name))
+                self._events.write(say.GoalWithdrawn(robot.client.name))
             robot.send(goal, tick, self._news)
         if robot.courier.events:
             told = [msgspec.to_builtins(event) for event in robot.courier.events]
-            self._events.write(OrdersReported(told))
+            self._events.write(say.OrdersReported(told))
             robot.courier.events.clear()
         return sent
 
     def beat(self) -> None:
         """Report how floor and robots' time are used so far; ask for answers that are overdue."""
-        self._events.write(FloorReported(self._number, self._floor.as_json()))
+        self._events.write(say.FloorReported(self._number, self._floor.as_json()))
         for robot in self._robots.values():
             robot.client.look()
 
-    def obey(self, command: MissionCommand) -> None:
+    def obey(self, command: say.MissionCommand) -> None:
         """Handle a message of swarm-up about a navigator."""
         robot = self._robots.get(command.robot)
         if robot is None:
             return
-        robot.is_awaited = not isinstance(command, RobotSilent | RobotDead | RobotGone)
-        if isinstance(command, RobotHeard):
+        robot.is_awaited = not isinstance(command, say.RobotSilent | say.RobotDead | say.RobotGone)
+        if isinstance(command, say.RobotHeard):
             robot.client.ask()
 
 

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-import json
-import os
-import signal
 import time
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
-import rclpy
 from rclpy.node import Node
 
 from swarm_commander.mission.order_channel import OrderChannel
-from swarm_common.middleware.rclpy_compat import SafeExecutor
+from swarm_common.middleware.rclpy_compat import SafeExecutor, join_graph
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, Waiter, drain
 from swarm_common.process.messages import MISSION, Alive, MissionCommand
-from swarm_common.process.pipes import EventWriter, MessageReader, child_options
+from swarm_common.process.pipes import EventWriter, StartedProcess, leave
 from swarm_mission.orders.radio import OrderRadio
 
 TURN_PERIOD = 0.05  # [s] of wall time at most between two turns, and between rare messages
@@ -52,16 +48,9 @@ def run_party(about: str, kind: str, make: Maker) -> None:
     Args:
         kind: First part of the node's name; `number` of the configuration is the second.
     """
-    options = child_options(about)
-    config = json.loads(options.config.read_text(encoding="utf-8"))
-    events = EventWriter(options.event_fd)
-    commands = MessageReader(options.control_fd, MISSION)
-    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
-    node = rclpy.create_node(
-        f"{kind}_{config['number']}", enable_rosout=False, start_parameter_services=False
-    )
-    stopping: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
+    child = StartedProcess(about, MISSION)
+    config, events = child.config, child.events
+    node = join_graph(f"{kind}_{config['number']}")
     executor = SafeExecutor()
     executor.add_node(node)
     rejections = Rejections(events, node.get_logger().warning)
@@ -73,12 +62,12 @@ def run_party(about: str, kind: str, make: Maker) -> None:
     waiter = Waiter(node.context, MOST_TOPICS)
     beat_at = rare_at = 0.0
     with contextlib.suppress(BrokenPipeError):
-        while not stopping:
+        while not child.is_stopping:
             waiter.wait(party.topics, TURN_PERIOD)
             if time.monotonic() >= rare_at:
                 rare_at = time.monotonic() + TURN_PERIOD
                 drain(executor)
-                for command in commands.read():
+                for command in child.commands():
                     party.obey(command)
                 rejections.tell(time.monotonic())
             party.turn()
@@ -88,4 +77,4 @@ def run_party(about: str, kind: str, make: Maker) -> None:
                 party.beat()
         party.beat()
         rejections.flush()
-    os._exit(0)  # with all of its entities at once
+    leave()

@@ -6,45 +6,25 @@ python -m swarm_commander.mission.runner CONFIG.json --event-fd N --control-fd M
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 import os
-import signal
 import sys
 import time
 from pathlib import Path
 from typing import Any, assert_never
 
-import rclpy
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.mission.goal_news import GoalNews
-from swarm_commander.mission.state_log import FILE, StateLog
+from swarm_commander.mission.state_log import FILE, GoalNews, StateLog
 from swarm_common.files.journal import Journal
 from swarm_common.middleware.participants import Hubs, prepare
-from swarm_common.middleware.rclpy_compat import SafeExecutor
+from swarm_common.middleware.rclpy_compat import SafeExecutor, join_graph
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.model.palette import BUSY_STATES
 from swarm_common.model.records import CONTROL_PERIOD
+from swarm_common.process import messages as say
 from swarm_common.process.lifetime import LEASE, SleepWatch
-from swarm_common.process.messages import (
-    MISSION,
-    Alive,
-    GoalsRestored,
-    GoalWithdrawn,
-    MeetingPorts,
-    MissionCommand,
-    MissionDone,
-    MissionLoaded,
-    Note,
-    RobotDead,
-    RobotGone,
-    RobotHeard,
-    RobotSilent,
-    StatusReported,
-    WatchRobot,
-)
-from swarm_common.process.pipes import EventWriter, MessageReader, child_options
+from swarm_common.process.pipes import EventWriter, StartedProcess, leave
 from swarm_mission.itinerary import Itinerary, NextGoal, StopOutcome
 from swarm_mission.routes import routes
 from swarm_recording.run_trace import RunTrace
@@ -105,20 +85,20 @@ class Runner:
         self._ended_at: dict[str, float] = {}
         if config["mission"] is not None:
             goals = sum(d.itinerary.total for d in self._drivers.values() if d.itinerary)
-            events.write(MissionLoaded(goals))
+            events.write(say.MissionLoaded(goals))
 
     def turn(self) -> None:
         """Do the work that no message triggers: start, notice lost robots, pass on the status."""
         if time.monotonic() - self._beat_at > BEAT_PERIOD:
             self._beat_at = time.monotonic()
-            self._events.write(Alive())
+            self._events.write(say.Alive())
         if not self._is_started:
             self._start_when_ready()
         self._notice_lost()
         self._flush()
         self._rejections.tell(time.monotonic())
 
-    def receive_command(self, command: MissionCommand) -> None:
+    def receive_command(self, command: say.MissionCommand) -> None:
         """Obey swarm-up.
 
         Args:
@@ -126,24 +106,24 @@ class Runner:
         """
         name = command.robot
         match command:
-            case WatchRobot():
+            case say.WatchRobot():
                 self._dead.discard(name)
                 self._removed.discard(name)
                 if name not in self._drivers:
                     node = self._hubs.node_of(len(self._drivers))
                     self._drivers[name] = RobotDriver(node, name, None, self, door=self._door)
-            case RobotSilent():
+            case say.RobotSilent():
                 self._excused.add(name)
                 self._silent.add(name)
-            case RobotHeard():
+            case say.RobotHeard():
                 self._excused.discard(name)
                 self._silent.add(name)
                 self._heard_at[name] = time.monotonic()
                 self._hear_again(name)
-            case RobotDead() | RobotGone():
+            case say.RobotDead() | say.RobotGone():
                 if name in self._drivers:
                     self._dead.add(name)
-                    if isinstance(command, RobotGone):
+                    if isinstance(command, say.RobotGone):
                         self._removed.add(name)
                     self._drivers[name].lose()
             case _:
@@ -175,7 +155,7 @@ class Runner:
             outcome: The stop, reached or missed for good.
         """
         if driver.name in self._removed:
-            self._events.write(GoalWithdrawn(driver.name))
+            self._events.write(say.GoalWithdrawn(driver.name))
         else:
             self._news.settled(driver.name, outcome)
 
@@ -192,7 +172,7 @@ class Runner:
             return True
         self._is_done = True
         self._flush()
-        self._events.write(MissionDone())
+        self._events.write(say.MissionDone())
         return not self._stands_still_at_end
 
     def on_status(self, driver: RobotDriver, status: RobotStatus) -> None:
@@ -231,7 +211,7 @@ class Runner:
         count = driver.find()
         if count and driver.order is not None:
             goal = driver.order.stop.name
-            self._events.write(GoalsRestored(name, count, goal))
+            self._events.write(say.GoalsRestored(name, count, goal))
 
     def _notice_lost(self) -> None:
         now = time.monotonic()
@@ -245,7 +225,7 @@ class Runner:
                     self._dead.add(name)
                     if not driver.is_over:
                         message = f"{name} is silent; its goals count as failed"
-                        self._events.write(Note(message))
+                        self._events.write(say.Note(message))
                         driver.lose()
             self._hurry(driver)
             driver.robot.look()
@@ -266,14 +246,14 @@ class Runner:
         self._fresh.clear()
 
 
-def status_event(robot: str, status: RobotStatus) -> StatusReported:
+def status_event(robot: str, status: RobotStatus) -> say.StatusReported:
     """Return what swarm-up wants to know of a robot's status.
 
     Args:
         robot: Name of the robot, like `Srobot3`.
     """
     is_under_way = has_goal(status) and status.state not in BUSY_STATES
-    return StatusReported(
+    return say.StatusReported(
         robot=robot,
         state=status.state,
         detail=status.detail,
@@ -317,17 +297,12 @@ def itineraries(config: dict[str, Any]) -> list[Itinerary | None]:
 
 def main() -> None:
     """Run until SIGTERM."""
-    options = child_options("Missions of a swarm")
-    config = json.loads(options.config.read_text(encoding="utf-8"))
-    events = EventWriter(options.event_fd)
-    commands = MessageReader(options.control_fd, MISSION)
+    child = StartedProcess("Missions of a swarm", say.MISSION)
+    config, events = child.config, child.events
     count = len(config["robots"])
-    profile = options.config.resolve().with_suffix(".xml")
+    profile = child.path.resolve().with_suffix(".xml")
     is_large = prepare(count, config.get("processes", count), profile)
-    rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
-    node = rclpy.create_node("mission", enable_rosout=False, start_parameter_services=False)
-    stopping: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, _: stopping.append(number))
+    node = join_graph("mission")
     executor = SafeExecutor()
     hubs = Hubs(node, count, is_large=is_large)
     for each in hubs.nodes:
@@ -336,11 +311,11 @@ def main() -> None:
     if is_large:
         ports = hubs.ports([robot["name"] for robot in config["robots"]])
         peers = {name: [port] for name, port in ports.items()}
-        events.write(MeetingPorts("mission", peers))
+        events.write(say.MeetingPorts("mission", peers))
     due = 0.0
     watch = SleepWatch(LEASE)
     with contextlib.suppress(BrokenPipeError):
-        while not stopping:
+        while not child.is_stopping:
             executor.spin_once(timeout_sec=TURN_PERIOD)
             if slept := watch.slept():  # links that one side has forgotten do not come back
                 sys.stderr.write(f"this process was stopped for {slept:.0f} s: it begins anew\n")
@@ -348,12 +323,11 @@ def main() -> None:
                 os._exit(1)
             if time.monotonic() >= due:
                 due = time.monotonic() + TURN_PERIOD
-                for command in commands.read():
+                for command in child.commands():
                     runner.receive_command(command)
                 runner.turn()
         runner.finish()
-    # Everything of this process ends with it; taking the graph down entity by entity takes longer.
-    os._exit(0)
+    leave()
 
 
 if __name__ == "__main__":

@@ -90,6 +90,7 @@ class StationProcess:
 
 if __name__ == "__main__":
     run_party(
-        "A station with orders", "station",
+        "A station with orders",
+        "station",
         lambda config, node, channel, events, rejections: StationProcess(config, channel, events),
-    )  # fmt: skip
+    )

@@ -7,9 +7,11 @@ What a module imports of its folder stands above it:
                  source
     terminal     Output that may end before the run does: a pipe into `head`, a terminal that is
                  closed
-    recording    What swarm-up tells the recorder process, and where the bag goes
     results      What a run comes to: numbers while it goes on, the terminal, and the report
-    process_run  Processes of a run: started, listened to, and ended together
+    process_table   Processes of a run, one line each
+    supervision  Processes of a run: started, listened to, and ended together
+    fork_server  The fork server of this host, which starts navigators
+    own_navigators  Navigators of a run on one host
     local_run    A run from the first process to the report: what `swarm-up` does after its input is
                  checked
 

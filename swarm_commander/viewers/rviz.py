@@ -1,39 +1,24 @@
-"""RViz for a run: its configuration files, and the commands that open them."""
+"""RViz for a run: the commands that open its windows.
+
+`python -m swarm_commander.viewers.rviz CONFIG.json` becomes a program with a window: those of
+others do not know the flags that swarm-up gives its processes; here they are dropped.
+"""
 
 from __future__ import annotations
 
+import json
+import os
 import shutil
-from collections.abc import Callable, Collection, Sequence
+import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import yaml
-
-from swarm_commander.viewers.rviz_config import merged_config, robot_config, swarm_config
 from swarm_common.process import start
-from swarm_run.spec import MERGED, SWARM
 
-DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # the dumper in C is ten times as fast
 HOW_TO_GET = (
     "--rviz: rviz2 is not installed; on Ubuntu 24.04 with ROS 2: apt install ros-jazzy-rviz2."
     " Without it, swarm-up --viewer shows the same in a browser."
 )
-
-
-def write_rviz(
-    folder: Path, robots: Sequence[str], newcomers: Collection[str] | None = None
-) -> None:
-    """Write `NAME.rviz` for each robot, or newcomers only, `swarm.rviz` and `merged.rviz`."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for index, robot in enumerate(robots):
-        if newcomers is None or robot in newcomers:
-            _write(folder / f"{robot}.rviz", robot_config(robot, index))
-    _write(folder / f"{SWARM}.rviz", swarm_config(robots))
-    _write(folder / f"{MERGED}.rviz", merged_config(robots))
-
-
-def _write(path: Path, config: dict[str, Any]) -> None:
-    path.write_text(yaml.dump(config, Dumper=DUMPER, sort_keys=False), encoding="utf-8")
 
 
 def find_rviz(tell: Callable[[str], None]) -> str | None:
@@ -65,3 +50,8 @@ def remappings(name: str) -> tuple[str, ...]:
 def relay_command() -> list[str]:
     """Return the command that puts all robots' frames into one tree, for the merged window."""
     return list(start.command("swarm_commander.viewers.frame_relay"))
+
+
+if __name__ == "__main__":
+    command = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))["command"]
+    os.execv(command[0], command)

@@ -14,7 +14,6 @@ What a module imports of its folder stands above it:
     topic_table     Every topic of a swarm that people look at or record
     beacon_batch    All beacons for the robots of one host at a tick, as one message
     tick_action     Action servers that never block
-    simulation      Differences between messages of simulation_interfaces 1.x and 2.x
     dds_profile     DDS profiles of a swarm on several hosts: peers by unicast only
     central_io      Reports and orders of a centre, to and from ROS messages
     courier_io      Reports of ticks to a courier, and their releases
@@ -25,7 +24,6 @@ What a module imports of its folder stands above it:
     cdr             CDR bytes of the messages sent every tick: odometry, scan, command
     radio_check      The door of the radio: bytes of beacons, checked before a kernel reads them
     ros_io          ROS messages that are not sent each tick, to and from our records
-    battery_state   The reading of a battery as sensor_msgs/BatteryState
 
 May import of swarm_common: `robots`, `files`, `model`, `process`.
 """

@@ -9,11 +9,13 @@ from __future__ import annotations
 from typing import TypeVar
 
 import msgspec
+from rclpy.node import Node
 
-from swarm_common.middleware.central_io import KIND, unwrapped, wrapped
-from swarm_common.middleware.rejections import RejectedError
-
-__all__ = ["KIND", "RELEASE", "REPORT", "SPEAKERS", "EndedGoal", "TickRelease", "TickReport"]
+from swarm_common.middleware.central_io import KIND as KIND
+from swarm_common.middleware.central_io import unwrapped, wrapped
+from swarm_common.middleware.rejections import RejectedError, Rejections
+from swarm_common.middleware.ros_io import RELIABLE, TICK_INPUT
+from swarm_common.middleware.ros_poll import SoleTopic
 
 REPORT, RELEASE = "tick_report", "tick_release"  # topics of a robot
 SPEAKERS = "/courier_", "/vda5050"  # how the names of nodes begin that release ticks
@@ -93,3 +95,51 @@ def _read(data: bytes, decoder: msgspec.msgpack.Decoder[Told]) -> Told:
         return decoder.decode(unwrapped(data))
     except msgspec.DecodeError as error:
         raise RejectedError(str(error)) from error
+
+
+class StepLink:
+    """Receives the reports of one robot, and releases its ticks.
+
+    Attributes:
+        topic: Where reports arrive.
+    """
+
+    def __init__(self, node: Node, name: str, rejections: Rejections) -> None:
+        """Create the topics.
+
+        Args:
+            name: Namespace of the robot, without a slash.
+        """
+        self._name, self._rejections = name, rejections
+        self._releases = node.create_publisher(KIND, f"/{name}/{RELEASE}", RELIABLE)
+        self.topic = SoleTopic(
+            node,
+            KIND,
+            f"/{name}/{REPORT}",
+            TICK_INPUT,
+            lambda who: who == f"/{name}/navigator",
+            lambda who: rejections.reject(REPORT, who, "another node is heard here"),
+        )
+        self._latest: tuple[int, bytes] = -1, b""  # release, with its tick
+
+    def take(self) -> TickReport | None:
+        """Return a report that waits for a release; a repeated one gets its own again."""
+        while (data := self.topic.take()) is not None:
+            try:
+                report = read_report(data)
+            except RejectedError as error:
+                self._rejections.reject(REPORT, self._name, error)
+                continue
+            if report.tick != self._latest[0]:
+                return report
+            self._releases.publish(self._latest[1])
+        return None
+
+    def release(self, release: TickRelease) -> None:
+        """Let the robot answer a tick."""
+        self._latest = release.tick, packed(release)
+        self._releases.publish(self._latest[1])
+
+    def forget(self) -> None:
+        """Forget the latest release: the robot's navigator knows nothing of its goals."""
+        self._latest = -1, b""

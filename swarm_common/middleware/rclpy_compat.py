@@ -22,12 +22,13 @@ from rclpy.parameter_service import ParameterService
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, qos_profile_services_default
 from rclpy.service import Service
+from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rclpy.time_source import TimeSource
 from rclpy.type_support import check_for_type_support
 
-from swarm_common.process.last_resort import FaultLog, shown
 from swarm_common.process.private_parts import require
+from swarm_common.process.standard_streams import FaultLog, shown
 
 Describe = Callable[[ParameterDescriptor], ParameterDescriptor]
 MOST = 1000  # parameters of a request
@@ -58,6 +59,17 @@ PARTS: tuple[tuple[Any, str], ...] = (
     (TimeSource, "clock_callback"),
 )
 require("ros-jazzy-rclpy", __name__, PARTS)
+
+
+def join_graph(name: str, namespace: str | None = None) -> Node:
+    """Return a bare node in the graph; signals are left to the process.
+
+    rclpy's own handlers would take the graph down before the process has done what it has to.
+    """
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    return rclpy.create_node(
+        name, namespace=namespace, enable_rosout=False, start_parameter_services=False
+    )
 
 
 # Topics and services that no executor knows

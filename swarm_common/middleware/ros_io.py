@@ -24,14 +24,18 @@ from nav_msgs.msg import OccupancyGrid, Path
 from numpy.typing import NDArray
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Header
 
 from swarm_common.files.map_io import MAX_PLACE, MAX_RESOLUTION, MIN_RESOLUTION
 from swarm_common.middleware.cdr import yaw_of
 from swarm_common.middleware.rejections import RejectedError
+from swarm_common.model.battery import BatteryReading, BatterySpec, SupplyStatus
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Pose, stamp_from_tick, tick_from_stamp
 
+RESOURCES = ("entity_resource", "world_resource")
+BATTERY = "battery_state"  # topic
 MOST_CELLS = 100_000_000  # of a map
 RELIABLE = QoSProfile(depth=10)
 LATEST = QoSProfile(depth=1)
@@ -277,3 +281,39 @@ def planar_transform(parent: str, child: str, pose: Pose, tick: int) -> Transfor
     half = 0.5 * pose.yaw
     turn = (0.0, 0.0, math.sin(half), math.cos(half))
     return transform_msg(parent, child, (pose.x, pose.y, 0.0), turn, tick)
+
+
+def battery_message(reading: BatteryReading, battery: BatterySpec) -> BatteryState:
+    """Return the message of a reading; charges are in Ah at the battery's voltage."""
+    capacity = battery.capacity / battery.voltage
+    message = BatteryState(header=header(reading.tick, ""), present=True)
+    message.voltage = battery.voltage
+    message.temperature = math.nan
+    message.current = reading.power / battery.voltage
+    message.charge = reading.share * capacity
+    message.capacity = message.design_capacity = capacity
+    message.percentage = reading.share
+    message.power_supply_status = int(reading.status)
+    message.power_supply_health = BatteryState.POWER_SUPPLY_HEALTH_GOOD
+    return message
+
+
+def read_battery(data: bytes) -> BatteryReading:
+    """Return the reading in a message."""
+    message = unpacked(data, BatteryState)
+    share = float(message.percentage)
+    if not 0.0 <= share <= 1.0:
+        raise RejectedError(f"percentage is {share:g}; expected 0 to 1")
+    status = int(message.power_supply_status)
+    is_known = status in (SupplyStatus.CHARGING, SupplyStatus.FULL)
+    return BatteryReading(
+        tick=tick_from_stamp(message.header.stamp.sec, message.header.stamp.nanosec),
+        share=share,
+        power=float(message.current) * float(message.voltage),
+        status=SupplyStatus(status) if is_known else SupplyStatus.DISCHARGING,
+    )
+
+
+def resource_in(message: Any) -> Any:
+    """Return the part of a message that has `uri`: a field, or in 1.x often the message itself."""
+    return next((getattr(message, name) for name in RESOURCES if hasattr(message, name)), message)

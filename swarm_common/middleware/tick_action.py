@@ -19,7 +19,7 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from rclpy.time import Time
 
 from swarm_common.middleware.rejections import REASON_LENGTH, RejectedError
-from swarm_common.process.last_resort import FaultLog
+from swarm_common.process.standard_streams import FaultLog
 
 # Requests wait until the next look, and DDS forgets all but the newest `depth` of them without a
 # word: the usual ten are what one client sends at once.

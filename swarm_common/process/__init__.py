@@ -4,11 +4,9 @@ What a module imports of its folder stands above it:
 
     start           The start of our own processes: damaged compiled code counts as missing
     compile_watch  Tells how far numba has compiled, so that a first start does not look like a hang
-    last_resort    Faults of our own, or of a library, that must not end a process
     home           Folders for files if there is no home folder, or a read-only one
     browser        The user's browser
     compiled_code  Source of the navigators' modules: compiled code, or Python
-    late_interrupt  Ctrl-C waits while a library is loaded
     libm   exp, log and arctan2 of arrays, with the same last bits on every processor
     lifetime       Lifetime of processes: they end with their parent, and interrupt nobody
     messages       Messages between swarm-up and the processes that it starts
@@ -16,9 +14,8 @@ What a module imports of its folder stands above it:
     pipes          Pipes between swarm-up and its processes; one message per line
     plugins        Plug-ins of users, found by name and kept from harming anybody else
     private_parts  Parts of libraries that are private to them: one that moved is told
-    signals        Signals that ask for the end, counted
-    quick_start    Quick start of a process: its user waits for all that it does before
-    single_thread  Forking is safe only in a process of one thread; this keeps it so
+    signals        Signals that ask for the end: counted, or put off while a library is loaded
+    quick_start    Quick start of a process, and of one that can fork: it has one thread
     standard_streams  stdin, stdout and stderr, whatever those that started us made of them
 
 May import `model` of swarm_common.

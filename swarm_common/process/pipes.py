@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import json
 import os
+import signal
+import sys
 from pathlib import Path
-from typing import Generic
+from typing import Any, Generic, NoReturn
 
 import msgspec
 
-from swarm_common.process.messages import Event, Kind, decode, encode
+from swarm_common.process.messages import Event, Kind, Refused, decode, encode
 
 
 class MessageReader(Generic[Kind]):
@@ -70,3 +73,54 @@ def child_options(about: str, arguments: list[str] | None = None) -> argparse.Na
     parser.add_argument("--control-fd", type=int, help="pipe from which commands are read")
     parser.add_argument("--wait", action="store_true", help="read CONFIG only when told to go")
     return parser.parse_args(arguments)
+
+
+class StartedProcess(Generic[Kind]):
+    """This process, which swarm-up has started: what it is told, and what it tells.
+
+    Attributes:
+        path: File of the configuration.
+        config: Its content.
+        events: Pipe to swarm-up.
+        is_stopping: Whether SIGTERM has asked for the end.
+    """
+
+    def __init__(
+        self,
+        about: str,
+        decoder: msgspec.json.Decoder[Kind],
+        arguments: list[str] | None = None,
+    ) -> None:
+        """Read the configuration; from now on SIGTERM only sets `is_stopping`.
+
+        Args:
+            decoder: Decoder of the commands that it takes.
+            arguments: Command line; None for this process's own.
+        """
+        options = child_options(about, arguments)
+        self.path: Path = options.config
+        self.config: dict[str, Any] = json.loads(self.path.read_text(encoding="utf-8"))
+        self.events = EventWriter(options.event_fd)
+        self.is_stopping = False
+        self._commands = MessageReader(options.control_fd, decoder)
+        signal.signal(signal.SIGTERM, self._stop)
+
+    def _stop(self, *_: object) -> None:
+        self.is_stopping = True
+
+    def commands(self) -> list[Kind]:
+        """Return the commands of swarm-up that have arrived."""
+        return self._commands.read()
+
+    def refuse(self, reason: object) -> int:
+        """Tell swarm-up, and the log, that the input is unusable; return the exit code."""
+        self.events.write(Refused(str(reason)))
+        sys.stderr.write(f"{reason}\n")
+        return 2
+
+
+def leave(code: int = 0) -> NoReturn:
+    """End at once: the interpreter's own end would wait for threads of libraries like DDS."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)

@@ -1,8 +1,14 @@
-"""Signals that ask for the end, counted."""
+"""Signals that ask for the end: counted, or put off while a library is loaded.
+
+The C++ of some libraries makes an ImportError of a Ctrl-C.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import signal
+import threading
+from collections.abc import Iterator
 from types import TracebackType
 from typing import Any
 
@@ -42,3 +48,20 @@ class SignalCounter:
     def _note(self, number: int, _: object) -> None:
         self.count += 1
         self.latest = number
+
+
+@contextlib.contextmanager
+def late_interrupt() -> Iterator[None]:
+    """Within it, SIGINT waits; it comes at the end. Other threads than the main one get none."""
+    before = signal.getsignal(signal.SIGINT)
+    if before is None or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    pressed: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if pressed:
+            signal.raise_signal(signal.SIGINT)

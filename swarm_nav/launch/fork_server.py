@@ -25,7 +25,7 @@ from swarm_common.process.messages import (
     StartNavigator,
 )
 from swarm_common.process.pipes import EventWriter, MessageReader
-from swarm_common.process.single_thread import thread_count
+from swarm_common.process.quick_start import thread_count
 from swarm_nav.launch.navigator_process import run_navigators
 from swarm_nav.launch.process_groups import Group, Grouping
 

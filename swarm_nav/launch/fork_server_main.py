@@ -4,7 +4,7 @@ python -m swarm_nav.launch.fork_server_main CONFIG.json [--event-fd N] [--contro
 
 Imports everything and warms the kernels once, then forks one process per robot (or per pack of
 robots). A fork costs almost nothing; a fresh interpreter costs a CPU second and 60 MB. It has one
-thread, whatever it imports: see `single_thread`.
+thread, whatever it imports: see `quick_start`.
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ from swarm_common.model.errors import SwarmError
 from swarm_common.process.compile_watch import watched
 from swarm_common.process.messages import Compiling, ConditionsChecked, Ready, Refused
 from swarm_common.process.pipes import EventWriter, child_options
-from swarm_common.process.quick_start import load_numba, without_collector
-from swarm_common.process.single_thread import without_threads
+from swarm_common.process.quick_start import load_numba, without_collector, without_threads
 
 with without_threads():  # which OpenBLAS and rclpy would start
     from swarm_nav.launch.fork_server import ForkServer

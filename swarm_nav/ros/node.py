@@ -15,7 +15,7 @@ from rclpy.context import Context
 from sensor_msgs.msg import BatteryState, LaserScan
 from swarm_interfaces.msg import Mission, NeighborArray, RobotStatus
 
-from swarm_common.middleware import battery_state, cdr, central_io, courier_io, ros_io
+from swarm_common.middleware import cdr, central_io, courier_io, ros_io
 from swarm_common.middleware.radio_check import read_neighbors
 from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
@@ -173,8 +173,8 @@ class NavigatorNode:
             "scan": self._receive_scan,
         }
         if self._settings.spec.battery is not None:
-            self._topics[battery_state.NAME] = self._hear(BatteryState, battery_state.NAME)
-            takers[battery_state.NAME] = self._take_battery
+            self._topics[ros_io.BATTERY] = self._hear(BatteryState, ros_io.BATTERY)
+            takers[ros_io.BATTERY] = self._take_battery
         takers["neighbors"] = self._receive_neighbors  # which comes last
         if self._centre is not None:
             self._topics[central_io.ORDERS] = self._centre.topic
@@ -271,7 +271,7 @@ class NavigatorNode:
         return self._inputs.add_scan(cdr.read_scan(data))
 
     def _take_battery(self, data: bytes) -> TickInput | None:
-        return self._inputs.add_battery(battery_state.read_battery(data))
+        return self._inputs.add_battery(ros_io.read_battery(data))
 
     def _receive_neighbors(self, data: bytes) -> TickInput | None:
         tick, beacons, reason = read_neighbors(data, self._settings.robot_id)

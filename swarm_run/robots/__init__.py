@@ -4,7 +4,6 @@ What a module imports of its folder stands above it:
 
     teleop_keys   Keys of `swarm-teleop`, which count while they are pressed
     swarm_watch   Whether a swarm has a ROS domain, and whether the one that had it has ended
-    patience      How long a command waits for a swarm that it does not see yet
     delivery      A goal on its way to a server, over services that may lose a message
     discovery     Finds the running robots, and asks for their parameters over ROS
     robot_watch   Whether a robot that a program has sent somewhere is still there to answer

@@ -35,10 +35,9 @@ from swarm_common.model.errors import SwarmError
 from swarm_common.process.pipes import EventWriter
 from swarm_run.robots.discovery import robots_in_graph
 from swarm_run.robots.goal_client import GoalClient
-from swarm_run.robots.patience import SwarmPatience
 from swarm_run.robots.robot_watch import RobotWatch, others
 from swarm_run.robots.status_check import StatusCheck
-from swarm_run.robots.swarm_watch import SwarmWatch, has_swarm
+from swarm_run.robots.swarm_watch import SwarmPatience, SwarmWatch, has_swarm
 from swarm_run.robots.task import Task, TaskResult
 
 TELL_AFTER = 2.0  # [s] of wall time after which a robot that is not seen is spoken of

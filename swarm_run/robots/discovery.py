@@ -18,7 +18,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import RobotNames, natural
 from swarm_common.model.sites import Sites
-from swarm_run.robots.patience import SwarmPatience
+from swarm_run.robots.swarm_watch import SwarmPatience
 
 STATUS_TYPE = "swarm_interfaces/msg/RobotStatus"
 # Every process announces itself once a second (fastdds.xml); on a busy machine that takes longer.

@@ -18,9 +18,7 @@ from swarm_setup.rosidl.generate import GENERATORS, TYPESUPPORTS
 from swarm_setup.rosidl.packages import InterfacePackage
 
 FLAGS = ("-O1", "-fPIC", "-w", "-DNDEBUG", "-DRCUTILS_ENABLE_FAULT_INJECTION=0")
-LINK_ORDER = (
-    "rosidl_generator_c", *TYPESUPPORTS, "rosidl_typesupport_c", "rosidl_generator_py",
-)  # fmt: skip
+LINK_ORDER = ("rosidl_generator_c", *TYPESUPPORTS, "rosidl_typesupport_c", "rosidl_generator_py")
 # What every service and action uses without saying so.
 IMPLIED = ("action_msgs", "builtin_interfaces", "service_msgs", "unique_identifier_msgs")
 RUNTIME = (

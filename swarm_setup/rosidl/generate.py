@@ -18,13 +18,12 @@ from typing import Any
 from swarm_setup.rosidl.packages import InterfacePackage
 
 PARSER_USERS = (
-    "rosidl_pycommon", "rosidl_generator_type_description",
+    "rosidl_pycommon",
+    "rosidl_generator_type_description",
     "rosidl_generator_py.generate_py_impl",
-)  # fmt: skip
+)
 TYPESUPPORTS = ("rosidl_typesupport_fastrtps_c", "rosidl_typesupport_introspection_c")
-GENERATORS = (
-    "rosidl_generator_c", "rosidl_generator_py", "rosidl_typesupport_c", *TYPESUPPORTS,
-)  # fmt: skip
+GENERATORS = ("rosidl_generator_c", "rosidl_generator_py", "rosidl_typesupport_c", *TYPESUPPORTS)
 
 
 def prepare(package: InterfacePackage, build: Path, prefixes: tuple[Path, ...]) -> None:

@@ -20,7 +20,6 @@ from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.ros_poll import drain
 from swarm_common.middleware.topic_table import robot_topic
 from swarm_common.model.records import CONTROL_PERIOD, Pose
-from swarm_common.process.last_resort import FaultLog
 from swarm_common.process.messages import (
     WORLD,
     BeginTime,
@@ -36,6 +35,7 @@ from swarm_common.process.messages import (
     WorldCommand,
 )
 from swarm_common.process.pipes import EventWriter, MessageReader
+from swarm_common.process.standard_streams import FaultLog
 from swarm_recording.run_trace import TOPICS, RunTrace
 from swarm_sim.ros.build import WorldSetup, silent_notes
 from swarm_sim.ros.pacing import Rate, Throttle

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 
 from swarm_common.model.errors import SwarmError
-from swarm_common.process.last_resort import shown
+from swarm_common.process.standard_streams import shown
 
 
 class Reason(Enum):

@@ -548,6 +548,7 @@ class Page:
 
     def _on_click(self, event: Any) -> None:
         """A click anywhere in the scene; on viser's threads."""
+        """A click anywhere in the scene; on viser's threads."""
         origin, direction = np.array(event.ray_origin), np.array(event.ray_direction)
         self._post(lambda: self._click(origin, direction))
 

@@ -21,12 +21,14 @@ PAD = (
     + "".join(
         f"<button style='{_KEY}' data-swarm-way='{key}'>{sign}</button>{after}"
         for key, sign, after in (
-            ("KeyW", "W ▴", "<br>"), ("KeyA", "A ◂", " "),
-            ("KeyS", "S ▾", " "), ("KeyD", "D ▸", ""),
+            ("KeyW", "W ▴", "<br>"),
+            ("KeyA", "A ◂", " "),
+            ("KeyS", "S ▾", " "),
+            ("KeyD", "D ▸", ""),
         )
     )
     + "<br>Keep a key pressed: without one the robot stops.</div>"
-)  # fmt: skip
+)
 NOBODY = "(none)"
 FIRST_MODEL = "turtlebot3_waffle"
 SPEEDS = {
@@ -78,9 +80,10 @@ class Panel:
     def _add_view(self) -> None:
         gui = self._gui
         self.view = gui.add_button_group(
-            "Camera", [view.value for view in View],
+            "Camera",
+            [view.value for view in View],
             hint="Plan, top and hall show all of it; the other two go with the robot",
-        )  # fmt: skip
+        )
         self.whole_walls = gui.add_checkbox(
             "Whole walls", False, hint="Else they are cut at 0.5 m, so that robots are seen"
         )

@@ -48,16 +48,18 @@ def verdict_html(swarm: Swarm, paused: bool | None, cpu: str) -> str:
     verdict, rows = swarm.verdict, figures(swarm, paused, cpu)
     if verdict is not None and verdict.collisions_robot_robot + verdict.collisions_robot_world:
         bold = f"<b style='color:{css(VERMILLION)}'>"
-        rows = [(name, f"{bold}{text}</b>" if name == "collisions" else text)
-                for name, text in rows]  # fmt: skip
+        rows = [
+            (name, f"{bold}{text}</b>" if name == "collisions" else text) for name, text in rows
+        ]
     return _table(rows) + _legend(swarm.states)
 
 
 def counted_legend(states: Mapping[str, ReportedState]) -> list[tuple[str, str]]:
     """Return the states that robots are in with their numbers, and their colours."""
     counts = Counter(state.state for state in states.values())
-    return [(f"{name} {counts[name]}", css(look.color)) for name, look in LOOKS.items()
-            if counts[name]]  # fmt: skip
+    return [
+        (f"{name} {counts[name]}", css(look.color)) for name, look in LOOKS.items() if counts[name]
+    ]
 
 
 def _table(rows: Sequence[tuple[str, str]]) -> str:

@@ -76,8 +76,10 @@ class Past:
         swarm, present = self.swarm, self._present
         time = self._tick * CONTROL_PERIOD
         swarm.descriptions, swarm.map, swarm.stations = (
-            present.descriptions, present.map, present.stations,
-        )  # fmt: skip
+            present.descriptions,
+            present.map,
+            present.stations,
+        )
         if swarm.names != names or self.fleet.names != names:
             swarm.names = names
             self.fleet.assemble(names, swarm.descriptions)

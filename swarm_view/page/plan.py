@@ -73,9 +73,9 @@ class PlanView:
                 image = _url(map_image(raster, DARK if is_dark else LIGHT))
                 still = {"x": x, "y": y, "width": width, "height": height, "image": image}
                 self._send("setStill", still | {"isDark": is_dark, "stations": stations})
-        crew = tuple(swarm.names), tuple(map(id, meshes.values()))
-        if self._sent.get("crew key") != crew:
-            self._sent["crew key"] = crew
+        robots = tuple(swarm.names), tuple(map(id, meshes.values()))
+        if self._sent.get("robots key") != robots:
+            self._sent["robots key"] = robots
             self._send("setCrew", _crew(swarm.names, meshes))
         place = {name: row for row, name in enumerate(swarm.names)}
         states = swarm.states
@@ -86,8 +86,11 @@ class PlanView:
                     css(state_color(states[name].state)) if name in states else "#ffffff"
                     for name in swarm.names
                 ],
-                "waits": [[place[one], place[other]] for one, other in waits(states).items()
-                          if one in place and other in place],
+                "waits": [
+                    [place[one], place[other]]
+                    for one, other in waits(states).items()
+                    if one in place and other in place
+                ],
                 "chain": [place[name] for name in longest_chain(states) if name in place],
                 "chosen": place.get(robot, -1),
                 "names": names,
@@ -96,7 +99,7 @@ class PlanView:
                 "queues": _queues(states),
                 "movers": [one for marker in swarm.movers if (one := _mover(marker)) is not None],
             },
-        )  # fmt: skip
+        )
 
     def _send(self, what: str, value: Any) -> None:
         if self._sent.get(what) != value:
@@ -217,8 +220,9 @@ def _mover(marker: Any) -> dict[str, Any] | None:
     yaw = 2.0 * np.arctan2(turn.z, turn.w)
     cos, sin = np.cos(yaw), np.sin(yaw)
     points = corners @ np.array([[cos, sin], [-sin, cos]]) + (place.x, place.y)
-    color = css((round(255 * marker.color.r), round(255 * marker.color.g),
-                 round(255 * marker.color.b)))  # fmt: skip
+    color = css(
+        (round(255 * marker.color.r), round(255 * marker.color.g), round(255 * marker.color.b))
+    )
     return {"name": marker.ns, "points": _flat(points), "color": color}
 
 

@@ -80,7 +80,6 @@ class Hand:
         self._show()
 
     def _show(self) -> None:
-        """Let the button of a tool that waits for a click look pressed."""
         label = "" if self.tool is Tool.SELECT else BUTTONS[self.tool]
         run_script(self._client, f"window.swarm.press({json.dumps(label)})")
 
@@ -162,8 +161,10 @@ class Ruler:
         self._drawn = [
             self._scene.add_line_segments("/ruler/line", points[None], PINK, thickness=RULER_WIDTH),
             self._scene.add_label(
-                "/ruler/label", f"{distance:.2f} m", position=points.mean(axis=0),
+                "/ruler/label",
+                f"{distance:.2f} m",
+                position=points.mean(axis=0),
                 anchor="bottom-center",
             ),
-        ]  # fmt: skip
+        ]
         return distance

@@ -78,6 +78,7 @@ class Chase:
 
     def _is_lost(self, place: FloatArray, now: float) -> bool:
         """Return whether the camera was put elsewhere after it was told to come here."""
+        """Return whether the camera was put elsewhere after it was told to come here."""
         if now > self._doubt_end or now < self._look_due:
             return False
         self._look_due = now + LOOK_PERIOD

@@ -85,9 +85,12 @@ class Overlay:
             label = None
         if label is None:
             self._labels[name] = self._scene.add_label(
-                f"/labels/{name}", placed.text, position=placed.place, anchor=placed.anchor,
+                f"/labels/{name}",
+                placed.text,
+                position=placed.place,
+                anchor=placed.anchor,
                 font_screen_scale=LABEL_SCALE,
-            )  # fmt: skip
+            )
             return
         if label.text != placed.text:
             label.text = placed.text

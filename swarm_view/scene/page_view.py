@@ -129,7 +129,10 @@ class PageView:
         if self.view is View.FOLLOW:
             self._chase.follow(poses[index], now)
         elif self.view is View.EYE:
-            self._look_ahead(poses[index])
+            pose = poses[index]
+            if self._eye is None or np.abs(pose - self._eye).max() > EYE_TURN:
+                self._eye = pose.copy()
+                self._chase.look(*eye_of(pose, self.fleet.radius))
 
     def _fit(self) -> None:
         """Show the whole hall if that is wanted, and again when the page has another size."""
@@ -148,11 +151,6 @@ class PageView:
         self._told += [camera.position, fitted.position]
         self._chase.expect(fitted.target, fitted.position)
         self._chase.look(fitted.target, fitted.position)
-
-    def _look_ahead(self, pose: FloatArray) -> None:
-        if self._eye is None or np.abs(pose - self._eye).max() > EYE_TURN:
-            self._eye = pose.copy()
-            self._chase.look(*eye_of(pose, self.fleet.radius))
 
     def scale_marks(self, poses: FloatArray, now: float) -> None:
         """Scale the marks for this page; called a few times a second."""

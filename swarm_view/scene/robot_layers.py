@@ -117,11 +117,12 @@ class RobotLayers:
 
     def _line(self, name: str, segments: FloatArray, color: palette.RGB, width: float) -> None:
         self._update(
-            name, segments,
+            name,
+            segments,
             lambda: self._scene.add_line_segments(
                 f"/robot/{name}", segments, color, thickness=width
             ),
-        )  # fmt: skip
+        )
 
     def _points(self, name: str, points: FloatArray, color: palette.RGB, size: float) -> None:
         self._update(

@@ -81,9 +81,12 @@ class Scenery:
             elif marker.type == Marker.LINE_STRIP:
                 points = np.array([(p.x, p.y) for p in marker.points])
                 self._scene.add_line_segments(
-                    f"/world/{marker.ns}_{marker.id}", polyline(points, FLOOR), _rgb(marker),
-                    thickness=LINE_PIXELS, thickness_units="screen",  # cheaper than metres
-                )  # fmt: skip
+                    f"/world/{marker.ns}_{marker.id}",
+                    polyline(points, FLOOR),
+                    _rgb(marker),
+                    thickness=LINE_PIXELS,
+                    thickness_units="screen",  # cheaper than metres
+                )
         for number, ((kind, color, is_tall), group) in enumerate(solids.items()):
             boxes = [_box(marker) for marker in group]
             opacity = WALL_OPACITY if is_tall else None

@@ -98,9 +98,11 @@ def whole(raster: Raster, view: View, fov: float, width: float, height: float) -
     corners = np.array(
         [
             (x + i * long, y + j * deep, k * WALL_TOP)
-            for i in (0.0, 1.0) for j in (0.0, 1.0) for k in (0.0, 1.0)
+            for i in (0.0, 1.0)
+            for j in (0.0, 1.0)
+            for k in (0.0, 1.0)
         ]
-    )  # fmt: skip
+    )
     direction = FROM_ABOVE if view is View.TOP else OBLIQUE
     direction = direction / np.linalg.norm(direction)
     middle = np.array([x + 0.5 * long, y + 0.5 * deep, 0.0])

@@ -30,8 +30,8 @@ from unique_identifier_msgs.msg import UUID
 
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.rclpy_compat import SafeExecutor
+from swarm_common.middleware.ros_io import resource_in
 from swarm_common.middleware.ros_poll import drain
-from swarm_common.middleware.simulation import resource_in
 from swarm_common.model.records import FloatArray, Pose, Twist
 
 POSITION_VARIANCE, YAW_VARIANCE = 0.25, 0.0685  # what RViz's tool sends

@@ -8,8 +8,8 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import BatteryState
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_common.middleware.battery_state import battery_message, read_battery
 from swarm_common.middleware.rejections import RejectedError
+from swarm_common.middleware.ros_io import battery_message, read_battery
 from swarm_common.middleware.topic_table import ROBOT_TOPICS
 from swarm_common.model.battery import BatteryReading, BatterySpec, SupplyStatus
 from tests.fakes.charging import CHARGERS, hall_with_chargers

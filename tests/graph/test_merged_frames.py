@@ -24,11 +24,11 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 from yourdfpy import URDF
 
-from swarm_commander.viewers.rviz import write_rviz
-from swarm_commander.viewers.rviz_config import merged_config, named_topics
+from swarm_commander.viewers.layouts import layouts, write_rviz
 from swarm_common.middleware.ros_io import LATCHED, pose_stamped
 from swarm_common.model.records import Pose
 from swarm_run.domain import DomainLock
+from tests.fakes.rviz_topics import named_topics
 from tests.graph.conftest import START_LIMIT
 
 STATIC = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # tf2_ros's listener
@@ -149,7 +149,9 @@ def frames_of(message):
 def test_every_topic_of_the_window_brings_messages_in_a_frame_of_the_tree(swarm, relay):
     """Heard as RViz listens: by the type of the display, with the quality that the file names."""
     tree, heard = Tree(swarm), {}
-    shown = [one for one in named_topics(merged_config(swarm.names)) if one.shown_by in TYPES]
+    shown = [
+        one for one in named_topics(layouts("rviz", swarm.names)["merged"]) if one.shown_by in TYPES
+    ]
     assert {one.shown_by for one in shown} == set(TYPES)
     for one in shown:
         quality = QoSProfile(

@@ -10,8 +10,7 @@ from simulation_interfaces.srv import SpawnEntity
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.viewers.frame_relay import FrameRelay
-from swarm_common.middleware.ros_io import pose_stamped
-from swarm_common.middleware.simulation import resource_in
+from swarm_common.middleware.ros_io import pose_stamped, resource_in
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import RobotNames
 from swarm_run.robots.client import RobotCommander

@@ -31,19 +31,15 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.viewers.rviz_config import (
-    merged_config,
-    named_topics,
-    robot_config,
-    swarm_config,
-)
+from swarm_commander.viewers.layouts import layouts
 from swarm_common.middleware.topic_table import ORDERS, all_topics, robot_topic
 from swarm_recording.bag import Bag
-from swarm_recording.ros_types import message_class, quality
 from swarm_recording.selection import select
+from swarm_recording.topic_source import message_class, quality
 from swarm_ros2 import command_line
 from swarm_run.domain import DomainLock
 from tests.fakes.ros_domains import reserved_domain
+from tests.fakes.rviz_topics import named_topics
 from tests.graph.conftest import Process, Swarm
 
 PATTERNS = "status,odom,scan,tf,tf_static,robot_description,plan,amcl_pose,beacon,particle_cloud"
@@ -358,9 +354,7 @@ def test_the_table_of_topics_is_that_of_the_graph(swarm: Swarm) -> None:
 
 @pytest.mark.parametrize("window", ["Srobot1", "Srobot2", "swarm", "merged"])
 def test_rviz_shows_what_is_there(swarm: Swarm, window: str) -> None:
-    whole = {"swarm": swarm_config, "merged": merged_config}
-    config = whole[window](swarm.names) if window in whole else robot_config(window)
-    wanted = named_topics(config)
+    wanted = named_topics(layouts("rviz", swarm.names)[window])
     assert len(wanted) >= 10
     swarm.spin_until(lambda: {t.name for t in wanted} <= graph_types(swarm).keys())
     for topic in wanted:

@@ -2,9 +2,7 @@
 
 What a module imports of its folder stands above it:
 
-    heartbeat   Which processes have said nothing for too long. No I/O
-    restarts    Decides when, and how often at most, a process that died is restarted. No clock, no
-                I/O
+    restarts    Which processes are silent, and when one that died is restarted. No I/O
     supervisor  Table of the processes of a run: which run, which have ended, and the order of
                 stopping
     usage       CPU time and memory of the processes of a run

@@ -1,11 +1,11 @@
 """Restarts navigators: which run, which are to be restarted, and whether the fork server obeys.
 
-Part of `swarm-up` (`process_run.py`); `restarts.py` says when and how often.
+Part of `swarm-up` (`fork_server.py`); `restarts.py` says when and how often.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from swarm_commander.run.processes.restarts import Restarts
 from swarm_common.process.messages import ForkServerCommand, KillNavigator, StartNavigator
@@ -145,7 +145,7 @@ class NavigatorSupervisor:
             times.pop(name, None)
         self._restarts.forget(name)
 
-    def turn(self, due: list[str]) -> None:
+    def turn(self, due: Sequence[str]) -> None:
         """Start the navigators that are due.
 
         Args:
@@ -168,7 +168,7 @@ class NavigatorSupervisor:
             del self._starting[name]
         return names
 
-    def stragglers(self, active: int, missing: list[str]) -> list[str]:
+    def stragglers(self, active: int, missing: Sequence[str]) -> list[str]:
         """Return robots at the start whose navigators have hung for too long after the others."""
         now = self._clock()
         if active != self._active:

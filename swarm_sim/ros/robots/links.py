@@ -19,7 +19,7 @@ from std_msgs.msg import String
 from swarm_interfaces.msg import Beacon, NeighborArray
 from tf2_msgs.msg import TFMessage
 
-from swarm_common.middleware import battery_state, cdr, ros_io
+from swarm_common.middleware import cdr, ros_io
 from swarm_common.middleware.radio_check import read_beacon
 from swarm_common.middleware.rclpy_compat import removable_publisher
 from swarm_common.middleware.rejections import RejectedError
@@ -133,7 +133,7 @@ class RobotLink:
         self._battery = None
         sensed = [self._odom, self._scan, self._neighbors]
         if self._supply is not None:
-            self._battery = make(BatteryState, f"{space}/{battery_state.NAME}", ros_io.RELIABLE)
+            self._battery = make(BatteryState, f"{space}/{ros_io.BATTERY}", ros_io.RELIABLE)
             sensed.append(self._battery)
         shown = (
             self._truth, self._joint_states, self._imu, self._tf, self._tf_static,
@@ -217,7 +217,7 @@ class RobotLink:
             self._scan.publish(self._scan_writer.encode(scan))
         if observation.battery is not None and self._battery is not None:
             assert self._supply is not None
-            message = battery_state.battery_message(observation.battery, self._supply)
+            message = ros_io.battery_message(observation.battery, self._supply)
             self._battery.publish(message)
         if self._is_external and self._last_truth[0] == odom.tick:  # it may have missed this, too
             self._truth.publish(self._last_truth[1])

@@ -24,8 +24,8 @@ from simulation_interfaces.srv import (
 )
 
 from swarm_common.middleware.rejections import Rejections
+from swarm_common.middleware.ros_io import resource_in
 from swarm_common.middleware.ros_poll import PolledService
-from swarm_common.middleware.simulation import resource_in
 from swarm_common.model.records import Pose
 from swarm_describe.robots.loading import Robot
 from swarm_describe.worlds.scene import Body

@@ -27,7 +27,7 @@ from simulation_interfaces.msg import SimulatorFeatures as Can
 from swarm_common.files.resources import resource_names
 from swarm_common.middleware import ros_io
 from swarm_common.middleware.rejections import Rejections
-from swarm_common.middleware.simulation import resource_in
+from swarm_common.middleware.ros_io import resource_in
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import FloatArray, Pose
 from swarm_common.model.shapes import transform_from_xyz_rpy

@@ -8,7 +8,7 @@ from typing import Any
 from simulation_interfaces.msg import Result
 
 from swarm_common.middleware.rejections import Rejections
-from swarm_common.process.last_resort import FaultLog
+from swarm_common.process.standard_streams import FaultLog
 from swarm_sim.world.refusal import Reason, RefusedError
 from swarm_sim.world.request_checks import check_request
 

@@ -16,8 +16,7 @@ from simulation_interfaces.srv import (
     SpawnEntity,
 )
 
-from swarm_common.middleware.ros_io import pose_from_msg, pose_msg, pose_stamped
-from swarm_common.middleware.simulation import resource_in
+from swarm_common.middleware.ros_io import pose_from_msg, pose_msg, pose_stamped, resource_in
 from swarm_common.model.records import Pose
 from tests.graph.conftest import ROBOT, START_LIMIT, Process, parameters
 

@@ -16,8 +16,7 @@ from simulation_interfaces.srv import (
 )
 from visualization_msgs.msg import Marker, MarkerArray
 
-from swarm_common.middleware.ros_io import pose_from_msg, pose_msg
-from swarm_common.middleware.simulation import resource_in
+from swarm_common.middleware.ros_io import pose_from_msg, pose_msg, resource_in
 from swarm_common.model.records import Pose
 
 OK = Result.RESULT_OK

@@ -20,7 +20,7 @@ from simulation_interfaces.srv import (
     StepSimulation,
 )
 
-from swarm_common.middleware.simulation import resource_in
+from swarm_common.middleware.ros_io import resource_in
 from tests.graph.conftest import ROBOT
 
 OK = Result.RESULT_OK

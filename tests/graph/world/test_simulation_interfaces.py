@@ -13,8 +13,7 @@ from simulation_interfaces.msg import Bounds, Result
 from simulation_interfaces.msg import SimulatorFeatures as Can
 
 from swarm_common.files.resources import share_directory
-from swarm_common.middleware.ros_io import pose_stamped
-from swarm_common.middleware.simulation import resource_in
+from swarm_common.middleware.ros_io import pose_stamped, resource_in
 from swarm_common.model.records import Pose
 from tests.graph.conftest import ROBOT, WORLD
 

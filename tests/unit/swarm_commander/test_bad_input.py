@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from swarm_commander.cli import main as cli
-from swarm_commander.run import local_run
 from swarm_commander.run.processes.supervisor import ProcessSpec
+from swarm_commander.run.supervision import Supervision
 from swarm_run.domain import DomainLock
 from tests.fakes.charging import hall_with_chargers, waffle_with_battery
 
@@ -40,7 +40,7 @@ def refusal(
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
-    monkeypatch.setattr(local_run.LocalRun, "_spawn", must_not_start)
+    monkeypatch.setattr(Supervision, "_spawn", must_not_start)
     yield run
     assert not (tmp_path / "runs").exists()
 

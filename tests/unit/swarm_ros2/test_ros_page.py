@@ -17,7 +17,7 @@ from pathlib import Path
 import typer
 
 from swarm_commander.cli.main import load_app
-from swarm_ros2 import command_line, interfaces, text
+from swarm_ros2 import command_line, text
 from swarm_ros2.launcher import swarm_up_arguments
 from tests.document_blocks import blocks_of
 
@@ -89,7 +89,7 @@ def test_the_values_of_every_request_fit_its_type() -> None:
     for words in requests:
         kind, of_type, of_values = FIELDS[words[0], words[1]]
         options = parsed(words)
-        message = interfaces.load(kind, getattr(options, of_type))
+        message = text.load(kind, getattr(options, of_type))
         part = {"srv": "Request", "action": "Goal"}.get(kind)
         values = text.parse_values(getattr(options, of_values))
         text.fill(getattr(message, part)() if part else message(), values)

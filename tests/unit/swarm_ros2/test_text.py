@@ -10,7 +10,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
 from swarm_common.model.errors import SwarmError
-from swarm_ros2 import interfaces, text
+from swarm_ros2 import text
 from swarm_ros2.rate import RateMeter
 
 
@@ -56,11 +56,11 @@ def test_values_that_do_not_fit_are_named(values: str, message: str) -> None:
 )
 def test_unknown_types_are_refused(name: str) -> None:
     with pytest.raises(SwarmError, match="The passed message type is invalid"):
-        interfaces.load("msg", name)
+        text.load("msg", name)
 
 
 def test_short_type_names_are_understood() -> None:
-    assert interfaces.load("msg", "std_msgs/String") is String
+    assert text.load("msg", "std_msgs/String") is String
 
 
 def test_rate_meter_reports_once_per_news() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from swarm_commander.cli.console import Moment, StatusConsole
+from swarm_commander.cli.commander_command import Moment, StatusConsole
 from swarm_commander.run.rundir import create_run_folder, write_env_sh
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError

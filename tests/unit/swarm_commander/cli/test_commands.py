@@ -26,7 +26,7 @@ from swarm_mission.mission import mission_names
 from swarm_run.command_line import run_app
 from swarm_run.domain import DomainLock, check_swarm
 from swarm_run.listing import listing, world_names
-from swarm_run.robots.patience import SwarmPatience
+from swarm_run.robots.swarm_watch import SwarmPatience
 from tests.fakes.foreign_robots import ACCELERATIONS, fast_wheels, two_wheels
 from tests.fakes.run_folder import make_run
 

@@ -9,6 +9,7 @@ import pytest
 from rich.console import Console
 
 from swarm_commander.cli import session
+from swarm_commander.run.processes.restarts import Restarts
 from swarm_commander.run.processes.usage import UsageMeter
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_run.spec import RunSpec
@@ -28,12 +29,12 @@ def test_a_start_that_is_stopped_says_so_in_one_line(
     run: Any = SimpleNamespace(
         statistics=RunStatistics.of(["Srobot1"], has_mission=False),
         verdict={}, failures=[], incidents=[], wall_time=1.0, active_after_wall=None,
-        restarts=0, usage=UsageMeter(), is_stopped_by_user=stopped, never_active=True,
-        ending_signal=2,
-        complete=lambda _: None,
+        restarts=Restarts(), usage=UsageMeter(), is_stopped_by_user=stopped, never_active=True,
+        ending_signal=2, folder=folder,
     )  # fmt: skip
+    local: Any = SimpleNamespace(complete=lambda _: None)
     console = Console(width=100, file=io.StringIO())
-    assert session._conclude(plan, folder, run, console) == code
+    assert session._conclude(plan, run, local, console) == code
     text = console.file.getvalue()  # type: ignore[attr-defined]
     assert text == said if stopped else said in text
     assert folder.report.exists()

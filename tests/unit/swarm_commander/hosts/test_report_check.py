@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from swarm_commander.hosts.host_server import FORGED, STALE, UNREADABLE, ReportCheck
 from swarm_commander.hosts.host_table import HOSTS, TABLE_TOPIC, HostReport
-from swarm_commander.hosts.report_check import FORGED, STALE, UNREADABLE, ReportCheck
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.middleware.sealed import Sealer
 from swarm_common.process.pipes import EventWriter

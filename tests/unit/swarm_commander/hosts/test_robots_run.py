@@ -14,9 +14,11 @@ from rich.console import Console
 from swarm_commander.hosts.robots_plan import RobotsPlan
 from swarm_commander.hosts.robots_run import RobotsRun
 from swarm_commander.hosts.run_description import compose
+from swarm_commander.run.process_table import ROBOTS_TABLE
 from swarm_commander.run.results.progress import Progress
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import create_run_folder
+from swarm_commander.run.supervision import Supervision
 from swarm_common.files.params_io import default_parameters
 from swarm_common.process import messages as say
 from swarm_run.flat import nest
@@ -25,7 +27,7 @@ from swarm_run.params import load_overrides
 ROBOTS = ("Srobot1", "Srobot2")
 
 
-class Run(RobotsRun):
+class Run(Supervision):
     """Starts nobody."""
 
     def __init__(self, folder: Path) -> None:
@@ -41,20 +43,18 @@ class Run(RobotsRun):
         statistics = RunStatistics.of((), has_mission=True)
         progress = Progress(Console(file=io.StringIO()), statistics, time.monotonic)
         run_folder = create_run_folder(folder, datetime(2026, 1, 1))
-        super().__init__(plan, run_folder, progress, statistics, Path())
-
-    @property
-    def params(self) -> Path:
-        return self._folder.params
+        super().__init__(ROBOTS_TABLE, run_folder, progress, statistics)
+        self.side = RobotsRun(plan, self, Path())
+        self._parts = (self.side,)
 
     @property
     def refusal(self) -> str | None:
         return self._refusal
 
     def describe(self, text: str) -> None:
-        self._description_path.write_text(text, encoding="utf-8")
+        self.side._description_path.write_text(text, encoding="utf-8")
 
-    def _start(self, name: str, config: dict[str, Any], *flags: str) -> None:
+    def start(self, name: str, config: dict[str, Any], *flags: str) -> None:
         pass
 
 
@@ -78,7 +78,12 @@ def test_a_wrong_value_is_named_in_the_file_of_the_worlds_host(
     }
     run = Run(tmp_path / "run")
     run.describe(compose("run", "1", {}, trees, None, {}, overrides.source).to_text())
-    for event in (say.WorldFound(), say.Refused(f"{run.params / 'Srobot2.yaml'}: {problem}")):
-        run._on_event(event)
+    for event in (
+        say.WorldFound(),
+        say.Refused(f"{run.folder.params / 'Srobot2.yaml'}: {problem}"),
+    ):
+        run.receive(event)
     theirs = f"{path} on the world's host: /**: {problem}"
-    assert run.refusal == (theirs if is_theirs else f"{run.params / 'Srobot2.yaml'}: {problem}")
+    assert run.refusal == (
+        theirs if is_theirs else f"{run.folder.params / 'Srobot2.yaml'}: {problem}"
+    )

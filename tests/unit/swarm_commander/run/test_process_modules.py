@@ -3,20 +3,12 @@
 from __future__ import annotations
 
 import importlib.util
-from itertools import chain
 
 import pytest
 
-from swarm_commander.hosts import robots_run, world_run
-from swarm_commander.run import local_run
+from swarm_commander.run.process_table import ROBOTS_TABLE, TABLE
 
-NAMES = set(
-    chain(
-        local_run.MODULES.values(),
-        robots_run.OWN_MODULES.values(),
-        world_run.OWN_MODULES.values(),
-    )
-)
+NAMES = {row.module for row in (*TABLE, *ROBOTS_TABLE)}
 
 
 @pytest.mark.parametrize("name", sorted(NAMES))

@@ -8,17 +8,17 @@ import yaml
 
 from swarm_commander.cli.main import with_value
 from swarm_commander.viewers import rviz
-from swarm_commander.viewers.foxglove import write_foxglove
-from swarm_commander.viewers.rviz_config import named_topics
+from swarm_commander.viewers.layouts import layouts, write_foxglove, write_rviz
 from swarm_common.middleware.topic_table import ORDERS, all_topics, robot_topic
 from swarm_common.model.errors import ConfigError
 from swarm_run.spec import RunSpec
+from tests.fakes.rviz_topics import named_topics
 
 ROBOTS = ["Srobot1", "Srobot2", "Srobot3"]
 
 
 def test_every_robot_and_the_swarm_have_a_configuration(tmp_path: Path) -> None:
-    rviz.write_rviz(tmp_path, ROBOTS)
+    write_rviz(tmp_path, ROBOTS)
     assert sorted(path.stem for path in tmp_path.iterdir()) == [*ROBOTS, "merged", "swarm"]
     known = {topic.name for topic in all_topics(ROBOTS)}
     known |= {robot_topic(robot, topic.name).name for robot in ROBOTS for topic in ORDERS}
@@ -38,7 +38,7 @@ def test_every_robot_and_the_swarm_have_a_configuration(tmp_path: Path) -> None:
 def test_the_merged_window_has_the_model_of_every_robot_in_frames_of_its_name(
     tmp_path: Path,
 ) -> None:
-    rviz.write_rviz(tmp_path, ROBOTS)
+    write_rviz(tmp_path, ROBOTS)
     manager = yaml.safe_load((tmp_path / "merged.rviz").read_text())["Visualization Manager"]
     assert manager["Global Options"]["Fixed Frame"] == "map"
     groups = [item for item in manager["Displays"] if item["Class"] == "rviz_common/Group"]
@@ -73,7 +73,7 @@ def test_every_class_is_one_that_rviz_has(tmp_path: Path) -> None:
         f"rviz_common/{name}" for name in ("Displays", "Group", "Time", "Tool Properties", "Views")
     }
     known.add("nav2_rviz_plugins/ParticleCloud")
-    rviz.write_rviz(tmp_path, ROBOTS)
+    write_rviz(tmp_path, ROBOTS)
     found = [classes(yaml.safe_load(path.read_text())) for path in tmp_path.iterdir()]
     assert set.union(*found) == known
 
@@ -86,6 +86,15 @@ def test_every_robot_and_the_swarm_have_a_layout(tmp_path: Path) -> None:
     text = (tmp_path / "Srobot2.json").read_text()
     assert "/Srobot2/plan" in text
     assert "/Srobot1/" not in text
+
+
+def test_a_topic_has_the_quality_of_its_publisher() -> None:
+    known = {topic.name: topic for topic in all_topics(ROBOTS)}
+    for layout in layouts("rviz", ROBOTS).values():
+        for shown in named_topics(layout):
+            if topic := known.get(shown.name):
+                assert shown.durability == ("Transient Local" if topic.is_latched else "Volatile")
+                assert shown.reliability == ("Reliable" if topic.is_reliable else "Best Effort")
 
 
 def leaves(node: object) -> set[str]:

@@ -7,9 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm_commander.hosts.robots_run import OWN_MODULES as ROBOTS_MODULES
-from swarm_commander.hosts.world_run import OWN_MODULES as WORLD_MODULES
-from swarm_commander.run.local_run import MODULES
+from swarm_commander.run.process_table import ROBOTS_TABLE, TABLE
 from swarm_common.middleware.topic_table import WORLD_TOPICS
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.robot_names import MOST, RESERVED, RobotNames, in_short, natural
@@ -83,7 +81,7 @@ def test_bad_names_are_one_error(words: list[str], count: int, message: str) -> 
 
 def test_what_else_has_a_name_is_kept_free() -> None:
     topics = {topic.name.split("/")[1] for topic in WORLD_TOPICS}
-    logs = MODULES.keys() | WORLD_MODULES.keys() | ROBOTS_MODULES.keys()
+    logs = {row.name for row in (*TABLE, *ROBOTS_TABLE)}
     assert topics | {ALL, MERGED, SWARM} <= RESERVED
     assert logs - {"rviz"} <= RESERVED  # the logs of its windows are called rviz_NAME
 

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from swarm_common.process.late_interrupt import late_interrupt
+from swarm_common.process.signals import late_interrupt
 
 # Presses Ctrl-C at an import in the middle of rclpy's, as the two that connect to a graph do it.
 PROGRAM = """

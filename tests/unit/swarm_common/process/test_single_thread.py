@@ -1,10 +1,10 @@
-"""What is forked must have one thread; see `single_thread`."""
+"""What is forked must have one thread; see `quick_start`."""
 
 import subprocess
 import sys
 import threading
 
-from swarm_common.process.single_thread import thread_count, without_threads
+from swarm_common.process.quick_start import thread_count, without_threads
 
 PREPARED = """
 import os
@@ -37,7 +37,7 @@ def test_threads_start_again_afterwards() -> None:
 def test_within_it_no_thread_starts() -> None:
     code = (
         "import threading\n"
-        "from swarm_common.process.single_thread import without_threads\n"
+        "from swarm_common.process.quick_start import without_threads\n"
         "with without_threads():\n"
         "    try:\n"
         "        threading.Thread(target=int).start()\n"

@@ -4,14 +4,13 @@ from typing import Any
 
 import pytest
 
-from swarm_commander.run.processes.heartbeat import STALL, Heartbeats
 from swarm_commander.run.processes.navigators import (
     ANSWER_LIMIT,
     HANGING,
     START_LIMIT,
     NavigatorSupervisor,
 )
-from swarm_commander.run.processes.restarts import Restarts
+from swarm_commander.run.processes.restarts import STALL, Heartbeats, Restarts
 from swarm_commander.run.results.run_statistics import Meters, RunStatistics
 from swarm_common.model.breaches import MissedGoal
 from swarm_common.process.messages import (

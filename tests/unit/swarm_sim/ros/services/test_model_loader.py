@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common.process.last_resort import LONGEST_MESSAGE, shown
+from swarm_common.process.standard_streams import LONGEST_MESSAGE, shown
 from swarm_describe.robots.loading import Robot
 from swarm_describe.worlds.scene import Body
 from swarm_sim.ros.services.model_loader import ModelLoader
