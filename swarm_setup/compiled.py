@@ -37,6 +37,8 @@ LEFT = {  # besides modules with kernels of numba's
     "core/localisation_config.py",  # the comments in them are read, too
     "core/limits.py",  # their classes inherit from one of it
     "core/goals.py",  # made in many places, and from names
+    "behaviour/plain.py",  # brains of others inherit from it
+    "behaviour/plugin_brain.py",  # gives itself methods of the plug-in
     "behaviour/costmap.py",  # mypyc knows no field that is a slice
     "planning/terrain.py",  # attributes beyond those of the class
 }
