@@ -236,7 +236,7 @@ def test_all_parameters_of_the_brain_are_ros_parameters(swarm):
 @pytest.mark.parametrize(
     ("name", "value", "reason"),
     [
-        ("max_vel_x", -1.0, "max_vel_x is -1.0; it must be positive"),
+        ("max_vel_x", -1.0, "max_vel_x is -1.0; it must be more than 0"),
         ("max_vel_x", 3.0, "max_vel_x is 3.0; a turtlebot3_waffle reaches 0.26"),
         ("goal_checker.xy_goal_tolerance", 0.0, "goal_checker.xy_goal_tolerance is 0.0"),
         ("autostart", False, "read-only"),

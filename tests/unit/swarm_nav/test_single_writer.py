@@ -8,9 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from swarm_nav.reservation import tube
-
-ROOT = Path(tube.__file__).parents[2]
+ROOT = Path(__file__).resolve().parents[3]
+TUBE = ROOT / "swarm_nav" / "reservation" / "tube.py"  # it may be compiled
 WRITERS = {
     "swarm_nav/traffic/arbiter.py",
     "swarm_nav/traffic/robot_state.py",  # sets up the tube that it creates
@@ -18,7 +17,7 @@ WRITERS = {
 }
 CLASS = next(
     node
-    for node in ast.walk(ast.parse(Path(tube.__file__).read_text(encoding="utf-8")))
+    for node in ast.walk(ast.parse(TUBE.read_text(encoding="utf-8")))
     if isinstance(node, ast.ClassDef) and node.name == "Tube"
 )
 
