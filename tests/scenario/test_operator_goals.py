@@ -146,7 +146,9 @@ def bench() -> str:
 
 @pytest.mark.slow
 @pytest.mark.timeout(300)
-@pytest.mark.parametrize("pack", [1, pytest.param(1, id="again", marks=pytest.mark.long), 2])
+@pytest.mark.parametrize(
+    "pack", [pytest.param(1, marks=pytest.mark.long), 2, pytest.param(2, marks=pytest.mark.long)]
+)
 def test_goals_with_a_tick_repeat_and_are_those_of_the_bench(
     tmp_path: Path, bench: str, pack: int
 ) -> None:

@@ -32,9 +32,11 @@ def run(words: list[str], folder: Path) -> tuple[int, str]:
 @pytest.mark.parametrize(
     ("name", "options"),
     [
-        ("plan", ["--origin", "30", "-40", "--resolution", "0.1"]),
+        pytest.param(
+            "plan", ["--origin", "30", "-40", "--resolution", "0.1"], marks=pytest.mark.long
+        ),
         ("my plan", ["--origin", "3", "4", "--resolution", "0.1"]),
-        ("hall_12", ["--resolution", "0.1"]),  # as a world that ships
+        pytest.param("hall_12", ["--resolution", "0.1"], marks=pytest.mark.long),  # it ships
         ("site", []),
     ],
 )

@@ -2,12 +2,14 @@
 
 import contextlib
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_recording.bag import Bag
+from tests.fakes.ros_domains import reserved_domain
 
 SECONDS = 20
 ROBOTS = ("Srobot1", "Srobot2")
@@ -18,7 +20,11 @@ def test_a_short_fast_run_is_recorded_from_its_first_tick(tmp_path: Path) -> Non
     code = "from swarm_commander.cli.main import swarm_up; swarm_up()"
     flags = ("--world", "hall_12", "--swarm-size", "2", "--duration", str(SECONDS))
     more = ("--record", "--headless", "--no-report", "--speed", "max", "--run-dir")
-    subprocess.run((sys.executable, "-c", code, *flags, *more, tmp_path / "run"), check=True)
+    with reserved_domain() as domain:
+        subprocess.run(
+            (sys.executable, "-c", code, *flags, *more, tmp_path / "run"),
+            env=os.environ | {"ROS_DOMAIN_ID": str(domain)}, check=True,
+        )  # fmt: skip
     report = json.loads((tmp_path / "run" / "report.json").read_text(encoding="utf-8"))
     told = report["recording"]
     assert told["missing"] == []

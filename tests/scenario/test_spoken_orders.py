@@ -151,7 +151,7 @@ def test_charging_between_orders_repeats_and_is_that_of_the_bench(
 @pytest.mark.parametrize(
     ("coordination", "method"),
     [
-        ("central-with-fallback", "central-with-fallback"),
+        pytest.param("central-with-fallback", "central-with-fallback", marks=pytest.mark.long),
         pytest.param("central", "central-reservation", marks=pytest.mark.long),
     ],
 )
