@@ -15,9 +15,8 @@ COMPILED = {module_of(path) for path in compiled.modules()}
 def test_names_are_followed_to_their_class() -> None:
     navigator = "swarm_nav.behaviour.navigator.Navigator"
     assert full_name("swarm_workbench.steered", "Navigator") == navigator
-    assert full_name("swarm_nav.behaviour.navigator", "costmaps.Costmap").endswith(
-        "behaviour.costmap.Costmap"
-    )
+    costmap = full_name("swarm_nav.behaviour.services", "costmaps.Costmap")
+    assert costmap == "swarm_nav.interfaces.Costmap"
     assert full_name("swarm_bench.cli", "swarm_nav.behaviour.navigator.Navigator") == navigator
     assert full_name("swarm_workbench.gym", "PlanError") == "swarm_workbench.gym.PlanError"
     # by way of a module that only imports it

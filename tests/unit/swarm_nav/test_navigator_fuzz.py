@@ -73,7 +73,7 @@ def ask(squad: Squad, index: int, name: str, value: object, number: int) -> bool
     elif name == "slower":
         robot.services.reconfigure(config(max_vel_x=value))
     else:
-        getattr(robot, name)()
+        getattr(robot.services, name)()
     return False
 
 

@@ -135,30 +135,3 @@ def test_the_oldest_states_are_dropped(small: Path) -> None:
     assert len(kept) == compiled.MOST_KEPT
     assert "0" not in kept
     assert compiled_code.compiled_folder().name in kept
-
-
-def test_no_class_of_compiled_code_has_heirs_that_are_interpreted() -> None:
-    """mypyc refuses them, as soon as one is made."""
-    root = compiled_code.ROOT
-    made = {
-        ".".join(path.relative_to(root).with_suffix("").parts): path for path in compiled.modules()
-    }
-    heirs = []
-    for path in (*root.glob("swarm_*/**/*.py"), *root.glob("examples/*.py")):
-        if path in made.values():
-            continue
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        imported = {
-            alias.asname or alias.name
-            for node in ast.walk(tree)
-            if isinstance(node, ast.ImportFrom) and node.module in made
-            for alias in node.names
-        }
-        heirs += [
-            f"{path.relative_to(root)}: {node.name}({base.id})"
-            for node in ast.walk(tree)
-            if isinstance(node, ast.ClassDef)
-            for base in node.bases
-            if isinstance(base, ast.Name) and base.id in imported
-        ]
-    assert heirs == []

@@ -223,6 +223,6 @@ def test_an_empty_robot_says_so_and_stands() -> None:
 
 
 @pytest.mark.parametrize(("low", "enough"), [(0.9, 0.3), (0.5, 0.5), (-0.1, 0.5), (0.5, 1.1)])
-def test_thresholds_in_the_wrong_order_are_refused(low: float, enough: float) -> None:
-    with pytest.raises(ConfigError, match=r"battery\.low is .* battery\.enough"):
+def test_impossible_thresholds_are_refused(low: float, enough: float) -> None:
+    with pytest.raises(ConfigError, match=r"battery\.(low|enough) is"):
         BatteryConfig(low=low, enough=enough)

@@ -235,13 +235,13 @@ def test_dead_reckoning_is_the_default_and_asks_for_nothing() -> None:
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("sigma_hit", 0.0, "sigma_hit is 0.0; it must be positive"),
-        ("alpha1", -1.0, "alpha1 is -1.0; it must be 0 or more"),
-        ("pf_z", 1.0, "pf_z is 1.0; it must be 0 or more and less than 1"),
-        ("min_particles", 2000, "min_particles is 2000 and max_particles 1000"),
+        ("sigma_hit", 0.0, "sigma_hit is 0.0; it must be more than 0"),
+        ("alpha1", -1.0, "alpha1 is -1.0; it must be from 0 to 10000"),
+        ("pf_z", 1.0, "pf_z is 1.0; it must be at least 0 and less than 1"),
+        ("min_particles", 2000, "min_particles is 2000 and max_particles is 1000"),
         ("max_beams", 2, "max_beams is 2; it must be from 4 to 10000"),
         ("random_seed", -1, "random_seed is -1"),
-        ("update_period", math.nan, "update_period is nan"),
+        ("update_period", math.nan, "localisation.update_period' in the parameters is nan"),
     ],
 )
 def test_impossible_parameters_are_refused(name: str, value: Any, message: str) -> None:

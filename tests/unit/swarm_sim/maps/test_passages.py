@@ -81,7 +81,7 @@ def test_starts_of_a_fleet_are_checked(tmp_path_factory: pytest.TempPathFactory)
     path.write_text(group % "{x_min: 0, y_min: 0, x_max: 3, y_max: 3}")
     assert load_fleet(path).members[1].start == {"x_min": 0, "y_min": 0, "x_max": 3, "y_max": 3}
     path.write_text(group % "{x_min: 0, y_min: 0, x_max: -3, y_max: 3}")
-    with pytest.raises(ConfigError, match=r"groups\[0\]: start is empty"):
+    with pytest.raises(ConfigError, match=r"groups\[0\]: start: it is empty"):
         load_fleet(path)
 
 

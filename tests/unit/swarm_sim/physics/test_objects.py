@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 import trimesh
+from msgspec.structs import replace
 
 from swarm_common.model.errors import ConfigError, WorldError
 from swarm_common.model.records import Pose, Twist

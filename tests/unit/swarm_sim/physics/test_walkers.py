@@ -6,6 +6,7 @@ import dataclasses
 import math
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -54,7 +55,7 @@ def test_a_walker_goes_round_its_loop_at_its_speed(engine: str) -> None:
 
 
 def test_pauses_and_starts_follow_the_seed() -> None:
-    walker = dataclasses.replace(ANN, start=None, pause=2.0)
+    walker = msgspec.structs.replace(ANN, start=None, pause=2.0)
     tracks = []
     for seed in (1, 1, 2):
         world = make_world("planar", [Pose(9.0, 9.0, 0.0)], walker, seed=seed)
@@ -90,7 +91,7 @@ def test_a_walker_does_not_stop_for_a_robot_that_drives(engine: str) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_robot_that_drives_into_a_pausing_walker_collides_with_it(engine: str) -> None:
-    walker = dataclasses.replace(ANN, pause=100.0, start=3.9)
+    walker = msgspec.structs.replace(ANN, pause=100.0, start=3.9)
     world = make_world(engine, [Pose(2.0, -1.5, math.pi / 2)], walker)
     run(world, 8.0, Twist(0.26))
     (collision,) = world.verdict.collisions
@@ -102,7 +103,7 @@ def test_a_robot_that_drives_into_a_pausing_walker_collides_with_it(engine: str)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_walker_beside_a_robot_that_stands_walks_on(engine: str) -> None:
     """One that came near before the walker got there does not hold it up from leaving."""
-    world = make_world(engine, [Pose(-2.0, 0.46, 0.0)], dataclasses.replace(ANN, start=1.0))
+    world = make_world(engine, [Pose(-2.0, 0.46, 0.0)], msgspec.structs.replace(ANN, start=1.0))
     places = np.array(run(world, 9.0, Twist()))[:, 0, 0]
     assert places.max() > 1.9
     assert world.verdict.collisions == ()
@@ -134,7 +135,7 @@ def test_walkers_make_no_difference_between_runs_of_a_seed() -> None:
 
 
 def test_walkers_start_away_from_robots() -> None:
-    walkers = Walkers([dataclasses.replace(ANN, start=2.0)], [WAFFLE], [Pose(0, 0, 0)], 0)
+    walkers = Walkers([msgspec.structs.replace(ANN, start=2.0)], [WAFFLE], [Pose(0, 0, 0)], 0)
     assert math.hypot(*walkers.discs[0, :2]) >= 0.25 + 0.238 + 0.4 - 1e-3
     crowd = [Pose(x, 0.0, 0.0) for x in np.arange(-2.0, 2.1, 0.5)]
     with pytest.raises(ConfigError, match="Ann: robots stand all along"):
