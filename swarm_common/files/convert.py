@@ -106,8 +106,8 @@ def read(
     try:
         return _converted(prepare(data), kind, strict=True)
     except Misfit as fault:
-        line = _line(yaml_nodes(text), fault.at)
-        raise fault.error(Path(f"{path}, line {line}"), error) from None
+        line = f", line {_line(yaml_nodes(text), fault.at)}" if fault.at else ""
+        raise fault.error(Path(f"{path}{line}"), error) from None
 
 
 def over(base: Mapping[str, Any], data: object) -> object:

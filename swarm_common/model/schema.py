@@ -91,7 +91,10 @@ class Misfit(Exception):
 def with_place(cause: SwarmError, place: str, error: type[SwarmError]) -> SwarmError:
     """Return an error with a place in its message, which it may have already."""
     if isinstance(cause, UnknownNameError):
-        return UnknownNameError(cause.kind, cause.name, cause.known, cause.where or place)
+        inner = cause.where
+        is_told = inner.startswith(place) or place.startswith(inner)
+        where = max(inner, place, key=len) if is_told else f"{place}: {inner}"
+        return UnknownNameError(cause.kind, cause.name, cause.known, where)
     text = str(cause)
     return cause if not place or text.startswith(place) else error(f"{place}: {text}")
 

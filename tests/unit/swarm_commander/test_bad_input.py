@@ -207,7 +207,11 @@ def test_a_fleet_file(refusal: Refusal, tmp_path: Path, text: str, part: str) ->
 @pytest.mark.parametrize(
     ("battery", "charging", "parts"),
     [
-        ({"capacity": 0.0}, None, ["robot.yaml: battery.capacity is 0; it must be more than 0"]),
+        (
+            {"capacity": 0.0},
+            None,
+            ["robot.yaml: battery.capacity is 0.0; expected a number, more than 0"],
+        ),
         ({"charge_power": -1}, None, ["battery.charge_power is -1"]),
         ({}, ["charger_4"], ["sites.yaml: charging", "charger_4", "charger_1"]),
         ({"capacity": 0.05}, [], ["Srobot1 needs", "Wh", "no station charges it", "charging: ["]),

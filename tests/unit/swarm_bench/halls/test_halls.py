@@ -83,7 +83,7 @@ def test_people_walk_and_fleets_are_mixed() -> None:
     assert len(hall_of(hall_runs([3], [5], DRAWN, "people")[0])[0].walkers) == 2
     stage = build_hall(hall_runs([3], [5], DRAWN, "mixed")[0])
     stage.world.close()
-    radii = {driver.spec.circumscribed_radius for driver in stage.drivers}
+    radii = {spec.circumscribed_radius for spec in stage.world.specs}
     assert len(radii) == 2
 
 

@@ -44,7 +44,7 @@ def without_times(result: RunResult) -> dict[str, object]:
 def test_robots_that_do_not_see_a_dead_one_are_told_before_the_run(tmp_path: Path) -> None:
     """All conditions held, and a burger drove into a waffle that had never said anything."""
     fleet = ("turtlebot3_burger", "turtlebot3_burger", "turtlebot3_burger", "turtlebot3_waffle")
-    dead = (Pose(1.0, 1.0, 0.0),)
+    dead = ((1.0, 1.0, 0.0),)
     for models, with_lidar, told in (
         (fleet, True, ["does not meet a turtlebot3_waffle: it may hit one that is dead"]),
         (fleet, False, ["without LiDARs no robot sees the dead ones: it may hit them"]),
@@ -169,12 +169,12 @@ def test_robots_of_the_scenario_that_are_dead_stand_where_it_says(tmp_path: Path
     scenario = load_scenario("dead_robot")
     harness = Harness(RunOptions(scenario=scenario, robots=3, engine="planar"))
     assert harness.stage.dead == {2}
-    assert harness.stage.homes_map[2] == scenario.dead[0]
+    assert harness.stage.homes_map[2] == Pose(*scenario.dead[0])
     assert harness.stage.itineraries[2].total == 0
     for _ in range(30):
         harness.advance()
     pose, _twist = harness.stage.world.ground_truth()[2]
-    assert pose.distance(scenario.dead[0]) < 1e-9
+    assert pose.distance(Pose(*scenario.dead[0])) < 1e-9
     harness.stage.world.close()
 
 
