@@ -30,7 +30,7 @@ def test_options_and_parameters_are_axes(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "text", "said"),
-    [("world", "nowhere", "unknown world"), ("max_vel_x", "-1", "must be positive")],
+    [("world", "nowhere", "unknown world"), ("max_vel_x", "-1", "must be more than 0")],
 )
 def test_a_wrong_value_is_refused_before_any_run(
     tmp_path: Path, name: str, text: str, said: str
