@@ -484,7 +484,7 @@ class Pilot:
 
     def _state(self) -> VehicleState | None:
         vehicle, status = self.vehicle, self._status
-        if status is None:
+        if status is None or vehicle.senses is None:  # before its first tick it knows no place
             return None
         return VehicleState(
             order_id=vehicle.order_id,
