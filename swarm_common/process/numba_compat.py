@@ -21,6 +21,7 @@ import functools
 import hashlib
 import pickle
 import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,8 @@ UNREADABLE = (
     pickle.UnpicklingError,
 )  # fmt: skip
 IMPORT = re.compile(r"^(?:from|import) (swarm_[\w.]+)(?: import (\([^)]*\)|.*))?", re.MULTILINE)
+DIGEST = re.compile("[0-9a-f]{16}")  # name of the place of a module's kernels
+MOST_KEPT = 200  # places; one edition has 34
 ROOT = Path(__file__).resolve().parents[2]
 PARTS: tuple[tuple[Any, str], ...] = (
     (IndexDataCacheFile, "_load_index"),
@@ -55,6 +58,7 @@ PARTS: tuple[tuple[Any, str], ...] = (
     (Cache, "_impl_class"),
     (CompileResultCacheImpl, "_locator_classes"),
     (_CacheLocator, "from_function"),
+    (_CacheLocator, "ensure_cache_path"),
     (Dispatcher.enable_caching, "_cache"),
 )
 require("numba", __name__, PARTS)
@@ -86,6 +90,13 @@ class _ContentLocator(_CacheLocator):  # type: ignore[misc]  # numba has no type
 
     def get_cache_path(self) -> str:
         return str(kernel_folder() / self._digest)
+
+    def ensure_cache_path(self) -> None:
+        """Make the place, in which a kernel is about to be kept; the oldest places go."""
+        super().ensure_cache_path()
+        places = (path for path in kernel_folder().iterdir() if DIGEST.fullmatch(path.name))
+        for old in sorted(places, key=lambda path: path.stat().st_mtime)[:-MOST_KEPT]:
+            shutil.rmtree(old, ignore_errors=True)
 
     def get_source_stamp(self) -> str:
         return self._digest

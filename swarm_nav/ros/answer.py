@@ -76,10 +76,6 @@ class Answers:
         """Wait for the courier in each tick from now on: it has spoken."""
         self._answer_barrier.on_release()
 
-    def on_release(self) -> None:
-        """Send what was withheld until the courier released the tick."""
-        self.send_withheld()
-
     def send_withheld(self) -> None:
         """Send what was withheld, if anything."""
         if self.is_withheld:

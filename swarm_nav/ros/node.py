@@ -299,7 +299,7 @@ class NavigatorNode:
         """Answer the tick if the courier has released it and its goals are there."""
         if self._answers.is_withheld and self._missing_goals == []:
             self._obey()
-            self._answers.on_release()
+            self._answers.send_withheld()
 
     def _obey(self) -> None:
         """Take the limits that were told with the latest release, and wait for the next one."""

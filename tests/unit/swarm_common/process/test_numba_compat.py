@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from swarm_common.process import numba_compat
+
 ROOT = Path(__file__).parents[4]
 KERNEL = """
 from typing import NamedTuple
@@ -103,3 +105,17 @@ def test_another_checkout_finds_its_kernels_and_what_they_call_counts(tmp_path: 
     assert say("one", 3) == "6 0"
     assert say("other", 3) == "6 1"
     assert say("one", 4) == "8 0"
+
+
+def test_the_oldest_kernels_go_and_what_others_keep_there_stays(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(numba_compat, "kernel_folder", lambda: tmp_path)
+    monkeypatch.setattr(numba_compat, "MOST_KEPT", 2)
+    (tmp_path / "of_another_library").mkdir()
+    for age, name in enumerate(("b" * 16, "a" * 16, "c" * 16)):
+        (tmp_path / name).mkdir()
+        os.utime(tmp_path / name, (1000.0 + age, 1000.0 + age))
+    place = numba_compat._ContentLocator(lambda: None, __file__)
+    place.ensure_cache_path()
+    new = Path(place.get_cache_path()).name
+    kept = {path.name for path in tmp_path.iterdir()}
+    assert kept == {"of_another_library", "c" * 16, new}
