@@ -154,16 +154,22 @@ def check(
     if choices := choices_of(shape):
         _check_choice(value, choices, asked, steps)
     elif not _fits(value, shape):
-        raise Misfit(steps, f"is {shown(value)}; expected {_words(asked)}")
+        raise _unlike(value, asked, steps)
     for step, item, kind in _children(value, shape, steps):
         check(item, kind, (*steps, step), strict=strict, makes=makes)
     if not all(each(value) for each in checks):
-        raise Misfit(steps, f"is {shown(value)}; expected {_words(asked)}")
+        raise _unlike(value, asked, steps)
     if makes and hasattr(shape, "cls"):
         try:
             msgspec.convert(value, shape.cls, strict=strict, str_keys=True)
         except SwarmError as cause:
             raise Misfit(steps, cause) from None
+
+
+def _unlike(value: object, asked: Any, steps: Steps) -> Misfit:
+    is_huge = isinstance(value, int | float) and LARGEST < abs(value) < math.inf
+    limit = f", at most {LARGEST:g} in size" if is_huge else ""
+    return Misfit(steps, f"is {shown(value)}; expected {_words(asked)}{limit}")
 
 
 SCALARS: dict[type, type] = {
@@ -189,7 +195,7 @@ def _member(value: Any, shape: inspect.UnionType, asked: Any, steps: Steps) -> A
         _check_choice(value[field], list(tagged), asked, (*steps, field))
         return tagged[value[field]]
     if not found:
-        raise Misfit(steps, f"is {shown(value)}; expected {_words(asked)}")
+        raise _unlike(value, asked, steps)
     return next((each for each in found if _fits(value, bare(each))), found[0])
 
 
@@ -263,7 +269,7 @@ def _check_choice(value: Any, choices: Sequence[Any], asked: Any, steps: Steps) 
         return
     name = next((step for step in reversed(steps) if isinstance(step, str)), "value")
     if not isinstance(value, str):
-        raise Misfit(steps, f"is {shown(value)}; expected {_words(asked)}")
+        raise _unlike(value, asked, steps)
     unknown = UnknownNameError(name, value[:MAX_SHOWN], map(str, choices))
     raise Misfit(steps[:-1], unknown, steps)
 
