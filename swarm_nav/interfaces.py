@@ -678,7 +678,7 @@ class Reserving(Served, Protocol):
     """A brain that drives only inside space that it has reserved, and knows its pose."""
 
     @property
-    def reserves_by(self) -> NavConfig:
+    def reservation_config(self) -> NavConfig:
         """Parameters of its reservations."""
 
 

@@ -36,7 +36,7 @@ def least_slack(drivers: Sequence[object]) -> float | None:
     Args:
         drivers: What decides for each robot.
     """
-    configs = [each.reserves_by for each in drivers if isinstance(each, Reserving)]
+    configs = [each.reservation_config for each in drivers if isinstance(each, Reserving)]
     if not configs or len(configs) < len(drivers) or any(map(corrects_pose, configs)):
         return None
     return -(max(config.traffic.yield_slack for config in configs) + 2.0 * DEVIATION)

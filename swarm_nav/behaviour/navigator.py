@@ -148,8 +148,8 @@ class Navigator:
             self._goal_manager.end(Outcome.ABORTED, code, message)
 
     @property
-    def reserves_by(self) -> NavConfig:
-        """The parameters in force."""
+    def reservation_config(self) -> NavConfig:
+        """All parameters in force; those of its reservations are among them."""
         return self._s.config
 
     @property

@@ -67,7 +67,7 @@ class Monkey:
 def test_no_controller_touches_anything(scenario: str, robots: int, make: Make) -> None:
     harness = Harness(RunOptions(scenario=load_scenario(scenario), robots=robots, seed=5))
     for seed, driver in enumerate(harness.stage.drivers):
-        driver._pilot = Monkey(make, driver._s.config.controller, seed)  # type: ignore[attr-defined]
+        driver._pilot = Monkey(make, driver.reservation_config.controller, seed)  # type: ignore[attr-defined]
     try:
         for _ in range(300):
             harness.advance()

@@ -253,7 +253,7 @@ def test_a_new_speed_limit_takes_effect_at_once() -> None:
     one.robots[0].services.reconfigure(config(max_vel_x=0.1))
     one.run(5)
     assert one.bodies[0].twist.vx == pytest.approx(0.1, abs=0.01)
-    assert one.robots[0].reserves_by.controller.max_vel_x == 0.1
+    assert one.robots[0].reservation_config.controller.max_vel_x == 0.1
 
 
 def test_new_parameters_reach_every_layer() -> None:

@@ -187,7 +187,7 @@ def test_the_error_of_the_pose_enters_the_safety_margin_and_never_lowers_it() ->
         robot.on_scan(scan_at(HERE, tick, rng))
         robot.on_reception(reception_of(hear_nothing()))
         radii.append(float(robot.tick(tick).beacon["radius"]))
-    body, least = waffle().circumscribed_radius, robot.reserves_by.traffic.safety_margin
+    body, least = waffle().circumscribed_radius, robot.reservation_config.traffic.safety_margin
     sigma = math.sqrt(max(robot.services.variances()[:2]))
     assert min(radii) >= body + least - 1e-6
     needed = body + max(least, 0.03 + 2.0 * sigma + GROWTH)
