@@ -483,9 +483,10 @@ class Pilot:
         self._link.publish(self._identity.topic(topic), payload)
 
     def _state(self) -> VehicleState | None:
-        vehicle, status = self.vehicle, self._status
-        if status is None or vehicle.senses is None:  # before its first tick it knows no place
+        vehicle = self.vehicle
+        if vehicle.senses is None:  # before its first tick it knows no place
             return None
+        status = self.robot.status or RobotStatus(robot=self.name, state="idle")
         return VehicleState(
             order_id=vehicle.order_id,
             order_update_id=vehicle.order_update_id,
@@ -497,7 +498,7 @@ class Pilot:
             paused=vehicle.is_paused,
             new_base_request=vehicle.wants_base,
             distance_since_last_node=round(vehicle.driven, 2),
-            agv_position=self._position(status),
+            agv_position=self._position(vehicle.senses.pose_map),
             velocity=self._velocity,
             loads=() if vehicle.load is None else (vehicle.load,),
             action_states=vehicle.action_states,
@@ -514,23 +515,12 @@ class Pilot:
             maps=(MapState(map_id=self._ground.map_id, map_version="1", map_status="ENABLED"),),
         )
 
-    @property
-    def _status(self) -> RobotStatus | None:
-        """Its latest status; before the first, what it has reported of itself."""
-        senses = self.vehicle.senses
-        if self.robot.status is not None or senses is None:
-            return self.robot.status
-        status = RobotStatus(robot=self.name, state="idle")
-        here = senses.pose_map
-        status.pose.x, status.pose.y, status.pose.theta = here.x, here.y, here.yaw
-        return status
-
-    def _position(self, status: RobotStatus) -> AgvPosition:
+    def _position(self, pose_map: Pose) -> AgvPosition:
         deviation = self._deviation
         return AgvPosition(
-            x=round(status.pose.x, 4),
-            y=round(status.pose.y, 4),
-            theta=wrap_angle(status.pose.theta),
+            x=round(pose_map.x, 4),
+            y=round(pose_map.y, 4),
+            theta=wrap_angle(pose_map.yaw),
             map_id=self._ground.map_id,
             position_initialized=True,
             localization_score=None if deviation is None else localization_score(deviation),
