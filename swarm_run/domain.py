@@ -85,6 +85,15 @@ class DomainLock:
         self._socket.listen()
         self._socket.setblocking(False)
 
+    @classmethod
+    def of(cls, descriptor: int) -> DomainLock:
+        """Return the claim of a process that handed its descriptor on to this one."""
+        lock = cls.__new__(cls)
+        lock._socket = socket.socket(fileno=descriptor)
+        lock._socket.set_inheritable(False)
+        lock._socket.setblocking(False)
+        return lock
+
     def fileno(self) -> int:
         """Return the descriptor that becomes readable when a request arrives."""
         return self._socket.fileno()

@@ -13,6 +13,7 @@ import sys
 import threading
 
 from swarm_run.command_line import run_app
+from swarm_run.domain import DomainLock
 from swarm_run.spec import RunSpec
 
 
@@ -25,7 +26,8 @@ def _end_with(program: int) -> None:
 def main() -> int:
     """Run the swarm; return the exit code of `swarm-up`."""
     spec: RunSpec = pickle.load(sys.stdin.buffer)
-    del sys.argv[1:]  # the folder of the run, for people who list processes
+    lock = DomainLock.of(int(sys.argv[2]))
+    del sys.argv[1:]  # the first is the folder of the run, for people who list processes
     threading.Thread(target=_end_with, args=(sys.stdin.fileno(),), daemon=True).start()
 
     import typer
@@ -36,7 +38,7 @@ def main() -> int:
 
     @app.command()
     def up() -> None:
-        raise typer.Exit(start(spec))
+        raise typer.Exit(start(spec, lock))
 
     return run_app("swarm-up", lambda: app)
 

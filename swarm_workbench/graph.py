@@ -36,9 +36,8 @@ from swarm_common.model.errors import ConfigError, SwarmEndedError, SwarmError, 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan
 from swarm_common.process import start
 from swarm_common.process.signals import late_interrupt
-from swarm_run.domain import HIGHEST_DOMAIN, domain_id
+from swarm_run.domain import HIGHEST_DOMAIN, DomainLock, domain_id
 from swarm_run.plan import check_plan
-from swarm_run.robots.swarm_watch import has_swarm
 from swarm_run.spec import LOOPBACK, VIEWER_PORT, RunSpec
 from swarm_workbench.bench import figures_of
 from swarm_workbench.goal import Goal
@@ -56,7 +55,6 @@ LATELY = 5  # ticks without an answer after which a robot may have died
 LOG_FILE = "console.log"
 OUTCOMES = {"SUCCEEDED": "succeeded", "CANCELED": "canceled", "FAILED": "aborted"}
 T = TypeVar("T")
-_taken: set[int] = set()  # domains of swarms of this process
 _running: weakref.WeakSet[GraphBackend] = weakref.WeakSet()
 
 
@@ -98,14 +96,18 @@ class GraphBackend:
         self._external = spec.driven_by_users
         self.names: Sequence[str] = spec.robot_names
         self.specs: Sequence[RobotSpec] = [member.spec for member in plan.fleet.members]
-        self.domain: int | None = _free_domain()
         self._is_closed = False
         self._console = tempfile.TemporaryFile()
         self._child: subprocess.Popen[bytes] | None = None
         self._view: _View | None = None
+        self.domain: int | None
+        self.domain, lock = _claim_domain()
         _running.add(self)
         try:
-            self._child = self._start_child(spec)
+            try:
+                self._child = self._start_child(spec, lock)
+            finally:
+                lock.release()  # the child has it
             self.history = self._see().history
             self._wait_until_active(plan.alive)
             self.grid = load_map(self._folder / "trace" / MAP_FILE)
@@ -120,9 +122,10 @@ class GraphBackend:
 
     # Processes
 
-    def _start_child(self, spec: RunSpec) -> subprocess.Popen[bytes]:
+    def _start_child(self, spec: RunSpec, lock: DomainLock) -> subprocess.Popen[bytes]:
         child = subprocess.Popen(
-            start.command("swarm_workbench.child", str(self._folder)),
+            start.command("swarm_workbench.child", str(self._folder), str(lock.fileno())),
+            pass_fds=(lock.fileno(),),
             stdin=subprocess.PIPE,
             stdout=self._console,
             stderr=subprocess.STDOUT,
@@ -343,7 +346,6 @@ class GraphBackend:
         finally:
             if self._view is not None:
                 self._view.close()
-            _taken.difference_update({self.domain})
             with contextlib.suppress(OSError):
                 self._console.seek(0)
                 (self._folder / LOG_FILE).write_bytes(self._console.read())
@@ -633,14 +635,13 @@ def _free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def _free_domain() -> int:
-    """Return a ROS domain without a swarm, the user's own if it is free."""
+def _claim_domain() -> tuple[int, DomainLock]:
+    """Claim a ROS domain without a swarm, the user's own if it is free."""
     first = domain_id()
     for offset in range(HIGHEST_DOMAIN + 1):
         domain = (first + offset) % (HIGHEST_DOMAIN + 1)
-        if domain not in _taken and not has_swarm(domain):
-            _taken.add(domain)
-            return domain
+        with contextlib.suppress(ConfigError):
+            return domain, DomainLock(domain)
     raise SwarmError("every ROS domain of this machine has a swarm; close one")
 
 

@@ -49,17 +49,18 @@ COPIES = "inputs"  # of the user's files
 SIGNALED = 128  # exit codes from here on are those of a signal
 
 
-def start(spec: RunSpec) -> int:
+def start(spec: RunSpec, lock: DomainLock | None = None) -> int:
     """Run a swarm on this host until its end, as `swarm-up` does; return the exit code.
 
     Args:
         spec: Run, as files, flags or a program describe it.
+        lock: Claim on this process's ROS domain; a new one without it.
 
     Raises:
         SwarmError: If a file or a value is unusable, or the ROS domain is in use.
     """
     plan = check_plan(spec)
-    lock = DomainLock(domain_id())  # from now on commands in other terminals wait for us
+    lock = lock or DomainLock(domain_id())  # from now on commands in other terminals wait for us
     ensure_interfaces()
     code = bring_up(plan, lock)
     if code < SIGNALED:

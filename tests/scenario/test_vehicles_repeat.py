@@ -23,6 +23,7 @@ from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState
 
 from swarm_common.process import start
+from swarm_run.domain import DomainLock
 from swarm_run.spec import RunSpec
 from tests.fakes.fleet_orders import action, edge, header, node
 from tests.fakes.ros_domains import reserved_domain
@@ -120,11 +121,13 @@ def run(folder: Path, pack: int) -> str:
             vda5050=f"embedded:{port}", duration=100.0, report=False, speed="max",
             run_dir=str(folder / "run"),
         )  # fmt: skip
+        lock = DomainLock(domain)
         up = subprocess.Popen(
-            start.command("swarm_workbench.child", str(folder)), cwd=folder, stdin=subprocess.PIPE,
-            stdout=log, stderr=log,
+            start.command("swarm_workbench.child", str(folder), str(lock.fileno())), cwd=folder,
+            stdin=subprocess.PIPE, stdout=log, stderr=log, pass_fds=(lock.fileno(),),
             env=os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)},
         )  # fmt: skip
+        lock.release()
         assert up.stdin is not None
         up.stdin.write(pickle.dumps(spec))
         up.stdin.flush()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 import threading
 
 import pytest
@@ -40,3 +42,22 @@ def test_only_the_swarms_user_may_restart_robots(monkeypatch, user, answer):
     finally:
         lock.release()
     assert answer in answers[0]
+
+
+def test_a_claim_that_is_handed_on_holds_without_a_gap():
+    """A program chose a domain, its swarm claimed it later: two programs chose the same one."""
+    lock = DomainLock(DOMAIN)
+    script = "import sys, time; from swarm_run.domain import DomainLock as D; "
+    script += f"lock = D.of({lock.fileno()}); print(flush=True); sys.stdin.read()"
+    child = subprocess.Popen(
+        (sys.executable, "-c", script), pass_fds=(lock.fileno(),), text=True,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    )  # fmt: skip
+    lock.release()
+    with pytest.raises(ConfigError, match="in use by another swarm"):
+        DomainLock(DOMAIN)
+    assert child.stdout.readline() == "\n"
+    with pytest.raises(ConfigError, match="in use by another swarm"):
+        DomainLock(DOMAIN)
+    child.communicate()
+    DomainLock(DOMAIN).release()
