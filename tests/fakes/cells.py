@@ -44,10 +44,7 @@ class CellMap:
     @functools.cached_property
     def size(self) -> tuple[float, float]:
         """Width and height [m], outer walls included."""
-        return (
-            len(self.drawing[0]) * PITCH + 2 * WALL,
-            len(self.drawing) * PITCH + 2 * WALL,
-        )
+        return (len(self.drawing[0]) * PITCH + 2 * WALL, len(self.drawing) * PITCH + 2 * WALL)
 
     @functools.cached_property
     def free(self) -> tuple[Cell, ...]:

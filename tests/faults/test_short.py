@@ -110,8 +110,7 @@ def test_the_mission_goes_on_with_a_new_process(start, component: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "number",
-    [signal.SIGTERM, signal.SIGSTOP, pytest.param(signal.SIGKILL, marks=pytest.mark.long)],
+    "number", [signal.SIGTERM, signal.SIGSTOP, pytest.param(signal.SIGKILL, marks=pytest.mark.long)]
 )
 def test_without_a_world_to_the_end_the_exit_code_is_three(start, number: int) -> None:
     swarm = start("--swarm-size", "2", "--mission", "loading_route", "--headless", "--no-report")

@@ -28,9 +28,7 @@ from swarm_run.robots.task import TaskResult
 ROOT = Path(__file__).resolve().parents[2]
 SITES = ROOT / "worlds" / "slim_blockage" / "sites.yaml"
 DOMAIN = int(os.environ["ROS_DOMAIN_ID"])
-ENVIRONMENT = os.environ | {
-    "PYTHONPATH": str(ROOT),
-}
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
 MODULE = "swarm_commander.mission.runner"
 Robots = Callable[..., None]
 

@@ -117,11 +117,7 @@ def without_unit_length(pose):
 
 @pytest.mark.parametrize(
     ("spoil", "reason"),
-    [
-        (misspelled, "frame"),
-        (not_a_number, "not finite"),
-        (without_unit_length, "quaternion"),
-    ],
+    [(misspelled, "frame"), (not_a_number, "not finite"), (without_unit_length, "quaternion")],
 )
 def test_a_program_learns_why_its_goal_is_refused(swarm, spoil, reason):
     robot = RobotCommander(swarm.node, "Srobot1")

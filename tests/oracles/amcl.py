@@ -16,10 +16,7 @@ Frame = tuple[float, float, float]
 def in_map(pose: FloatArray, point: FloatArray) -> tuple[float, float]:
     """Return a point of the robot's frame in map."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    return (
-        pose[0] + cos * point[0] - sin * point[1],
-        pose[1] + sin * point[0] + cos * point[1],
-    )
+    return (pose[0] + cos * point[0] - sin * point[1], pose[1] + sin * point[0] + cos * point[1])
 
 
 def likelihood(

@@ -43,13 +43,7 @@ def make_plan(dispatch: str, capacity: int) -> OrderPlan:
     trouble=st.floats(0.0, 0.6),
 )
 def test_no_order_is_lost_and_none_is_done_twice(
-    seed: int,
-    robots: int,
-    loss: float,
-    delay: float,
-    dispatch: str,
-    capacity: int,
-    trouble: float,
+    seed: int, robots: int, loss: float, delay: float, dispatch: str, capacity: int, trouble: float
 ) -> None:
     homes = {f"r{i}": Pose(float(i), -3.0, 0.0) for i in range(robots)}
     swarm = PointSwarm(

@@ -17,13 +17,7 @@ import yaml
 
 from swarm_commander.cli import main as commander_cli
 from swarm_view import cli as view_cli
-from tests.fakes.hosts.containers import (
-    Step,
-    ignore_patterns,
-    interpolated,
-    is_ignored,
-    steps_of,
-)
+from tests.fakes.hosts.containers import Step, ignore_patterns, interpolated, is_ignored, steps_of
 
 ROOT = Path(__file__).parents[2]
 BIN = Path(sys.executable).parent

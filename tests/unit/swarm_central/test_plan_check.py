@@ -46,12 +46,7 @@ def test_what_robots_can_drive_passes(steps):
     ("steps", "ends", "kind", "told"),
     [
         ([[0, 1]], {"start": [0, 2]}, "start", "B begins at (1,0); it is at (2,0)"),
-        (
-            [[0], [1]],
-            {"goals": [2]},
-            "goal",
-            "A ends at (1,0) in step 1; its goal is (2,0)",
-        ),
+        ([[0], [1]], {"goals": [2]}, "goal", "A ends at (1,0) in step 1; its goal is (2,0)"),
         (
             [[0, 5], [0, 0]],
             {},

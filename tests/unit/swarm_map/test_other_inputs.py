@@ -49,10 +49,7 @@ def write_map(folder: Path, origin: str = "20, -30, 0", negate: int = 0) -> Path
 
 @pytest.mark.parametrize("negate", [0, 1])
 def test_a_map_becomes_a_world_at_the_same_places(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    negate: int,
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], negate: int
 ) -> None:
     path = write_map(tmp_path, negate=negate)
     assert run(monkeypatch, "new", path, "-o", tmp_path, "--drop", 0.2) == 0

@@ -10,13 +10,7 @@ from swarm_common.model.sites import Sites, SpawnArea, SpawnAreas
 from swarm_common.model.zones import KeepoutZone, Zones
 from swarm_describe.worlds.world_file import find_world
 from swarm_mission.leg import HOME
-from swarm_mission.mission import (
-    Mission,
-    load_mission,
-    mission_path,
-    single_goal,
-    usual_mission,
-)
+from swarm_mission.mission import Mission, load_mission, mission_path, single_goal, usual_mission
 
 HOME_POSE = Pose(1.0, 2.0, 3.0)
 LOADERS = [f"loader_{number}" for number in range(1, 7)]

@@ -16,12 +16,7 @@ from swarm_common.model.sites import Sites
 from swarm_common.process import plugins
 from swarm_nav.behaviour.plugin_brain import make_brain
 from swarm_nav.control.plugin_controller import PluginController
-from swarm_nav.core.config import (
-    ControllerConfig,
-    NavConfig,
-    PlannerConfig,
-    config_from_parameters,
-)
+from swarm_nav.core.config import ControllerConfig, NavConfig, PlannerConfig, config_from_parameters
 from swarm_nav.core.goals import ErrorCode, Outcome, PlanError
 from swarm_nav.core.plugins import KINDS, RULE_NAMES, check_plugins
 from swarm_nav.interfaces import Proposal, RuleState

@@ -11,8 +11,7 @@ from tests.fakes.navigation import Squad, config, room
 
 DOCK = Pose(4.5, 0.6, 0.0)
 SITES = Sites(
-    stations={"dock": DOCK},
-    circuits={"ring": ((2.5, 3.0), (6.5, 3.0), (6.5, 6.5), (2.5, 6.5))},
+    stations={"dock": DOCK}, circuits={"ring": ((2.5, 3.0), (6.5, 3.0), (6.5, 6.5), (2.5, 6.5))}
 )
 STARTS = [Pose(1.0 + 1.2 * k, 4.0 - 0.9 * (k % 2), -1.5) for k in range(5)]
 

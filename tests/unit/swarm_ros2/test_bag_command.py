@@ -66,11 +66,9 @@ def test_options_of_play(started: list[list[str]], words: list[str], expected: l
 def test_options_that_are_not_here_end_in_one_error(
     started: list[list[str]], capsys: pytest.CaptureFixture[str], verb: str
 ) -> None:
-    missing = {
-        "play": verbs.NOT_OF_PLAY,
-        "record": verbs.NOT_OF_RECORD,
-        "info": ("-v", "--sort"),
-    }[verb]
+    missing = {"play": verbs.NOT_OF_PLAY, "record": verbs.NOT_OF_RECORD, "info": ("-v", "--sort")}[
+        verb
+    ]
     for name in (word for names in missing for word in names.split()):
         for words in ([], ["a:=b"]):
             with pytest.raises(SystemExit) as end:

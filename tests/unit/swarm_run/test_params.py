@@ -15,11 +15,7 @@ from swarm_common.model.sensors import IDEAL
 from swarm_describe.robots.fleet import limits_of
 from swarm_describe.robots.loading import load_robot
 from swarm_run.flat import nest
-from swarm_run.params import (
-    load_overrides,
-    robot_parameter_file,
-    write_parameter_file,
-)
+from swarm_run.params import load_overrides, robot_parameter_file, write_parameter_file
 from swarm_run.world_params import WorldParams, default_world_parameters
 from swarm_sim.ros.settings import Settings, parse_settings
 from swarm_sim.sensing.radio import RadioConfig

@@ -145,11 +145,7 @@ def test_the_environment_of_one_swarm_replaces_that_of_another(tmp_path: Path) -
     write_env_sh(create_run_folder(tmp_path / "mine", NOW), {})
     script = ". ./other/env.sh; . ./mine/env.sh; printf ${ROS_DOMAIN_ID-none}"
     done = subprocess.run(
-        ("sh", "-eu", "-c", script),
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=True,
+        ("sh", "-eu", "-c", script), cwd=tmp_path, capture_output=True, text=True, check=True
     )
     assert done.stdout == "none"
 

@@ -92,16 +92,7 @@ def test_a_robot_can_stop_before_it_touches_anything(seed: int) -> None:
     target = tuple(rng.uniform(-1.0, 1.0, 2))
     path = np.array(((0.0, 0.0), target))
     v, w, score = dwa_kernels.best_twist(
-        START,
-        Velocity(speed, turn),
-        target,
-        LIMITS,
-        SAMPLES,
-        RADIUS,
-        scene,
-        path,
-        SCALES,
-        15,
+        START, Velocity(speed, turn), target, LIMITS, SAMPLES, RADIUS, scene, path, SCALES, 15
     )
     if score == -dwa_kernels.FAR:
         return
@@ -116,24 +107,11 @@ def test_a_robot_can_stop_before_it_touches_anything(seed: int) -> None:
 
 def test_the_window_is_what_the_drive_can_reach_in_a_period() -> None:
     scene = dwa_kernels.Obstacles(
-        np.full((160, 160), 9.0),
-        Frame(-4.0, -4.0, 0.05),
-        np.zeros((0, 3)),
-        np.zeros((0, 2)),
-        0.05,
+        np.full((160, 160), 9.0), Frame(-4.0, -4.0, 0.05), np.zeros((0, 3)), np.zeros((0, 2)), 0.05
     )
     path = np.array(((0.0, 0.0), (1.0, 0.0)))
     v, w, _ = dwa_kernels.best_twist(
-        START,
-        Velocity(0.05, 0.3),
-        (1.0, 0.0),
-        LIMITS,
-        SAMPLES,
-        RADIUS,
-        scene,
-        path,
-        SCALES,
-        15,
+        START, Velocity(0.05, 0.3), (1.0, 0.0), LIMITS, SAMPLES, RADIUS, scene, path, SCALES, 15
     )
     assert v == pytest.approx(0.15)
     assert w == pytest.approx(0.0, abs=0.02)

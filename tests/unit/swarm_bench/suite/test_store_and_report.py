@@ -223,11 +223,7 @@ def test_a_mean_has_an_interval_if_there_are_several_runs() -> None:
 
 
 @pytest.mark.parametrize(
-    "words",
-    [
-        ["halls", "--seeds", "0"],
-        ["suite", "--json", "own.jsonl", "--ros-seeds", "none"],
-    ],
+    "words", [["halls", "--seeds", "0"], ["suite", "--json", "own.jsonl", "--ros-seeds", "none"]]
 )
 def test_a_part_that_is_missing_is_told_before_anything_runs(
     words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

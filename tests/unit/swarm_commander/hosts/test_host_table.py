@@ -45,10 +45,7 @@ def test_what_happened_to_navigators_is_told_once() -> None:
     table = table_of_first()
     news = dataclasses.replace(FIRST, active=("Srobot1",), died={"Srobot2": -9})
     events = table.hear(news, 0.5)
-    assert events == [
-        say.NavigatorActive("Srobot1"),
-        say.NavigatorDied("Srobot2", -9, FIRST.label),
-    ]
+    assert events == [say.NavigatorActive("Srobot1"), say.NavigatorDied("Srobot2", -9, FIRST.label)]
     assert table.hear(news, 1.0) == []
 
 

@@ -166,8 +166,7 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "extra",
-    ["mode: Trinary\n", "mode: 'SCALE'\n", "negate: Off\n", "negate: '0'\n", "negate: n\n"],
+    "extra", ["mode: Trinary\n", "mode: 'SCALE'\n", "negate: Off\n", "negate: '0'\n", "negate: n\n"]
 )
 def test_values_are_read_as_yaml_cpp_reads_them(tmp_path: Path, extra: str) -> None:
     quoted = "image: m.pgm\nresolution: '0.05'\norigin: ['1.0', -2, '0']\noccupied_thresh: '.65'\n"

@@ -56,10 +56,7 @@ def test_everything_is_read_in_file_order(tmp_path: Path) -> None:
         ("spawns: {ring: {x: 0, radius: 1}}\n", "spawns.ring lacks y"),
         ("spawns: [1]\n", "'name: value' lines"),
         ("places: [[0, 0]]\n", "places[0]"),
-        (
-            "stations: {a: [1, 2, 90]}\n",
-            "stations.a[2] is 90; expected a number from -2 pi to 2",
-        ),
+        ("stations: {a: [1, 2, 90]}\n", "stations.a[2] is 90; expected a number from -2 pi to 2"),
         ("spawn: {x_min: 0, y_min: 0, x_max: 1, y_max: 1, yaw: -90}\n", "in radians"),
         ("places: [[0, 0, 180]]\n", "in radians"),
         ("places: 3\n", "expected a list of poses"),

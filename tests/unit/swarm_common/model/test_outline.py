@@ -9,13 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_common.model.beacon import FOOTPRINT_POINTS
-from swarm_common.model.outline import (
-    MOST_GROWTH,
-    bounds,
-    outline_around,
-    placed_corners,
-    volume,
-)
+from swarm_common.model.outline import MOST_GROWTH, bounds, outline_around, placed_corners, volume
 from swarm_common.model.shapes import Box, Cylinder, Part, Sphere, transform_from_xyz_rpy
 from swarm_describe.files.meshes import hull_of
 

@@ -36,10 +36,7 @@ def run(tmp_path: Path):
             (sys.executable, "-c", "import kernel"),
             cwd=tmp_path,
             env=os.environ
-            | {
-                "PYTHONPATH": f"{tmp_path}:{ROOT}",
-                "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
-            },
+            | {"PYTHONPATH": f"{tmp_path}:{ROOT}", "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
             capture_output=True,
             text=True,
             check=False,

@@ -419,8 +419,7 @@ class TestSdf:
 
     def test_xacro_of_sdf(self, tmp_path: Path) -> None:
         text = SDF.replace("<sdf ", '<sdf xmlns:xacro="http://www.ros.org/wiki/xacro" ').replace(
-            '<model name="tb">',
-            '<xacro:arg name="speed" default="0.3"/><model name="tb">',
+            '<model name="tb">', '<xacro:arg name="speed" default="0.3"/><model name="tb">'
         )
         text = text.replace("velocity>0.26<", "velocity>$(arg speed)<")
         path = tmp_path / "gz_tb.sdf.xacro"

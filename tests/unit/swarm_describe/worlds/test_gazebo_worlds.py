@@ -211,10 +211,7 @@ def test_a_model_inside_a_wall_is_refused(tmp_path: Path) -> None:
             f"<model name='m'><link name='l'>{BOX.replace('1 1 1', '1e6 1 1')}</link></model>",
             "another unit",
         ),
-        (
-            "<model name='m'><pose relative_to='there'/><link name='l'/></model>",
-            "no frame 'there'",
-        ),
+        ("<model name='m'><pose relative_to='there'/><link name='l'/></model>", "no frame 'there'"),
         (
             f"<model name='m'><link name='a'><pose relative_to='b'/>{BOX}</link>"
             f"<link name='b'><pose relative_to='a'/>{BOX}</link></model>",

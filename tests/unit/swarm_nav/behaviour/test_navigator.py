@@ -127,8 +127,7 @@ def test_a_canceled_goal_ends_and_the_robot_stops(after: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("goal", "code"),
-    [(Pose(20.0, 2.0, 0.0), 204), (Pose(math.pi, 4.0, 0.0), 206)],
+    ("goal", "code"), [(Pose(20.0, 2.0, 0.0), 204), (Pose(math.pi, 4.0, 0.0), 206)]
 )
 def test_an_impossible_goal_ends_at_once_with_nav2s_code(goal: Pose, code: int) -> None:
     one = Squad(room(8.0, 8.0, (2.0, 3.0, 5.0, 5.0)), [START])

@@ -7,12 +7,7 @@ import pytest
 
 from swarm_common.model.records import Pose, Twist
 from swarm_nav.behaviour.goal_manager import GoalManager
-from swarm_nav.behaviour.route import (
-    BARRED_PATIENCE,
-    BARRED_RADIUS,
-    BARRED_TIME,
-    Route,
-)
+from swarm_nav.behaviour.route import BARRED_PATIENCE, BARRED_RADIUS, BARRED_TIME, Route
 from swarm_nav.behaviour.state_machine import StateMachine
 from swarm_nav.core.goals import ErrorCode, Goal, GoalEnded, GoalKind
 from swarm_nav.core.states import State

@@ -20,11 +20,7 @@ REACH = 2 * RADIUS
 NOTHING = np.zeros((0, 2))
 OWN_ID = 5
 ALL_REQUESTS = np.array([(k, k) for k in range(100)])  # point k was requested since tick k
-RULES = {
-    kernels.REACHED: "",
-    kernels.OBSTACLE: "obstacle",
-    kernels.RIGHT_OF_WAY: "G5",
-}
+RULES = {kernels.REACHED: "", kernels.OBSTACLE: "obstacle", kernels.RIGHT_OF_WAY: "G5"}
 
 
 def claims(others: list[oracle.Other], tick: int = 100) -> tuple:

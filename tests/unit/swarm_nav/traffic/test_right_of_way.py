@@ -245,9 +245,7 @@ def in_a_dead_end() -> tuple[RobotState, RightOfWay]:
     """Return a robot at the closed end of a corridor, pushed towards it."""
     way = [(1.5 - 0.1 * k, 0.45) for k in range(15)]
     return pushed(
-        Pose(0.5, 0.45, 0.0),
-        pushing(1.2, 0.45, intent=way, wanted=way[:4]),
-        grid=CORRIDOR,
+        Pose(0.5, 0.45, 0.0), pushing(1.2, 0.45, intent=way, wanted=way[:4]), grid=CORRIDOR
     )
 
 

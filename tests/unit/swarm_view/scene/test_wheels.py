@@ -89,9 +89,7 @@ def test_a_way_is_seen_from_the_robot() -> None:
     assert ways[1] == pytest.approx([0.0, 0.0, 2.0 * np.pi - 6.2])
 
 
-def test_a_nearby_robots_wheels_are_where_they_belong(
-    mesh_of: Callable[[str], RobotMesh],
-) -> None:
+def test_a_nearby_robots_wheels_are_where_they_belong(mesh_of: Callable[[str], RobotMesh]) -> None:
     scene, mesh = Scene(), mesh_of(WAFFLE)
     bodies = Bodies(scene, "/r", mesh, np.array([0, 2]), 8)  # type: ignore[arg-type]
     poses = np.array([[0.0, 0.0, 0.0], [9.0, 9.0, 0.0], [1.0, 2.0, np.pi / 2]])

@@ -104,10 +104,7 @@ def test_the_report_has_what_tools_outside_rely_on() -> None:
 
 def test_inputs_turned_away_by_all_processes_are_summed_by_kind() -> None:
     """A forged input leaves a trace."""
-    events = (
-        say.InputsRejected({"odom": 2, "goal": 1}, {}),
-        say.InputsRejected({"goal": 40}, {}),
-    )
+    events = (say.InputsRejected({"odom": 2, "goal": 1}, {}), say.InputsRejected({"goal": 40}, {}))
     assert report_of(statistics_of(*events))["rejected"] == {"goal": 41, "odom": 2}
     assert report_of(statistics_of())["rejected"] == {}
 
