@@ -1,7 +1,5 @@
 """Keeps every test's ROS graph on this host and out of the way of others."""
 
-from __future__ import annotations
-
 import os
 import pkgutil
 import signal

@@ -4,8 +4,6 @@
 change is meant to cost what it costs. tests/scenario/test_counted_work.py compares.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import struct

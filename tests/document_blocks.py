@@ -7,8 +7,6 @@
 <!-- not run: WHY -->    the next block is not run
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -13,8 +13,6 @@ waited longer than `TICK_LIMIT`, nobody may have collided, and memory must be fl
 bytes are left out: rclpy cannot send any.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import importlib

@@ -5,8 +5,6 @@
 files, so that the code behind them may be moved and renamed.
 """
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import importlib

@@ -4,8 +4,6 @@
 robots otherwise. `python -m tests.kept_trajectories NAME ...` prints the hashes of some runs.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import platform

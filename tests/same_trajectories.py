@@ -10,8 +10,6 @@ it was.
 Exit code: 0 all equal, 1 some differ, 2 bad input.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,7 +1,5 @@
 """What a person sees and does on a page of the viewer."""
 
-from __future__ import annotations
-
 import io
 import itertools
 import time

@@ -145,7 +145,7 @@ def _time(browser: WebDriver) -> float:
     return _number(browser, r"simulated time\s+([\d.]+) s")
 
 
-def test_a_robot_goes_where_the_floor_is_clicked(browser: WebDriver, address: str) -> None:
+def test_a_robot_goes_where_the_floor_is_clicked(browser, address):
     _open(browser, address, "Srobot1")
     _use(browser, "Goal")
     click_canvas(browser, -70, -60)
@@ -154,7 +154,7 @@ def test_a_robot_goes_where_the_floor_is_clicked(browser: WebDriver, address: st
     assert errors(browser) == []
 
 
-def test_the_camera_has_followed(browser: WebDriver, address: str) -> None:
+def test_the_camera_has_followed(browser, address):
     choose(browser, "Robot", "(none)")
     wait_for(lambda: "estimate" not in text_of(browser), "no robot to be selected")
 
@@ -167,7 +167,7 @@ def test_the_camera_has_followed(browser: WebDriver, address: str) -> None:
     assert errors(browser) == []
 
 
-def test_a_drag_gives_the_heading_and_a_goal_is_cancelled(browser: WebDriver, address: str) -> None:
+def test_a_drag_gives_the_heading_and_a_goal_is_cancelled(browser, address):
     _open(browser, address, "Srobot2")
     _pause(browser)
     _use(browser, "Goal")
@@ -188,7 +188,7 @@ def test_a_drag_gives_the_heading_and_a_goal_is_cancelled(browser: WebDriver, ad
     assert errors(browser) == []
 
 
-def test_an_initial_pose_is_believed(browser: WebDriver, address: str) -> None:
+def test_an_initial_pose_is_believed(browser, address):
     _open(browser, address, "Srobot2")
     offset = r"estimate\s+.*, ([\d.]+) m off"
     wait_for(lambda: _number(browser, offset) < 0.02, "an estimate that is right")
@@ -202,7 +202,7 @@ def test_an_initial_pose_is_believed(browser: WebDriver, address: str) -> None:
     assert errors(browser) == []
 
 
-def test_time_stands_still_and_goes_on(browser: WebDriver, address: str) -> None:
+def test_time_stands_still_and_goes_on(browser, address):
     open_page(browser, address)
     see(browser, "answering", "the robots")
     _pause(browser)
@@ -214,7 +214,7 @@ def test_time_stands_still_and_goes_on(browser: WebDriver, address: str) -> None
     assert errors(browser) == []
 
 
-def test_the_speed_is_chosen(browser: WebDriver, address: str) -> None:
+def test_the_speed_is_chosen(browser, address):
     open_page(browser, address)
     wait_for(lambda: chosen(browser, "Speed") == "2 x", "the speed of the command line")
     choose(browser, "Speed", "0.25 x")
@@ -225,7 +225,7 @@ def test_the_speed_is_chosen(browser: WebDriver, address: str) -> None:
     assert errors(browser) == []
 
 
-def test_robots_come_and_go(browser: WebDriver, address: str) -> None:
+def test_robots_come_and_go(browser, address):
     open_page(browser, address)
     see(browser, "2, 2 answering", "two robots")
     press(browser, "Spawn at a free place")
@@ -251,7 +251,7 @@ def test_robots_come_and_go(browser: WebDriver, address: str) -> None:
     assert errors(browser) == []
 
 
-def test_a_robot_is_driven_by_hand(browser: WebDriver, address: str) -> None:
+def test_a_robot_is_driven_by_hand(browser, address):
     _open(browser, address, "Srobot1")
     press(browser, "Drive by hand")
     see(browser, "Srobot1 is yours", "the robot to be handed over")
@@ -285,7 +285,7 @@ def test_a_robot_is_driven_by_hand(browser: WebDriver, address: str) -> None:
     assert errors(browser) == []
 
 
-def test_all_layers_are_shown_and_hidden(browser: WebDriver, address: str) -> None:
+def test_all_layers_are_shown_and_hidden(browser, address):
     _open(browser, address, "Srobot1")
     labels = (
         "Local costmap",
@@ -305,7 +305,7 @@ def test_all_layers_are_shown_and_hidden(browser: WebDriver, address: str) -> No
     assert errors(browser) == []
 
 
-def test_a_view_of_its_own_is_attached(browser: WebDriver, swarm: Swarm) -> None:
+def test_a_view_of_its_own_is_attached(browser, swarm):
     log = swarm.folder / "view.log"
     words = "--host 0.0.0.0 --port 0"
     with command(VIEW, words, swarm.folder, swarm.environment, log) as process:

@@ -68,7 +68,7 @@ def show(browser: WebDriver) -> Iterator[Show]:
     running.close()
 
 
-def test_twenty_robots_are_there_and_move(browser: WebDriver, show: Show) -> None:
+def test_twenty_robots_are_there_and_move(browser, show):
     assert show.feed.wanted == set()
     show.feed.is_standing = False
     open_page(browser, show.server.url())
@@ -84,7 +84,7 @@ def test_twenty_robots_are_there_and_move(browser: WebDriver, show: Show) -> Non
     assert errors(browser) == []
 
 
-def test_a_robot_has_a_page_of_its_own(browser: WebDriver, show: Show) -> None:
+def test_a_robot_has_a_page_of_its_own(browser, show):
     show.feed.is_standing = False
     open_page(browser, show.server.url("Srobot3"))
     scan = topics.of_layer("Srobot3", Layer.SCAN)
@@ -142,7 +142,7 @@ def seen_from(show: Show, browser: WebDriver, view: str) -> Camera:
 
 
 @pytest.mark.usefixtures("overview")
-def test_twenty_robots_are_seen_from_afar(browser: WebDriver, show: Show) -> None:
+def test_twenty_robots_are_seen_from_afar(browser, show):
     show.feed.is_standing = False
     open_page(browser, show.server.url())
     see(browser, "20, 20 answering", "twenty robots in the panel")
@@ -173,7 +173,7 @@ def test_twenty_robots_are_seen_from_afar(browser: WebDriver, show: Show) -> Non
     assert errors(browser) == []
 
 
-def test_presets_walls_and_darkness(browser: WebDriver, show: Show) -> None:
+def test_presets_walls_and_darkness(browser, show):
     show.feed.is_standing = False
     open_page(browser, show.server.url("Srobot5"))
     see(browser, "loader_1, number 4 in the queue", "its station")
@@ -200,7 +200,7 @@ def test_presets_walls_and_darkness(browser: WebDriver, show: Show) -> None:
 
 
 @pytest.mark.usefixtures("overview")
-def test_a_page_looks_into_the_past_of_a_live_swarm(browser: WebDriver, show: Show) -> None:
+def test_a_page_looks_into_the_past_of_a_live_swarm(browser, show):
     show.feed.is_standing = False
     open_page(browser, show.server.url("Srobot5"))
     see(browser, "loader_1, number 4 in the queue", "its station")
@@ -246,7 +246,7 @@ def test_a_page_looks_into_the_past_of_a_live_swarm(browser: WebDriver, show: Sh
     assert errors(browser) == []
 
 
-def test_a_robot_tells_what_it_did_and_its_topics(browser: WebDriver, show: Show) -> None:
+def test_a_robot_tells_what_it_did_and_its_topics(browser, show):
     show.feed.is_standing = False
     open_page(browser, show.server.url("Srobot3"))
     see(browser, "waiting for", "how long it has waited")
@@ -270,7 +270,7 @@ def test_a_robot_tells_what_it_did_and_its_topics(browser: WebDriver, show: Show
     assert errors(browser) == []
 
 
-def test_measuring_pictures_films_and_links(browser: WebDriver, show: Show, tmp_path: Path) -> None:
+def test_measuring_pictures_films_and_links(browser, show, tmp_path):
     browser.execute_cdp_cmd(  # type: ignore[attr-defined]
         "Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)}
     )
@@ -337,7 +337,7 @@ def is_dark(browser: WebDriver) -> bool:
     return bool(picture(browser)[5:60, 5:60].mean() < 110.0)  # light ones are above 190
 
 
-def test_nobody_looks(browser: WebDriver, show: Show) -> None:
+def test_nobody_looks(browser, show):
     open_page(browser, show.server.url("Srobot3"))
     page_of(show)
     browser.get("about:blank")
@@ -374,7 +374,7 @@ def differing(before: np.ndarray, after: np.ndarray) -> int:
     return int((change > 40).sum())
 
 
-def test_a_page_says_that_its_run_has_ended_and_that_one_starts(browser: WebDriver) -> None:
+def test_a_page_says_that_its_run_has_ended_and_that_one_starts(browser):
     feed, server = MovingFeed(2), Server("127.0.0.1", 0)
     feed.is_standing = True
     viewer = Viewer(server, feed, None, hear=lambda: [KernelsCompiled(35, 118)])

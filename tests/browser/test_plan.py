@@ -1,7 +1,5 @@
 """*Plan*, the past, keys and contrast in a real browser."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,7 +26,7 @@ def many(browser: WebDriver) -> Iterator[Show]:
     running.close()
 
 
-def test_many_robots_are_shown_from_above(browser: WebDriver, many: Show) -> None:
+def test_many_robots_are_shown_from_above(browser, many):
     open_page(browser, many.server.url())
     wait_for(
         lambda: bool(
@@ -51,7 +49,7 @@ def test_many_robots_are_shown_from_above(browser: WebDriver, many: Show) -> Non
     assert errors(browser) == []
 
 
-def test_robots_glide_to_where_they_are_said_to_be(browser: WebDriver, many: Show) -> None:
+def test_robots_glide_to_where_they_are_said_to_be(browser, many):
     open_page(browser, many.server.url())
     wait_for(
         lambda: bool(
@@ -71,7 +69,7 @@ def test_robots_glide_to_where_they_are_said_to_be(browser: WebDriver, many: Sho
     assert end == 600
 
 
-def test_a_station_is_moved_for_the_next_run(browser: WebDriver, many: Show) -> None:
+def test_a_station_is_moved_for_the_next_run(browser, many):
     open_page(browser, many.server.url())
     see(browser, "answering")
     page = page_of(many)
@@ -80,7 +78,7 @@ def test_a_station_is_moved_for_the_next_run(browser: WebDriver, many: Show) -> 
     see(browser, f"{name}: [1.00, 2.00, …]", "the line for sites.yaml")
 
 
-def test_the_past_has_a_frame_that_does_not_flicker(browser: WebDriver, many: Show) -> None:
+def test_the_past_has_a_frame_that_does_not_flicker(browser, many):
     open_page(browser, many.server.url())
     page = page_of(many)
     opened = page.shown_time
@@ -101,7 +99,7 @@ def test_the_past_has_a_frame_that_does_not_flicker(browser: WebDriver, many: Sh
     wait_for(lambda: not browser.find_elements("id", "swarm-past"), "the present")
 
 
-def test_keys_have_a_sheet_and_nothing_of_viser_leaks_in(browser: WebDriver, many: Show) -> None:
+def test_keys_have_a_sheet_and_nothing_of_viser_leaks_in(browser, many):
     open_page(browser, many.server.url())
     see(browser, "answering")
     ActionChains(browser).send_keys("?").perform()
@@ -117,7 +115,7 @@ def test_keys_have_a_sheet_and_nothing_of_viser_leaks_in(browser: WebDriver, man
 
 
 @pytest.mark.parametrize("dark", ["", "&dark=1"])
-def test_texts_stand_out_from_their_ground(browser: WebDriver, many: Show, dark: str) -> None:
+def test_texts_stand_out_from_their_ground(browser, many, dark):
     open_page(browser, many.server.url() + dark)
     see(browser, "answering")
     for tab in ("Run", "Robot", "View"):

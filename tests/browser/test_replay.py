@@ -98,7 +98,7 @@ def time_shown(browser: WebDriver) -> float:
     return float(found[1])
 
 
-def test_a_recording_is_played_at_several_speeds(browser: WebDriver, address: str) -> None:
+def test_a_recording_is_played_at_several_speeds(browser, address):
     open_page(browser, f"{address}&robot=Srobot3")
     see(browser, "estimate", "the robot of the address")
     assert "Cancel goal" not in text_of(browser)
@@ -125,7 +125,7 @@ def test_a_recording_is_played_at_several_speeds(browser: WebDriver, address: st
     assert errors(browser) == []
 
 
-def test_the_time_line_leads_to_what_happened(browser: WebDriver, address: str) -> None:
+def test_the_time_line_leads_to_what_happened(browser, address):
     open_page(browser, address)
     see(browser, "collisions 1", "the mark of the collision")
     text = text_of(browser)

@@ -1,7 +1,5 @@
 """The page of a run in a browser: plots that answer, dark and light, tables that sort."""
 
-from __future__ import annotations
-
 import base64
 import re
 from pathlib import Path
@@ -31,14 +29,14 @@ def _show(page: WebDriver, name: str) -> None:
     page.execute_script(f"document.getElementById('{name}').scrollIntoView({{block: 'center'}})")
 
 
-def test_every_plot_is_drawn_without_a_complaint(page: WebDriver) -> None:
+def test_every_plot_is_drawn_without_a_complaint(page):
     for name in DRAWINGS:
         _show(page, name)
         wait_for(lambda n=name: page.find_elements(By.CSS_SELECTOR, f"#{n} .live .main-svg"), name)
     assert errors(page) == []
 
 
-def test_a_plot_answers_to_the_mouse(page: WebDriver) -> None:
+def test_a_plot_answers_to_the_mouse(page):
     _show(page, "throughput")
     wait_for(lambda: page.find_elements(By.CSS_SELECTOR, "#throughput .nsewdrag"), "the plot")
     area = page.find_element(By.CSS_SELECTOR, "#throughput .nsewdrag")
@@ -51,7 +49,7 @@ def test_a_plot_answers_to_the_mouse(page: WebDriver) -> None:
     wait_for(says, "what is under the mouse")
 
 
-def test_dark_and_light(page: WebDriver) -> None:
+def test_dark_and_light(page):
     def colors() -> tuple[str, str]:
         script = (
             "return [getComputedStyle(document.body).backgroundColor,"
@@ -66,7 +64,7 @@ def test_dark_and_light(page: WebDriver) -> None:
     wait_for(lambda: all(a != b for a, b in zip(before, colors(), strict=True)), "the other theme")
 
 
-def test_most_of_a_heat_map_stands_out_from_the_paper(page: WebDriver) -> None:
+def test_most_of_a_heat_map_stands_out_from_the_paper(page):
     _show(page, "density")
     wait_for(lambda: page.find_elements(By.CSS_SELECTOR, "#density .main-svg"), "the map")
     script = (
@@ -81,7 +79,7 @@ def test_most_of_a_heat_map_stands_out_from_the_paper(page: WebDriver) -> None:
         wait_for(lambda d=is_dark: page.execute_script(script) == [not d] * 2, "the other theme")
 
 
-def test_on_paper_the_still_plots_are_used_on_white(page: WebDriver) -> None:
+def test_on_paper_the_still_plots_are_used_on_white(page):
     page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
     try:
         script = (
@@ -94,7 +92,7 @@ def test_on_paper_the_still_plots_are_used_on_white(page: WebDriver) -> None:
         page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
 
 
-def test_a_click_on_a_heading_sorts(page: WebDriver) -> None:
+def test_a_click_on_a_heading_sorts(page):
     script = (
         "const table = document.querySelector('#trajectories table');"
         "const head = table.querySelectorAll('th')[3];"
@@ -105,14 +103,14 @@ def test_a_click_on_a_heading_sorts(page: WebDriver) -> None:
     assert distances == sorted(distances, reverse=True)
 
 
-def test_texts_stand_out_in_both_modes(page: WebDriver) -> None:
+def test_texts_stand_out_in_both_modes(page):
     for _ in range(2):
         assert page.execute_script(FAINT) == []
         page.execute_script("document.getElementById('theme').click()")
 
 
 @pytest.mark.parametrize(("width", "height"), [(1024, 600), (390, 844)])
-def test_it_fits_a_small_screen(page: WebDriver, width: int, height: int) -> None:
+def test_it_fits_a_small_screen(page, width, height):
     screen = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
     page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
     try:
@@ -122,7 +120,7 @@ def test_it_fits_a_small_screen(page: WebDriver, width: int, height: int) -> Non
         page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
-def test_twenty_robots_print_on_four_pages(browser: WebDriver, tmp_path: Path) -> None:
+def test_twenty_robots_print_on_four_pages(browser, tmp_path):
     folder = make_run(tmp_path, robots=20, seconds=60, crash=True)
     open_page(browser, write_document(folder).as_uri())
     paper = base64.b64decode(browser.print_page())

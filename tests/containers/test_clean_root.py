@@ -3,8 +3,6 @@
 Needs root, debootstrap, ip (iproute2) and a Debian mirror: `pytest tests/containers -m long`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re
@@ -34,14 +32,14 @@ def image(tmp_path_factory: pytest.TempPathFactory) -> Image:
     return Builder(ROOT, tmp_path_factory.mktemp("roots")).build()
 
 
-def test_the_image_has_the_commands_and_no_compiler(image: Image) -> None:
+def test_the_image_has_the_commands_and_no_compiler(image):
     assert "--swarm-size" in run(image, image.command)
     assert run(image, ["id", "--user"]) == "1000\n"
     assert run(image, ["sh", "-c", "command -v gcc || echo none"]) == "none\n"
     assert "no PyBullet" not in run(image, ["swarm-up", "--list"])
 
 
-def test_a_swarm_runs_in_one_container(image: Image) -> None:
+def test_a_swarm_runs_in_one_container(image):
     words = ["swarm-up", "--swarm-size", "2", "--duration", "3", "--headless", "--no-report"]
     said = run(image, words)
     assert "2 of 2" in said or "all robots are active" in said
@@ -110,7 +108,7 @@ def services(image: Image, tmp_path: Path) -> Iterator[Services]:
             started.close()
 
 
-def test_world_robots_and_viewer_of_the_compose_file_meet(services: Services) -> None:
+def test_world_robots_and_viewer_of_the_compose_file_meet(services):
     services.start("world")
     services.start("robots")
     services.wait_for("world", r"running \| active 2/2")

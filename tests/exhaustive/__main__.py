@@ -8,8 +8,6 @@ A run that does not end, or in which robots touch, is played again and drawn: a 
 simulated second in which somebody has moved.
 """
 
-from __future__ import annotations
-
 import argparse
 import functools
 import multiprocessing

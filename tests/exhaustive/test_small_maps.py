@@ -3,8 +3,6 @@
 A sample of them runs always, every one with `-m long` (hours) or `python -m tests.exhaustive`.
 """
 
-from __future__ import annotations
-
 import itertools
 
 import pytest
@@ -51,14 +49,14 @@ def ends_well(cells: CellMap, placement: Placement) -> None:
 
 
 @pytest.mark.parametrize(("cells", "count"), list(COUNTS), ids=lambda value: str(value)[:24])
-def test_all_placements_are_counted_once(cells: CellMap, count: int) -> None:
+def test_all_placements_are_counted_once(cells, count):
     placements = list(cells.placements(count))
     assert len(placements) == len(set(placements)) == COUNTS[cells, count]
 
 
 @pytest.mark.timeout(300)
 @pytest.mark.parametrize(("cells", "count"), CASES, ids=lambda value: str(value)[:24])
-def test_all_arrive_from_a_sample_of_placements(cells: CellMap, count: int) -> None:
+def test_all_arrive_from_a_sample_of_placements(cells, count):
     if len(cells.free) > 8 and count > 2:
         placements = list(itertools.islice(cells.placements(count), 20_000, 20_000 + SAMPLES))
     else:
@@ -68,7 +66,7 @@ def test_all_arrive_from_a_sample_of_placements(cells: CellMap, count: int) -> N
         ends_well(cells, placement)
 
 
-def test_a_sample_has_distinct_starts_and_its_conditions_are_told() -> None:
+def test_a_sample_has_distinct_starts_and_its_conditions_are_told():
     for placement in PAIR_IN_ALCOVE.sample(3, 20, 0):
         starts, goals = zip(*placement, strict=True)
         assert len(set(starts)) == 3
@@ -77,7 +75,7 @@ def test_a_sample_has_distinct_starts_and_its_conditions_are_told() -> None:
         assert PAIR_IN_ALCOVE.conditions(placement).is_guaranteed == (in_alcove < 2)
 
 
-def test_a_picture_shows_robots_and_goals() -> None:
+def test_a_picture_shows_robots_and_goals():
     placement: Placement = (((0, 2), (1, 5)), ((1, 2), (1, 0)))
     assert ALCOVE.picture(placement, [ALCOVE.pose(start) for start, _ in placement]) == "\n".join(
         (
@@ -92,7 +90,7 @@ def test_a_picture_shows_robots_and_goals() -> None:
 
 
 @pytest.mark.timeout(300)
-def test_seven_robots_change_places_on_the_eight_cells_of_the_ring() -> None:
+def test_seven_robots_change_places_on_the_eight_cells_of_the_ring():
     cells = RING.free[:7]
     ends_well(RING, tuple(zip(cells, (*cells[1:], cells[0]), strict=True)))
 
@@ -104,6 +102,6 @@ def test_seven_robots_change_places_on_the_eight_cells_of_the_ring() -> None:
     [(RING, 2), (RING, 3), (RING, 4), (AISLE, 2), (AISLE, 3), (EIGHT, 2)],
     ids=lambda value: str(value)[:24],
 )
-def test_all_arrive_from_every_placement(cells: CellMap, count: int) -> None:
+def test_all_arrive_from_every_placement(cells, count):
     for placement in cells.placements(count):
         ends_well(cells, placement)

@@ -1,7 +1,5 @@
 """A hall with a blind aisle at whose end there is a station that everybody wants."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Small maps of cells, all placements of robots on them, runs of real navigators, and pictures."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 import random

@@ -1,7 +1,5 @@
 """Controllers that change what they want, wherever the path leads; for hunts of the stop filter."""
 
-from __future__ import annotations
-
 import collections
 import dataclasses
 import itertools

@@ -1,7 +1,5 @@
 """The factory hall with charging stations, and a waffle with a small battery, as a user's files."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Mapping
 from pathlib import Path

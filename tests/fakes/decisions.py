@@ -1,7 +1,5 @@
 """Rules tried one by one: what each proposes is applied as the arbiter does."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from swarm_common.model.records import Twist

@@ -1,7 +1,5 @@
 """Two rooms with a door between them, and robots that are to change rooms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 That one is Srobot2, and it does so when its process gets SIGUSR1.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

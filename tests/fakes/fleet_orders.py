@@ -1,7 +1,5 @@
 """Orders of VDA 5050 along a line of nodes, and a robot without a navigator that drives them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise

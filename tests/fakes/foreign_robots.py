@@ -1,7 +1,5 @@
 """Robots after the habits of public descriptions: hubs, tyres beside joints, controllers, SDF."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from pathlib import Path

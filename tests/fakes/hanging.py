@@ -1,7 +1,5 @@
 """A navigator that hangs before it is active."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

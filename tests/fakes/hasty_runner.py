@@ -1,7 +1,5 @@
 """The mission process, impatient with silent robots: `python -m tests.fakes.hasty_runner`."""
 
-from __future__ import annotations
-
 from swarm_commander.mission import runner
 
 if __name__ == "__main__":

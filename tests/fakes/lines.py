@@ -1,7 +1,5 @@
 """Files of results, as a bench leaves them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A feed without a graph: robots drive round circles in the factory hall."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Collection

@@ -1,7 +1,5 @@
 """Rooms, beacons and ideal unicycles: what a navigator needs to run without world and ROS."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Callable, Collection, Sequence

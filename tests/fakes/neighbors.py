@@ -1,7 +1,5 @@
 """The bytes of a NeighborArray message as its receivers see them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from swarm_common.model.beacon import BEACON_DTYPE, BeaconArray

@@ -1,7 +1,5 @@
 """Every class in the sources, and the class that each name of a base stands for."""
 
-from __future__ import annotations
-
 import ast
 import functools
 import tomllib

@@ -1,7 +1,5 @@
 """Robots of our own making, each with a trait that descriptions of real robots have."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field

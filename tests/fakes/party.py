@@ -1,7 +1,5 @@
 """Real navigators with goals of their own in a hall made of boxes, run by the bench."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Robots without bodies: they drive straight at a constant speed through everything."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from functools import partial

@@ -1,7 +1,5 @@
 """Tiny policies in ONNX."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import onnx

@@ -1,7 +1,5 @@
 """Posts around a robot, and whether its scans show them where they are."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -6,8 +6,6 @@ adversarial radio loses, delays and reorders their beacons. Thousands of ticks t
 contention is far denser than in any hall.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 import itertools

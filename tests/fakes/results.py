@@ -1,7 +1,5 @@
 """A result of the bench with chosen fields."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from swarm_bench.runs.result import RunResult

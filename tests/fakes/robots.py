@@ -1,7 +1,5 @@
 """Robot packages in the form that real ones have, written for a test."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 PACKAGE = """<?xml version="1.0"?>

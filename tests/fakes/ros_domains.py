@@ -1,7 +1,5 @@
 """ROS domains that no other run of the tests on this machine uses."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import os

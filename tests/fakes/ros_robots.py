@@ -9,8 +9,6 @@ With `--homes` they know where they were started: at y = 7, not where they are. 
 a line says so.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import math

@@ -1,7 +1,5 @@
 """Topics that a configuration of RViz names."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

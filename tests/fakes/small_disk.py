@@ -1,7 +1,5 @@
 """A real disk of a few hundred kB, to be filled."""
 
-from __future__ import annotations
-
 import contextlib
 import subprocess
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """`swarm-up` as a process, over fakes of the world, the navigators and the mission."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

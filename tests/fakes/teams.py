@@ -1,7 +1,5 @@
 """A team of one's own: sends each robot straight to its goal."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A small swarm of real navigators in the kinematic world: random halls, goals and losses."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """An environment with the project's wheel and its dependencies, and nothing of the checkout."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

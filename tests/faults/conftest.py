@@ -1,7 +1,5 @@
 """Real swarms in ROS domains of their own."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Iterator
 from pathlib import Path

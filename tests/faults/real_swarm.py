@@ -1,7 +1,5 @@
 """A real `swarm-up` with all its processes, to kill and stop them from outside."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

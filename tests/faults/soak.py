@@ -7,8 +7,6 @@ that what was measured is there whatever ends it. Exit code 0 if memory, file de
 threads are flat, nobody collided and every killed navigator came back.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json

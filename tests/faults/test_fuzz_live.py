@@ -34,11 +34,11 @@ def fuzz(folder: Path, count: int, *flags: str) -> dict[str, Any]:
     return figures
 
 
-def test_nothing_that_is_malformed_ends_a_process(tmp_path: Path) -> None:
+def test_nothing_that_is_malformed_ends_a_process(tmp_path):
     assert fuzz(tmp_path, 1000, "--tick-limit", str(BUSY))["targets"] > 100
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3600)
-def test_a_hundred_thousand_times(tmp_path: Path) -> None:
+def test_a_hundred_thousand_times(tmp_path):
     fuzz(tmp_path, 100_000)

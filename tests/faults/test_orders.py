@@ -1,7 +1,6 @@
 """Orders with real navigators: each is done once, though a navigator and a courier are killed."""
 
 import signal
-from pathlib import Path
 
 import pytest
 
@@ -16,7 +15,7 @@ RADIO = "/world: {ros__parameters: {radio: {loss: 0.2, delay: 0.2}}}\n"
 ORDERS = 8
 
 
-def test_every_order_is_done_once_though_robots_fail(start, tmp_path: Path) -> None:
+def test_every_order_is_done_once_though_robots_fail(start, tmp_path):
     (tmp_path / "orders.yaml").write_text(MISSION)
     (tmp_path / "radio.yaml").write_text(RADIO)
     swarm = start(

@@ -20,7 +20,7 @@ FEW = ("--swarm-size", "3", "--goals-per-robot", "2")
 STOPPED = 20.0  # [s] of wall time
 
 
-def test_a_killed_navigator_is_started_anew_and_all_goals_are_reached(start) -> None:
+def test_a_killed_navigator_is_started_anew_and_all_goals_are_reached(start):
     swarm = start(*FEW, *TO_THE_END)
     swarm.wait_until(lambda: swarm.sim_time() > 5.0)
     assert swarm.send("Srobot2", signal.SIGKILL)
@@ -34,7 +34,7 @@ def test_a_killed_navigator_is_started_anew_and_all_goals_are_reached(start) -> 
 
 
 @pytest.mark.long
-def test_a_navigator_that_hangs_is_replaced_and_all_goals_are_reached(start) -> None:
+def test_a_navigator_that_hangs_is_replaced_and_all_goals_are_reached(start):
     swarm = start(*FEW, *TO_THE_END)
     swarm.wait_until(lambda: swarm.sim_time() > 5.0)
     assert swarm.send("Srobot1", signal.SIGSTOP)
@@ -47,7 +47,7 @@ def test_a_navigator_that_hangs_is_replaced_and_all_goals_are_reached(start) -> 
 
 
 @pytest.mark.long
-def test_a_robot_that_comes_back_from_silence_gets_its_goals_again(start) -> None:
+def test_a_robot_that_comes_back_from_silence_gets_its_goals_again(start):
     """Also if only the others have forgotten it: then DDS does not bring them together again."""
     swarm = start(*FEW, *TO_THE_END, "--no-restart")
     swarm.wait_until(lambda: swarm.sim_time() > 5.0)
@@ -62,7 +62,7 @@ def test_a_robot_that_comes_back_from_silence_gets_its_goals_again(start) -> Non
 
 
 @pytest.mark.long
-def test_a_run_that_was_stopped_as_a_whole_goes_on(start) -> None:
+def test_a_run_that_was_stopped_as_a_whole_goes_on(start):
     """As by `docker pause`: mission and robots had forgotten each other, robots were "lost"."""
     swarm = start(*FEW, *TO_THE_END)
     swarm.wait_until(lambda: swarm.sim_time() > 5.0)
@@ -79,7 +79,7 @@ def test_a_run_that_was_stopped_as_a_whole_goes_on(start) -> None:
     assert any("the mission process ended" in incident for incident in report["incidents"])
 
 
-def test_the_user_restarts_a_navigator(start) -> None:
+def test_the_user_restarts_a_navigator(start):
     swarm = start(*FEW, *TO_THE_END)
     swarm.wait_until(lambda: swarm.sim_time() > 5.0)
     refused = _commander(swarm, "Srobot9")
@@ -97,7 +97,7 @@ def test_the_user_restarts_a_navigator(start) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("component", ["mission", "fork_server"])
-def test_the_mission_goes_on_with_a_new_process(start, component: str) -> None:
+def test_the_mission_goes_on_with_a_new_process(start, component):
     swarm = start(*FEW, *TO_THE_END)
     swarm.wait_until(lambda: swarm.sim_time() > 5.0)
     assert swarm.send(component, signal.SIGKILL)
@@ -112,7 +112,7 @@ def test_the_mission_goes_on_with_a_new_process(start, component: str) -> None:
 @pytest.mark.parametrize(
     "number", [signal.SIGTERM, signal.SIGSTOP, pytest.param(signal.SIGKILL, marks=pytest.mark.long)]
 )
-def test_without_a_world_to_the_end_the_exit_code_is_three(start, number: int) -> None:
+def test_without_a_world_to_the_end_the_exit_code_is_three(start, number):
     swarm = start("--swarm-size", "2", "--mission", "loading_route", "--headless", "--no-report")
     swarm.wait_until(lambda: swarm.sim_time() > 1.0)
     begin = time.monotonic()

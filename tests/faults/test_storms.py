@@ -54,7 +54,7 @@ STORMS = [
 
 
 @pytest.mark.parametrize("storm", STORMS, ids=lambda storm: storm.name)
-def test_a_storm(start, storm: Storm) -> None:
+def test_a_storm(start, storm):
     flags = [flag for flag in FLAGS if flag != "--headless" or storm.component != "viewer"]
     swarm = start(*flags, *storm.flags)
     rage(swarm, storm, random.Random(storm.name))
@@ -105,7 +105,7 @@ VICTIMS = ("world", "mission", "fork_server", "swarm-up", "Srobot2")
 
 @pytest.mark.parametrize("victim", VICTIMS)
 @pytest.mark.parametrize("phase", PHASES)
-def test_a_start_that_loses_a_component(start, phase: str, victim: str) -> None:
+def test_a_start_that_loses_a_component(start, phase, victim):
     flags = ("--swarm-size", "3", "--mission", "loading_route", "--goals-per-robot", "1")
     swarm = start(*flags, "--until-done", "--speed", "max", "--headless", "--no-report")
     swarm.wait_until(lambda: PHASES[phase](swarm))

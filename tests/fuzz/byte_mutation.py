@@ -1,7 +1,5 @@
 """Files with faults in them: seeds that hypothesis edits by bytes, numbers and words."""
 
-from __future__ import annotations
-
 import os
 import re
 

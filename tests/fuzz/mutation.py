@@ -1,7 +1,5 @@
 """Mutations of text files as careless hands and broken tools make them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 

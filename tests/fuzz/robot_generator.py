@@ -1,7 +1,5 @@
 """Robots at random: sound ones, odd ones, and broken ones."""
 
-from __future__ import annotations
-
 import math
 
 from hypothesis import strategies as st

@@ -3,8 +3,6 @@
 A few of each run always; 20,000 with `FUZZ_EXAMPLES=20000 pytest tests/fuzz --timeout=0`.
 """
 
-from __future__ import annotations
-
 import copy
 import functools
 import xml.etree.ElementTree as ET
@@ -177,7 +175,7 @@ ELEMENTS = {root: list(read_elements(root)) for root in ROOTS}
 Place = tuple[tuple[int, ...], str, str]  # indices of an element, kind of its parent, its tag
 
 
-def test_the_worlds_use_the_whole_grammar() -> None:
+def test_the_worlds_use_the_whole_grammar():
     used = {tag for elements in ELEMENTS.values() for _, _, tag in elements}
     wanted = {tag for rule in RULES.values() for tag in rule.once | rule.many}
     assert wanted - used <= {"submesh", "empty"}
@@ -192,9 +190,7 @@ def two_places(draw: st.DrawFn) -> tuple[ET.Element, Place, Place]:
 
 @FUZZ
 @given(places=two_places(), how=st.sampled_from(["rename", "misspell", "double", "move"]))
-def test_an_element_of_a_world(
-    world: Path, places: tuple[ET.Element, Place, Place], how: str
-) -> None:
+def test_an_element_of_a_world(world, places, how):
     intact, (at, kind, tag), target = places
     root = copy.deepcopy(intact)
     parent, element = element_at(root, at[:-1]), element_at(root, at)
@@ -244,9 +240,7 @@ def plan_outcome(folder: Path, text: str) -> object:
 @FUZZ
 @given(at=st.sampled_from(list(entries(PLAN))), how=st.sampled_from(["rename", "move", "double"]),
        target=st.sampled_from(list(entries(PLAN))))  # fmt: skip
-def test_an_entry_of_a_floor_plan(
-    tmp_path_factory: pytest.TempPathFactory, at: tuple[Any, ...], how: str, target: Any
-) -> None:
+def test_an_entry_of_a_floor_plan(tmp_path_factory, at, how, target):
     folder = tmp_path_factory.getbasetemp()
     plan: Any = copy.deepcopy(PLAN)
     parent, goal = plan, plan

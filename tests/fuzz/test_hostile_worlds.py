@@ -9,12 +9,9 @@ A few always; 20,000 with `FUZZ_EXAMPLES=20000 pytest tests/fuzz/test_hostile_wo
 --timeout=0`.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
-import pytest
 import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
@@ -170,9 +167,7 @@ def check(scene: Scene) -> None:
         max_size=3,
     ),
 )
-def test_loaded_as_it_is_or_refused(
-    tmp_path_factory: pytest.TempPathFactory, seed: int, kinds: list[tuple[str, str, str]]
-) -> None:
+def test_loaded_as_it_is_or_refused(tmp_path_factory, seed, kinds):
     folder = tmp_path_factory.getbasetemp() / "hostile"
     folder.mkdir(exist_ok=True)
     path = write(folder, seed, kinds)

@@ -1,7 +1,5 @@
 """Every element of a file counts: one key renamed, moved or doubled changes result or message."""
 
-from __future__ import annotations
-
 import copy
 import re
 from collections.abc import Callable, Iterator
@@ -154,7 +152,7 @@ def outcome(read: Callable[[Path], Any], path: Path, text: str) -> str:
 
 
 @pytest.mark.parametrize("kind", READERS)
-def test_no_element_is_dropped_without_a_word(tmp_path: Path, kind: str) -> None:
+def test_no_element_is_dropped_without_a_word(tmp_path, kind):
     tree, read = READERS[kind]
     path = tmp_path / "mine.yaml"
     usual = outcome(read, path, dumped(tree))

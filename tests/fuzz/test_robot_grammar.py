@@ -4,8 +4,6 @@ The grammar is that of the files themselves: every element and attribute of a de
 of a robot.yaml and a fleet.
 """
 
-from __future__ import annotations
-
 import copy
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator
@@ -92,7 +90,7 @@ URDF = plugin_drive().urdf
 
 
 @pytest.mark.parametrize("edit", [rename, move, double])
-def test_urdf(edit: Callable[..., None], tmp_path: Path) -> None:
+def test_urdf(edit, tmp_path):
     silent = []
     settings = plugin_drive().settings
     before = outcome(Own(URDF, settings).write(tmp_path))
@@ -104,7 +102,7 @@ def test_urdf(edit: Callable[..., None], tmp_path: Path) -> None:
     assert not silent, "\n".join(silent)
 
 
-def test_attributes_of_a_urdf(tmp_path: Path) -> None:
+def test_attributes_of_a_urdf(tmp_path):
     silent = []
     settings = plugin_drive().settings
     before = outcome(Own(URDF, settings).write(tmp_path))
@@ -122,7 +120,7 @@ def test_attributes_of_a_urdf(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("edit", [rename, move, double])
-def test_sdf(edit: Callable[..., None], tmp_path: Path) -> None:
+def test_sdf(edit, tmp_path):
     silent = []
     before = outcome(Folder().write(tmp_path))
     for about, text in edited(SDF, edit):
@@ -163,7 +161,7 @@ def changed_keys(text: str) -> Iterator[tuple[str, str]]:
             yield f"{kind} {'.'.join(map(str, way))}", yaml.safe_dump(other, sort_keys=False)
 
 
-def test_robot_yaml(tmp_path: Path) -> None:
+def test_robot_yaml(tmp_path):
     path = tmp_path / "robot.yaml"
     path.write_text(ROBOT, encoding="utf-8")
     before = outcome(path)
@@ -175,7 +173,7 @@ def test_robot_yaml(tmp_path: Path) -> None:
     assert not silent, "\n".join(silent)
 
 
-def test_fleet(tmp_path: Path) -> None:
+def test_fleet(tmp_path):
     path = tmp_path / "fleet.yaml"
 
     def loaded(text: str) -> str:

@@ -3,8 +3,6 @@
 A few of each run always; many with `FUZZ_EXAMPLES=10000 pytest tests/fuzz --timeout=0`.
 """
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
@@ -21,7 +19,6 @@ from swarm_describe.robots.fleet import load_fleet
 from swarm_describe.robots.loading import Robot, open_robot
 from swarm_describe.worlds.scene import Scene
 from swarm_sim.world.world import World, WorldConfig
-from tests.fakes.own_robots import Own
 from tests.fakes.posts import off_the_posts, points_by_tf, post
 from tests.fakes.robots import LIMITS, SIZES, URDF, WHEEL, XACRO, write_packages
 from tests.fuzz.mutation import mutated
@@ -95,21 +92,21 @@ def put(path: Path, text: str) -> Path:
 
 @of(MANY)
 @given(text=mutated(URDF))
-def test_urdf(packages: tuple[Path, Path], text: str) -> None:
+def test_urdf(packages, text):
     put(packages[0].with_name("robot.yaml"), f"description: {packages[0].name}\n" + LIMITS)
     try_robot(put(packages[0], text))
 
 
 @of(FEW)
 @given(text=mutated(XACRO))
-def test_xacro(packages: tuple[Path, Path], text: str) -> None:
+def test_xacro(packages, text):
     settings_of_xacro(packages[1])
     try_robot(put(packages[1], text))
 
 
 @of(FEW)
 @given(text=mutated(WHEEL, SIZES))
-def test_included_xacro(packages: tuple[Path, Path], text: str) -> None:
+def test_included_xacro(packages, text):
     settings_of_xacro(packages[1])
     put(packages[1], XACRO)
     folder = packages[1].parents[3] / "vendor" / "acme_parts" / "urdf"
@@ -124,14 +121,14 @@ def test_included_xacro(packages: tuple[Path, Path], text: str) -> None:
 
 @of(MANY)
 @given(text=mutated(FULL, PARTLY))
-def test_robot_yaml(packages: tuple[Path, Path], text: str) -> None:
+def test_robot_yaml(packages, text):
     put(packages[0], URDF)
     try_robot(put(packages[0].with_name("robot.yaml"), text))
 
 
 @of(MANY)
 @given(text=mutated(FLEET))
-def test_fleet(packages: tuple[Path, Path], text: str) -> None:
+def test_fleet(packages, text):
     path = put(packages[0].with_name("fleet.yaml"), text)
     try:
         fleet = load_fleet(path)
@@ -142,9 +139,7 @@ def test_fleet(packages: tuple[Path, Path], text: str) -> None:
 
 @of(MANY)
 @given(made=robots())
-def test_generated_robots_drive_and_see_or_are_refused(
-    packages: tuple[Path, Path], made: Own
-) -> None:
+def test_generated_robots_drive_and_see_or_are_refused(packages, made):
     path = made.write(packages[0].parent / "generated")
     try:
         robot = open_robot(path)

@@ -3,8 +3,6 @@
 A few of each run always; many with `FUZZ_EXAMPLES=10000 pytest tests/fuzz --timeout=0`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -73,40 +71,40 @@ def survives_with(package: Path, file: Path, edits: list[Edit]) -> None:
 
 @FUZZ
 @given(edits=EDITS)
-def test_worlds(package: Path, edits: list[Edit]) -> None:
+def test_worlds(package, edits):
     world = package.with_name("mutated.world")
     survives(look_at, world, mutated(package.read_bytes(), edits))
 
 
 @FUZZ
 @given(edits=EDITS, name=st.sampled_from(["bay", "barrier", "table"]))
-def test_included_models(package: Path, edits: list[Edit], name: str) -> None:
+def test_included_models(package, edits, name):
     file = package.parents[1] / "models" / name / "model.sdf"
     survives_with(package, file, edits)
 
 
 @FUZZ
 @given(edits=EDITS, name=st.sampled_from(["bay/meshes/curb.stl", "barrier/meshes/barrier.dae"]))
-def test_meshes(package: Path, edits: list[Edit], name: str) -> None:
+def test_meshes(package, edits, name):
     file = package.parents[1] / "models" / name
     survives_with(package, file, edits)
 
 
 @FUZZ
 @given(edits=EDITS)
-def test_actors(tmp_path_factory: pytest.TempPathFactory, edits: list[Edit]) -> None:
+def test_actors(tmp_path_factory, edits):
     survives(load_actors, tmp_path_factory.getbasetemp() / "actors.yaml", mutated(ACTORS, edits))
 
 
 @FUZZ
 @given(edits=EDITS)
-def test_sites(tmp_path_factory: pytest.TempPathFactory, edits: list[Edit]) -> None:
+def test_sites(tmp_path_factory, edits):
     survives(load_sites, tmp_path_factory.getbasetemp() / "sites.yaml", mutated(SITES, edits))
 
 
 @FUZZ
 @given(edits=EDITS)
-def test_floor_plans(tmp_path_factory: pytest.TempPathFactory, edits: list[Edit]) -> None:
+def test_floor_plans(tmp_path_factory, edits):
     def use(path: Path) -> None:
         plan = load_plan(path)
         assert sdf_text(plan)
@@ -117,12 +115,7 @@ def test_floor_plans(tmp_path_factory: pytest.TempPathFactory, edits: list[Edit]
 
 @FUZZ
 @given(edits=EDITS, image_edits=EDITS, image=st.sampled_from([PGM, PLAIN_PGM]))
-def test_maps(
-    tmp_path_factory: pytest.TempPathFactory,
-    edits: list[Edit],
-    image_edits: list[Edit],
-    image: bytes,
-) -> None:
+def test_maps(tmp_path_factory, edits, image_edits, image):
     folder = tmp_path_factory.getbasetemp()
     (folder / "m.pgm").write_bytes(mutated(image, image_edits))
 
@@ -137,7 +130,7 @@ def test_maps(
     survives(use, folder / "m.yaml", mutated(MAP, edits))
 
 
-def test_models_nested_without_end(tmp_path: Path) -> None:
+def test_models_nested_without_end(tmp_path):
     depth = 3000
     for body in ("{}", "<state world_name='w'>{}</state>"):
         nested = "<model name='m'>" * depth + "</model>" * depth
@@ -150,7 +143,7 @@ def test_models_nested_without_end(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "text", ["a: " + "[" * 5000, "a: 2001-99-99\n", "? [1, 2]\n: 3\n", "a: " + "9" * 400 + "\n"]
 )
-def test_yaml_that_breaks_its_reader(tmp_path: Path, text: str) -> None:
+def test_yaml_that_breaks_its_reader(tmp_path, text):
     path = tmp_path / "s.yaml"
     path.write_text(text)
     with pytest.raises(SwarmError):

@@ -1,7 +1,5 @@
 """Real world and navigator processes for the graph tests, in a ROS domain of their own."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -1,7 +1,5 @@
 """A small node with one of everything (once it says so), for the tests of the `ros2` command."""
 
-from __future__ import annotations
-
 import sys
 import time
 from typing import Any

@@ -1,7 +1,5 @@
 """Bags of other people on the ROS graph: played to subscribers, recorded from publishers."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal
@@ -104,7 +102,7 @@ ALL = notes(40, (NOTE, OTHER))
 HERE, THERE = ([data for topic, _, data in ALL if topic == name] for name in (NOTE, OTHER))
 
 
-def test_a_split_bag_is_played_whole(graph: Graph, tmp_path: Path) -> None:
+def test_a_split_bag_is_played_whole(graph, tmp_path):
     parts = [ALL[k : k + 4] for k in range(0, 40, 4)]
     folder = split_bag(tmp_path / "bag", parts)
     lights = write(folder / "part_10.mcap", notes(20, ("/lights",)), kind="acme_msgs/msg/Lights")
@@ -124,7 +122,7 @@ def test_a_split_bag_is_played_whole(graph: Graph, tmp_path: Path) -> None:
     assert "none of its topics can be played" in graph.said
 
 
-def test_topics_offset_and_clock_are_rosbag2s(graph: Graph, tmp_path: Path) -> None:
+def test_topics_offset_and_clock_are_rosbag2s(graph, tmp_path):
     stays = write(
         tmp_path / "bag_0.mcap",
         [("/map", ALL[0][1] - 50 * 10**9, cdr("map")), ("/map", ALL[2][1], cdr("map 2"))],
@@ -151,7 +149,7 @@ def message_time(data: bytes) -> int:
     return int.from_bytes(data[4:8], "little") * 10**9 + int.from_bytes(data[8:12], "little")
 
 
-def test_a_loop_goes_on_until_it_is_ended(graph: Graph, tmp_path: Path) -> None:
+def test_a_loop_goes_on_until_it_is_ended(graph, tmp_path):
     path = write(tmp_path / "a.mcap", ALL[:8])
     for sign, code in ((signal.SIGINT, 0), (signal.SIGKILL, -signal.SIGKILL)):
         heard = graph.hear(NOTE)  # anew: what the player before sent last may be under way
@@ -162,7 +160,7 @@ def test_a_loop_goes_on_until_it_is_ended(graph: Graph, tmp_path: Path) -> None:
         assert process.wait(LIMIT) == code
 
 
-def test_any_topic_is_recorded(graph: Graph, tmp_path: Path) -> None:
+def test_any_topic_is_recorded(graph, tmp_path):
     lights = graph.node.create_publisher(String, "/lights", 10)
     graph.node.create_publisher(String, "/unasked", 10)
     process = graph.start("record", "/lights", "--topics", "later", "/never", "-o", "bag")
@@ -188,9 +186,7 @@ def test_any_topic_is_recorded(graph: Graph, tmp_path: Path) -> None:
     assert messages[2].time - messages[0].time > 3 * 10**7  # when they came, not when polled
 
 
-def test_all_topics_are_recorded_with_simulated_time_where_there_is_one(
-    graph: Graph, tmp_path: Path
-) -> None:
+def test_all_topics_are_recorded_with_simulated_time_where_there_is_one(graph, tmp_path):
     clock = graph.node.create_publisher(Clock, "/clock", 10)
     lights = graph.node.create_publisher(String, "/lights", 10)
     hidden = graph.node.create_publisher(String, "/_hidden", 10)
@@ -214,7 +210,7 @@ def test_all_topics_are_recorded_with_simulated_time_where_there_is_one(
     assert times == [second * 10**9 for second in range(1, 5)]
 
 
-def test_at_full_speed_everything_arrives(graph: Graph, tmp_path: Path) -> None:
+def test_at_full_speed_everything_arrives(graph, tmp_path):
     many = notes(2000)
     path = write(tmp_path / "a.mcap", many)
     heard = graph.hear(NOTE)

@@ -1,7 +1,5 @@
 """A swarm under a centre on the graph: robots go on alone when it dies, not when it refuses."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -30,7 +28,7 @@ def led_for(usage: Path) -> float:
 
 
 @pytest.mark.timeout(300)
-def test_robots_reach_all_goals_alone_when_the_centre_dies(tmp_path: Path) -> None:
+def test_robots_reach_all_goals_alone_when_the_centre_dies(tmp_path):
     folder = tmp_path / "run"
     command = (
         sys.executable, "-c", "from swarm_commander.cli.main import swarm_up; swarm_up()",
@@ -68,9 +66,7 @@ def test_robots_reach_all_goals_alone_when_the_centre_dies(tmp_path: Path) -> No
 
 
 @pytest.mark.timeout(300)
-def test_a_solver_that_fails_ends_the_run_and_nothing_else_drives_in_its_name(
-    tmp_path: Path,
-) -> None:
+def test_a_solver_that_fails_ends_the_run_and_nothing_else_drives_in_its_name(tmp_path):
     params = tmp_path / "solver.yaml"
     params.write_text(SOLVER.format(program=solver.__file__), encoding="utf-8")
     command = (

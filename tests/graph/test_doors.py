@@ -1,7 +1,5 @@
 """A running swarm that somebody lies to: nobody dies, nobody obeys, all of it is counted."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import struct

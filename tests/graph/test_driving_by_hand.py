@@ -16,7 +16,7 @@ from swarm_view.state.operator_link import OperatorLink
 from tests.graph.conftest import reserved_domain
 
 
-def test_a_robot_is_taken_steered_and_given_back() -> None:
+def test_a_robot_is_taken_steered_and_given_back():
     with reserved_domain() as domain:
         rclpy.init(domain_id=domain)
         robot = rclpy.create_node("navigator", namespace="Srobot1")

@@ -1,7 +1,5 @@
 """What an action server keeps of its goals, and which of them it cancels."""
 
-from __future__ import annotations
-
 import time
 
 import pytest
@@ -106,7 +104,7 @@ def test_goals_that_have_ended_are_forgotten(node):
 
 
 @pytest.mark.parametrize("duration", [1.0, 100.0, 1000.0])
-def test_who_waits_for_the_result_of_a_goal_gets_it_however_long_it_takes(node, duration: float):
+def test_who_waits_for_the_result_of_a_goal_gets_it_however_long_it_takes(node, duration):
     begun = []
     server = Server(node, lambda *goal: begun.append(goal))
     server.send(0)

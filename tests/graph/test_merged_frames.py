@@ -1,7 +1,5 @@
 """One RViz for all robots: `swarm-commander frames` beside a running swarm, seen by its clients."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import os

@@ -134,7 +134,7 @@ def goals(events: list[dict[str, Any]], robot: str) -> list[tuple[str, float]]:
     ]
 
 
-def test_goals_follow_each_other_at_exact_ticks(robots: Robots, runner: Any) -> None:
+def test_goals_follow_each_other_at_exact_ticks(robots, runner):
     robots("3")
     events = runner(3).events_until("done")
     for name in ("Srobot1", "Srobot2", "Srobot3"):
@@ -145,14 +145,14 @@ def test_goals_follow_each_other_at_exact_ticks(robots: Robots, runner: Any) -> 
         assert steps == pytest.approx([2.2, 2.2])
 
 
-def test_failed_goals_are_tried_again(robots: Robots, runner: Any) -> None:
+def test_failed_goals_are_tried_again(robots, runner):
     robots("2", "--fail", "Srobot2")
     events = runner(2).events_until("done")
     assert [outcome for outcome, _ in goals(events, "Srobot2")] == ["reached"] * 3
     assert sum(event["event"] == "sent" for event in events) == 6
 
 
-def test_a_silent_robot_loses_its_goals_and_the_others_go_on(robots: Robots, runner: Any) -> None:
+def test_a_silent_robot_loses_its_goals_and_the_others_go_on(robots, runner):
     robots("2", "--mute", "Srobot2")
     process = runner(2, "tests.fakes.hasty_runner", goals_per_robot=8)
     events = process.events_until("done")
@@ -161,7 +161,7 @@ def test_a_silent_robot_loses_its_goals_and_the_others_go_on(robots: Robots, run
     assert len(goals(events, "Srobot2")) == 8
 
 
-def test_a_dead_robot_loses_its_goals_at_once(robots: Robots, runner: Any) -> None:
+def test_a_dead_robot_loses_its_goals_at_once(robots, runner):
     robots("2")
     process = runner(2)
     process.events_until("reached")
@@ -171,7 +171,7 @@ def test_a_dead_robot_loses_its_goals_at_once(robots: Robots, runner: Any) -> No
     assert [outcome for outcome, _ in goals(events, "Srobot1")][-1] == "reached"
 
 
-def test_without_a_mission_the_robots_are_only_watched(robots: Robots, runner: Any) -> None:
+def test_without_a_mission_the_robots_are_only_watched(robots, runner):
     robots("1")
     (*_, status) = runner(1, mission=None).events_until("status")
     assert (status["robot"], status["goals_reached"], status["goal_map"]) == ("Srobot1", 0, None)
@@ -223,7 +223,7 @@ def operator() -> Iterator[Node]:
     rclpy.shutdown()
 
 
-def test_the_commander_drives_a_robot_and_says_how_it_goes(robots: Robots) -> None:
+def test_the_commander_drives_a_robot_and_says_how_it_goes(robots):
     robots("2")
     result = commander("Srobot2")
     assert result.returncode == 0, result.stderr
@@ -232,7 +232,7 @@ def test_the_commander_drives_a_robot_and_says_how_it_goes(robots: Robots) -> No
     assert result.stdout.index("shipping: reached") < result.stdout.index("home: reached")
 
 
-def test_the_commander_drives_to_one_goal(robots: Robots) -> None:
+def test_the_commander_drives_to_one_goal(robots):
     robots("1")
     result = commander("--all", "--goal", "1.5", "-2", "0")
     assert result.returncode == 0, result.stderr
@@ -240,7 +240,7 @@ def test_the_commander_drives_to_one_goal(robots: Robots) -> None:
 
 
 @pytest.mark.parametrize("code", [COMMANDER, CHANGES_EXCEPTIONS + COMMANDER])
-def test_ctrl_c_ends_a_mission(robots: Robots, operator: Node, code: str) -> None:
+def test_ctrl_c_ends_a_mission(robots, operator, code):
     """The cancelled goal counted as failed, and was sent again: the robot drove on."""
     robots("1")
     process = start_commander("Srobot1", code=code)
@@ -261,7 +261,7 @@ def test_ctrl_c_ends_a_mission(robots: Robots, operator: Node, code: str) -> Non
     assert math.isnan(goals[-1])
 
 
-def test_the_commander_notices_that_the_swarm_has_ended(robots: Robots, lock: DomainLock) -> None:
+def test_the_commander_notices_that_the_swarm_has_ended(robots, lock):
     robots("1", "--homes", "--mute", "Srobot1")
     process = start_commander("Srobot1")
     assert process.stdout is not None
@@ -275,7 +275,7 @@ def test_the_commander_notices_that_the_swarm_has_ended(robots: Robots, lock: Do
     assert process.returncode == 3
 
 
-def test_a_task_ends_with_the_swarm(robots: Robots, lock: DomainLock, operator: Node) -> None:
+def test_a_task_ends_with_the_swarm(robots, lock, operator):
     robots("1", "--mute", "Srobot1")
     robot = RobotCommander(operator, "Srobot1")
     while not robot.isReady():
@@ -290,7 +290,7 @@ def test_a_task_ends_with_the_swarm(robots: Robots, lock: DomainLock, operator: 
     assert (robot.getResult(), task.reason) == (TaskResult.FAILED, "the swarm has ended")
 
 
-def test_a_task_for_a_robot_that_is_not_there_fails(robots: Robots, operator: Node) -> None:
+def test_a_task_for_a_robot_that_is_not_there_fails(robots, operator):
     robots("1")
     robot = RobotCommander(operator, "Srobot7")
     task = robot.goToPose(pose_stamped(Pose(1.5, -2.0, 0.0), 0))
@@ -302,20 +302,18 @@ def test_a_task_for_a_robot_that_is_not_there_fails(robots: Robots, operator: No
     assert task.reason == "no robot 'Srobot7' is running; there are Srobot1"
 
 
-def test_without_a_swarm_nobody_is_waited_for(operator: Node) -> None:
+def test_without_a_swarm_nobody_is_waited_for(operator):
     with pytest.raises(NoSwarmError, match="no swarm is running in ROS domain"):
         RobotCommander(operator, "Srobot1").waitUntilNav2Active()
 
 
-def test_a_wait_for_a_robot_that_is_not_there_names_the_others(
-    robots: Robots, operator: Node
-) -> None:
+def test_a_wait_for_a_robot_that_is_not_there_names_the_others(robots, operator):
     robots("2")
     with pytest.raises(NotActiveError, match="no robot 'Srobot22' is running; there are Srobot1"):
         RobotCommander(operator, "Srobot22").waitUntilNav2Active(timeout=4.0)
 
 
-def test_a_robot_on_a_mission_is_left_alone_but_takes_a_goal(robots: Robots, runner: Any) -> None:
+def test_a_robot_on_a_mission_is_left_alone_but_takes_a_goal(robots, runner):
     robots("1")
     process = runner(1, goals_per_robot=None, laps=1000)  # not over before the end of the test
     events = process.events_until("reached")
@@ -333,7 +331,7 @@ def test_a_robot_on_a_mission_is_left_alone_but_takes_a_goal(robots: Robots, run
     assert sum(event["event"] == "sent" for event in events) == len(outcomes)
 
 
-def test_a_mission_is_seen_before_it_is_discovered(operator: Node) -> None:
+def test_a_mission_is_seen_before_it_is_discovered(operator):
     others = rclpy.Context()
     rclpy.init(context=others, domain_id=DOMAIN)
     node = rclpy.create_node("mission", context=others, enable_rosout=False)
@@ -346,7 +344,7 @@ def test_a_mission_is_seen_before_it_is_discovered(operator: Node) -> None:
         rclpy.shutdown(context=others)
 
 
-def test_a_robot_whose_mission_is_over_takes_another(robots: Robots, runner: Any) -> None:
+def test_a_robot_whose_mission_is_over_takes_another(robots, runner):
     robots("1")
     runner(1, goals_per_robot=1).events_until("done")
     again = commander("Srobot1")
@@ -355,9 +353,7 @@ def test_a_robot_whose_mission_is_over_takes_another(robots: Robots, runner: Any
 
 
 @pytest.mark.parametrize(("flags", "home"), [((), (1.0, 0.0)), (("--homes",), (1.0, 7.0))])
-def test_home_is_where_a_robot_was_started_if_it_knows(
-    robots: Robots, operator: Node, flags: tuple[str, ...], home: tuple[float, float]
-) -> None:
+def test_home_is_where_a_robot_was_started_if_it_knows(robots, operator, flags, home):
     robots("1", *flags)
     goals: list[tuple[float, float]] = []
     operator.create_subscription(
@@ -372,9 +368,7 @@ def test_home_is_where_a_robot_was_started_if_it_knows(
 
 
 @pytest.mark.parametrize("with_feedback", [True, False])
-def test_only_who_wants_feedback_gets_it(
-    robots: Robots, operator: Node, with_feedback: bool
-) -> None:
+def test_only_who_wants_feedback_gets_it(robots, operator, with_feedback):
     robots("1")
     robot = RobotCommander(operator, "Srobot1", with_feedback=with_feedback)
     deadline = time.monotonic() + 20.0
@@ -387,7 +381,7 @@ def test_only_who_wants_feedback_gets_it(
     assert (robot.getFeedback() is not None) == with_feedback
 
 
-def test_an_unknown_robot_lists_those_that_run(robots: Robots) -> None:
+def test_an_unknown_robot_lists_those_that_run(robots):
     robots("2")
     result = commander("Srobot7")
     assert result.returncode == 2
@@ -398,7 +392,7 @@ def test_an_unknown_robot_lists_those_that_run(robots: Robots) -> None:
     assert "did you mean the command spawn?" in misspelt.stderr
 
 
-def test_without_a_swarm_the_commander_says_so_within_seconds() -> None:
+def test_without_a_swarm_the_commander_says_so_within_seconds():
     start = time.monotonic()
     result = commander("Srobot1")
     assert result.returncode == 2

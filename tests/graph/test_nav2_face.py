@@ -1,7 +1,5 @@
 """Nav2's face: what its clients and the lifecycle tools ask for is there, or says no at once."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import shutil

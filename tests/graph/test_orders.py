@@ -1,7 +1,5 @@
 """Orders over a real ROS graph: processes of stations and couriers, and fake robots."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -52,7 +50,7 @@ class Party(Runner):
 
 
 @pytest.mark.usefixtures("robots")
-def test_four_robots_do_every_order_once_though_one_falls_silent(tmp_path: Path) -> None:
+def test_four_robots_do_every_order_once_though_one_falls_silent(tmp_path):
     (tmp_path / "orders.yaml").write_text(MISSION)
     stations = [Party(tmp_path, "station", i, station=n) for i, n in enumerate(STATIONS, 1)]
     couriers = [

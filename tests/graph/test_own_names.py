@@ -1,7 +1,5 @@
 """Robots with names of their own: Nav2's clients, words of the robots, newcomers, frames."""
 
-from __future__ import annotations
-
 import pytest
 from lifecycle_msgs.srv import GetState
 from rcl_interfaces.srv import GetParameters

@@ -3,7 +3,6 @@
 import dataclasses
 from pathlib import Path
 
-import pytest
 import yaml
 
 from swarm_bench.runs.episode import RunOptions, parameter_sections
@@ -24,7 +23,7 @@ FILE = {
 }
 
 
-def test_bench_and_graph_are_equal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bench_and_graph_are_equal(tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
     path = tmp_path / "params.yaml"
     tree = {name: {"ros__parameters": values} for name, values in FILE.items()}
@@ -40,7 +39,7 @@ def test_bench_and_graph_are_equal(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert graph.conditions["/Srobot2/navigator controller.plugin"] == HERE + "Pursuit"
 
 
-def test_a_policy_drives_the_same_way_on_bench_and_graph(tmp_path: Path) -> None:
+def test_a_policy_drives_the_same_way_on_bench_and_graph(tmp_path):
     path = save_policy(tmp_path / "policy.onnx")
     scenario = dataclasses.replace(load_scenario("circle"), time_limit={3: 12.0})
     options = RunOptions(scenario=scenario, robots=3, method=path)

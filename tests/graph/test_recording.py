@@ -1,7 +1,5 @@
 """Recordings and RViz configurations against a swarm that runs."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
@@ -115,7 +113,7 @@ def read_with_rosbags(path: Path) -> Heard:
     return found
 
 
-def test_a_bag_holds_what_was_published(swarm: Swarm, recorder: Process, tmp_path: Path) -> None:
+def test_a_bag_holds_what_was_published(swarm, recorder, tmp_path):
     heard, subscriptions = listen(swarm.node, swarm.names)
     recorder.wait_for("recording")
     swarm.spin(2.0)  # until everybody has found everybody
@@ -143,9 +141,7 @@ def test_a_bag_holds_what_was_published(swarm: Swarm, recorder: Process, tmp_pat
     assert len(found["/Srobot2/robot_description"]) == len(found["/map"]) == 1
 
 
-def test_messages_that_a_recorder_missed_are_counted(
-    swarm: Swarm, recorder: Process, tmp_path: Path
-) -> None:
+def test_messages_that_a_recorder_missed_are_counted(swarm, recorder, tmp_path):
     """One that was stopped for a while had a gap without a word."""
     flood = swarm.node.create_publisher(RobotStatus, "/Srobot1/status", 10)
     recorder.wait_for("recording")
@@ -166,9 +162,7 @@ def test_messages_that_a_recorder_missed_are_counted(
         assert bag.lost == ended["lost"]
 
 
-def test_a_run_is_recorded_from_the_middle_and_told_of_as_rosbag2_does(
-    swarm: Swarm, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_is_recorded_from_the_middle_and_told_of_as_rosbag2_does(swarm, tmp_path, capsys):
     folder = tmp_path / "bag"
     words = ("bag", "record", "--output", str(folder), "odom", "status")
     environ = os.environ | {"ROS_DOMAIN_ID": str(swarm.domain)}
@@ -202,7 +196,7 @@ def test_a_run_is_recorded_from_the_middle_and_told_of_as_rosbag2_does(
     assert any(row in line for line in lines)
 
 
-def test_the_clock_is_fine_while_somebody_listens_and_odometry_has_variances(swarm: Swarm) -> None:
+def test_the_clock_is_fine_while_somebody_listens_and_odometry_has_variances(swarm):
     stamps: list[float] = []
     odometry: list[Odometry] = []
 
@@ -232,7 +226,7 @@ def test_the_clock_is_fine_while_somebody_listens_and_odometry_has_variances(swa
         swarm.node.destroy_subscription(subscription)
 
 
-def test_a_subscription_of_default_quality_gets_scans(swarm: Swarm) -> None:
+def test_a_subscription_of_default_quality_gets_scans(swarm):
     """Scans were best effort: it got none, and rclpy's default is reliable."""
     scans: list[LaserScan] = []
     subscription = swarm.node.create_subscription(LaserScan, "/Srobot1/scan", scans.append, 10)
@@ -240,7 +234,7 @@ def test_a_subscription_of_default_quality_gets_scans(swarm: Swarm) -> None:
     swarm.node.destroy_subscription(subscription)
 
 
-def test_the_delay_by_the_simulations_clock_is_short(swarm: Swarm) -> None:
+def test_the_delay_by_the_simulations_clock_is_short(swarm):
     """By the wall clock, as without the option, the messages are as old as the epoch."""
     words = ("topic", "delay", "--use-sim-time", "/Srobot1/odom")
     environ = os.environ | {"ROS_DOMAIN_ID": str(swarm.domain)}
@@ -253,9 +247,7 @@ def test_the_delay_by_the_simulations_clock_is_short(swarm: Swarm) -> None:
     assert abs(float(line.removeprefix("average delay: "))) < 5.0
 
 
-def test_fields_are_read_by_the_schemas_of_the_bag(
-    swarm: Swarm, recorder: Process, tmp_path: Path
-) -> None:
+def test_fields_are_read_by_the_schemas_of_the_bag(swarm, recorder, tmp_path):
     recorder.wait_for("recording")
     swarm.spin(2.0)
     recorder.end()
@@ -272,7 +264,7 @@ def test_fields_are_read_by_the_schemas_of_the_bag(
     assert compared > 10
 
 
-def test_kill_9_leaves_a_readable_bag(swarm: Swarm, recorder: Process, tmp_path: Path) -> None:
+def test_kill_9_leaves_a_readable_bag(swarm, recorder, tmp_path):
     recorder.wait_for("recording")
     swarm.spin(4.0)
     os.kill(recorder.popen.pid, signal.SIGKILL)
@@ -286,7 +278,7 @@ def test_kill_9_leaves_a_readable_bag(swarm: Swarm, recorder: Process, tmp_path:
     bag.close()
 
 
-def test_a_bag_is_played_on_the_graph(swarm: Swarm, recorder: Process, tmp_path: Path) -> None:
+def test_a_bag_is_played_on_the_graph(swarm, recorder, tmp_path):
     recorder.wait_for("recording")
     swarm.spin(2.5)
     recorder.end()
@@ -333,7 +325,7 @@ def graph_types(swarm: Swarm) -> dict[str, list[str]]:
     return dict(swarm.node.get_topic_names_and_types())
 
 
-def test_the_table_of_topics_is_that_of_the_graph(swarm: Swarm) -> None:
+def test_the_table_of_topics_is_that_of_the_graph(swarm):
     wanted = [topic for topic in all_topics(swarm.names) if not topic.is_optional]
     swarm.spin_until(lambda: {t.name for t in wanted} <= graph_types(swarm).keys())
     for topic in wanted:
@@ -353,7 +345,7 @@ def test_the_table_of_topics_is_that_of_the_graph(swarm: Swarm) -> None:
 
 
 @pytest.mark.parametrize("window", ["Srobot1", "Srobot2", "swarm", "merged"])
-def test_rviz_shows_what_is_there(swarm: Swarm, window: str) -> None:
+def test_rviz_shows_what_is_there(swarm, window):
     wanted = named_topics(layouts("rviz", swarm.names)[window])
     assert len(wanted) >= 10
     swarm.spin_until(lambda: {t.name for t in wanted} <= graph_types(swarm).keys())

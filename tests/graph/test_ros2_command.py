@@ -52,7 +52,7 @@ class Ros2:
         return out
 
 
-def test_topic_list_shows_names_and_types_within_two_seconds(ros2: Ros2) -> None:
+def test_topic_list_shows_names_and_types_within_two_seconds(ros2):
     took = math.inf
     for _ in range(3):  # the machine may be busy with something else
         start = time.monotonic()
@@ -67,41 +67,41 @@ def test_topic_list_shows_names_and_types_within_two_seconds(ros2: Ros2) -> None
     assert not any("_action" in line for line in lines)
 
 
-def test_topic_info_counts_both_sides(ros2: Ros2) -> None:
+def test_topic_info_counts_both_sides(ros2):
     expected = "Type: std_msgs/msg/String\nPublisher count: 0\nSubscription count: 1\n"
     assert ros2("topic", "info", "/Srobot1/say") == expected
 
 
-def test_topic_info_verbose_shows_the_quality_of_service(ros2: Ros2) -> None:
+def test_topic_info_verbose_shows_the_quality_of_service(ros2):
     text = ros2("topic", "info", "-v", "/Srobot1/scan")
     assert "Node name: sample\nNode namespace: /Srobot1\n" in text
     assert "Topic type hash: RIHS01_" in text
     assert "  Reliability: BEST_EFFORT\n" in text
 
 
-def test_topic_type_and_find(ros2: Ros2) -> None:
+def test_topic_type_and_find(ros2):
     assert ros2("topic", "type", "/Srobot1/odom") == "nav_msgs/msg/Odometry\n"
     assert ros2("topic", "find", "nav_msgs/msg/Odometry") == "/Srobot1/odom\n"
 
 
-def test_found_topics_and_services_are_counted(ros2: Ros2) -> None:
+def test_found_topics_and_services_are_counted(ros2):
     assert ros2("topic", "find", "-c", "nav_msgs/msg/Odometry") == "1\n"
     assert ros2("service", "find", "-c", "std_srvs/srv/SetBool") == "1\n"
 
 
-def test_options_of_ros2cli_that_mean_nothing_here_are_taken(ros2: Ros2) -> None:
+def test_options_of_ros2cli_that_mean_nothing_here_are_taken(ros2):
     common = ("--no-daemon", "--spin-time", "2", "--use-sim-time")
     assert "/Srobot1/odom" in ros2("topic", "list", *common).splitlines()
     assert ros2("node", "list", "-s", "--no-daemon") == f"{NODE}\n"
     assert "max_vel_x" in ros2("param", "list", NODE, "--include-hidden-nodes", *common)
 
 
-def test_unknown_topic_is_an_error(ros2: Ros2) -> None:
+def test_unknown_topic_is_an_error(ros2):
     ros2("topic", "info", "/nowhere", code=1)
     assert ros2.err == "Unknown topic '/nowhere'\n"
 
 
-def test_echo_once_prints_one_message(ros2: Ros2) -> None:
+def test_echo_once_prints_one_message(ros2):
     text = ros2("topic", "echo", "--once", "/Srobot1/odom")
     assert text.startswith("header:\n  stamp:\n    sec: 0\n    nanosec: 0\n  frame_id: ''\n")
     assert text.endswith("---\n")
@@ -109,7 +109,7 @@ def test_echo_once_prints_one_message(ros2: Ros2) -> None:
     assert "      x: 1.5\n" in text
 
 
-def test_echo_of_a_field(ros2: Ros2) -> None:
+def test_echo_of_a_field(ros2):
     text = ros2("topic", "echo", "--once", "/Srobot1/odom", "--field", "pose.pose.position")
     assert text == "x: 1.5\ny: 0.0\nz: 0.0\n---\n"
     assert ros2("topic", "echo", "--once", "/Srobot1/odom", "--field", "pose.pose.position.x") == (
@@ -117,22 +117,22 @@ def test_echo_of_a_field(ros2: Ros2) -> None:
     )
 
 
-def test_echo_adapts_to_best_effort_and_abbreviates_arrays(ros2: Ros2) -> None:
+def test_echo_adapts_to_best_effort_and_abbreviates_arrays(ros2):
     text = ros2("topic", "echo", "--once", "/Srobot1/scan", "--no-arr")
     assert "ranges: '<sequence type: float, length: 360>'\n" in text
 
 
-def test_echo_truncates_long_arrays(ros2: Ros2) -> None:
+def test_echo_truncates_long_arrays(ros2):
     text = ros2("topic", "echo", "--once", "/Srobot1/scan", "--field", "ranges")
     assert text.count("0.5") == 128
     assert "..." in text
 
 
-def test_echo_hears_what_was_published_before(ros2: Ros2) -> None:
+def test_echo_hears_what_was_published_before(ros2):
     assert ros2("topic", "echo", "--once", "/Srobot1/description") == "data: a robot\n---\n"
 
 
-def test_echo_of_a_type_that_is_not_installed(ros2: Ros2) -> None:
+def test_echo_of_a_type_that_is_not_installed(ros2):
     ros2("topic", "echo", "--once", "/Srobot1/odom", "no_msgs/msg/Nothing", code=1)
     assert "'no_msgs/msg/Nothing' is not installed here" in ros2.err
 
@@ -148,7 +148,7 @@ def measure(verb: str, topic: str, count: int) -> list[str]:
     return lines
 
 
-def test_bw_measures_the_bandwidth() -> None:
+def test_bw_measures_the_bandwidth():
     lines = measure("bw", "/Srobot1/scan", 3)
     assert lines[0] == "Subscribed to [/Srobot1/scan]\n"
     assert re.fullmatch(r"[\d.]+ KB/s from \d+ messages\n", lines[1])
@@ -156,14 +156,14 @@ def test_bw_measures_the_bandwidth() -> None:
     assert re.fullmatch(rf"\tMessage size mean: {size} min: {size} max: {size}\n", lines[2])
 
 
-def test_delay_measures_the_age_of_messages() -> None:
+def test_delay_measures_the_age_of_messages():
     lines = measure("delay", "/Srobot1/odom", 2)
     age = float(lines[0].removeprefix("average delay: "))
     assert abs(age - time.time()) < 100.0  # the sample's stamps are 0
     assert re.fullmatch(r"\tmin: [\d.]+s max: [\d.]+s std dev: [\d.]+s window: \d+\n", lines[1])
 
 
-def test_hz_measures_the_rate() -> None:
+def test_hz_measures_the_rate():
     lines = measure("hz", "/Srobot1/scan", 4)
     rate = float(lines[2].removeprefix("average rate: "))
     assert 5.0 < rate < 26.0  # 20, less on a busy machine
@@ -171,7 +171,7 @@ def test_hz_measures_the_rate() -> None:
     assert "window: " in lines[3]
 
 
-def test_pub_reaches_the_node(ros2: Ros2) -> None:
+def test_pub_reaches_the_node(ros2):
     command = [
         sys.executable,
         "-m",
@@ -193,25 +193,25 @@ def test_pub_reaches_the_node(ros2: Ros2) -> None:
     assert out == "data: hello\n---\n"
 
 
-def test_pub_refuses_an_unknown_field(ros2: Ros2) -> None:
+def test_pub_refuses_an_unknown_field(ros2):
     ros2("topic", "pub", "--once", "/x", "std_msgs/msg/String", "{dat: a}", code=1)
     assert "'String' has no field 'dat'; it has data" in ros2.err
 
 
-def test_pub_waits_for_listeners_no_longer_than_it_is_told(ros2: Ros2) -> None:
+def test_pub_waits_for_listeners_no_longer_than_it_is_told(ros2):
     words = ("--once", "--max-wait-time-secs", "0.3", "--node-name", "speaker")
     ros2("topic", "pub", *words, "/nobody_hears", "std_msgs/msg/String", code=1)
     assert "Expected 1 subscribers but only got 0" in ros2.err
 
 
-def test_values_come_from_standard_input(ros2: Ros2, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_values_come_from_standard_input(ros2, monkeypatch):
     monkeypatch.setattr(sys, "stdin", io.StringIO("data: true\n"))
     text = ros2("service", "call", "/Srobot1/switch", "std_srvs/srv/SetBool", "--stdin")
     assert "SetBool_Request(data=True)" in text
     assert "SUCCEEDED" in ros2("action", "send_goal", "/Srobot1/wait", "nav2_msgs/action/Wait")
 
 
-def test_node_list_and_info(ros2: Ros2) -> None:
+def test_node_list_and_info(ros2):
     assert ros2("node", "list") == f"{NODE}\n"
     text = ros2("node", "info", NODE)
     assert text.startswith(f"{NODE}\n  Subscribers:\n    /Srobot1/say: std_msgs/msg/String\n")
@@ -219,12 +219,12 @@ def test_node_list_and_info(ros2: Ros2) -> None:
     assert "  Action Servers:\n    /Srobot1/wait: nav2_msgs/action/Wait\n" in text
 
 
-def test_unknown_node_is_an_error(ros2: Ros2) -> None:
+def test_unknown_node_is_an_error(ros2):
     ros2("node", "info", "/nobody", code=1)
     assert ros2.err == "Unable to find node '/nobody'\n"
 
 
-def test_service_list_and_call(ros2: Ros2) -> None:
+def test_service_list_and_call(ros2):
     assert "/Srobot1/switch [std_srvs/srv/SetBool]\n" in ros2("service", "list", "-t")
     text = ros2("service", "call", "/Srobot1/switch", "std_srvs/srv/SetBool", "{data: true}")
     assert "requester: making request: std_srvs.srv.SetBool_Request(data=True)\n\n" in text
@@ -232,25 +232,25 @@ def test_service_list_and_call(ros2: Ros2) -> None:
     assert f"response:\n{expected}\n" in text
 
 
-def test_service_info_counts_both_sides(ros2: Ros2) -> None:
+def test_service_info_counts_both_sides(ros2):
     expected = "Type: std_srvs/srv/SetBool\nClients count: 0\nServices count: 1\n"
     assert ros2("service", "info", "/Srobot1/switch") == expected
     ros2("service", "info", "/nowhere", code=1)
     assert ros2.err == "Unknown service '/nowhere'\n"
 
 
-def test_service_type_and_find(ros2: Ros2) -> None:
+def test_service_type_and_find(ros2):
     assert ros2("service", "type", "/Srobot1/switch") == "std_srvs/srv/SetBool\n"
     assert ros2("service", "find", "std_srvs/srv/SetBool") == "/Srobot1/switch\n"
 
 
-def test_action_type_and_info(ros2: Ros2) -> None:
+def test_action_type_and_info(ros2):
     assert ros2("action", "type", "/Srobot1/wait") == "nav2_msgs/action/Wait\n"
     expected = f"Action: /Srobot1/wait\nAction clients: 0\nAction servers: 1\n    {NODE}\n"
     assert ros2("action", "info", "/Srobot1/wait") == expected
 
 
-def test_action_list_and_send_goal_with_feedback(ros2: Ros2) -> None:
+def test_action_list_and_send_goal_with_feedback(ros2):
     assert ros2("action", "list", "-t") == "/Srobot1/wait [nav2_msgs/action/Wait]\n"
     goal = ("/Srobot1/wait", "nav2_msgs/action/Wait", "{time: {sec: 1}}")
     text = ros2("action", "send_goal", "--feedback", *goal)
@@ -266,7 +266,7 @@ def test_action_list_and_send_goal_with_feedback(ros2: Ros2) -> None:
     assert "Feedback:\n    time_left:\n" in text
 
 
-def test_param_list_get_set(ros2: Ros2) -> None:
+def test_param_list_get_set(ros2):
     assert "  max_vel_x\n" in ros2("param", "list", NODE)
     assert ros2("param", "set", NODE, "max_vel_x", "0.15") == "Set parameter successful\n"
     assert ros2("param", "get", NODE, "max_vel_x") == "Double value is: 0.15\n"
@@ -276,7 +276,7 @@ def test_param_list_get_set(ros2: Ros2) -> None:
     assert "max_vel_x" not in ros2("param", "list", NODE, "--param-prefixes", "qos_overrides")
 
 
-def test_param_describe_load_and_delete(ros2: Ros2, tmp_path: Path) -> None:
+def test_param_describe_load_and_delete(ros2, tmp_path):
     expected = "Parameter name: max_vel_x\n  Type: double\n  Constraints:\n"
     assert ros2("param", "describe", NODE, "max_vel_x") == expected
     file = tmp_path / "params.yaml"
@@ -291,34 +291,34 @@ def test_param_describe_load_and_delete(ros2: Ros2, tmp_path: Path) -> None:
     assert "Deleting parameter failed" in ros2.err  # rclpy: it is statically typed
 
 
-def test_a_parameter_that_is_not_there_is_not_described(ros2: Ros2) -> None:
+def test_a_parameter_that_is_not_there_is_not_described(ros2):
     ros2("param", "describe", NODE, "max_vel", code=1)
     assert "unknown parameter 'max_vel'" in ros2.err
 
 
-def test_refused_parameter_gives_the_reason(ros2: Ros2) -> None:
+def test_refused_parameter_gives_the_reason(ros2):
     ros2("param", "set", NODE, "max_vel_x", "-1.0", code=1)
     assert ros2.err == "Setting parameter failed: max_vel_x must not be negative\n"
 
 
-def test_a_parameter_that_is_not_there_is_named(ros2: Ros2) -> None:
+def test_a_parameter_that_is_not_there_is_named(ros2):
     ros2("param", "set", NODE, "max_vel", "0.1", code=1)
     assert "unknown parameter 'max_vel' in /Srobot1/sample; did you mean 'max_vel_x'?" in ros2.err
 
 
-def test_an_integer_for_a_double_is_said_how_to_write(ros2: Ros2) -> None:
+def test_an_integer_for_a_double_is_said_how_to_write(ros2):
     ros2("param", "set", NODE, "max_vel_x", "99", code=1)
     assert ros2.err == "Setting parameter failed: max_vel_x is a double; write 99.0\n"
 
 
-def test_a_node_that_is_not_there_lists_those_that_are(ros2: Ros2) -> None:
+def test_a_node_that_is_not_there_lists_those_that_are(ros2):
     ros2("param", "get", "/Srobot22/navigator", "max_vel_x", code=1)
     assert ros2.err == "Node not found: /Srobot22/navigator; there are Srobot1\n"
     ros2("param", "get", "/Srobot1/navigator", "max_vel_x", code=1)
     assert ros2.err == "Node not found: /Srobot1/navigator; there are /Srobot1/sample\n"
 
 
-def test_interface_show_expands_nested_types(ros2: Ros2) -> None:
+def test_interface_show_expands_nested_types(ros2):
     text = ros2("interface", "show", "geometry_msgs/msg/PoseStamped", "--no-comments")
     assert text.splitlines()[:4] == [
         "std_msgs/Header header",
@@ -328,7 +328,7 @@ def test_interface_show_expands_nested_types(ros2: Ros2) -> None:
     ]
 
 
-def test_interface_packages_package_and_proto(ros2: Ros2) -> None:
+def test_interface_packages_package_and_proto(ros2):
     packages = ros2("interface", "packages").splitlines()
     assert {"std_msgs", "nav2_msgs", "simulation_interfaces"} <= set(packages)
     assert "nav2_msgs" in ros2("interface", "packages", "-a").splitlines()
@@ -346,7 +346,7 @@ def program(*words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=own_path(), capture_output=True, text=True, check=False)
 
 
-def test_run_launch_and_doctor_become_the_program_that_is_meant() -> None:
+def test_run_launch_and_doctor_become_the_program_that_is_meant():
     assert "--swarm-size" in program("run", "swarm_commander", "swarm_up", "--help").stdout
     assert program("run", "swarm_commander", "nothing").stderr == "No executable found\n"
     assert program("run", "no_package", "nothing").stderr == "Package 'no_package' not found\n"
@@ -357,7 +357,7 @@ def test_run_launch_and_doctor_become_the_program_that_is_meant() -> None:
     assert "usage" in program("doctor", "--help").stdout.lower()
 
 
-def test_real_ros2_is_preferred(tmp_path: Path) -> None:
+def test_real_ros2_is_preferred(tmp_path):
     real = tmp_path / "ros2"
     real.write_text("#!/bin/sh\necho real $*\necho ${LD_LIBRARY_PATH:-none}\n")
     real.chmod(0o755)

@@ -91,7 +91,7 @@ def read_until(descriptor: int, sign: bytes) -> bytes:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_gives_the_robot_back(robot: Robot, number: int) -> None:
+def test_a_signal_gives_the_robot_back(robot, number):
     process = drive(robot, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     assert process.stdout is not None
     read_until(process.stdout.fileno(), b"Srobot1 is yours")
@@ -102,7 +102,7 @@ def test_a_signal_gives_the_robot_back(robot: Robot, number: int) -> None:
     assert process.returncode == 0
 
 
-def test_a_closed_terminal_gives_the_robot_back(robot: Robot) -> None:
+def test_a_closed_terminal_gives_the_robot_back(robot):
     outer, inner = pty.openpty()
     process = drive(
         robot, stdin=inner, stdout=inner, stderr=subprocess.DEVNULL, start_new_session=True
@@ -114,7 +114,7 @@ def test_a_closed_terminal_gives_the_robot_back(robot: Robot) -> None:
     assert robot.is_given_back.is_set()
 
 
-def test_the_end_of_the_swarm_ends_it(robot: Robot) -> None:
+def test_the_end_of_the_swarm_ends_it(robot):
     with drive(
         robot, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:

@@ -1,7 +1,5 @@
 """Five robots that a fleet control drives over MQTT: a mission, bad input, a robot killed."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import math
@@ -156,7 +154,7 @@ def round_the_corner(state: dict[str, Any]) -> Any:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not HAS_BROKER, reason="mosquitto is not installed")
-def test_a_fleet_control_drives_the_swarm(swarm: tuple[Listener, int, Any, Any]) -> None:
+def test_a_fleet_control_drives_the_swarm(swarm):
     listener, port, start, up = swarm
     sites = str(ROOT / "worlds" / WORLD / "sites.yaml")
     example = (sys.executable, str(ROOT / "examples" / "fleet_control.py"), sites, str(port))

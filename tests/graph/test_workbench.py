@@ -1,7 +1,5 @@
 """Swarms of real processes from Python: goals, two in one program, and ends that leave nothing."""
 
-from __future__ import annotations
-
 import math
 import signal
 import subprocess

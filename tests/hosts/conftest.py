@@ -1,7 +1,5 @@
 """Hosts are network namespaces; without the right to make some, these tests are skipped."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable, Iterator

@@ -1,10 +1,7 @@
 """The link to a host is lost, for some seconds or for good."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
@@ -27,7 +24,7 @@ def running(start_hosts: StartHosts, *flags: str) -> HostSwarm:
     return swarm
 
 
-def test_five_seconds_without_link_change_nothing(start_hosts: StartHosts) -> None:
+def test_five_seconds_without_link_change_nothing(start_hosts):
     """The world waits: no simulated time passes, so the run is the one without the loss."""
     swarm = running(start_hosts, "--speed", "3")
     swarm.net.set_link(2, "down")
@@ -46,9 +43,7 @@ def test_five_seconds_without_link_change_nothing(start_hosts: StartHosts) -> No
     swarm.assert_nothing_is_left()
 
 
-def test_after_the_wall_limit_the_others_go_on_and_the_lost_rejoin(
-    start_hosts: StartHosts, tmp_path: Path
-) -> None:
+def test_after_the_wall_limit_the_others_go_on_and_the_lost_rejoin(start_hosts, tmp_path):
     params = tmp_path / "params.yaml"
     params.write_text("/world: {ros__parameters: {wall_limit: 11.0}}", encoding="utf-8")
     swarm = running(start_hosts, "--speed", "3", "--params", str(params))
@@ -63,7 +58,7 @@ def test_after_the_wall_limit_the_others_go_on_and_the_lost_rejoin(
     swarm.assert_nothing_is_left()
 
 
-def test_lost_for_good(start_hosts: StartHosts) -> None:
+def test_lost_for_good(start_hosts):
     swarm = running(start_hosts)
     swarm.net.set_link(2, "down")
     assert [swarm.exit_code(host, 300.0) for host in (1, 2, 3)] == [3, 3, 0]

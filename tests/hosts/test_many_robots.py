@@ -1,7 +1,5 @@
 """More robots than every DDS participant may know of: hubs, with the robots on other hosts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest
@@ -15,7 +13,7 @@ StartHosts = Callable[[int], HostSwarm]
 
 @pytest.mark.long
 @pytest.mark.timeout(1500)
-def test_forty_robots_on_two_hosts(start_hosts: StartHosts) -> None:
+def test_forty_robots_on_two_hosts(start_hosts):
     swarm = start_hosts(3)
     flags = ("--mission", "loading_route", "--speed", "max", "--duration", "12")
     swarm.start_world("--swarm-size", "40", *flags)

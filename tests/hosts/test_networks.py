@@ -1,7 +1,5 @@
 """Networks as they are: packets get lost, overtake each other, and are slow."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Iterator
@@ -38,7 +36,7 @@ def run(swarm: HostSwarm, **quality: float) -> tuple[float, str]:
     return report["real_time_factor"], report["trajectory_sha256"]
 
 
-def test_loss_and_overtaking_change_the_time_on_the_wall_only(swarm: HostSwarm) -> None:
+def test_loss_and_overtaking_change_the_time_on_the_wall_only(swarm):
     """At b11a34e, 1 % of loss cost nine tenths of the speed, 5 ± 2 ms six sevenths."""
     speed, same = run(swarm)
     lossy, trajectories = run(swarm, loss=0.01)
@@ -60,9 +58,7 @@ def test_loss_and_overtaking_change_the_time_on_the_wall_only(swarm: HostSwarm) 
         ({"loss": 1.0, "from": 2}, 2, "no world answers at"),
     ],
 )
-def test_a_hole_in_the_network_gets_a_hint(
-    swarm: HostSwarm, quality: dict[str, float], host: int, words: str
-) -> None:
+def test_a_hole_in_the_network_gets_a_hint(swarm, quality, host, words):
     swarm.start_world(*FLAGS)
     swarm.wait_for(1, "the world is up", START)
     swarm.net.set_quality(**quality)

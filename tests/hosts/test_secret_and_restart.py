@@ -1,9 +1,6 @@
 """Who is given robots: only who knows the secret, and only in the run that goes on."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from pathlib import Path
 
 import psutil
 import pytest
@@ -17,7 +14,7 @@ StartHosts = Callable[[int], HostSwarm]
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_without_the_secret_nobody_is_given_robots(start_hosts: StartHosts) -> None:
+def test_without_the_secret_nobody_is_given_robots(start_hosts):
     swarm = start_hosts(2)
     swarm.start_world("--swarm-size", "1", "--duration", "3", "--speed", "max")
     swarm.wait_for(1, f"SWARM_SECRET={SECRET} swarm-up --role robots --robots 1-1", START)
@@ -42,9 +39,7 @@ def test_without_the_secret_nobody_is_given_robots(start_hosts: StartHosts) -> N
 
 @pytest.mark.long
 @pytest.mark.timeout(1200)
-def test_a_world_that_crashed_is_started_again_at_once(
-    start_hosts: StartHosts, tmp_path: Path
-) -> None:
+def test_a_world_that_crashed_is_started_again_at_once(start_hosts, tmp_path):
     """Its old robots' host is still there when the new run begins, and a new one comes."""
     swarm = start_hosts(3)
     flags = ("--swarm-size", "2", "--mission", "loading_route", "--goals-per-robot", "1")

@@ -1,9 +1,6 @@
 """World and robots on two hosts: the same run as on one, and one clear error if they disagree."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
@@ -17,7 +14,7 @@ StartHosts = Callable[[int], HostSwarm]
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_a_run_on_two_hosts_and_a_host_that_asks_for_other_robots(start_hosts: StartHosts) -> None:
+def test_a_run_on_two_hosts_and_a_host_that_asks_for_other_robots(start_hosts):
     """One start for several questions: each takes seconds of imports."""
     swarm = start_hosts(2)
     flags = ("--swarm-size", "2", "--seed", "3", "--duration", "6", "--speed", "max")
@@ -54,7 +51,7 @@ def test_a_run_on_two_hosts_and_a_host_that_asks_for_other_robots(start_hosts: S
         (("--swarm-size", "5"), "--swarm-size is 5 here, but 1 on the world's host"),
     ],
 )
-def test_hosts_that_disagree(start_hosts: StartHosts, flags: tuple[str, ...], words: str) -> None:
+def test_hosts_that_disagree(start_hosts, flags, words):
     swarm = start_hosts(2)
     swarm.start_world("--swarm-size", "1")
     swarm.wait_for(1, "the world is up", START)
@@ -68,9 +65,7 @@ def test_hosts_that_disagree(start_hosts: StartHosts, flags: tuple[str, ...], wo
 
 @pytest.mark.long
 @pytest.mark.timeout(1200)
-def test_a_refused_parameter_is_named_in_the_file_of_the_worlds_host(
-    start_hosts: StartHosts, tmp_path: Path
-) -> None:
+def test_a_refused_parameter_is_named_in_the_file_of_the_worlds_host(start_hosts, tmp_path):
     params = tmp_path / "mine.yaml"
     params.write_text("/**:\n  ros__parameters: {vx_samples: 1}\n", encoding="utf-8")
     swarm = start_hosts(2)
@@ -87,7 +82,7 @@ def test_a_refused_parameter_is_named_in_the_file_of_the_worlds_host(
 
 @pytest.mark.long
 @pytest.mark.timeout(1200)
-def test_a_robot_has_one_host(start_hosts: StartHosts) -> None:
+def test_a_robot_has_one_host(start_hosts):
     swarm = start_hosts(3)
     swarm.start_world("--swarm-size", "3")
     swarm.start_robots(2, "1-2")
@@ -105,7 +100,7 @@ def test_a_robot_has_one_host(start_hosts: StartHosts) -> None:
 @pytest.mark.long
 @pytest.mark.timeout(1200)
 @pytest.mark.parametrize("side", [1, 2])
-def test_ctrl_c_on_one_side_ends_both(start_hosts: StartHosts, side: int) -> None:
+def test_ctrl_c_on_one_side_ends_both(start_hosts, side):
     swarm = start_hosts(2)
     swarm.start_world("--swarm-size", "2", "--mission", "loading_route", "--speed", "2")
     swarm.start_robots(2, "1-2")
@@ -119,7 +114,7 @@ def test_ctrl_c_on_one_side_ends_both(start_hosts: StartHosts, side: int) -> Non
 
 @pytest.mark.long
 @pytest.mark.timeout(1200)
-def test_a_mission_on_two_hosts_goes_as_on_one(start_hosts: StartHosts) -> None:
+def test_a_mission_on_two_hosts_goes_as_on_one(start_hosts):
     mission = ("--swarm-size", "4", "--mission", "loading_route", "--goals-per-robot", "2")
     swarm = start_hosts(3)
     swarm.start_world(*mission, "--until-done")
@@ -137,7 +132,7 @@ def test_a_mission_on_two_hosts_goes_as_on_one(start_hosts: StartHosts) -> None:
 
 @pytest.mark.long
 @pytest.mark.timeout(1200)
-def test_a_navigator_that_hangs_at_the_start_is_started_anew(start_hosts: StartHosts) -> None:
+def test_a_navigator_that_hangs_at_the_start_is_started_anew(start_hosts):
     swarm = start_hosts(2)
     swarm.start_world("--swarm-size", "3", "--duration", "6", "--speed", "max")
     swarm.wait_for(1, "the world is up", START)

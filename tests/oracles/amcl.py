@@ -1,7 +1,5 @@
 """Slow twins of the localisation kernels: one particle and one hit at a time."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

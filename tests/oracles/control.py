@@ -1,7 +1,5 @@
 """Slow twins of the controller's and the obstacle layer's kernels."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Slow twins of the distance-field kernels: every cell against every other, in plain Python."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

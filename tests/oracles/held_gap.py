@@ -1,7 +1,5 @@
 """Slow twin of swarm_bench.runs.invariant_kernels."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

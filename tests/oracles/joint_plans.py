@@ -1,7 +1,5 @@
 """The best joint plan on a small grid, by search over all joint places."""
 
-from __future__ import annotations
-
 import heapq
 import itertools
 from collections.abc import Sequence

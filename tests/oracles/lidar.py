@@ -1,7 +1,5 @@
 """Slow twin of the LiDAR kernels: every ray against every obstacle, in plain Python."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

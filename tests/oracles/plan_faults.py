@@ -1,7 +1,5 @@
 """What is wrong with the steps of a joint plan, by trying all groups of robots."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 

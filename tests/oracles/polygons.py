@@ -1,7 +1,5 @@
 """Slow twin of the polygon kernels: shapely."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from shapely.geometry import Polygon

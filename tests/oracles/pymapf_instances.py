@@ -1,7 +1,5 @@
 """Random instances that pymapf and we solve: `python -m tests.oracles.pymapf_instances 500`."""
 
-from __future__ import annotations
-
 import sys
 import warnings
 

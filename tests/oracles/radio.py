@@ -1,7 +1,5 @@
 """Slow twin of the radio: one message at a time, in plain Python."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Slow twin of the graph search: Dijkstra over an explicit table of edges."""
 
-from __future__ import annotations
-
 import heapq
 import itertools
 import math

@@ -1,7 +1,5 @@
 """Slow twins of entry control and of the single-lane passages."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

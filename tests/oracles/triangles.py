@@ -1,7 +1,5 @@
 """Slow twin of everything that a world shows: rays into its raw triangles, by trimesh."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

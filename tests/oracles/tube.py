@@ -1,7 +1,5 @@
 """Slow twin of the reservation rules G1..G5, one neighbour and one point at a time."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

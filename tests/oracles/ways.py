@@ -1,7 +1,5 @@
 """Shortest ways of a lone robot over a map, without lanes and without a planner of ours."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

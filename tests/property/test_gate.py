@@ -1,7 +1,5 @@
 """Property: a gate before a narrow region bounds who is inside, and keeps nobody out for good."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.fakes.aisle import HOMES, Census, party
@@ -10,7 +8,7 @@ CONTEST = 120.0  # [s] that the robots wait at least, all together
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_everybody_gets_through_a_gate_that_is_contested(seed: int) -> None:
+def test_everybody_gets_through_a_gate_that_is_contested(seed):
     census = Census()
     result = party(seed, holding__region_density=0.2).run(census.watch())  # half the usual room
     assert 0.1 * sum(census.waited.values()) > CONTEST

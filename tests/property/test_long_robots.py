@@ -1,8 +1,6 @@
 """Property: a robot twice as long as wide gets through passages narrower than its circle, and no
 pose that it takes puts its outline into a wall."""
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass
@@ -82,20 +80,14 @@ def drive(gap: Gap, start: Pose, goal: Pose, ticks: int = 1500) -> tuple[Squad, 
     start=st.tuples(st.floats(0.8, 2.2), st.floats(0.9, 4.1), st.floats(-3.1, 3.1)),
     goal=st.tuples(st.floats(6.8, 8.2), st.floats(0.9, 4.1), st.floats(-3.1, 3.1)),
 )
-def test_a_long_robot_passes_straight_and_touches_nothing(
-    middle: float,
-    width: float,
-    thickness: float,
-    start: tuple[float, float, float],
-    goal: tuple[float, float, float],
-) -> None:
+def test_a_long_robot_passes_straight_and_touches_nothing(middle, width, thickness, start, goal):
     squad, nearest = drive(Gap(middle, width, thickness), Pose(*start), Pose(*goal))
     assert nearest > 0.0
     assert [end.outcome for end in squad.ended(0)] == [Outcome.SUCCEEDED]
 
 
 @pytest.mark.parametrize("width", [0.4, 0.55])
-def test_a_gap_narrower_than_the_robot_is_no_way(width: float) -> None:
+def test_a_gap_narrower_than_the_robot_is_no_way(width):
     squad, nearest = drive(
         Gap(2.5, width, 0.5), Pose(1.5, 2.5, 0.0), Pose(7.5, 2.5, 0.0), ticks=600
     )
@@ -103,7 +95,7 @@ def test_a_gap_narrower_than_the_robot_is_no_way(width: float) -> None:
     assert nearest > 0.0
 
 
-def test_a_long_robot_that_starts_in_a_gap_backs_out_of_it() -> None:
+def test_a_long_robot_that_starts_in_a_gap_backs_out_of_it():
     squad, nearest = drive(Gap(2.5, 1.0, 2.0), Pose(4.4, 2.52, 0.03), Pose(1.5, 1.5, 0.0))
     assert nearest > 0.0
     assert [end.outcome for end in squad.ended(0)] == [Outcome.SUCCEEDED]

@@ -4,8 +4,6 @@ Whatever the radio loses or delays and whoever dies. Where nobody dies, all reac
 every two places of these maps are joined by ways around, so that there is room to make way.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass
@@ -112,7 +110,7 @@ def check_is_safe(result: RunResult) -> None:
 
 @settings(max_examples=5, **STEADY)
 @given(maps)
-def test_all_reach_all_goals_in_any_map(drawn: Map) -> None:
+def test_all_reach_all_goals_in_any_map(drawn):
     result = drawn.run()
     check_is_safe(result)
     assert result.is_flawless, (drawn, result)
@@ -120,7 +118,7 @@ def test_all_reach_all_goals_in_any_map(drawn: Map) -> None:
 
 @settings(max_examples=4, **STEADY)
 @given(deadly)
-def test_nobody_touches_anything_in_any_map_when_a_robot_dies(drawn: Map) -> None:
+def test_nobody_touches_anything_in_any_map_when_a_robot_dies(drawn):
     drawn.party.limit = 90.0
     check_is_safe(drawn.run())
 
@@ -129,7 +127,7 @@ def test_nobody_touches_anything_in_any_map_when_a_robot_dies(drawn: Map) -> Non
 @pytest.mark.timeout(7200)
 @settings(max_examples=200, **STEADY)
 @given(st.one_of(maps, deadly))
-def test_hundreds_of_maps(drawn: Map) -> None:
+def test_hundreds_of_maps(drawn):
     result = drawn.run()
     check_is_safe(result)
     assert result.is_flawless or drawn.death is not None, (drawn, result)

@@ -43,8 +43,8 @@ def make_plan(dispatch: str, capacity: int) -> OrderPlan:
     trouble=st.floats(0.0, 0.6),
 )
 def test_no_order_is_lost_and_none_is_done_twice(
-    seed: int, robots: int, loss: float, delay: float, dispatch: str, capacity: int, trouble: float
-) -> None:
+    seed, robots, loss, delay, dispatch, capacity, trouble
+):
     homes = {f"r{i}": Pose(float(i), -3.0, 0.0) for i in range(robots)}
     swarm = PointSwarm(
         make_plan(dispatch, capacity), STATIONS, homes, seed=seed, speed=1.0, loss=loss, delay=delay
@@ -77,7 +77,7 @@ def check_holders(swarm: PointSwarm) -> None:
         assert len(courier.bidder.held) <= 2
 
 
-def test_a_robot_with_goods_that_comes_back_does_not_deliver_twice() -> None:
+def test_a_robot_with_goods_that_comes_back_does_not_deliver_twice():
     stream = OrderStream(number=1, origins=("a",), targets=("b",), arrivals=Arrivals(listed=(0.0,)))
     homes = {"r1": Pose(0.0, -1.0, 0.0), "r2": Pose(0.0, -20.0, 0.0)}
     swarm = PointSwarm(OrderPlan(streams=(stream,)), STATIONS, homes, speed=0.5)

@@ -1,7 +1,5 @@
 """Property: whatever the radio does and whoever changes his mind, two held tubes keep apart."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
@@ -78,50 +76,50 @@ def keeps_apart(schedule: Schedule, config: NavConfig | None = None) -> None:
 
 @pytest.mark.parametrize("fate", FATES)
 @pytest.mark.parametrize("radio", RADIOS)
-def test_held_tubes_keep_apart(radio: str, fate: str) -> None:
+def test_held_tubes_keep_apart(radio, fate):
     keeps_apart(Schedule(4, **RADIOS[radio], **FATES[fate]))
 
 
 @pytest.mark.parametrize("schedule", FOUND)
-def test_held_tubes_keep_apart_where_they_once_did_not(schedule: Schedule) -> None:
+def test_held_tubes_keep_apart_where_they_once_did_not(schedule):
     keeps_apart(schedule)
 
 
 @settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow], **STEADY)
 @given(schedules)
-def test_held_tubes_keep_apart_in_any_schedule(schedule: Schedule) -> None:
+def test_held_tubes_keep_apart_in_any_schedule(schedule):
     keeps_apart(schedule)
 
 
 @settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow], **STEADY)
 @given(sick)
-def test_held_tubes_keep_apart_as_long_as_one_of_two_hears_the_other(schedule: Schedule) -> None:
+def test_held_tubes_keep_apart_as_long_as_one_of_two_hears_the_other(schedule):
     keeps_apart(schedule)
 
 
 @settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow], **STEADY)
 @given(schedules, st.integers(1, 6), st.sampled_from((0.1, 0.35, 0.8)), st.sampled_from((0.1, 0.4)))
 def test_held_tubes_keep_apart_with_other_lengths_and_confirmations(
-    schedule: Schedule, confirmations: int, held: float, wanted: float
-) -> None:
+    schedule, confirmations, held, wanted
+):
     traffic = TrafficConfig(confirmations=confirmations, held_length=held, wanted_length=wanted)
     keeps_apart(schedule, NavConfig(traffic=traffic))
 
 
 @settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow], **STEADY)
 @given(seeds, st.sampled_from((0.0, 0.3)))
-def test_without_yielding_and_whims_not_even_the_slack_is_used(seed: int, loss: float) -> None:
+def test_without_yielding_and_whims_not_even_the_slack_is_used(seed, loss):
     outcome = Crowd(Schedule(seed, loss=loss, whims=0.0)).run()
     assert outcome.excess >= -ROUNDING
 
 
 @pytest.mark.parametrize("radio", ["as it is", "lossy", "two ticks late"])
-def test_space_is_granted_all_the_same(radio: str) -> None:
+def test_space_is_granted_all_the_same(radio):
     granted = [Crowd(Schedule(seed, **RADIOS[radio])).run().granted for seed in range(3)]
     assert min(granted) > 200  # path points of 5 cm, in 40 s
 
 
-def test_equal_schedules_run_equally() -> None:
+def test_equal_schedules_run_equally():
     schedule = Schedule(5, loss=0.3, jitter=2, deafness=0.003, deaths=0.002)
     assert Crowd(schedule).run() == Crowd(schedule).run()
 
@@ -130,5 +128,5 @@ def test_equal_schedules_run_equally() -> None:
 @pytest.mark.timeout(3600)
 @settings(max_examples=3000, suppress_health_check=[HealthCheck.too_slow], **STEADY)
 @given(st.one_of(schedules, sick))
-def test_held_tubes_keep_apart_in_thousands_of_schedules(schedule: Schedule) -> None:
+def test_held_tubes_keep_apart_in_thousands_of_schedules(schedule):
     keeps_apart(schedule)

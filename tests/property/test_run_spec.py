@@ -1,7 +1,5 @@
 """A run is a value: what --print-spec prints of a command line, --spec reads as the same run."""
 
-from __future__ import annotations
-
 import typing
 from collections.abc import Mapping
 from pathlib import Path
@@ -50,14 +48,14 @@ def read_back(spec: RunSpec, folder: Path, *words: str) -> RunSpec:
 
 @settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(values=st.fixed_dictionaries({}, optional=FIELDS))
-def test_a_printed_run_is_the_same_run(values: dict[str, Any], tmp_path: Path) -> None:
+def test_a_printed_run_is_the_same_run(values, tmp_path):
     spec = RunSpec(**values)
     assert read_back(spec, tmp_path) == spec
 
 
 @settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(values=st.fixed_dictionaries({}, optional=FIELDS))
-def test_flags_say_what_fields_say(values: dict[str, Any], tmp_path: Path) -> None:
+def test_flags_say_what_fields_say(values, tmp_path):
     words, stated = list[str](), dict[str, Any]()
     for name, value in values.items():
         if name not in FLAGS or value is None:
@@ -73,7 +71,7 @@ def test_flags_say_what_fields_say(values: dict[str, Any], tmp_path: Path) -> No
     assert RunSpec(**stated_of(parser().make_context("up", words))) == spec
 
 
-def test_flags_beside_a_file_win(tmp_path: Path) -> None:
+def test_flags_beside_a_file_win(tmp_path):
     spec = read_back(RunSpec(world="hall_12", laps=3), tmp_path, "--laps", "2", "--viewer")
     assert spec == RunSpec(world="hall_12", laps=2, viewer=True)
 
@@ -87,12 +85,12 @@ def test_flags_beside_a_file_win(tmp_path: Path) -> None:
         ("speed: [1]", "speed is .*; expected"),
     ],
 )
-def test_a_wrong_file_is_refused_in_our_words(text: str, said: str, tmp_path: Path) -> None:
+def test_a_wrong_file_is_refused_in_our_words(text, said, tmp_path):
     (tmp_path / "run.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError, match=said):
         stated_of(parser().make_context("up", ["--spec", str(tmp_path / "run.yaml")]))
 
 
-def test_every_field_has_a_flag_or_is_for_files_and_programs() -> None:
+def test_every_field_has_a_flag_or_is_for_files_and_programs():
     assert set(RunSpec.__struct_fields__) - FLAGS.keys() == {"parameters", "external", "paused"}
     assert not msgspec.to_builtins(RunSpec())

@@ -3,8 +3,6 @@
 Robots drive anywhere, hang for a while and die; only their beacons and tables are real.
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Iterator
@@ -253,7 +251,7 @@ plans = st.builds(
 @given(plans)
 @example(HUNG[0])
 @example(HUNG[1])
-def test_who_died_is_remembered_and_who_was_seen_elsewhere_is_not(plan: Plan) -> None:
+def test_who_died_is_remembered_and_who_was_seen_elsewhere_is_not(plan):
     hall = Hall(plan)
     believes = Believes(hall)
     for tick in hall.run():

@@ -3,8 +3,6 @@
 Where nothing is the matter for good, everybody arrives as well.
 """
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
@@ -36,7 +34,7 @@ def is_safe(report: Report) -> bool:
 
 @settings(max_examples=6, **STEADY)
 @given(trials)
-def test_all_arrive_through_loss_delay_deafness_and_a_restart(trial: Trial) -> None:
+def test_all_arrive_through_loss_delay_deafness_and_a_restart(trial):
     report = run(trial)
     assert is_safe(report), (trial, report)
     assert report.is_done, (trial, report)
@@ -44,14 +42,14 @@ def test_all_arrive_through_loss_delay_deafness_and_a_restart(trial: Trial) -> N
 
 @pytest.mark.parametrize("seed", [2, 11])
 @pytest.mark.parametrize("fault", ["mute", "numb"])
-def test_nobody_touches_a_robot_whose_radio_fails_one_way(fault: str, seed: int) -> None:
+def test_nobody_touches_a_robot_whose_radio_fails_one_way(fault, seed):
     trial = Trial(seed, loss=0.2, with_lidar=True, **{fault: 60})
     report = run(trial, limit=400)
     assert is_safe(report), (trial, report)
 
 
 @pytest.mark.parametrize("seed", [3, 4])
-def test_nobody_touches_a_restarted_navigator_which_then_arrives(seed: int) -> None:
+def test_nobody_touches_a_restarted_navigator_which_then_arrives(seed):
     report = run(Trial(seed, restart=90))
     assert is_safe(report), report
     assert report.is_done
@@ -61,7 +59,7 @@ def test_nobody_touches_a_restarted_navigator_which_then_arrives(seed: int) -> N
 @pytest.mark.timeout(7200)
 @settings(max_examples=300, **STEADY)
 @given(trials)
-def test_all_arrive_in_hundreds_of_halls(trial: Trial) -> None:
+def test_all_arrive_in_hundreds_of_halls(trial):
     report = run(trial)
     assert is_safe(report), (trial, report)
     assert report.is_done, (trial, report)

@@ -1,7 +1,5 @@
 """A blind aisle for one robot, longer than the radio reaches, with robots in it from the start."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -16,9 +14,7 @@ UP = math.pi / 2
 
 
 @pytest.mark.parametrize("robots", [5, pytest.param(8, marks=pytest.mark.long)])
-def test_all_get_to_its_end_one_after_the_other(
-    monkeypatch: pytest.MonkeyPatch, robots: int
-) -> None:
+def test_all_get_to_its_end_one_after_the_other(monkeypatch, robots):
     """Two of them did: who started deep in it was pushed back, who was done stayed at its end."""
     hall = Hall(8.0, 14.0, [(0.0, 5.0, 3.5, 14.0), (4.5, 5.0, 8.0, 14.0)], [END, ELSEWHERE])
     inside = [Pose(4.0, 11.5, UP), Pose(4.0, 10.0, UP)]

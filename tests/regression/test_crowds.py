@@ -1,7 +1,5 @@
 """Failures met with 100 robots in one hall, each as a test of its cure."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -41,14 +39,14 @@ def crowd(acknowledged: int) -> NeighborTable:
     return neighbors
 
 
-def test_a_robot_beside_a_crowd_that_acknowledges_in_turn_is_not_taken_for_unheard() -> None:
+def test_a_robot_beside_a_crowd_that_acknowledges_in_turn_is_not_taken_for_unheard():
     last = 100 - UNHEARD_PATIENCE
     assert crowd(last - 3).deaf_neighbor == 0
     assert crowd(last - 30).deaf_neighbor != 0
 
 
 @pytest.mark.parametrize("others", [5, HEARD_ENTRIES, 100])
-def test_everybody_in_range_is_acknowledged_within_the_patience(others: int) -> None:
+def test_everybody_in_range_is_acknowledged_within_the_patience(others):
     neighbors = NeighborTable(1, TrafficConfig())
     seen: set[int] = set()
     for tick in range(1, 1 + UNHEARD_PATIENCE):
@@ -68,7 +66,7 @@ def task(s: RobotState) -> GoalProgress:
     return GoalProgress(goal, s)
 
 
-def test_who_queued_for_longer_than_the_patience_drives_on_afterwards() -> None:
+def test_who_queued_for_longer_than_the_patience_drives_on_afterwards():
     s = robot_in(HALL, Pose(4.5, 4.5, 0.0))
     queued = task(s)
     patience = s.ticks(s.config.traffic.patience)
@@ -80,7 +78,7 @@ def test_who_queued_for_longer_than_the_patience_drives_on_afterwards() -> None:
     assert not queued.lacks_progress(s)
 
 
-def test_who_waits_for_an_acknowledgement_is_not_expected_to_move() -> None:
+def test_who_waits_for_an_acknowledgement_is_not_expected_to_move():
     s = robot_in(HALL, Pose(4.5, 4.5, 0.0))
     s.tube.adopt(np.column_stack((np.linspace(4.5, 6.0, 31), np.full(31, 4.5))))
     s.tube.publish(s.pose, s.tick - 1)

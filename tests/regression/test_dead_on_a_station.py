@@ -1,7 +1,5 @@
 """A robot that died on a station or on its way to one: whoever waits is told, or gets in."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -40,7 +38,7 @@ def queue(swarm: Squad, seconds: float) -> None:
     swarm.run_until(lambda: all(swarm.ended(k) for k in range(VICTIM)), ticks, dead=[VICTIM])
 
 
-def test_all_who_wait_for_a_station_under_a_dead_robot_end_with_goal_occupied() -> None:
+def test_all_who_wait_for_a_station_under_a_dead_robot_end_with_goal_occupied():
     swarm = squad(DOCK)
     begun = swarm.tick
     queue(swarm, 5 * (PATIENCE + DRIVE))
@@ -52,7 +50,7 @@ def test_all_who_wait_for_a_station_under_a_dead_robot_end_with_goal_occupied() 
     assert max(waits) <= PATIENCE + DRIVE
 
 
-def test_while_they_wait_their_status_says_for_what() -> None:
+def test_while_they_wait_their_status_says_for_what():
     swarm = squad(DOCK)
     for index in range(VICTIM):
         swarm.send(index, DOCK)
@@ -62,7 +60,7 @@ def test_while_they_wait_their_status_says_for_what() -> None:
     assert all(s.station == "dock" for s in near)
 
 
-def test_the_lease_of_a_robot_that_died_on_its_way_is_free_again() -> None:
+def test_the_lease_of_a_robot_that_died_on_its_way_is_free_again():
     swarm = squad(Pose(3.5, 0.6, math.pi / 2))
     swarm.send(VICTIM, DOCK)
     swarm.run_until(lambda: swarm.distance(VICTIM, DOCK) < 1.8, 400)
@@ -71,7 +69,7 @@ def test_the_lease_of_a_robot_that_died_on_its_way_is_free_again() -> None:
 
 
 @pytest.mark.parametrize("state", ["inactive", "alive"])
-def test_a_robot_that_answers_but_stays_is_not_waited_for_in_silence(state: str) -> None:
+def test_a_robot_that_answers_but_stays_is_not_waited_for_in_silence(state):
     parameters = config(
         holding__station_patience=PATIENCE, holding__mode="park", traffic__patience=60.0
     )
@@ -88,7 +86,7 @@ def test_a_robot_that_answers_but_stays_is_not_waited_for_in_silence(state: str)
         assert end.error_code in (ErrorCode.GOAL_OCCUPIED, ErrorCode.FAILED_TO_MAKE_PROGRESS)
 
 
-def test_a_dead_robot_that_was_never_heard_bars_a_station_as_well() -> None:
+def test_a_dead_robot_that_was_never_heard_bars_a_station_as_well():
     """Robots that came later see only its LiDAR; they drove around it for ever, in turn."""
     parameters = config(holding__station_patience=PATIENCE, holding__mode="park")
     swarm = Squad(HALL, STARTS[:2], parameters, SITES)

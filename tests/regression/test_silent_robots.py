@@ -1,7 +1,5 @@
 """A silent robot is a body, no more and no less: what is beside it is seen, it is remembered."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pytest
@@ -71,7 +69,7 @@ class Hall:
 
 
 @pytest.mark.parametrize("silence", [5, 30, 60, 150])
-def test_a_crate_beside_a_silent_robot_is_seen(silence: int) -> None:
+def test_a_crate_beside_a_silent_robot_is_seen(silence):
     crate = (3.85, 3.85, 4.15, 4.15)
     starts = [Pose(1.0, 4.0, 0.0), Pose(4.0, 4.8, 0.0)]
     hall = Hall((8.0, 8.0), starts, [crate], with_lidar=True)
@@ -84,7 +82,7 @@ def test_a_crate_beside_a_silent_robot_is_seen(silence: int) -> None:
 
 
 @pytest.mark.parametrize("gap", [4.0, 4.4, 5.2, 5.9])
-def test_a_robot_that_dies_anywhere_in_range_is_remembered_without_lidar(gap: float) -> None:
+def test_a_robot_that_dies_anywhere_in_range_is_remembered_without_lidar(gap):
     starts = [Pose(1.0, 1.15, 0.0), Pose(1.0 + gap, 1.15, 0.0)]  # on the lane of the first
     hall = Hall((10.0, 3.0), starts, with_lidar=False)
     hall.run(30)
@@ -94,7 +92,7 @@ def test_a_robot_that_dies_anywhere_in_range_is_remembered_without_lidar(gap: fl
     assert hall.world.collisions == []
 
 
-def test_a_robot_that_left_is_no_obstacle_where_it_was_last_heard() -> None:
+def test_a_robot_that_left_is_no_obstacle_where_it_was_last_heard():
     """In an aisle for one robot, where nobody else tells that it lives."""
     starts = [Pose(1.0, 0.5, 0.0), Pose(5.5, 0.5, 0.0), Pose(9.5, 0.5, 0.0)]
     hall = Hall((20.0, 1.0), starts, with_lidar=False)

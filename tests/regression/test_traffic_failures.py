@@ -3,8 +3,6 @@
 The first part was known before the first line was written, the second was met on the way.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -64,7 +62,7 @@ def taken(s: RobotState, *others: np.void) -> int:
 # 1 -------------------------------------------------------------------------------------------
 
 
-def test_priority_is_static_between_goals_and_compared_as_published() -> None:
+def test_priority_is_static_between_goals_and_compared_as_published():
     pair = Squad(AISLE, [Pose(1.0, 0.9, 0.0), Pose(7.0, 0.9, math.pi)])
     pair.send(0, Pose(7.0, 0.9, 0.0))
     pair.send(1, Pose(1.0, 0.9, 0.0))
@@ -83,7 +81,7 @@ def test_priority_is_static_between_goals_and_compared_as_published() -> None:
 # 2 -------------------------------------------------------------------------------------------
 
 
-def test_equal_inherited_priorities_are_broken_by_the_id() -> None:
+def test_equal_inherited_priorities_are_broken_by_the_id():
     granted = []
     for own_id, other_id in ((3, 9), (9, 3)):
         s = robot_in(HALL, Pose(3.0, 4.0, 0.0), own_id)
@@ -94,7 +92,7 @@ def test_equal_inherited_priorities_are_broken_by_the_id() -> None:
     assert granted[0] > granted[1]
 
 
-def test_of_two_heirs_of_one_priority_only_the_one_with_the_smaller_id_pushes() -> None:
+def test_of_two_heirs_of_one_priority_only_the_one_with_the_smaller_id_pushes():
     """Both had inherited from a robot that had waited for one's station, then for the other's.
 
     Each was blocked by the other's body, neither made way, and seven robots stood for 400 s.
@@ -114,14 +112,14 @@ def test_of_two_heirs_of_one_priority_only_the_one_with_the_smaller_id_pushes() 
         assert RightOfWay().pusher(s) is None
 
 
-def test_equal_priorities_never_let_two_tubes_meet() -> None:
+def test_equal_priorities_never_let_two_tubes_meet():
     assert Crowd(Schedule(17, count=6, whims=0.05)).run().excess >= -0.0201
 
 
 # 3 -------------------------------------------------------------------------------------------
 
 
-def test_the_request_of_a_blocked_robot_does_not_block_who_makes_way() -> None:
+def test_the_request_of_a_blocked_robot_does_not_block_who_makes_way():
     s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     s.donations.yields_for = 2
     path_of(s, (4.0, 5.0))
@@ -130,7 +128,7 @@ def test_the_request_of_a_blocked_robot_does_not_block_who_makes_way() -> None:
     assert taken(s, pusher) == 7
 
 
-def test_a_robot_asks_for_nothing_while_its_blocker_makes_way() -> None:
+def test_a_robot_asks_for_nothing_while_its_blocker_makes_way():
     s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     path_of(s, (6.0, 4.0))
     assert taken(s, beacon(7, 4.6, 4.0, yields_for=s.robot_id)) == 0
@@ -142,7 +140,7 @@ def test_a_robot_asks_for_nothing_while_its_blocker_makes_way() -> None:
 
 
 @pytest.mark.parametrize("age", [4, 8, 16])
-def test_a_silent_robot_is_waited_for_however_little_it_may_have_moved(age: int) -> None:
+def test_a_silent_robot_is_waited_for_however_little_it_may_have_moved(age):
     s = robot_in(HALL, Pose(3.0, 4.0, 0.0))
     path_of(s, (5.0, 4.0))
     silent = beacon(7, 5.0, 4.0, tick=s.tick - age)
@@ -155,7 +153,7 @@ def test_a_silent_robot_is_waited_for_however_little_it_may_have_moved(age: int)
 
 
 @pytest.mark.parametrize("seed", [1, 5, 7, 9])
-def test_lossy_radio_never_lets_two_tubes_meet(seed: int) -> None:
+def test_lossy_radio_never_lets_two_tubes_meet(seed):
     assert Crowd(Schedule(seed, loss=0.5, ticks=400)).run().excess >= -0.0201
 
 
@@ -163,7 +161,7 @@ def test_lossy_radio_never_lets_two_tubes_meet(seed: int) -> None:
 
 
 @pytest.mark.parametrize("change", ["withdraw", "cut", "path", "priority"])
-def test_a_withdrawn_request_restarts_the_confirmation(change: str) -> None:
+def test_a_withdrawn_request_restarts_the_confirmation(change):
     s = robot_in(HALL, Pose(3.0, 4.0, 0.0))
     path_of(s, (5.0, 4.0))
     match change:
@@ -184,7 +182,7 @@ def test_a_withdrawn_request_restarts_the_confirmation(change: str) -> None:
 # 6 -------------------------------------------------------------------------------------------
 
 
-def test_replanning_every_tick_is_never_granted_so_routes_pause_longer() -> None:
+def test_replanning_every_tick_is_never_granted_so_routes_pause_longer():
     s = robot_in(HALL, Pose(3.0, 4.0, 0.0))
     for _ in range(30):
         s.tick += 1
@@ -195,7 +193,7 @@ def test_replanning_every_tick_is_never_granted_so_routes_pause_longer() -> None
     assert s.retry_ticks > s.config.traffic.confirmations + 2
 
 
-def test_a_blocked_robot_replans_no_faster_than_it_can_be_granted() -> None:
+def test_a_blocked_robot_replans_no_faster_than_it_can_be_granted():
     jam = Squad(room(6.0, 0.9), [Pose(1.0, 0.45, 0.0), Pose(3.0, 0.45, 0.0)])
     jam.robots[1].services.deactivate()
     jam.send(0, Pose(5.0, 0.45, 0.0))
@@ -208,7 +206,7 @@ def test_a_blocked_robot_replans_no_faster_than_it_can_be_granted() -> None:
 
 @pytest.mark.parametrize("angle", np.linspace(0.0, 2.0 * math.pi, 12, endpoint=False))
 @pytest.mark.parametrize("gap", [-0.012, -0.003, 0.0, 0.004, 0.02])
-def test_a_refuge_path_is_granted_even_where_it_grazes_the_pusher(angle: float, gap: float) -> None:
+def test_a_refuge_path_is_granted_even_where_it_grazes_the_pusher(angle, gap):
     s = robot_in(HALL, Pose(4.03, 3.98, 0.0))
     x = 4.03 - (REACH + gap) * math.cos(angle)
     y = 3.98 - (REACH + gap) * math.sin(angle)
@@ -219,7 +217,7 @@ def test_a_refuge_path_is_granted_even_where_it_grazes_the_pusher(angle: float, 
 
 
 @pytest.mark.parametrize("y", [0.30, 0.34, 0.42, 0.6, 0.9])
-def test_along_a_wall_a_refuge_is_found_and_granted(y: float) -> None:
+def test_along_a_wall_a_refuge_is_found_and_granted(y):
     s = robot_in(AISLE, Pose(4.0, y, 0.0))
     way = [(3.35 + 0.1 * k, y) for k in range(20)]
     pusher = beacon(2, 3.35, y, intent=way, wanted=way[1:4], priority=HIGH)
@@ -244,7 +242,7 @@ def leaves(s: RobotState, pusher: np.void) -> None:
 
 
 @pytest.mark.parametrize("corner", [0.6, 1.2, 2.0, 2.8, math.pi])
-def test_a_cusp_is_tracked_within_the_margin_and_left_soon(corner: float) -> None:
+def test_a_cusp_is_tracked_within_the_margin_and_left_soon(corner):
     one = Squad(HALL, [Pose(2.0, 4.0, 0.0)])
     tip = np.array((4.0, 4.0))
     back = tip + 1.5 * np.array((math.cos(corner), math.sin(corner)))
@@ -260,7 +258,7 @@ def test_a_cusp_is_tracked_within_the_margin_and_left_soon(corner: float) -> Non
     assert worst < 0.047 + SPACING / 2
 
 
-def test_a_claim_that_is_not_driven_is_dropped_whatever_the_robot_does() -> None:
+def test_a_claim_that_is_not_driven_is_dropped_whatever_the_robot_does():
     s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     path_of(s, (5.0, 4.0))
     s.tube.stop = 7
@@ -279,7 +277,7 @@ def test_a_claim_that_is_not_driven_is_dropped_whatever_the_robot_does() -> None
 # 10 ------------------------------------------------------------------------------------------
 
 
-def test_who_is_blocked_by_a_robot_without_a_refuge_steps_back() -> None:
+def test_who_is_blocked_by_a_robot_without_a_refuge_steps_back():
     s = robot_in(AISLE, Pose(4.0, 0.9, 0.0))
     right = RightOfWay()
     s.blocked_by, s.blocked_ticks = 7, 30
@@ -289,7 +287,7 @@ def test_who_is_blocked_by_a_robot_without_a_refuge_steps_back() -> None:
     assert math.dist(s.tube.points[-1], (4.0, 0.9)) > 0.9
 
 
-def test_a_robot_at_the_end_of_a_blind_alley_gets_out() -> None:
+def test_a_robot_at_the_end_of_a_blind_alley_gets_out():
     alley = room(7.0, 4.0, (3.0, 0.0, 7.0, 1.55), (3.0, 2.45, 7.0, 4.0))
     pair = Squad(alley, [Pose(6.4, 2.0, 0.0), Pose(4.0, 2.0, 0.0)])
     pair.send(0, Pose(1.0, 1.0, 0.0))
@@ -301,7 +299,7 @@ def test_a_robot_at_the_end_of_a_blind_alley_gets_out() -> None:
 # 11 ------------------------------------------------------------------------------------------
 
 
-def test_without_a_gate_a_blind_aisle_fills_up_and_with_it_does_not() -> None:
+def test_without_a_gate_a_blind_aisle_fills_up_and_with_it_does_not():
     """A hundred robots without one jammed the aisle of the factory hall for good."""
     most = {}
     for density in (0.0, 0.25):
@@ -316,7 +314,7 @@ def test_without_a_gate_a_blind_aisle_fills_up_and_with_it_does_not() -> None:
 
 
 @pytest.mark.long
-def test_more_leases_and_shorter_claims_are_no_cure_for_a_station_that_is_full() -> None:
+def test_more_leases_and_shorter_claims_are_no_cure_for_a_station_that_is_full():
     """They were within noise: what a station and a blind aisle allow is given by their shape."""
     defaults = aisle.party(0, count=4).run()
     assert defaults.is_flawless
@@ -330,7 +328,7 @@ def test_more_leases_and_shorter_claims_are_no_cure_for_a_station_that_is_full()
 # 13 ------------------------------------------------------------------------------------------
 
 
-def test_two_streams_pass_in_a_corridor_two_robots_wide() -> None:
+def test_two_streams_pass_in_a_corridor_two_robots_wide():
     rows = [Pose(0.8 + 0.9 * k, 0.55, 0.0) for k in range(3)]
     rows += [Pose(9.2 - 0.9 * k, 1.25, math.pi) for k in range(3)]
     swarm = Squad(room(10.0, 1.8), rows, config(holding__request_distance=0.1))
@@ -343,7 +341,7 @@ def test_two_streams_pass_in_a_corridor_two_robots_wide() -> None:
 # 14 ------------------------------------------------------------------------------------------
 
 
-def test_a_door_at_which_orca_jams_is_passed_by_all() -> None:
+def test_a_door_at_which_orca_jams_is_passed_by_all():
     """Who only avoids, gives way to nobody: opposing robots stop face to face."""
     opposing = doorway.party(0, each=3, limit=100.0)
     opposing.method = "orca"
@@ -363,7 +361,7 @@ def asking(wanted: np.ndarray, end: tuple[float, float]) -> np.ndarray:
     return np.frombuffer(record.tobytes(), np.float32)
 
 
-def test_a_request_ends_only_where_who_makes_way_would_be_denied_with_its_slack() -> None:
+def test_a_request_ends_only_where_who_makes_way_would_be_denied_with_its_slack():
     """Two yielding robots were granted the space beyond a point that only one held impassable."""
     held = np.array(((0.0, 0.0),), np.float32)
     wanted = np.array([(0.05 * k, REACH - 0.01) for k in range(-3, 4)], np.float32)
@@ -373,7 +371,7 @@ def test_a_request_ends_only_where_who_makes_way_would_be_denied_with_its_slack(
         assert (size == 7) == (points == 7)
 
 
-def test_a_robot_too_near_that_may_grow_away_is_reckoned_with() -> None:
+def test_a_robot_too_near_that_may_grow_away_is_reckoned_with():
     held = np.array(((0.0, 0.0),), np.float32)
     wanted = np.array([(0.5 + 0.05 * k, 0.0) for k in range(1, 8)], np.float32)
     words = asking(wanted, (0.5, 0.0))
@@ -381,12 +379,12 @@ def test_a_robot_too_near_that_may_grow_away_is_reckoned_with() -> None:
 
 
 @pytest.mark.parametrize("seed", [0, 14])
-def test_a_mute_robot_that_drives_on_is_noticed_by_itself(seed: int) -> None:
+def test_a_mute_robot_that_drives_on_is_noticed_by_itself(seed):
     """Its neighbours took it for dead where it was last heard, and drove into its space."""
     assert Crowd(Schedule(seed, mute=2, loss=0.2, ticks=400)).run().excess >= -0.0201
 
 
-def test_a_robot_that_nobody_acknowledges_stands_and_says_so() -> None:
+def test_a_robot_that_nobody_acknowledges_stands_and_says_so():
     pair = Squad(HALL, [Pose(2.0, 4.0, 0.0), Pose(3.0, 5.0, 0.0)])
     pair.run(20)
     pair.send(0, Pose(6.0, 4.0, 0.0))
@@ -403,14 +401,14 @@ def test_a_robot_that_nobody_acknowledges_stands_and_says_so() -> None:
     assert pair.robots[0].status().detail == "stands: Srobot9 does not hear it"
 
 
-def test_a_robot_that_died_after_lost_beacons_is_where_it_is_thought_to_be() -> None:
+def test_a_robot_that_died_after_lost_beacons_is_where_it_is_thought_to_be():
     """Twenty beacons may be lost before a death; the place must cover them."""
     for seed in (3, 8):
         outcome = Crowd(Schedule(seed, loss=0.8, deaths=0.003, deafness=0.003)).run()
         assert outcome.excess >= -0.0201
 
 
-def test_a_beacon_that_was_overtaken_does_not_bring_back_the_past() -> None:
+def test_a_beacon_that_was_overtaken_does_not_bring_back_the_past():
     s = robot_in(HALL, Pose(3.0, 4.0, 0.0))
     hear(s, beacon(7, 5.0, 4.0), tick=90)
     hear(s, beacon(7, 4.0, 4.0), tick=80)
@@ -424,7 +422,7 @@ def blocked_by_us(x: float, robot: int, **fields: object) -> np.void:
     )
 
 
-def test_two_robots_never_push_each_other() -> None:
+def test_two_robots_never_push_each_other():
     """Each made way for the other with the other's priority, which lived on by itself."""
     s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     hear(s, blocked_by_us(3.2, 2, yields_for=1))
@@ -433,7 +431,7 @@ def test_two_robots_never_push_each_other() -> None:
     assert RightOfWay().pusher(s) == 0
 
 
-def test_a_priority_that_was_handed_on_too_often_pushes_nobody() -> None:
+def test_a_priority_that_was_handed_on_too_often_pushes_nobody():
     """In a circle of more than two it would outlive its source as well."""
     s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     for hops, is_pushed in ((31, True), (32, False)):
@@ -441,7 +439,7 @@ def test_a_priority_that_was_handed_on_too_often_pushes_nobody() -> None:
         assert (RightOfWay().pusher(s) is not None) == is_pushed
 
 
-def test_who_has_the_station_ranks_above_all_who_wait_for_it() -> None:
+def test_who_has_the_station_ranks_above_all_who_wait_for_it():
     """A robot on the station was pushed about by those whom its leaving would have helped."""
     s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     lease = Lease()
@@ -454,7 +452,7 @@ def test_who_has_the_station_ranks_above_all_who_wait_for_it() -> None:
     assert HIGH < s.donations.station < HIGH + 64
 
 
-def test_a_thing_on_the_way_to_a_refuge_is_not_waited_for() -> None:
+def test_a_thing_on_the_way_to_a_refuge_is_not_waited_for():
     """The smooth way cut a corner of it by 1 cm, for the LiDAR: thirteen robots stood for 600 s."""
     s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     right = RightOfWay()
@@ -469,7 +467,7 @@ def test_a_thing_on_the_way_to_a_refuge_is_not_waited_for() -> None:
     assert not np.array_equal(first, s.tube.points)
 
 
-def test_a_smooth_way_to_a_refuge_that_a_robot_bars_is_not_tried_again() -> None:
+def test_a_smooth_way_to_a_refuge_that_a_robot_bars_is_not_tried_again():
     """It kept off the wall and so led 1 cm nearer to the robot beside it: 35 stood for ever."""
     s = robot_in(HALL, Pose(4.0, 4.0, 0.0))
     right = RightOfWay()
@@ -487,7 +485,7 @@ def test_a_smooth_way_to_a_refuge_that_a_robot_bars_is_not_tried_again() -> None
     assert right.is_stuck
 
 
-def test_refuge_search_is_deterministic() -> None:
+def test_refuge_search_is_deterministic():
     paths = []
     for _ in range(2):
         s = robot_in(HALL, Pose(4.0, 4.0, 0.0))

@@ -1,7 +1,5 @@
 """Whatever drives a robot, the stop filter keeps it in its own space: nobody is touched."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable
@@ -64,7 +62,7 @@ class Monkey:
 
 @pytest.mark.parametrize("make", [at_random, at_full_speed, in_circles, not_finite])
 @pytest.mark.parametrize(("scenario", "robots"), [("crossing", 24), ("mixed_fleet", 8)])
-def test_no_controller_touches_anything(scenario: str, robots: int, make: Make) -> None:
+def test_no_controller_touches_anything(scenario, robots, make):
     harness = Harness(RunOptions(scenario=load_scenario(scenario), robots=robots, seed=5))
     for seed, driver in enumerate(harness.stage.drivers):
         driver._pilot = Monkey(make, driver.reservation_config.controller, seed)  # type: ignore[attr-defined]

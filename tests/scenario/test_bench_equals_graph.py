@@ -71,7 +71,7 @@ def run_on_the_graph(folder: Path, seed: int) -> dict[str, Any]:
 
 @pytest.mark.slow
 @pytest.mark.timeout(300)
-def test_bench_and_graph_give_equal_trajectories_and_records(tmp_path: Path) -> None:
+def test_bench_and_graph_give_equal_trajectories_and_records(tmp_path):
     (tmp_path / "short.yaml").write_text(MISSION, encoding="utf-8")
     (tmp_path / "params.yaml").write_text(PARAMS, encoding="utf-8")
     scenario = tmp_path / "scenario.yaml"

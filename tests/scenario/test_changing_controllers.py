@@ -1,7 +1,5 @@
 """A controller that changes what it wants, backs, is late or fails touches nobody either."""
 
-from __future__ import annotations
-
 import itertools
 import random
 
@@ -41,13 +39,13 @@ def least_of(habit: Habit, cell: tuple[str, int], seed: int, ticks: int) -> floa
         harness.stage.world.close()
 
 
-def test_a_controller_that_backs_up_keeps_the_margin() -> None:
+def test_a_controller_that_backs_up_keeps_the_margin():
     """Two robots came 0.109 m nearer than their radii, and touched."""
     least_of(Habit(), ("pillars", 50), 4711, 900)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_changing_controllers_keep_the_margin(seed: int) -> None:
+def test_changing_controllers_keep_the_margin(seed):
     rng = random.Random(seed)
     least_of(random_habit(rng), rng.choice(CELLS[1:]), seed, 300)
 
@@ -55,7 +53,7 @@ def test_changing_controllers_keep_the_margin(seed: int) -> None:
 @pytest.mark.long
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize("seed", range(100, 104))
-def test_no_search_finds_a_controller_that_breaks_the_margin(seed: int) -> None:
+def test_no_search_finds_a_controller_that_breaks_the_margin(seed):
     rng = random.Random(seed)
     found: list[tuple[float, Habit, tuple[str, int], int]] = []
     for _ in range(20):

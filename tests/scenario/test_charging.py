@@ -1,7 +1,5 @@
 """Twenty robots share three charging stations: every goal, no contact, nobody runs empty."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -59,7 +57,7 @@ def graph(folder: Path, robots: int, seed: int, *more: str) -> dict[str, Any]:
 @pytest.mark.parametrize(
     "seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 5))]
 )
-def test_twenty_robots_and_three_charging_stations(tmp_path: Path, seed: int) -> None:
+def test_twenty_robots_and_three_charging_stations(tmp_path, seed):
     result = bench(tmp_path, 20, seed)
     assert (result.goals_reached, result.goals_sent) == (160, 160)
     assert result.robot_robot == result.robot_world == 0
@@ -71,7 +69,7 @@ def test_twenty_robots_and_three_charging_stations(tmp_path: Path, seed: int) ->
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_robots_that_run_empty_are_dead_to_the_others(tmp_path: Path) -> None:
+def test_robots_that_run_empty_are_dead_to_the_others(tmp_path):
     world = hall_with_chargers(tmp_path, {})
     lasting = waffle_with_battery(tmp_path, "lasting", capacity=100.0)
     tiny = waffle_with_battery(tmp_path, "tiny", capacity=0.15)
@@ -93,7 +91,7 @@ def test_robots_that_run_empty_are_dead_to_the_others(tmp_path: Path) -> None:
 
 @pytest.mark.long
 @pytest.mark.timeout(1600)
-def test_the_graph_does_what_the_bench_does(tmp_path: Path) -> None:
+def test_the_graph_does_what_the_bench_does(tmp_path):
     result = bench(tmp_path, 4, 1, noise=0.0, with_lidar=True)
     report = graph(tmp_path, 4, 1)
     assert result.is_flawless
@@ -107,7 +105,7 @@ def test_the_graph_does_what_the_bench_does(tmp_path: Path) -> None:
 
 @pytest.mark.long
 @pytest.mark.timeout(1600)
-def test_twenty_robots_on_the_graph(tmp_path: Path) -> None:
+def test_twenty_robots_on_the_graph(tmp_path):
     hall_with_chargers(tmp_path)
     waffle_with_battery(tmp_path)
     report = graph(tmp_path, 20, 0)

@@ -21,7 +21,7 @@ def command(name: str) -> tuple[str, ...]:
 
 @pytest.mark.slow
 @pytest.mark.timeout(400)
-def test_robots_come_and_go_while_a_swarm_runs(tmp_path: Path) -> None:
+def test_robots_come_and_go_while_a_swarm_runs(tmp_path):
     with reserved_domain() as domain:
         environment = os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)}
         flags = ("--swarm-size", "2", "--speed", "4", "--headless", "--no-report")

@@ -4,7 +4,6 @@
 """
 
 import json
-from pathlib import Path
 
 import pytest
 
@@ -30,7 +29,7 @@ def test_world_and_navigators_do_not_do_twice_the_work():
 
 @pytest.mark.slow
 @pytest.mark.timeout(300)
-def test_the_ros_graph_does_not_do_twice_the_work(tmp_path: Path):
+def test_the_ros_graph_does_not_do_twice_the_work(tmp_path):
     assert regressions("graph", count_graph(tmp_path)) == []
 
 

@@ -102,12 +102,12 @@ def _play(blocks: Iterator[Block], folder: Path, env: dict[str, str]) -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(500)
 @pytest.mark.parametrize("document", documents("run"))
-def test_the_short_blocks_of_a_document_run(document: Path, tmp_path: Path) -> None:
+def test_the_short_blocks_of_a_document_run(document, tmp_path):
     play(document, tmp_path, ("run",))
 
 
 @pytest.mark.long
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize("document", documents("long", "background"))
-def test_all_marked_blocks_of_a_document_run(document: Path, tmp_path: Path) -> None:
+def test_all_marked_blocks_of_a_document_run(document, tmp_path):
     play(document, tmp_path, ("run", "long", "background"))

@@ -129,7 +129,7 @@ def busy_process() -> subprocess.Popen[bytes]:
 
 
 @pytest.mark.long  # that the bench moves robots as the graph does is a test that always runs
-def test_equal_seeds_give_equal_trajectories_on_a_busy_machine_too(swarm: Swarm) -> None:
+def test_equal_seeds_give_equal_trajectories_on_a_busy_machine_too(swarm):
     flags = ("--swarm-size", "3", "--goals-per-robot", "2", "--seed", "3", *MISSION)
     code, output = swarm.run(*flags, name="calm")
     assert code == 0, output
@@ -149,7 +149,7 @@ def test_equal_seeds_give_equal_trajectories_on_a_busy_machine_too(swarm: Swarm)
     assert calm["sim_time"] == pytest.approx(calm["makespan"])
 
 
-def test_the_others_finish_when_one_navigator_is_killed(swarm: Swarm) -> None:
+def test_the_others_finish_when_one_navigator_is_killed(swarm):
     swarm.start("--swarm-size", "3", "--goals-per-robot", "1", "--no-restart", *MISSION)
     swarm.wait_for("running")
     swarm.navigators()[1].kill()
@@ -164,7 +164,7 @@ def test_the_others_finish_when_one_navigator_is_killed(swarm: Swarm) -> None:
 @pytest.mark.parametrize(
     "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)]
 )
-def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm, number: int) -> None:
+def test_without_a_mission_the_swarm_waits_for_its_operator(swarm, number):
     swarm.start("--swarm-size", "2")
     swarm.wait_for("running")
     assert swarm.addresses() == {"127.0.0.1"}
@@ -187,7 +187,7 @@ def test_without_a_mission_the_swarm_waits_for_its_operator(swarm: Swarm, number
     assert swarm.report()["goals"] == {"sent": 1, "reached": 1, "failed": 0, "pending": 0}
 
 
-def test_a_swarm_that_waits_for_its_operator_ends_with_a_report_at_sigterm(swarm: Swarm) -> None:
+def test_a_swarm_that_waits_for_its_operator_ends_with_a_report_at_sigterm(swarm):
     swarm.start("--swarm-size", "2")
     swarm.wait_for("running")
     assert swarm.process is not None
@@ -197,7 +197,7 @@ def test_a_swarm_that_waits_for_its_operator_ends_with_a_report_at_sigterm(swarm
     assert swarm.report()["goals"] == {"sent": 0, "reached": 0, "failed": 0, "pending": 0}
 
 
-def test_nothing_is_left_of_a_killed_swarm(swarm: Swarm) -> None:
+def test_nothing_is_left_of_a_killed_swarm(swarm):
     swarm.start("--swarm-size", "2")
     wait_until(lambda: len(swarm.navigators()) == 2)
     time.sleep(2.0)
@@ -206,7 +206,7 @@ def test_nothing_is_left_of_a_killed_swarm(swarm: Swarm) -> None:
     swarm.process.communicate()
 
 
-def test_a_station_inside_a_wall_is_bad_input(swarm: Swarm) -> None:
+def test_a_station_inside_a_wall_is_bad_input(swarm):
     world = swarm.folder / "hall"
     shutil.copytree(ROOT / "worlds" / "slim_blockage", world)
     sites = world / "sites.yaml"
@@ -219,7 +219,7 @@ def test_a_station_inside_a_wall_is_bad_input(swarm: Swarm) -> None:
 
 
 @pytest.mark.slow
-def test_twenty_robots_reach_their_first_station(swarm: Swarm) -> None:
+def test_twenty_robots_reach_their_first_station(swarm):
     flags = ("--swarm-size", "20", "--goals-per-robot", "1", *MISSION)
     code, output = swarm.run(*flags, limit=360.0)
     assert code == 0, output
@@ -229,7 +229,7 @@ def test_twenty_robots_reach_their_first_station(swarm: Swarm) -> None:
 @pytest.mark.long
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("seed", range(5))
-def test_five_robots_work_through_the_hall(swarm: Swarm, seed: int) -> None:
+def test_five_robots_work_through_the_hall(swarm, seed):
     code, output = swarm.run("--swarm-size", "5", "--seed", str(seed), *MISSION, limit=800.0)
     assert code == 0, output
     check_is_flawless(swarm.report(), goals=40)
@@ -238,7 +238,7 @@ def test_five_robots_work_through_the_hall(swarm: Swarm, seed: int) -> None:
 @pytest.mark.long
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize("seed", range(3))
-def test_twenty_robots_work_through_the_hall(swarm: Swarm, seed: int) -> None:
+def test_twenty_robots_work_through_the_hall(swarm, seed):
     code, output = swarm.run("--swarm-size", "20", "--seed", str(seed), *MISSION, limit=1700.0)
     assert code == 0, output
     check_is_flawless(swarm.report(), goals=160)

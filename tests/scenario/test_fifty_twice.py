@@ -56,7 +56,7 @@ def busy_machine() -> Iterator[None]:
 
 @pytest.mark.long
 @pytest.mark.timeout(3200)
-def test_fifty_robots_move_alike_on_an_idle_and_on_a_busy_machine(tmp_path: Path) -> None:
+def test_fifty_robots_move_alike_on_an_idle_and_on_a_busy_machine(tmp_path):
     alone = run(tmp_path / "alone")
     with busy_machine():
         crowded = run(tmp_path / "crowded")

@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -15,7 +14,7 @@ START = 240.0  # [s] of wall time, on a busy machine that compiles the kernels, 
 @pytest.mark.long
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("pack", [1, 2])
-def test_a_navigator_that_hangs_at_the_start_is_started_anew(tmp_path: Path, pack: int) -> None:
+def test_a_navigator_that_hangs_at_the_start_is_started_anew(tmp_path, pack):
     flags = ("--swarm-size", "4", "--duration", "10", "--speed", "max", "--headless", "--no-report")
     flags += ("--pack", str(pack))
     code = "from swarm_commander.cli.main import swarm_up; swarm_up()"

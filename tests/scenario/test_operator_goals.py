@@ -149,17 +149,13 @@ def bench() -> str:
 @pytest.mark.parametrize(
     "pack", [pytest.param(1, marks=pytest.mark.long), 2, pytest.param(2, marks=pytest.mark.long)]
 )
-def test_goals_with_a_tick_repeat_and_are_those_of_the_bench(
-    tmp_path: Path, bench: str, pack: int
-) -> None:
+def test_goals_with_a_tick_repeat_and_are_those_of_the_bench(tmp_path, bench, pack):
     assert by_the_action(tmp_path, pack) == bench
 
 
 @pytest.mark.long
 @pytest.mark.timeout(600)
-def test_goals_between_two_steps_of_a_swarm_repeat(
-    tmp_path: Path, bench: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_goals_between_two_steps_of_a_swarm_repeat(tmp_path, bench, monkeypatch):
     found = []
     for run in ("first", "second"):
         with reserved_domain() as domain:

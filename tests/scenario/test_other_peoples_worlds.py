@@ -1,7 +1,5 @@
 """Swarms in worlds as others make them: they touch nothing, and reach their goals."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -58,26 +56,26 @@ def check(result: RunResult) -> None:
 
 
 @pytest.mark.parametrize("engine", ["planar", "bullet"])
-def test_a_room_of_sheets_with_double_faced_furniture(tmp_path: Path, engine: str) -> None:
+def test_a_room_of_sheets_with_double_faced_furniture(tmp_path, engine):
     room(3.0).export(tmp_path / "walls.stl")
     shelf = double_faced(trimesh.creation.box((0.4, 1.2, 1.0)))
     shelf.export(tmp_path / "shelf.stl")
     check(driven(tmp_path, mesh("walls", "0 0 0") + mesh("shelf", "0 0 0.5"), engine=engine))
 
 
-def test_feet_that_no_lidar_sees(tmp_path: Path) -> None:
+def test_feet_that_no_lidar_sees(tmp_path):
     """A chair whose foot is 6 cm high and reaches 0.3 m beyond what stands at scan height."""
     chair = box("chair", "0 0 0.5", "0.3 0.3 1") + box("foot", "0 0 0.03", "0.9 0.9 0.06")
     room(3.0).export(tmp_path / "walls.stl")
     check(driven(tmp_path, mesh("walls", "0 0 0") + chair))
 
 
-def test_a_floor_of_asphalt(tmp_path: Path) -> None:
+def test_a_floor_of_asphalt(tmp_path):
     room(3.0).export(tmp_path / "walls.stl")
     check(driven(tmp_path, mesh("walls", "0 0 0") + box("asphalt", "0 0 0.025", "8 8 0.05")))
 
 
-def test_maps_of_cells_of_a_metre(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_maps_of_cells_of_a_metre(tmp_path, monkeypatch):
     pixels = np.full((12, 16), 255, np.uint8)
     pixels[[0, -1]], pixels[:, [0, -1]] = 0, 0
     pixels[4:8, 7:9] = 0
@@ -107,6 +105,6 @@ def test_maps_of_cells_of_a_metre(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 @pytest.mark.parametrize("name", ["game", "maze", "random", "room", "warehouse"])
 @pytest.mark.parametrize("robots", [5, 12])
-def test_grid_maps(name: str, robots: int) -> None:
+def test_grid_maps(name, robots):
     assert map_path(f"mapf_{name}").is_file()
     check(run(RunOptions(scenario=load_scenario(f"mapf_{name}"), robots=robots)))

@@ -30,7 +30,7 @@ def environment(domain: int) -> dict[str, str]:
 
 @pytest.mark.slow
 @pytest.mark.timeout(400)
-def test_names_change_no_trajectory(tmp_path: Path) -> None:
+def test_names_change_no_trajectory(tmp_path):
     (tmp_path / "tour.yaml").write_text(TOUR, encoding="utf-8")
     flags = ("--world", "hall_12", "--swarm-size", "4", "--mission", "tour.yaml")
     flags += ("--until-done", "--headless", "--no-report")
@@ -50,7 +50,7 @@ def test_names_change_no_trajectory(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.timeout(400)
-def test_commands_take_the_names_of_the_run(tmp_path: Path) -> None:
+def test_commands_take_the_names_of_the_run(tmp_path):
     (tmp_path / "fleet.yaml").write_text(FLEET, encoding="utf-8")
     flags = ("--fleet", "fleet.yaml", "--speed", "4", "--headless", "--no-report")
     log = tmp_path / "up.log"

@@ -1,9 +1,5 @@
 """Robots of our own making drive their mission: two of each, on wheels, with their LiDARs."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 from swarm_bench.runs.episode import RunOptions
@@ -16,7 +12,7 @@ ROBOTS = {**TRAITS, **FOREIGN}
 
 
 @pytest.mark.parametrize("trait", ROBOTS)
-def test_two_of_them_reach_all_goals_without_a_collision(trait: str, tmp_path: Path) -> None:
+def test_two_of_them_reach_all_goals_without_a_collision(trait, tmp_path):
     """To the one station of the hall, one after the other, and home."""
     path = ROBOTS[trait]().write(tmp_path)
     scenario = Scenario(

@@ -1,7 +1,5 @@
 """Commands that `swarm-map` prints, run as a user runs them."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import subprocess
@@ -40,7 +38,7 @@ def run(words: list[str], folder: Path) -> tuple[int, str]:
         ("site", []),
     ],
 )
-def test_the_printed_command_starts_robots(tmp_path: Path, name: str, options: list[str]) -> None:
+def test_the_printed_command_starts_robots(tmp_path, name, options):
     pixels = np.full((80, 120), 255, np.uint8)
     pixels[[0, -1]], pixels[:, [0, -1]] = 0, 0
     pixels[40:44, 20:60] = 0

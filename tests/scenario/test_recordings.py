@@ -5,7 +5,6 @@ import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_recording.bag import Bag
@@ -15,7 +14,7 @@ SECONDS = 20
 ROBOTS = ("Srobot1", "Srobot2")
 
 
-def test_a_short_fast_run_is_recorded_from_its_first_tick(tmp_path: Path) -> None:
+def test_a_short_fast_run_is_recorded_from_its_first_tick(tmp_path):
     """Nobody waited for the recorder: it came when the run was over, or in its midst."""
     code = "from swarm_commander.cli.main import swarm_up; swarm_up()"
     flags = ("--world", "hall_12", "--swarm-size", "2", "--duration", str(SECONDS))

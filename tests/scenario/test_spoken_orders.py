@@ -96,7 +96,7 @@ def on_the_graph(folder: Path, *flags: str) -> str:
         pytest.param("nearest", marks=pytest.mark.long),
     ],
 )
-def test_orders_repeat_and_are_those_of_the_bench(folder: Path, dispatch: str) -> None:
+def test_orders_repeat_and_are_those_of_the_bench(folder, dispatch):
     mission = folder / f"{dispatch}.yaml"
     mission.write_text(ORDERS.replace("DISPATCH", dispatch), encoding="utf-8")
     times = TIMES.get(dispatch, {})
@@ -133,9 +133,7 @@ def charging(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Pa
         pytest.param("3", marks=pytest.mark.long),
     ],
 )
-def test_charging_between_orders_repeats_and_is_that_of_the_bench(
-    charging: tuple[Path, str], pack: str
-) -> None:
+def test_charging_between_orders_repeats_and_is_that_of_the_bench(charging, pack):
     folder, bench = charging
     flags = (
         "--world", "hall", "--swarm-size", "3", "--mission", "orders.yaml", "--until-done",
@@ -155,9 +153,7 @@ def test_charging_between_orders_repeats_and_is_that_of_the_bench(
         pytest.param("central", "central-reservation", marks=pytest.mark.long),
     ],
 )
-def test_a_centre_repeats_and_is_that_of_the_bench(
-    folder: Path, coordination: str, method: str
-) -> None:
+def test_a_centre_repeats_and_is_that_of_the_bench(folder, coordination, method):
     keys = {"world": "doorway", "mission": "change_rooms", "duration": SECONDS}
     bench = in_the_bench(folder, method, 4, **keys)
     flags = (

@@ -1,7 +1,5 @@
 """swarm-teleop as a user drives it: toward another robot and a wall, then back to the mission."""
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -68,7 +66,7 @@ def call(name: str) -> tuple[str, ...]:
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)
-def test_a_robot_driven_by_hand_touches_nothing_and_does_its_mission_afterwards(tmp_path) -> None:
+def test_a_robot_driven_by_hand_touches_nothing_and_does_its_mission_afterwards(tmp_path):
     log = tmp_path / "up.log"
     with reserved_domain() as domain, log.open("w") as output, eyes(domain) as seen:
         environment = os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)}

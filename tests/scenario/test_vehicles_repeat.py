@@ -159,5 +159,5 @@ def first(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.mark.timeout(400)
 @pytest.mark.skipif(not HAS_BROKER, reason="mosquitto is not installed")
 @pytest.mark.parametrize("pack", [pytest.param(1, marks=pytest.mark.long), 2])
-def test_orders_of_a_fleet_control_repeat(tmp_path: Path, first: str, pack: int) -> None:
+def test_orders_of_a_fleet_control_repeat(tmp_path, first, pack):
     assert run(tmp_path, pack) == first

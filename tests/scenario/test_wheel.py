@@ -1,7 +1,5 @@
 """What users get: the wheel in an environment of its own, each command and each example once."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import shutil
@@ -122,7 +120,7 @@ def shell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shell]:
         shutil.rmtree(folder)
 
 
-def test_all_comes_from_the_wheel_and_navigators_are_compiled(shell: Shell) -> None:
+def test_all_comes_from_the_wheel_and_navigators_are_compiled(shell):
     packages = sorted(path.parent.name for path in ROOT.glob("swarm_*/__init__.py"))
     navigator = "swarm_nav.behaviour.navigator"
     found = json.loads(shell.run("python", "-c", ORIGINS, *packages, navigator))
@@ -130,26 +128,26 @@ def test_all_comes_from_the_wheel_and_navigators_are_compiled(shell: Shell) -> N
     assert found[navigator].endswith(".so")
 
 
-def test_robots_learn_behind_a_shield(shell: Shell) -> None:
+def test_robots_learn_behind_a_shield(shell):
     assert "Srobot2" in shell.run("python", "-c", SHIELDED)
 
 
-def test_every_command_is_run() -> None:
+def test_every_command_is_run():
     assert sorted([*ACTIONS, *WITH_A_SWARM]) == COMMANDS
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_command_explains_itself(shell: Shell, command: str) -> None:
+def test_a_command_explains_itself(shell, command):
     assert "usage" in shell.run(command, "--help").lower()
 
 
 @pytest.mark.parametrize("command", ACTIONS)
-def test_a_command_does_its_work(shell: Shell, command: str) -> None:
+def test_a_command_does_its_work(shell, command):
     words, expected = ACTIONS[command]
     assert expected in shell.run(command, *words)
 
 
-def test_commands_work_with_a_swarm(shell: Shell) -> None:
+def test_commands_work_with_a_swarm(shell):
     with shell.running("all robots are active", "swarm-up", "--swarm-size", "2", *HALL):
         assert "/Srobot2/status" in shell.run("ros2", "topic", "list")
         shell.run("swarm-commander", "Srobot1", "--goal", "-3.5", "3.5", "0.0")
@@ -159,17 +157,17 @@ def test_commands_work_with_a_swarm(shell: Shell) -> None:
             pass
 
 
-def test_every_example_is_run() -> None:
+def test_every_example_is_run():
     assert {*EXAMPLES, "fleet_control"} == {path.stem for path in FOLDER.glob("*.py")}
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_an_example_runs_and_is_short(shell: Shell, name: str) -> None:
+def test_an_example_runs_and_is_short(shell, name):
     words, expected = EXAMPLES[name]
     assert expected in shell.run("python", str(short(name)), *words)
 
 
-def test_a_fleet_control_of_the_examples_drives_a_swarm(shell: Shell) -> None:
+def test_a_fleet_control_of_the_examples_drives_a_swarm(shell):
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = str(probe.getsockname()[1])

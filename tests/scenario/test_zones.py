@@ -1,7 +1,5 @@
 """The factory hall with a keepout zone across one gap and a speed zone in the other."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 
@@ -66,13 +64,11 @@ def check(result: RunResult) -> None:
     "seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 5))]
 )
 @pytest.mark.timeout(600)
-def test_everybody_arrives_round_the_zone_and_slowly_through_the_other(
-    tmp_path: Path, seed: int
-) -> None:
+def test_everybody_arrives_round_the_zone_and_slowly_through_the_other(tmp_path, seed):
     check(run(options(tmp_path, seed)))
 
 
 @pytest.mark.long
 @pytest.mark.timeout(2400)
-def test_so_it_is_on_the_graph(tmp_path: Path) -> None:
+def test_so_it_is_on_the_graph(tmp_path):
     check(run_on_graph(options(tmp_path, 0)))

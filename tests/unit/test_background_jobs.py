@@ -19,7 +19,7 @@ def ignore() -> None:
         signal.signal(number, signal.SIG_IGN)
 
 
-def test_what_tests_start_ignores_no_signal_that_the_shell_had_them_ignore() -> None:
+def test_what_tests_start_ignores_no_signal_that_the_shell_had_them_ignore():
     done = subprocess.run(
         (sys.executable, "-c", CODE),
         cwd=ROOT,

@@ -3,8 +3,6 @@
 What users import has the plain names, which the parts inside have, too.
 """
 
-from __future__ import annotations
-
 import ast
 from collections import defaultdict
 from pathlib import Path
@@ -14,7 +12,7 @@ PROTOCOLS = ROOT / "swarm_nav" / "interfaces.py"  # named as the parts that they
 FOR_USERS = {"Goal", "Report", "Robot", "Swarm", "World"}  # of swarm_workbench
 
 
-def test_every_class_has_a_name_of_its_own() -> None:
+def test_every_class_has_a_name_of_its_own():
     places: defaultdict[str, list[str]] = defaultdict(list)
     for pattern in ("swarm_*/**/*.py", "benchmarks/**/*.py", "tools/*.py"):
         for path in set(ROOT.glob(pattern)) - {PROTOCOLS}:

@@ -1,7 +1,5 @@
 """Dockerfile and compose.yaml: what linters say, and that the commands in them exist."""
 
-from __future__ import annotations
-
 import json
 import re
 import shlex
@@ -37,15 +35,15 @@ def services(environment: dict[str, str]) -> dict[str, Any]:
     return dict(interpolated(file, environment)["services"])
 
 
-def test_hadolint_has_nothing_to_say_about_the_dockerfile() -> None:
+def test_hadolint_has_nothing_to_say_about_the_dockerfile():
     lint("hadolint", "Dockerfile")
 
 
-def test_the_compose_file_has_the_form_of_the_compose_specification() -> None:
+def test_the_compose_file_has_the_form_of_the_compose_specification():
     lint("check-jsonschema", "--builtin-schema", "vendor.compose-spec", "compose.yaml")
 
 
-def test_the_context_has_what_the_image_needs_and_nothing_that_was_made_here() -> None:
+def test_the_context_has_what_the_image_needs_and_nothing_that_was_made_here():
     patterns = ignore_patterns(ROOT)
     files = subprocess.run(
         ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
@@ -55,13 +53,13 @@ def test_the_context_has_what_the_image_needs_and_nothing_that_was_made_here() -
         assert is_ignored(made, patterns)
 
 
-def test_every_service_is_the_image_that_is_built_from_here() -> None:
+def test_every_service_is_the_image_that_is_built_from_here():
     for service in services(SECRET).values():
         assert (service["image"], service["build"]) == ("swarm-workbench", ".")
         assert service["environment"]["SWARM_SECRET"] == "of a test"
 
 
-def test_a_secret_has_to_be_given() -> None:
+def test_a_secret_has_to_be_given():
     with pytest.raises(KeyError, match="share a secret"):
         services({})
 
@@ -74,7 +72,7 @@ def commands(words: list[str]) -> list[list[str]]:
     return [words]
 
 
-def test_the_services_commands_and_options_exist() -> None:
+def test_the_services_commands_and_options_exist():
     for service in services(SECRET).values():
         for words in commands(service["command"]):
             command: Any = typer.main.get_command(APPS[words[0]]())
@@ -83,7 +81,7 @@ def test_the_services_commands_and_options_exist() -> None:
             assert used <= known
 
 
-def test_world_and_robots_agree_on_size_and_folders() -> None:
+def test_world_and_robots_agree_on_size_and_folders():
     wanted = services(SECRET | {"SWARM_SIZE": "24"})
     assert "--swarm-size=24" in wanted["world"]["command"]
     assert "--robots=1-24" in wanted["robots"]["command"]
@@ -101,7 +99,7 @@ def steps() -> list[Step]:
     return steps_of((ROOT / "Dockerfile").read_text("utf-8"))
 
 
-def test_the_dockerfile_is_read_with_its_flags_and_continued_lines() -> None:
+def test_the_dockerfile_is_read_with_its_flags_and_continued_lines():
     text = (
         "FROM debian:12-slim AS a\n# no\nRUN one \\\n  && two\n"
         "COPY --from=a --chown=u:u /x /y\nCMD [\"z\"]\n"
@@ -114,6 +112,6 @@ def test_the_dockerfile_is_read_with_its_flags_and_continued_lines() -> None:
     ]  # fmt: skip
 
 
-def test_the_default_command_is_one_of_ours() -> None:
+def test_the_default_command_is_one_of_ours():
     (command,) = [json.loads(step.text) for step in steps() if step.verb == "CMD"]
     assert command[0] in APPS

@@ -1,7 +1,5 @@
 """Docstrings: a folder's lists its modules, and an entry of an argument says something."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator
@@ -40,14 +38,14 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 @pytest.mark.parametrize("folder", MAPS, ids=lambda folder: str(folder.relative_to(ROOT)))
-def test_a_folders_map_names_its_modules(folder: Path) -> None:
+def test_a_folders_map_names_its_modules(folder):
     modules = {path.stem for path in folder.glob("*.py")} - {"__init__", "__main__"}
     folders = {path.parent.name for path in folder.glob("*/__init__.py")}
     assert modules <= MAPS[folder], "not on the map"
     assert MAPS[folder] <= modules | folders, "not there"
 
 
-def test_the_folders_of_the_large_packages_have_maps() -> None:
+def test_the_folders_of_the_large_packages_have_maps():
     assert {"swarm_nav", "swarm_sim", "swarm_view", "swarm_bench"} <= {
         folder.relative_to(ROOT).parts[0] for folder in MAPS
     }
@@ -59,7 +57,7 @@ def functions_of(path: Path) -> Iterator[tuple[Function, bool]]:
 
 
 @pytest.mark.parametrize("name", PUBLIC)
-def test_what_users_import_describes_its_parameters(name: str) -> None:
+def test_what_users_import_describes_its_parameters(name):
     wrong = [
         f"{function.lineno} {function.name}: {', '.join(missing)}"
         for function, is_method in functions_of(ROOT / name)
@@ -69,7 +67,7 @@ def test_what_users_import_describes_its_parameters(name: str) -> None:
 
 
 @pytest.mark.parametrize("path", sorted(ROOT.glob("swarm_*/**/*_kernels.py")), ids=lambda p: p.stem)
-def test_kernels_describe_their_parameters(path: Path) -> None:
+def test_kernels_describe_their_parameters(path):
     """Each has an entry, there or at the top for several kernels, or is a NamedTuple."""
     top = SHARED.search(ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "")
     shared = dict(ENTRY.findall(top[1])) if top else {}
@@ -93,7 +91,7 @@ def tuples_of(function: Function) -> set[str]:
     return {name for name, kind in kinds.items() if kind.partition("[")[0] in NAMED_TUPLES}
 
 
-def test_an_entry_says_more_than_name_and_type() -> None:
+def test_an_entry_says_more_than_name_and_type():
     wrong = [
         f"{path.relative_to(ROOT)}:{function.lineno} {function.name}: {name}: {text}"
         for path in sorted(ROOT.glob("swarm_*/**/*.py"))

@@ -96,7 +96,7 @@ def commander_app(words: list[str]) -> typer.Typer:
 
 
 @pytest.mark.parametrize("document", texts())
-def test_commands_and_their_options_exist(document: Path) -> None:
+def test_commands_and_their_options_exist(document):
     wrong = []
     for words in command_lines(document.read_text("utf-8")):
         if words[0] not in {*SCRIPTS, *LOADERS}:
@@ -109,14 +109,14 @@ def test_commands_and_their_options_exist(document: Path) -> None:
 
 
 @pytest.mark.parametrize("document", texts())
-def test_files_that_are_named_exist(document: Path) -> None:
+def test_files_that_are_named_exist(document):
     text = document.read_text("utf-8")
     named = {name for name in MENTION.findall(text) if "NAME" not in name}  # of a run
     linked = {str((document.parent / name).relative_to(ROOT)) for name in LINK.findall(text)}
     assert not [name for name in named | linked if not (ROOT / name).exists()]
 
 
-def test_the_check_of_the_site_fails_at_a_link_that_leads_nowhere(tmp_path: Path) -> None:
+def test_the_check_of_the_site_fails_at_a_link_that_leads_nowhere(tmp_path):
     """With --quiet, mkdocs does not count the warnings that --strict is about."""
     [command] = re.findall(r"\.venv/bin/mkdocs (build .*)", (ROOT / "Makefile").read_text("utf-8"))
     (tmp_path / "docs").mkdir()
@@ -127,7 +127,7 @@ def test_the_check_of_the_site_fails_at_a_link_that_leads_nowhere(tmp_path: Path
     assert run.returncode == 1, run.stderr
 
 
-def test_the_state_diagrams_in_the_documents_are_the_automata() -> None:
+def test_the_state_diagrams_in_the_documents_are_the_automata():
     documents = ROOT / "docs" / "architecture"
     assert diagram() in (documents / "tick.md").read_text("utf-8")
     assert diagram(MakingWay) in (documents / "liveness.md").read_text("utf-8")
@@ -142,7 +142,7 @@ def yaml_block(document: str, first_key: str) -> dict[str, Any]:
     return content
 
 
-def test_all_keys_of_a_lidar_and_their_defaults_are_told() -> None:
+def test_all_keys_of_a_lidar_and_their_defaults_are_told():
     told = yaml_block("robots.md", "lidar")["lidar"]
     defaults = {item.name: item.default for item in fields(LidarSpec)}
     assert told.keys() == defaults.keys()
@@ -152,7 +152,7 @@ def test_all_keys_of_a_lidar_and_their_defaults_are_told() -> None:
     }
 
 
-def test_all_keys_of_a_scenario_and_their_defaults_are_told(tmp_path: Path) -> None:
+def test_all_keys_of_a_scenario_and_their_defaults_are_told(tmp_path):
     told = yaml_block("bench.md", "description")
     path = tmp_path / "told.yaml"
     path.write_text(yaml.safe_dump(told), "utf-8")
@@ -162,7 +162,7 @@ def test_all_keys_of_a_scenario_and_their_defaults_are_told(tmp_path: Path) -> N
         assert getattr(loaded, name) == getattr(default, name), name
 
 
-def test_the_reference_is_what_the_commands_and_classes_say() -> None:
+def test_the_reference_is_what_the_commands_and_classes_say():
     for name, text in pages().items():
         on_disk = (ROOT / "docs" / "reference" / name).read_text("utf-8")
         assert on_disk == text, f"{name} is out of date: python -m tools.write_reference"
@@ -177,14 +177,14 @@ WHERE_COMMITS_BELONG = {"results.md"}  # in the line under each table
 
 
 @pytest.mark.parametrize("document", texts())
-def test_documents_say_what_holds_now(document: Path) -> None:
+def test_documents_say_what_holds_now(document):
     text = re.sub(r"```.*?```|`[^`\n]*`|https?://\S+", "", document.read_text("utf-8"), flags=re.S)
     if document.name not in WHERE_COMMITS_BELONG:
         assert not PAST.findall(text)
 
 
 @pytest.mark.parametrize("document", texts())
-def test_every_table_is_whole(document: Path) -> None:
+def test_every_table_is_whole(document):
     text = re.sub(r"```.*?```", "", document.read_text("utf-8"), flags=re.S)
     wrong = []
     for block in re.findall(r"(?:^\|.*\n)+", text + "\n", re.M):
@@ -206,7 +206,7 @@ def anchors_of(document: Path) -> set[str]:
 
 
 @pytest.mark.parametrize("document", texts())
-def test_every_anchor_leads_somewhere(document: Path) -> None:
+def test_every_anchor_leads_somewhere(document):
     links = re.findall(r"\]\((?!https?://)([^)#\s]*)#([^)\s]+)\)", document.read_text("utf-8"))
     targets = [(document.parent / name if name else document, anchor) for name, anchor in links]
     lost = [
@@ -217,7 +217,7 @@ def test_every_anchor_leads_somewhere(document: Path) -> None:
     assert not lost
 
 
-def test_the_documents_are_short() -> None:
+def test_the_documents_are_short():
     words = {path: len(path.read_text("utf-8").split()) for path in DOCUMENTS}
     assert sum(words.values()) <= 50_000
     assert words[ROOT / "CHANGELOG.md"] <= 1_500

@@ -1,7 +1,5 @@
 """Ctrl-C while a command still imports its modules: no traceback, and the shell sees 130."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -32,7 +30,7 @@ sys.meta_path.insert(0, Finder)
 
 
 @pytest.mark.parametrize("name", SCRIPTS)
-def test_a_command_ends_quietly_while_it_imports(name: str) -> None:
+def test_a_command_ends_quietly_while_it_imports(name):
     """It was a traceback through typer, numpy or importlib.metadata."""
     module, _, function = SCRIPTS[name].partition(":")
     done = subprocess.run(

@@ -50,13 +50,13 @@ def state(error: SwarmError) -> tuple[Any, ...]:
     return type(error), str(error), error.args, held, faults
 
 
-def test_all_errors_are_found() -> None:
+def test_all_errors_are_found():
     names = {name.rpartition(".")[2] for name in kinds()}
     assert names >= {*ARGUMENTS, "GoalTimeoutError", "OffMapError", "ScaleRunError"}
 
 
 @pytest.mark.parametrize("name", kinds())
-def test_an_error_is_the_same_after_pickling(name: str) -> None:
+def test_an_error_is_the_same_after_pickling(name):
     module, _, short = name.rpartition(".")
     kind = getattr(importlib.import_module(module), short)
     error = made(kind, ARGUMENTS.get(short, ("a message",)))
@@ -67,7 +67,7 @@ def fail() -> None:
     raise UnknownNameError("world", "hal_12", ["hall_12", "doorway"])
 
 
-def test_a_pool_of_processes_passes_an_error_on() -> None:
+def test_a_pool_of_processes_passes_an_error_on():
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
         with pytest.raises(UnknownNameError, match="did you mean 'hall_12'") as caught:
             pool.submit(fail).result()

@@ -40,7 +40,7 @@ assert hooks == (others, sys.path_hooks)
 """
 
 
-def test_no_files_import_each_other_in_a_circle() -> None:
+def test_no_files_import_each_other_in_a_circle():
     graph = grimp.build_graph(*PACKAGES, cache_dir=None)
     # Raises CycleError, which names the files of the circle.
     graphlib.TopologicalSorter(
@@ -48,7 +48,7 @@ def test_no_files_import_each_other_in_a_circle() -> None:
     ).prepare()
 
 
-def test_importing_our_packages_changes_no_other_library() -> None:
+def test_importing_our_packages_changes_no_other_library():
     done = subprocess.run(
         [sys.executable, "-c", UNCHANGED], cwd=ROOT, capture_output=True, text=True, check=False
     )

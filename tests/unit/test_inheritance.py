@@ -12,7 +12,7 @@ from tests.fakes.own_classes import PACKAGES, classes_in, full_name, module_of
 COMPILED = {module_of(path) for path in compiled.modules()}
 
 
-def test_names_are_followed_to_their_class() -> None:
+def test_names_are_followed_to_their_class():
     navigator = "swarm_nav.behaviour.navigator.Navigator"
     assert full_name("swarm_workbench.steered", "Navigator") == navigator
     costmap = full_name("swarm_nav.behaviour.services", "costmaps.Costmap")
@@ -25,7 +25,7 @@ def test_names_are_followed_to_their_class() -> None:
 
 
 @pytest.mark.parametrize("folder", [*PACKAGES, "examples", "tools", "tests"])
-def test_no_interpreted_class_inherits_from_a_compiled_one(folder: str) -> None:
+def test_no_interpreted_class_inherits_from_a_compiled_one(folder):
     wrong = [
         f"{each.module}.{each.name} inherits from {base}"
         for each in classes_in(folder)

@@ -1,7 +1,5 @@
 """The launch file, with stand-ins for ROS 2's `launch`, which PyPI does not have."""
 
-from __future__ import annotations
-
 import runpy
 import sys
 from pathlib import Path
@@ -41,7 +39,7 @@ def context(*words: str, **more: str) -> SimpleNamespace:
     return SimpleNamespace(argv=list(words), launch_configurations=given | more)
 
 
-def test_every_option_is_declared(launch_file: dict[str, Any]) -> None:
+def test_every_option_is_declared(launch_file):
     items = launch_file["generate_launch_description"]().items[0]
     declared = {item.items[0]: item for item in items if item.kind == "DeclareLaunchArgument"}
     assert {"swarm_size", "world", "viewer", "until_done", "report"} <= declared.keys()
@@ -49,28 +47,26 @@ def test_every_option_is_declared(launch_file: dict[str, Any]) -> None:
     assert {item.default_value for item in declared.values()} == {""}
 
 
-def test_arguments_become_options(launch_file: dict[str, Any]) -> None:
+def test_arguments_become_options(launch_file):
     words = ("swarm_size:=2", "headless:=true", "record:=false", "viewer:=False", "mission:=")
     *_, swarm = launch_file["start"](context(*words))
     assert swarm.cmd[3:] == ["--swarm-size", "2", "--headless", "--no-viewer"]
 
 
-def test_unknown_arguments_are_refused(launch_file: dict[str, Any]) -> None:
+def test_unknown_arguments_are_refused(launch_file):
     with pytest.raises(UnknownNameError, match="'swarm_sise'; did you mean 'swarm_size'"):
         launch_file["start"](context("swarm_sise:=2"))
     with pytest.raises(ConfigError, match="headless is 'maybe'"):
         launch_file["start"](context("headless:=maybe"))
 
 
-def test_included_it_names_misspelt_ones_among_those_of_others(
-    launch_file: dict[str, Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_included_it_names_misspelt_ones_among_those_of_others(launch_file, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["ros2", "launch", "mine", "mine.launch.py"])
     note, *_ = launch_file["start"](context("theirs:=1", swarm_sise="2"))
     assert (note.kind, "did you mean 'swarm_size'" in note.msg) == ("LogInfo", True)
 
 
-def test_the_launch_fails_with_swarm_up(launch_file: dict[str, Any]) -> None:
+def test_the_launch_fails_with_swarm_up(launch_file):
     with pytest.raises(RuntimeError, match="code 2"):
         launch_file["end"](SimpleNamespace(returncode=2), context())
     (ended,) = launch_file["end"](SimpleNamespace(returncode=0), context())

@@ -3,7 +3,7 @@
 from tests.fakes.ros_domains import SWARMS, reserved_domain
 
 
-def test_a_domain_does_not_come_back_before_all_others_had_their_turn() -> None:
+def test_a_domain_does_not_come_back_before_all_others_had_their_turn():
     used = []
     for _ in SWARMS:
         with reserved_domain() as domain:
@@ -11,6 +11,6 @@ def test_a_domain_does_not_come_back_before_all_others_had_their_turn() -> None:
     assert len(set(used)) >= len(SWARMS) - 2, "others' runs may have one or two"
 
 
-def test_no_two_have_a_domain_at_once() -> None:
+def test_no_two_have_a_domain_at_once():
     with reserved_domain() as first, reserved_domain() as second:
         assert first != second

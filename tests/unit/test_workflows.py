@@ -1,7 +1,5 @@
 """The workflow for GitHub: its form, and that what it calls is there."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -13,14 +11,14 @@ ROOT = Path(__file__).parents[2]
 WORKFLOW = ROOT / ".github" / "workflows" / "tests.yml"
 
 
-def test_the_workflow_has_the_form_of_a_workflow() -> None:
+def test_the_workflow_has_the_form_of_a_workflow():
     program = Path(sys.executable).parent / "check-jsonschema"
     command = [str(program), "--builtin-schema", "vendor.github-workflows", str(WORKFLOW)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_its_scripts_can_be_run() -> None:
+def test_its_scripts_can_be_run():
     jobs = yaml.safe_load(WORKFLOW.read_text("utf-8"))["jobs"]
     words = [
         step["run"].split()[0] for job in jobs.values() for step in job["steps"] if "run" in step
@@ -30,7 +28,7 @@ def test_its_scripts_can_be_run() -> None:
     assert all(os.access(ROOT / name, os.X_OK) for name in scripts if not name.startswith(".venv"))
 
 
-def test_later_pythons_are_those_that_the_project_admits() -> None:
+def test_later_pythons_are_those_that_the_project_admits():
     jobs = yaml.safe_load(WORKFLOW.read_text("utf-8"))["jobs"]
     later = jobs["later-python"]["strategy"]["matrix"]["python"]
     assert later == ["3.12", "3.13"]

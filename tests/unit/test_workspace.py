@@ -1,7 +1,5 @@
 """The checkout in a colcon workspace: it builds, and hides no package of ROS 2's."""
 
-from __future__ import annotations
-
 import ast
 import os
 import subprocess
@@ -29,7 +27,7 @@ def colcon(*words: str, cwd: Path) -> str:
     return done.stdout
 
 
-def test_only_our_own_packages_are_found(tmp_path: Path) -> None:
+def test_only_our_own_packages_are_found(tmp_path):
     """Our parts of nav2_msgs and others would have hidden those of ROS 2."""
     lines = colcon("list", "--base-paths", str(ROOT), cwd=tmp_path).splitlines()
     found = {line.split("\t")[0] for line in lines}
@@ -40,7 +38,7 @@ def test_only_our_own_packages_are_found(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_package_builds_passes_its_tests_and_has_its_programs(tmp_path: Path) -> None:
+def test_the_package_builds_passes_its_tests_and_has_its_programs(tmp_path):
     """What apt gives it is stood in for by this environment, where swarm-setup built it."""
     colcon("build", "--base-paths", str(PACKAGE), cwd=tmp_path)
     place = tmp_path / "install" / "swarm_commander"
@@ -53,7 +51,7 @@ def test_the_package_builds_passes_its_tests_and_has_its_programs(tmp_path: Path
     assert summary == "Summary: 2 tests, 0 errors, 0 failures, 0 skipped"
 
 
-def test_programs_and_launch_file_are_those_of_the_project() -> None:
+def test_programs_and_launch_file_are_those_of_the_project():
     scripts = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]
     named = {name.replace("-", "_"): target for name, target in scripts.items() if name != "ros2"}
     assert {name: to for own in PROGRAMS.values() for name, to in own.items()} == named
@@ -62,7 +60,7 @@ def test_programs_and_launch_file_are_those_of_the_project() -> None:
     assert "generate_launch_description" in names
 
 
-def test_launch_arguments_are_options() -> None:
+def test_launch_arguments_are_options():
     words = ["swarm_size:=20", "world:=slim_blockage", "headless:=true", "viewer:=false"]
     assert swarm_up_arguments(words) == [
         "--swarm-size", "20", "--world", "slim_blockage", "--headless", "--no-viewer",

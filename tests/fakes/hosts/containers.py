@@ -4,8 +4,6 @@ A root is made by debootstrap and entered by chroot; each service has a network 
 engine does beyond that (layers, image format, isolation) is not stood in for.
 """
 
-from __future__ import annotations
-
 import fnmatch
 import json
 import os

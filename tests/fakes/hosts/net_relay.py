@@ -5,8 +5,6 @@ python tests/fakes/hosts/net_relay.py NAMESPACE... ; qualities come as JSON line
 input, `{"from": 1, "to": 2, "loss": 0.01}`, without `from` or `to` for all hosts.
 """
 
-from __future__ import annotations
-
 import ctypes
 import fcntl
 import heapq

@@ -31,7 +31,7 @@ for line in sys.stdin:
 """
 
 
-def test_room_for_a_flood_of_large_messages_is_given_back() -> None:
+def test_room_for_a_flood_of_large_messages_is_given_back():
     context = Context()
     with reserved_domain() as domain:
         listener = subprocess.Popen(

@@ -1,7 +1,5 @@
 """Publishers and subscriptions that end while an executor has their node; events come late."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -51,7 +49,7 @@ os._exit(0)
 
 
 @pytest.mark.parametrize("kind", ["publisher", "subscription"])
-def test_a_late_event_of_what_has_ended_does_not_end_the_process(kind: str) -> None:
+def test_a_late_event_of_what_has_ended_does_not_end_the_process(kind):
     with reserved_domain() as domain:
         done = subprocess.run(
             (sys.executable, "-c", CODE.replace("{kind}", kind)),

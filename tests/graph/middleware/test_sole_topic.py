@@ -1,7 +1,5 @@
 """Whose messages of a topic count: the rightful node's, or whoever came first without one."""
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 

@@ -1,7 +1,5 @@
 """A robot that was put elsewhere and does not answer: the tick waits for it, but not for long."""
 
-from __future__ import annotations
-
 import time
 
 import rclpy

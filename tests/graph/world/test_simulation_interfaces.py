@@ -1,7 +1,5 @@
 """Every interface of simulation_interfaces answers as its feature list says, and at once."""
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -1,13 +1,11 @@
 """What a decision costs, by the number of neighbours."""
 
-from __future__ import annotations
-
 from benchmarks.decisions import measure_decisions
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.scenario import load_scenario
 
 
-def test_every_decision_is_counted_with_its_neighbours() -> None:
+def test_every_decision_is_counted_with_its_neighbours():
     options = RunOptions(scenario=load_scenario("circle"), robots=12)
     rows = measure_decisions(options, 5)
     assert sum(row.count for row in rows) == 12 * 5

@@ -1,7 +1,5 @@
 """Bad input to `swarm-bench`: one clear message on stderr, exit code 2, and nothing is run."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -91,16 +89,14 @@ def refusal(
         (["--sceanrio", "corridor"], ["--sceanrio"]),
     ],
 )
-def test_bad_flags_of_traffic_are_refused(
-    refusal: Refusal, flags: list[str], parts: list[str]
-) -> None:
+def test_bad_flags_of_traffic_are_refused(refusal, flags, parts):
     message = refusal("traffic", *(flags if "--scenario" in flags else ["--scenario", "circle"]),
                       *([] if "--scenario" in flags else flags))  # fmt: skip
     for part in parts:
         assert part in message
 
 
-def test_a_mission_to_own_places_needs_one_for_each_robot(refusal: Refusal, tmp_path: Path) -> None:
+def test_a_mission_to_own_places_needs_one_for_each_robot(refusal, tmp_path):
     folder = tmp_path / "few"
     shutil.copytree(share_directory() / "worlds" / "hall_12", folder)
     sites = folder / "sites.yaml"
@@ -112,7 +108,7 @@ def test_a_mission_to_own_places_needs_one_for_each_robot(refusal: Refusal, tmp_
     assert "needs a place for each of 3 robots" in message
 
 
-def test_a_file_that_holds_no_results_is_refused(refusal: Refusal, tmp_path: Path) -> None:
+def test_a_file_that_holds_no_results_is_refused(refusal, tmp_path):
     (tmp_path / "notes.txt").write_text("makespan 12\n", encoding="utf-8")
     message = refusal("traffic", "--scenario", "circle", "--json", "notes.txt")
     assert "notes.txt, line 1 is no result" in message
@@ -124,11 +120,11 @@ def refusal_of_empty(refusal: Refusal, folder: Path) -> str:
     return refusal("report-traffic", "empty.jsonl", "-o", "out.md")
 
 
-def test_a_report_needs_its_files(refusal: Refusal) -> None:
+def test_a_report_needs_its_files(refusal):
     assert "none.jsonl" in refusal("report-traffic", "none.jsonl", "-o", "out.md")
 
 
-def test_the_suite_checks_its_seeds(refusal: Refusal) -> None:
+def test_the_suite_checks_its_seeds(refusal):
     flags = ("suite", "--json", "a.jsonl", "-o", "a.md")
     assert "--seeds is 'x'" in refusal(*flags, "--seeds", "x")
     assert "--jobs is -1" in refusal(*flags, "--jobs", "-1")
@@ -160,9 +156,7 @@ def test_the_suite_checks_its_seeds(refusal: Refusal) -> None:
         (["--compare", "a.yaml", "b.yaml"], ["a.yaml"]),
     ],
 )
-def test_bad_flags_of_sweep_are_refused(
-    refusal: Refusal, flags: list[str], parts: list[str]
-) -> None:
+def test_bad_flags_of_sweep_are_refused(refusal, flags, parts):
     message = refusal("sweep", *flags)
     for part in parts:
         assert part in message

@@ -1,7 +1,5 @@
 """The statistics reproduce published examples."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -80,7 +78,7 @@ FIRST = [0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0]
 SECOND = [1.9, 0.8, 1.1, 0.1, -0.1, 4.4, 5.5, 1.6, 4.6, 3.4]
 
 
-def test_students_interval_of_pairs_is_the_published_one() -> None:
+def test_students_interval_of_pairs_is_the_published_one():
     drugs = [dict(enumerate(hours)) for hours in (SECOND, FIRST)]
     found = statistics.paired(*drugs, student_mean).mean
     assert found.estimate == pytest.approx(1.58)
@@ -88,7 +86,7 @@ def test_students_interval_of_pairs_is_the_published_one() -> None:
     assert found.freedom == 9
 
 
-def test_batch_means_by_hand() -> None:
+def test_batch_means_by_hand():
     # batches 8, 12, 10, 10: variance 8/3, of the mean 2/3; two such runs: 1/3, 6 degrees
     found = mean_of_runs([10.0, 10.0], [[8.0, 12.0, 10.0, 10.0]] * 2)
     assert found.half_width == pytest.approx(2.4469 * math.sqrt(1 / 3), abs=1e-4)

@@ -1,7 +1,5 @@
 """Plans are executed to their end, whatever the robots' delays."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

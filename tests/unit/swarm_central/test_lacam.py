@@ -1,7 +1,5 @@
 """PIBT and LaCAM* against pymapf and against exhaustive search."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """An external solver by files."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import subprocess

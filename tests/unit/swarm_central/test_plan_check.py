@@ -1,7 +1,5 @@
 """Joint plans that can be driven, and those that cannot."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

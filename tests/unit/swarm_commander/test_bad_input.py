@@ -60,16 +60,14 @@ def refusal(
         (["--fleet", "deliver"], "did you mean './deliver.yaml'"),
     ],
 )
-def test_files_of_the_current_folder_are_proposed(
-    refusal: Refusal, tmp_path: Path, flags: list[str], advice: str
-) -> None:
+def test_files_of_the_current_folder_are_proposed(refusal, tmp_path, flags, advice):
     for name in ("hall_three/world.sdf", "hall.yaml", "hall.PNG", "deliver.yaml"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
     assert advice in refusal(*flags)
 
 
-def test_a_swarm_that_runs_is_named_before_its_port(refusal: Refusal) -> None:
+def test_a_swarm_that_runs_is_named_before_its_port(refusal):
     lock = DomainLock(DOMAIN)
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = str(server.getsockname()[1])
@@ -90,12 +88,7 @@ def test_a_swarm_that_runs_is_named_before_its_port(refusal: Refusal) -> None:
         (("--goal", "1", "1", "0"), "name a robot, like Srobot3, or give --all"),
     ],
 )
-def test_the_commander_says_how_it_is_written(
-    flags: tuple[str, ...],
-    hint: str,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_the_commander_says_how_it_is_written(flags, hint, monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["swarm-commander", *flags])
     with pytest.raises(SystemExit) as caught:
         cli.commander()
@@ -138,7 +131,7 @@ def test_the_commander_says_how_it_is_written(
     ],
     ids=" ".join,
 )
-def test_flags(refusal: Refusal, flags: list[str], parts: list[str]) -> None:
+def test_flags(refusal, flags, parts):
     message = refusal(*flags)
     for part in parts:
         assert part in message
@@ -159,9 +152,7 @@ MAP += "occupied_thresh: 0.65\nfree_thresh: 0.25\n"
         ("0.05", "[0, 0", PGM, "line"),
     ],
 )
-def test_a_map(
-    refusal: Refusal, tmp_path: Path, resolution: str, origin: str, image: bytes | None, part: str
-) -> None:
+def test_a_map(refusal, tmp_path, resolution, origin, image, part):
     text = MAP.format(resolution=resolution, origin=origin)
     (tmp_path / "mine.yaml").write_text(text, encoding="utf-8")
     if image is not None:
@@ -179,7 +170,7 @@ def test_a_map(
         ("/**:\n  ros__parameters:\n    max_vel_x: [\n", "line 4"),
     ],
 )
-def test_a_parameter_file(refusal: Refusal, tmp_path: Path, text: str, part: str) -> None:
+def test_a_parameter_file(refusal, tmp_path, text, part):
     (tmp_path / "mine.yaml").write_text(text, encoding="utf-8")
     message = refusal("--params", "mine.yaml")
     assert part in message
@@ -199,7 +190,7 @@ def test_a_parameter_file(refusal: Refusal, tmp_path: Path, text: str, part: str
         ),
     ],
 )
-def test_a_fleet_file(refusal: Refusal, tmp_path: Path, text: str, part: str) -> None:
+def test_a_fleet_file(refusal, tmp_path, text, part):
     (tmp_path / "fleet.yaml").write_text(text, encoding="utf-8")
     assert part in refusal("--fleet", "fleet.yaml")
 
@@ -218,23 +209,23 @@ def test_a_fleet_file(refusal: Refusal, tmp_path: Path, text: str, part: str) ->
     ],
 )
 def test_a_battery(
-    refusal: Refusal, tmp_path: Path, battery: dict[str, float], charging: list[str] | None,
-    parts: list[str],
-) -> None:  # fmt: skip
+    refusal, tmp_path, battery, charging,
+    parts,
+):  # fmt: skip
     more = {} if charging is None else {"charging": charging}
     world, robot = hall_with_chargers(tmp_path, **more), waffle_with_battery(tmp_path, **battery)
     error = refusal("--world", str(world), "--robot", str(robot), "--mission", "loading_route")
     assert [part for part in parts if part not in error] == []
 
 
-def test_a_mission_file(refusal: Refusal, tmp_path: Path) -> None:
+def test_a_mission_file(refusal, tmp_path):
     (tmp_path / "mine.yaml").write_text("route:\n  - stations: [loader_9]\n", encoding="utf-8")
     message = refusal("--mission", "mine.yaml")
     assert "unknown station 'loader_9'" in message
     assert "sites.yaml" in message
 
 
-def test_a_domain_in_use(refusal: Refusal) -> None:
+def test_a_domain_in_use(refusal):
     lock = DomainLock(DOMAIN)
     try:
         assert f"ROS domain {DOMAIN} is in use" in refusal()
@@ -242,27 +233,27 @@ def test_a_domain_in_use(refusal: Refusal) -> None:
         lock.release()
 
 
-def test_an_impossible_domain(refusal: Refusal, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_impossible_domain(refusal, monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "900")
     assert "ROS_DOMAIN_ID is '900'" in refusal()
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
-def test_a_run_folder_without_permission(refusal: Refusal, tmp_path: Path) -> None:
+def test_a_run_folder_without_permission(refusal, tmp_path):
     (tmp_path / "locked").mkdir(mode=stat.S_IRUSR | stat.S_IXUSR)
     assert "cannot write the run folder" in refusal("--run-dir", "locked/run")
 
 
-def test_a_run_folder_where_not_even_root_may_write(refusal: Refusal) -> None:
+def test_a_run_folder_where_not_even_root_may_write(refusal):
     assert "cannot write the run folder" in refusal("--run-dir", "/proc/swarm/run")
 
 
-def test_a_run_folder_that_is_a_file(refusal: Refusal, tmp_path: Path) -> None:
+def test_a_run_folder_that_is_a_file(refusal, tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     assert "cannot write the run folder" in refusal("--run-dir", "file")
 
 
 @pytest.mark.parametrize("flag", ["world", "robot", "map", "params", "mission", "fleet", "run-dir"])
 @pytest.mark.parametrize("name", ["x" * 300, "x" * 300 + ".yaml", "y/" * 3000 + "a.sdf"])
-def test_names_that_are_too_long_are_one_message(refusal: Refusal, flag: str, name: str) -> None:
+def test_names_that_are_too_long_are_one_message(refusal, flag, name):
     refusal(f"--{flag}", name)

@@ -1,9 +1,6 @@
 """the statistics of robots that come and go, and the parameters that a newcomer gets."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.results.status_table import shown_state
@@ -14,7 +11,7 @@ from swarm_run.spec import RunSpec
 from tests.fakes.charging import BATTERY
 
 
-def test_a_newcomer_counts_once_it_is_active() -> None:
+def test_a_newcomer_counts_once_it_is_active():
     statistics = RunStatistics.of(["Srobot1"], False)
     statistics.apply(say.NavigatorActive("Srobot1"))
     statistics.apply(say.RobotSpawned("Srobot4", 4, "waffle", (0.0, 0.0, 0.0), 1.0))
@@ -23,7 +20,7 @@ def test_a_newcomer_counts_once_it_is_active() -> None:
     assert (statistics.active, list(statistics.robots)) == (2, ["Srobot1", "Srobot4"])
 
 
-def test_goals_of_a_robot_that_was_taken_out_do_not_count() -> None:
+def test_goals_of_a_robot_that_was_taken_out_do_not_count():
     statistics = RunStatistics.of(["Srobot1", "Srobot2"], True)
     for robot in statistics.robots:
         statistics.apply(say.NavigatorActive(robot))
@@ -46,7 +43,7 @@ def test_goals_of_a_robot_that_was_taken_out_do_not_count() -> None:
     assert statistics.active == 2
 
 
-def test_one_that_comes_back_has_the_battery_of_its_group(tmp_path: Path) -> None:
+def test_one_that_comes_back_has_the_battery_of_its_group(tmp_path):
     fleet = tmp_path / "fleet.yaml"
     group = {"model": "turtlebot3_waffle", "count": 2, "battery": BATTERY}
     fleet.write_text(json.dumps({"groups": [group]}), encoding="utf-8")
@@ -59,7 +56,7 @@ def test_one_that_comes_back_has_the_battery_of_its_group(tmp_path: Path) -> Non
         assert ("battery" in robot) is has_battery
 
 
-def test_a_newcomer_gets_the_parameters_of_its_model() -> None:
+def test_a_newcomer_gets_the_parameters_of_its_model():
     plan = check_plan(RunSpec(swarm_size=2, mission="loading_route"))
     tree = plan.parameter_file_of_newcomer("Srobot9", 9, "turtlebot3_burger", Pose(1.0, 2.0, 0.5))
     values = tree["/Srobot9/navigator"]["ros__parameters"]

@@ -1,7 +1,5 @@
 """Disks that are full, terminals that are gone, folders that are shared: the report is true."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os
@@ -29,7 +27,7 @@ from swarm_common.model.errors import ConfigError
 from swarm_common.process import messages as say
 from swarm_common.process.signals import SignalCounter
 from tests.fakes.small_disk import fill, small_disk
-from tests.fakes.swarm_up import DOMAIN, MISSION, ROOT, Up, wait_for
+from tests.fakes.swarm_up import DOMAIN, MISSION, ROOT, wait_for
 
 OTHER_DOMAIN = "229"
 
@@ -40,7 +38,7 @@ def disk(tmp_path: Path) -> Iterator[Path]:
         yield folder
 
 
-def test_a_full_disk_leaves_no_half_report_and_says_so(up: Up, disk: Path) -> None:
+def test_a_full_disk_leaves_no_half_report_and_says_so(up, disk):
     up.run_dir = disk / "run"
     process = up.start(*MISSION, "--no-report", runner="slow")
     wait_for((up.run_dir / "config" / "begun").exists)
@@ -55,7 +53,7 @@ def test_a_full_disk_leaves_no_half_report_and_says_so(up: Up, disk: Path) -> No
     assert not (up.run_dir / "report.json").exists()
 
 
-def test_a_disk_that_is_full_at_the_start_is_one_clear_failure(up: Up, disk: Path) -> None:
+def test_a_disk_that_is_full_at_the_start_is_one_clear_failure(up, disk):
     up.run_dir = disk / "run"
     fill(disk)
     code, output, errors = up.run()
@@ -64,7 +62,7 @@ def test_a_disk_that_is_full_at_the_start_is_one_clear_failure(up: Up, disk: Pat
     assert "Traceback" not in output + errors
 
 
-def test_a_recorder_that_hangs_at_the_end_is_no_success(up: Up) -> None:
+def test_a_recorder_that_hangs_at_the_end_is_no_success(up):
     """Its recording lacked the rest; the report said nothing, and the exit code was 0."""
     code, output, _ = up.run(*MISSION, "--record", recorder="hangs", grace="1.0")
     assert code == 3, output
@@ -75,7 +73,7 @@ def test_a_recorder_that_hangs_at_the_end_is_no_success(up: Up) -> None:
     assert " ".join(failure.split()[:8]) in " ".join(output.split())
 
 
-def test_a_recording_that_cannot_be_shown_is_no_success(up: Up) -> None:
+def test_a_recording_that_cannot_be_shown_is_no_success(up):
     """Without a map; the exit code was 0, and no word said so."""
     code, output, _ = up.run(*MISSION, "--record", recorder="lacks")
     assert code == 1, output
@@ -85,14 +83,14 @@ def test_a_recording_that_cannot_be_shown_is_no_success(up: Up) -> None:
     assert "the recording has no /map" in text
 
 
-def test_a_recorder_without_room_does_not_end_the_swarm(up: Up) -> None:
+def test_a_recorder_without_room_does_not_end_the_swarm(up):
     code, output, _ = up.run(*MISSION, "--record")
     assert code == 3
     assert "No space left on device" in output
     assert up.report()["goals"]["reached"] == 3
 
 
-def test_a_file_stays_as_it_was_if_the_new_one_does_not_fit(disk: Path) -> None:
+def test_a_file_stays_as_it_was_if_the_new_one_does_not_fit(disk):
     path = disk / "report.json"
     write_whole(path, '{"old": 1}')
     fill(disk)
@@ -101,7 +99,7 @@ def test_a_file_stays_as_it_was_if_the_new_one_does_not_fit(disk: Path) -> None:
     assert [file.name for file in disk.iterdir() if file.name.startswith(".")] == []
 
 
-def test_the_reader_of_the_output_may_leave(up: Up) -> None:
+def test_the_reader_of_the_output_may_leave(up):
     process = up.start(*MISSION, "--no-report")
     assert process.stdout is not None
     assert process.stdout.readline()
@@ -113,7 +111,7 @@ def test_the_reader_of_the_output_may_leave(up: Up) -> None:
     assert up.report()["goals"]["reached"] == 3
 
 
-def test_a_console_on_a_full_disk_goes_on(disk: Path) -> None:
+def test_a_console_on_a_full_disk_goes_on(disk):
     fill(disk)
     with (disk / "out").open("w", encoding="utf-8") as stream:
         outlet = Outlet(stream)
@@ -124,7 +122,7 @@ def test_a_console_on_a_full_disk_goes_on(disk: Path) -> None:
     assert not outlet.is_open
 
 
-def test_files_of_the_current_folder_are_no_modules(up: Up) -> None:
+def test_files_of_the_current_folder_are_no_modules(up):
     """The processes of a run imported `json.py` of the user's folder in place of Python's."""
     (up.folder / "json.py").write_text("raise SystemExit('not this one')", encoding="utf-8")
     code, output, errors = up.run(*MISSION, "--no-report")
@@ -132,9 +130,7 @@ def test_files_of_the_current_folder_are_no_modules(up: Up) -> None:
 
 
 @pytest.mark.parametrize("home", ["", "/proc"])
-def test_ros_logs_to_the_folder_of_the_run(
-    up: Up, monkeypatch: pytest.MonkeyPatch, home: str
-) -> None:
+def test_ros_logs_to_the_folder_of_the_run(up, monkeypatch, home):
     """It logged to the home folder, without which rclpy did not start."""
     monkeypatch.delenv("ROS_LOG_DIR", raising=False)
     if home:
@@ -148,7 +144,7 @@ def test_ros_logs_to_the_folder_of_the_run(
     process.communicate(timeout=60)
 
 
-def test_two_runs_cannot_have_one_folder(up: Up) -> None:
+def test_two_runs_cannot_have_one_folder(up):
     process = up.start()
     wait_for(lambda: len(up.left_running()) >= 4)
     marks = sorted(path.name for path in up.run_dir.rglob("*"))
@@ -171,7 +167,7 @@ def test_two_runs_cannot_have_one_folder(up: Up) -> None:
     assert up.report()["exit_code"] == 0
 
 
-def test_a_folder_is_free_when_its_run_has_ended(tmp_path: Path) -> None:
+def test_a_folder_is_free_when_its_run_has_ended(tmp_path):
     first, second = RunFolder(tmp_path / "run"), RunFolder(tmp_path / "run")
     first.claim()
     with pytest.raises(ConfigError, match="another run"):
@@ -226,7 +222,7 @@ def test_nohup_is_respected():
         signal.signal(signal.SIGHUP, before)
 
 
-def test_a_folder_whose_name_is_no_text_is_refused(tmp_path: Path) -> None:
+def test_a_folder_whose_name_is_no_text_is_refused(tmp_path):
     path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/run-\xff"))
     with pytest.raises(ConfigError, match="not UTF-8") as caught:
         create_run_folder(path, datetime(2026, 1, 2, 3, 4))
@@ -234,7 +230,7 @@ def test_a_folder_whose_name_is_no_text_is_refused(tmp_path: Path) -> None:
     assert not path.exists()
 
 
-def test_goals_that_were_never_sent_are_not_counted_as_sent() -> None:
+def test_goals_that_were_never_sent_are_not_counted_as_sent():
     statistics = RunStatistics.of(["Srobot1"], has_mission=True)
     statistics.apply(say.MissionLoaded(3))
     statistics.apply(say.GoalSent("Srobot1", "a"))
@@ -249,12 +245,12 @@ def test_goals_that_were_never_sent_are_not_counted_as_sent() -> None:
     assert statistics.unfinished == []
 
 
-def test_sigbus_is_explained() -> None:
+def test_sigbus_is_explained():
     assert "/dev/shm" in describe_exit(-signal.SIGBUS)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.05, 0.1, 0.2, 0.3])
-def test_an_early_ctrl_c_ends_without_a_traceback(tmp_path: Path, delay: float) -> None:
+def test_an_early_ctrl_c_ends_without_a_traceback(tmp_path, delay):
     code = (
         "from swarm_commander.cli.main import swarm_up\n"
         "import sys; sys.stdout.write('here'); sys.stdout.flush(); swarm_up()"

@@ -49,7 +49,7 @@ def calls(tmp_path: Path, count: int) -> list[str]:
     return sorted(log.read_text().splitlines())
 
 
-def test_a_window_for_each_robot_that_was_named(tmp_path: Path, rviz: dict[str, str]) -> None:
+def test_a_window_for_each_robot_that_was_named(tmp_path, rviz):
     result = up(tmp_path, "--rviz", "Srobot1,Srobot3", **rviz)
     assert result.returncode == 0, result.stdout
     folder = tmp_path / "run" / "rviz"
@@ -58,16 +58,12 @@ def test_a_window_for_each_robot_that_was_named(tmp_path: Path, rviz: dict[str, 
         assert "event-fd" not in call
 
 
-def test_without_names_the_window_is_that_of_the_swarm(
-    tmp_path: Path, rviz: dict[str, str]
-) -> None:
+def test_without_names_the_window_is_that_of_the_swarm(tmp_path, rviz):
     up(tmp_path, "--rviz", **rviz)
     assert "swarm.rviz" in calls(tmp_path, 1)[0]
 
 
-def test_the_merged_window_comes_with_the_relay_of_frames(
-    tmp_path: Path, rviz: dict[str, str]
-) -> None:
+def test_the_merged_window_comes_with_the_relay_of_frames(tmp_path, rviz):
     result = up(tmp_path, "--rviz", "merged", **rviz)
     assert result.returncode == 0, result.stdout
     call = calls(tmp_path, 1)[0]
@@ -76,16 +72,14 @@ def test_the_merged_window_comes_with_the_relay_of_frames(
     assert config["command"][-1] == "swarm_commander.viewers.frame_relay"
 
 
-def test_a_window_that_fails_is_reported_and_the_run_goes_on(
-    tmp_path: Path, rviz: dict[str, str]
-) -> None:
+def test_a_window_that_fails_is_reported_and_the_run_goes_on(tmp_path, rviz):
     result = up(tmp_path, "--rviz", RVIZ_CODE="7", **rviz)
     assert result.returncode == 3
     assert "the rviz_swarm process ended: exit code 7" in result.stdout
     assert "3 of 3" in result.stdout
 
 
-def test_without_rviz_the_run_goes_on_and_says_how_to_get_it(tmp_path: Path) -> None:
+def test_without_rviz_the_run_goes_on_and_says_how_to_get_it(tmp_path):
     result = up(tmp_path, "--rviz")
     assert result.returncode == 0, result.stdout
     assert "apt install ros-jazzy-rviz2" in result.stdout

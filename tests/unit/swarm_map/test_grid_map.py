@@ -1,7 +1,5 @@
 """Grid maps and scenarios in the Moving AI Lab's formats become worlds that their maps show."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +41,7 @@ def written(folder: Path, text: str, scen: str = "") -> tuple[Path, Path | None]
     return folder / "x.map", folder / "x.scen"
 
 
-def test_a_map_becomes_walls_where_nobody_can_be(tmp_path: Path) -> None:
+def test_a_map_becomes_walls_where_nobody_can_be(tmp_path):
     path, scen = written(tmp_path, MAP, SCEN)
     scene = write_world(load_grid_map(path, 2.0, scen), tmp_path / "x")
     grid = load_map(tmp_path / "x" / "map.yaml")
@@ -87,20 +85,20 @@ def test_a_map_becomes_walls_where_nobody_can_be(tmp_path: Path) -> None:
         (MAP, "version 1\n", "names no start and goal"),
     ],
 )
-def test_malformed_files_are_refused(tmp_path: Path, text: str, scen: str, message: str) -> None:
+def test_malformed_files_are_refused(tmp_path, text, scen, message):
     path, scenario = written(tmp_path, text, scen)
     with pytest.raises(ConfigError) as caught:
         load_grid_map(path, 1.0, scenario)
     assert message in str(caught.value)
 
 
-def test_a_cell_has_a_size(tmp_path: Path) -> None:
+def test_a_cell_has_a_size(tmp_path):
     with pytest.raises(ConfigError, match="--cell is 0; expected"):
         load_grid_map(written(tmp_path, MAP)[0], 0.0)
 
 
 @pytest.mark.parametrize("name", OURS)
-def test_the_worlds_that_ship_are_made_of_their_maps(name: str) -> None:
+def test_the_worlds_that_ship_are_made_of_their_maps(name):
     folder = share_directory("worlds") / "worlds" / name
     plan = load_grid_map(folder / "plan.map", CELLS.get(name, 1.5), folder / "plan.scen")
     assert (folder / "world.sdf").read_text().split(">", 3)[3] == sdf_text(plan).split(">", 3)[3]

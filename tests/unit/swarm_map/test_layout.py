@@ -1,7 +1,5 @@
 """Layouts of fleet controls: written of worlds, and worlds made of them."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -26,7 +24,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_a_world_is_written_as_one_connected_layout(exported: Path) -> None:
+def test_a_world_is_written_as_one_connected_layout(exported):
     (layout,) = json.loads(exported.read_text(encoding="utf-8"))["layouts"]
     nodes = {node["nodeId"]: node["nodePosition"] for node in layout["nodes"]}
     assert {"loader_1", "shipping", "island_1", "island_4"} <= set(nodes)
@@ -44,9 +42,7 @@ def test_a_world_is_written_as_one_connected_layout(exported: Path) -> None:
     assert {s["stationId"] for s in layout["stations"]} <= set(nodes)
 
 
-def test_a_layout_becomes_a_world(
-    exported: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_layout_becomes_a_world(exported, tmp_path, monkeypatch):
     assert run(monkeypatch, "new", exported, "-o", tmp_path) == 0
     sites = load_sites(tmp_path / "hall" / "sites.yaml")
     assert math.isclose(sites.stations["shipping"].yaw, math.pi / 2, abs_tol=1e-5)
@@ -69,13 +65,7 @@ def test_a_layout_becomes_a_world(
         ),
     ],
 )
-def test_what_is_no_layout_is_refused(
-    text: str,
-    word: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_what_is_no_layout_is_refused(text, word, tmp_path, monkeypatch, capsys):
     path = tmp_path / "bad.lif"
     path.write_text(text, encoding="utf-8")
     assert run(monkeypatch, "new", path, "-o", tmp_path) == 2

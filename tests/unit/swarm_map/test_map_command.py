@@ -1,7 +1,5 @@
 """The command swarm-map: maps of worlds, their check, and worlds made from floor plans."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -38,9 +36,7 @@ def run(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
     return run_app("swarm-map", lambda: map_app)
 
 
-def test_draw_and_check(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_draw_and_check(tmp_path, monkeypatch, capsys):
     out, picture = tmp_path / "maps", tmp_path / "difference.png"
     assert run(monkeypatch, "draw", "hall_12", "-o", out, "--resolution", 0.1) == 0
     assert load_map(out / "hall_12.yaml").resolution == 0.1
@@ -58,9 +54,7 @@ def test_draw_and_check(
     assert run(monkeypatch, "check", "hall_12", tmp_path / "moved.yaml", *more) == 0
 
 
-def test_without_pybullet_a_world_is_compared_without_physics(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_pybullet_a_world_is_compared_without_physics(tmp_path, monkeypatch, capsys):
     """It ended with a traceback on Python 3.12."""
     monkeypatch.setattr("swarm_map.map_command.usual_engine", lambda: "planar")
     monkeypatch.setattr("swarm_sim.maps.world_check._felt", pytest.fail)
@@ -80,20 +74,14 @@ def test_without_pybullet_a_world_is_compared_without_physics(
         (("paint",), "No such command"),
     ],
 )
-def test_bad_input_is_one_message_and_code_2(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    words: tuple[object, ...],
-    message: str,
-) -> None:
+def test_bad_input_is_one_message_and_code_2(tmp_path, monkeypatch, capsys, words, message):
     monkeypatch.chdir(tmp_path)
     assert run(monkeypatch, *words) == 2
     assert message in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_world_from_a_plan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_world_from_a_plan(tmp_path, monkeypatch):
     (tmp_path / "plan.yaml").write_text(PLAN)
     assert run(monkeypatch, "new", tmp_path / "plan.yaml", "-o", tmp_path) == 0
     scene = load_world(tmp_path / "small")
@@ -108,7 +96,7 @@ def test_a_world_from_a_plan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert run(monkeypatch, "new", tmp_path / "plan.yaml", "-o", tmp_path) == 2  # is there already
 
 
-def test_a_world_from_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_world_from_a_picture(tmp_path, monkeypatch):
     pixels = np.full((80, 120, 3), 255, np.uint8)
     pixels[:3], pixels[-3:], pixels[:, :3], pixels[:, -3:] = 0, 0, 0, 0
     pixels[38:42, 60:] = 0
@@ -130,9 +118,7 @@ def test_a_world_from_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert grid.cells[grid.cell_of(4.0, 4.0)] == 0
 
 
-def test_text_and_noise_of_a_scan_are_left_out(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_text_and_noise_of_a_scan_are_left_out(tmp_path, monkeypatch, capsys):
     pixels = np.full((80, 120, 3), 255, np.uint8)
     pixels[:3], pixels[-3:], pixels[:, :3], pixels[:, -3:] = 0, 0, 0, 0
     pixels[38:42, 60:] = 0
@@ -159,7 +145,7 @@ def test_text_and_noise_of_a_scan_are_left_out(
     assert grid.cells[grid.cell_of(9.0, 4.0)] == 100
 
 
-def test_rectangles_cover_a_mask_once() -> None:
+def test_rectangles_cover_a_mask_once():
     rng = np.random.default_rng(0)
     mask = rng.random((30, 40)) < 0.6
     covered = np.zeros(mask.shape, int)
@@ -193,21 +179,13 @@ def test_rectangles_cover_a_mask_once() -> None:
         ("name: ../../etc\n", "expected letters"),
     ],
 )
-def test_bad_plans_are_refused(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    text: str,
-    message: str,
-) -> None:
+def test_bad_plans_are_refused(tmp_path, monkeypatch, capsys, text, message):
     (tmp_path / "plan.yaml").write_text(text)
     assert run(monkeypatch, "new", tmp_path / "plan.yaml", "-o", tmp_path / "out") == 2
     assert message in capsys.readouterr().err
 
 
-def test_a_file_of_another_kind_is_told_what_is_taken(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_of_another_kind_is_told_what_is_taken(tmp_path, monkeypatch, capsys):
     """It was a picture that cannot be read."""
     (tmp_path / "hall.geojson").write_text("{}")
     assert run(monkeypatch, "new", tmp_path / "hall.geojson", "-o", tmp_path / "out") == 2
@@ -215,7 +193,7 @@ def test_a_file_of_another_kind_is_told_what_is_taken(
 
 
 @pytest.mark.parametrize("name", ["playground", "warehouse"])
-def test_shipped_worlds_are_those_of_their_plans(name: str) -> None:
+def test_shipped_worlds_are_those_of_their_plans(name):
     folder = share_directory() / "worlds" / name
     plan = load_plan(folder / "plan.yaml")
     assert sdf_text(plan) == (folder / "world.sdf").read_text()
@@ -223,9 +201,7 @@ def test_shipped_worlds_are_those_of_their_plans(name: str) -> None:
     assert sites_text(plan.sites) == written.partition("\n")[2]
 
 
-def test_a_black_and_white_picture_is_a_world_without_places(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_black_and_white_picture_is_a_world_without_places(tmp_path, monkeypatch):
     pixels = np.full((60, 80), 255, np.uint8)
     pixels[[0, -1]], pixels[:, [0, -1]] = 0, 0
     Image.fromarray(pixels).save(tmp_path / "plain.png")
@@ -234,9 +210,7 @@ def test_a_black_and_white_picture_is_a_world_without_places(
     assert not load_world(tmp_path / "plain").sites.stations
 
 
-def test_a_coarse_picture_has_a_map_to_navigate_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_coarse_picture_has_a_map_to_navigate_on(tmp_path, monkeypatch, capsys):
     pixels = np.full((8, 10), 255, np.uint8)
     pixels[[0, -1]], pixels[:, [0, -1]] = 0, 0
     Image.fromarray(pixels).save(tmp_path / "coarse.png")
@@ -268,9 +242,7 @@ def draw_hall(file: Path, *rectangles: tuple[int, int, int, int, tuple[int, int,
     return file
 
 
-def test_size_stations_and_specks_of_a_picture_are_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_size_stations_and_specks_of_a_picture_are_told(tmp_path, monkeypatch, capsys):
     picture = draw_hall(
         tmp_path / "hall.png",
         (10, 20, 4, 4, GREEN),
@@ -288,9 +260,7 @@ def test_size_stations_and_specks_of_a_picture_are_told(
     assert "the largest at (6.1, 2.9)" in text
 
 
-def test_stations_that_two_robots_cannot_use_are_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_stations_that_two_robots_cannot_use_are_told(tmp_path, monkeypatch, capsys):
     picture = draw_hall(tmp_path / "hall.png", (10, 20, 2, 2, GREEN), (10, 23, 2, 2, GREEN))
     assert run(monkeypatch, "new", picture, "-o", tmp_path, "--resolution", 0.1) == 0
     assert "station_1 and station_2 are only 0.30 m apart" in capsys.readouterr().out
@@ -299,12 +269,7 @@ def test_stations_that_two_robots_cannot_use_are_told(
 @pytest.mark.parametrize(
     "spot", [(30, 59, 6, 6, GREEN), (30, 57, 6, 6, GREEN), (60, 40, 4, 4, GREEN)]
 )
-def test_a_station_on_a_wall_leaves_nothing_behind(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    spot: tuple[int, int, int, int, tuple[int, int, int]],
-) -> None:
+def test_a_station_on_a_wall_leaves_nothing_behind(tmp_path, monkeypatch, capsys, spot):
     """A hole in a wall was a station, and a folder without a map was left behind."""
     walls = [(10, 61, 60, 2, (0, 0, 0)), (55, 35, 14, 14, (0, 0, 0))]
     picture = draw_hall(tmp_path / "hall.png", *walls, spot)
@@ -315,14 +280,12 @@ def test_a_station_on_a_wall_leaves_nothing_behind(
     assert list(tmp_path.iterdir()) == [picture]
 
 
-def test_a_station_in_a_corner_is_fine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_station_in_a_corner_is_fine(tmp_path, monkeypatch):
     picture = draw_hall(tmp_path / "hall.png", (4, 3, 8, 8, GREEN), (2, 100, 8, 8, GREEN))
     assert run(monkeypatch, "new", picture, "-o", tmp_path, "--resolution", 0.1) == 0
 
 
-def test_a_command_that_failed_works_once_it_is_right(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_command_that_failed_works_once_it_is_right(tmp_path, monkeypatch, capsys):
     picture = draw_hall(tmp_path / "hall.png", (3, 20, 2, 2, GREEN))
     words = ("new", picture, "-o", tmp_path / "out", "--resolution")
     assert run(monkeypatch, *words, 0.1) == 2
@@ -338,9 +301,7 @@ def test_a_command_that_failed_works_once_it_is_right(
     ]
 
 
-def test_force_keeps_the_names_that_stations_were_given(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_force_keeps_the_names_that_stations_were_given(tmp_path, monkeypatch, capsys):
     spots = [(20, 20, 4, 4, GREEN), (60, 20, 4, 4, GREEN)]
     picture = draw_hall(tmp_path / "hall.png", *spots)
     words = ("new", picture, "-o", tmp_path, "--resolution", 0.1, "--origin", 0, 0)
@@ -360,17 +321,13 @@ def test_force_keeps_the_names_that_stations_were_given(
     assert len(scene.sites.places) == 1
 
 
-def test_a_picture_without_colours_is_told_the_rule(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_picture_without_colours_is_told_the_rule(tmp_path, monkeypatch, capsys):
     picture = draw_hall(tmp_path / "hall.png")
     assert run(monkeypatch, "new", picture, "-o", tmp_path) == 0
     assert "green spots are stations, a blue area is where the robots" in capsys.readouterr().out
 
 
-def test_a_station_in_millimetres_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_station_in_millimetres_is_named(tmp_path, monkeypatch, capsys):
     picture = draw_hall(tmp_path / "hall.png", (20, 20, 4, 4, GREEN))
     assert run(monkeypatch, "new", picture, "-o", tmp_path) == 0
     (tmp_path / "hall" / "sites.yaml").write_text("stations: {a: [1, 1, 0], b: [5500, 14500, 0]}\n")

@@ -1,7 +1,5 @@
 """`swarm-map new` with maps of Nav2's, and with worlds of other programs."""
 
-from __future__ import annotations
-
 import shlex
 from pathlib import Path
 
@@ -48,9 +46,7 @@ def write_map(folder: Path, origin: str = "20, -30, 0", negate: int = 0) -> Path
 
 
 @pytest.mark.parametrize("negate", [0, 1])
-def test_a_map_becomes_a_world_at_the_same_places(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], negate: int
-) -> None:
+def test_a_map_becomes_a_world_at_the_same_places(tmp_path, monkeypatch, capsys, negate):
     path = write_map(tmp_path, negate=negate)
     assert run(monkeypatch, "new", path, "-o", tmp_path, "--drop", 0.2) == 0
     text = capsys.readouterr().out
@@ -74,9 +70,7 @@ def test_a_map_becomes_a_world_at_the_same_places(
     assert not inside.any()
 
 
-def test_a_turned_map_is_set_upright(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_turned_map_is_set_upright(tmp_path, monkeypatch, capsys):
     path = write_map(tmp_path, "0, 0, 0.5")
     assert run(monkeypatch, "new", path, "-o", tmp_path, "--wall-height", 1) == 0
     assert "turned by 0.5 rad" in capsys.readouterr().out
@@ -94,13 +88,8 @@ def test_a_turned_map_is_set_upright(
     ],
 )
 def test_worlds_of_other_programs_are_told_the_way(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    name: str,
-    text: str,
-    message: str,
-) -> None:
+    tmp_path, monkeypatch, capsys, name, text, message
+):
     write_map(tmp_path)
     path = tmp_path / name
     path.write_text(text)
@@ -115,9 +104,7 @@ def test_worlds_of_other_programs_are_told_the_way(
         assert run(monkeypatch, *shlex.split(command), "-o", tmp_path / "out") == 0
 
 
-def test_a_map_given_as_a_world_is_told_the_way(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_map_given_as_a_world_is_told_the_way(tmp_path, monkeypatch):
     folder = tmp_path / "my maps"
     folder.mkdir()
     path = write_map(folder)
@@ -138,14 +125,7 @@ def test_a_map_given_as_a_world_is_told_the_way(
         ("plan.yaml", ("--drop", 0.5), "--drop is for a picture or a map of Nav2's"),
     ],
 )
-def test_options_for_other_plans_are_refused(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    file: str,
-    option: tuple[object, ...],
-    message: str,
-) -> None:
+def test_options_for_other_plans_are_refused(tmp_path, monkeypatch, capsys, file, option, message):
     write_map(tmp_path)
     (tmp_path / "plan.yaml").write_text("walls: [{points: [[0, 0], [5, 0]]}]\n")
     assert run(monkeypatch, "new", tmp_path / file, "-o", tmp_path, *option) == 2
@@ -160,13 +140,7 @@ def test_options_for_other_plans_are_refused(
         (("occupied_thresh: 0.65", "occupied_thresh: 1.0"), "no cell is occupied"),
     ],
 )
-def test_maps_that_cannot_be_used(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    change: tuple[str, str],
-    message: str,
-) -> None:
+def test_maps_that_cannot_be_used(tmp_path, monkeypatch, capsys, change, message):
     path = write_map(tmp_path)
     path.write_text(path.read_text().replace(*change))
     assert run(monkeypatch, "new", path, "-o", tmp_path) == 2
@@ -178,13 +152,8 @@ def test_maps_that_cannot_be_used(
                                 ("small", 16, 1), ("tiny", 6, 0)],
 )  # fmt: skip
 def test_the_command_that_is_printed_fits_the_world(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    name: str,
-    size: int,
-    count: int,
-) -> None:
+    tmp_path, monkeypatch, capsys, name, size, count
+):
     """Robots started around the origin, which a picture elsewhere does not hold."""
     monkeypatch.chdir(tmp_path)
     pixels = np.full((size, size), 255, np.uint8)

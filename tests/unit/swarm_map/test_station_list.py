@@ -27,9 +27,7 @@ def draw(folder: Path, marks: str) -> Path:
     return folder / "plant.png"
 
 
-def test_colours_name_stations_and_groups_and_the_preview_shows_them(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_colours_name_stations_and_groups_and_the_preview_shows_them(tmp_path, monkeypatch):
     plan = draw(tmp_path, f"color,name\n{ORANGE},loader\n{VIOLET},shipping\n")
     assert run(monkeypatch, "new", plan, "-o", tmp_path) == 0
     sites = load_sites(tmp_path / "plant" / "sites.yaml")
@@ -54,6 +52,6 @@ def test_colours_name_stations_and_groups_and_the_preview_shows_them(
         ("color,name\n#ffff00,x\n", "no spot is #ffff00"),
     ],
 )
-def test_a_list_that_makes_no_sense_is_refused(tmp_path: Path, marks: str, message: str) -> None:
+def test_a_list_that_makes_no_sense_is_refused(tmp_path, marks, message):
     with pytest.raises(ConfigError, match=message):
         load_picture(draw(tmp_path, marks), PlanScale())

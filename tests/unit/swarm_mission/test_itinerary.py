@@ -22,13 +22,13 @@ def under_way(retries: int = 1) -> Itinerary:
     return itinerary
 
 
-def test_the_next_goal_starts_a_pause_after_the_end_of_the_last() -> None:
+def test_the_next_goal_starts_a_pause_after_the_end_of_the_last():
     order = under_way().on_end(True, 100)
     assert order is not None
     assert (order.stop, order.start_tick, order.number) == (B, 102, 2)
 
 
-def test_a_mission_without_failures_reaches_everything() -> None:
+def test_a_mission_without_failures_reaches_everything():
     itinerary = under_way()
     itinerary.on_end(True, 100)
     assert itinerary.on_end(True, 200) is None
@@ -39,7 +39,7 @@ def test_a_mission_without_failures_reaches_everything() -> None:
     ]
 
 
-def test_a_failed_goal_is_tried_again_before_it_counts() -> None:
+def test_a_failed_goal_is_tried_again_before_it_counts():
     itinerary = under_way(retries=2)
     for attempt in (2, 3):
         order = itinerary.on_end(False, 50)
@@ -52,7 +52,7 @@ def test_a_failed_goal_is_tried_again_before_it_counts() -> None:
     assert not itinerary.outcomes[0].reached
 
 
-def test_an_outcome_says_how_long_the_stop_took_and_why_it_was_missed() -> None:
+def test_an_outcome_says_how_long_the_stop_took_and_why_it_was_missed():
     itinerary = under_way(retries=1)
     itinerary.on_end(True, 100, "of no interest")
     itinerary.on_end(False, 150, "closed")
@@ -63,7 +63,7 @@ def test_an_outcome_says_how_long_the_stop_took_and_why_it_was_missed() -> None:
     assert second.duration == pytest.approx(9.8)
 
 
-def test_somebody_elses_goal_is_no_failure() -> None:
+def test_somebody_elses_goal_is_no_failure():
     itinerary = under_way(retries=0)
     itinerary.on_taken_over()
     order = itinerary.on_free_again(70)
@@ -71,7 +71,7 @@ def test_somebody_elses_goal_is_no_failure() -> None:
     assert (order.stop, order.attempt, order.start_tick) == (A, 1, 70 + RETRY_TICKS)
 
 
-def test_the_rest_of_a_lost_robots_goals_fail() -> None:
+def test_the_rest_of_a_lost_robots_goals_fail():
     itinerary = under_way()
     itinerary.on_end(True, 100)
     assert [outcome.stop for outcome in itinerary.on_lost(120)] == [B]
@@ -82,7 +82,7 @@ def test_the_rest_of_a_lost_robots_goals_fail() -> None:
     assert len(itinerary.outcomes) == 2
 
 
-def test_a_robot_that_is_found_again_gets_back_what_it_lost_and_no_more() -> None:
+def test_a_robot_that_is_found_again_gets_back_what_it_lost_and_no_more():
     itinerary = under_way(retries=0)
     itinerary.on_end(False, 100, "closed")
     itinerary.on_lost(120)
@@ -94,7 +94,7 @@ def test_a_robot_that_is_found_again_gets_back_what_it_lost_and_no_more() -> Non
     assert itinerary.state is ItineraryState.DONE
 
 
-def test_a_goal_that_a_new_navigator_does_not_know_is_sent_again_and_uses_no_try() -> None:
+def test_a_goal_that_a_new_navigator_does_not_know_is_sent_again_and_uses_no_try():
     itinerary = under_way(retries=0)
     for tick in (50, 60):
         order = itinerary.on_forgotten(tick)
@@ -103,7 +103,7 @@ def test_a_goal_that_a_new_navigator_does_not_know_is_sent_again_and_uses_no_try
     assert not itinerary.outcomes
 
 
-def test_a_mission_process_that_is_started_anew_goes_on_where_the_last_one_was() -> None:
+def test_a_mission_process_that_is_started_anew_goes_on_where_the_last_one_was():
     itinerary = Itinerary([A, B], 0, settled=1)
     assert itinerary.total == 2
     order = itinerary.start(500)
@@ -114,7 +114,7 @@ def test_a_mission_process_that_is_started_anew_goes_on_where_the_last_one_was()
     assert Itinerary([A, B], 0, settled=2).start() is None
 
 
-def test_a_robot_lost_after_its_mission_loses_nothing() -> None:
+def test_a_robot_lost_after_its_mission_loses_nothing():
     itinerary = Itinerary([], 0)
     assert itinerary.start() is None
     assert itinerary.on_lost(5) == []
@@ -123,9 +123,7 @@ def test_a_robot_lost_after_its_mission_loses_nothing() -> None:
 
 @pytest.mark.parametrize("state", ItineraryState)
 @pytest.mark.parametrize("event", ItineraryEvent)
-def test_every_pair_of_state_and_event_is_decided(
-    state: ItineraryState, event: ItineraryEvent
-) -> None:
+def test_every_pair_of_state_and_event_is_decided(state, event):
     calls = {
         ItineraryEvent.START: lambda i: i.start(),
         ItineraryEvent.REACHED: lambda i: i.on_end(True, 1),
@@ -147,7 +145,7 @@ def test_every_pair_of_state_and_event_is_decided(
         assert itinerary.state is state
 
 
-def test_a_goal_that_no_try_can_reach_is_given_up_at_once() -> None:
+def test_a_goal_that_no_try_can_reach_is_given_up_at_once():
     itinerary = under_way(retries=3)
     order = itinerary.on_end(False, 50, "error 204", is_final=True)
     assert order is not None

@@ -26,54 +26,54 @@ def stops(sites: Sites, **changes: int) -> list[str]:
     return [s.name for s in load_mission("loading_route").stops(sites, HOME_POSE, **values)]
 
 
-def test_the_loading_route_has_eight_goals_that_end_at_home(hall: Sites) -> None:
+def test_the_loading_route_has_eight_goals_that_end_at_home(hall):
     names = stops(hall)
     assert sorted(names[:6]) == LOADERS
     assert names[6:] == ["shipping", HOME]
 
 
-def test_the_order_depends_on_seed_and_robot_and_on_nothing_else(hall: Sites) -> None:
+def test_the_order_depends_on_seed_and_robot_and_on_nothing_else(hall):
     assert stops(hall) == stops(hall)
     orders = {tuple(stops(hall, seed=s, robot_id=r)) for s in range(5) for r in range(1, 5)}
     assert len(orders) > 15
 
 
-def test_each_lap_has_an_order_of_its_own(hall: Sites) -> None:
+def test_each_lap_has_an_order_of_its_own(hall):
     names = stops(hall, laps=3)
     assert len(names) == 24
     assert names[:8] == stops(hall)
     assert not names[:6] == names[8:14] == names[16:22]
 
 
-def test_a_limit_cuts_the_route(hall: Sites) -> None:
+def test_a_limit_cuts_the_route(hall):
     assert stops(hall, limit=3) == stops(hall)[:3]
     assert len(stops(hall, limit=100)) == 8
 
 
-def test_a_loader_is_left_after_two_ticks(hall: Sites) -> None:
+def test_a_loader_is_left_after_two_ticks(hall):
     mission = load_mission("loading_route")
     pauses = [stop.pause_ticks for stop in mission.stops(hall, HOME_POSE, seed=0, robot_id=1)]
     assert pauses == [2, 2, 2, 2, 2, 2, 0, 0]
 
 
-def test_home_is_the_pose_given(hall: Sites) -> None:
+def test_home_is_the_pose_given(hall):
     assert load_mission("loading_route").stops(hall, HOME_POSE, seed=0, robot_id=1)[
         -1
     ].pose_map == (HOME_POSE)
 
 
-def test_a_single_goal_needs_no_sites() -> None:
+def test_a_single_goal_needs_no_sites():
     (stop,) = single_goal(Pose(1.5, 2.0, 0.0)).stops(Sites(), HOME_POSE, seed=0, robot_id=1)
     assert stop.pose_map == Pose(1.5, 2.0, 0.0)
 
 
-def test_a_station_that_the_world_lacks_is_named_with_the_closest() -> None:
+def test_a_station_that_the_world_lacks_is_named_with_the_closest():
     sites = Sites(stations={"loader_one": HOME_POSE})
     with pytest.raises(UnknownNameError, match=r"loader_1.*sites\.yaml.*'loader_one'"):
         load_mission("loading_route").check_stations(sites, "sites.yaml")
 
 
-def test_an_unknown_mission_is_named_with_the_closest() -> None:
+def test_an_unknown_mission_is_named_with_the_closest():
     with pytest.raises(UnknownNameError, match="did you mean 'loading_route'"):
         mission_path("loading_rout")
 
@@ -98,9 +98,7 @@ def test_an_unknown_mission_is_named_with_the_closest() -> None:
         ("route: []\nroute: []", "line 2.*twice"),
     ],
 )
-def test_a_faulty_file_is_refused_with_file_and_place(
-    tmp_path: Path, text: str, message: str
-) -> None:
+def test_a_faulty_file_is_refused_with_file_and_place(tmp_path, text, message):
     path = tmp_path / "mine.yaml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError, match="(?s)" + message) as caught:
@@ -108,7 +106,7 @@ def test_a_faulty_file_is_refused_with_file_and_place(
     assert "mine.yaml" in str(caught.value)
 
 
-def test_a_file_that_is_missing_is_named(tmp_path: Path) -> None:
+def test_a_file_that_is_missing_is_named(tmp_path):
     with pytest.raises(SwarmError, match=r"none\.yaml"):
         load_mission(str(tmp_path / "none.yaml"))
 
@@ -124,7 +122,7 @@ def own_mission(folder: Path, text: str) -> Mission:
     return load_mission(str(path))
 
 
-def test_robots_cross_over_to_the_opposite_place_and_face_the_other_way(tmp_path: Path) -> None:
+def test_robots_cross_over_to_the_opposite_place_and_face_the_other_way(tmp_path):
     mission = own_mission(tmp_path, "route:\n  - swap: opposite")
     (stop,) = mission.stops(Sites(), RING[1], seed=0, robot_id=2, homes_map=RING)
     assert stop.name == "home of Srobot4"
@@ -132,7 +130,7 @@ def test_robots_cross_over_to_the_opposite_place_and_face_the_other_way(tmp_path
     assert stop.pose_map.yaw == pytest.approx(0.5 - math.pi)
 
 
-def test_robots_change_the_room(tmp_path: Path) -> None:
+def test_robots_change_the_room(tmp_path):
     mission = own_mission(tmp_path, "spawn: rooms\nroute:\n  - swap: other_area")
     area = SpawnArea(0.0, 0.0, 1.0, 1.0)
     sites = Sites(spawns={"rooms": SpawnAreas((area, area))})
@@ -146,7 +144,7 @@ def test_robots_change_the_room(tmp_path: Path) -> None:
     assert len({(goal.x, goal.y) for goal in goals}) == 8
 
 
-def test_roaming_robots_get_different_places_and_laps_differ(tmp_path: Path) -> None:
+def test_roaming_robots_get_different_places_and_laps_differ(tmp_path):
     mission = own_mission(tmp_path, "route:\n  - roam: 3\n    distance: 2.0\n    pause: 0.5")
     sites = Sites(places=tuple(Pose(float(k), 5.0, 0.0) for k in range(12)))
     routes = [
@@ -161,7 +159,7 @@ def test_roaming_robots_get_different_places_and_laps_differ(tmp_path: Path) -> 
         mission.stops(sites, crowd[0], seed=0, robot_id=1, homes_map=crowd)
 
 
-def test_robots_set_off_one_after_the_other_if_told_to(tmp_path: Path) -> None:
+def test_robots_set_off_one_after_the_other_if_told_to(tmp_path):
     mission = own_mission(tmp_path, "start_spread: 2.0\nroute:\n  - home: true\n  - home: true")
     delays = [
         [s.delay_ticks for s in mission.stops(Sites(), HOME_POSE, seed=0, robot_id=k)]
@@ -172,7 +170,7 @@ def test_robots_set_off_one_after_the_other_if_told_to(tmp_path: Path) -> None:
     assert 16 < max(delays)[0] <= 20
 
 
-def test_only_some_of_the_stations_may_be_taken(tmp_path: Path) -> None:
+def test_only_some_of_the_stations_may_be_taken(tmp_path):
     text = "route:\n  - stations: [a, b, c]\n    order: random\n    take: 1"
     mission = own_mission(tmp_path, text)
     sites = Sites(stations={name: HOME_POSE for name in "abc"})
@@ -180,7 +178,7 @@ def test_only_some_of_the_stations_may_be_taken(tmp_path: Path) -> None:
     assert {tuple(stop.name for stop in route) for route in routes} == {("a",), ("b",), ("c",)}
 
 
-def test_who_does_not_know_the_other_homes_cannot_swap(tmp_path: Path) -> None:
+def test_who_does_not_know_the_other_homes_cannot_swap(tmp_path):
     mission = own_mission(tmp_path, "route:\n  - swap: opposite")
     with pytest.raises(ConfigError, match="swarm-up --mission"):
         mission.stops(Sites(), HOME_POSE, seed=0, robot_id=1)
@@ -199,13 +197,13 @@ def test_who_does_not_know_the_other_homes_cannot_swap(tmp_path: Path) -> None:
         ("spawn: [3]\nroute:\n  - home: true", "spawn is .*; expected text"),
     ],
 )
-def test_faults_of_the_newer_kinds_are_refused(tmp_path: Path, text: str, message: str) -> None:
+def test_faults_of_the_newer_kinds_are_refused(tmp_path, text, message):
     with pytest.raises(ConfigError, match="(?s)" + message) as caught:
         own_mission(tmp_path, text)
     assert "mine.yaml" in str(caught.value)
 
 
-def test_a_mission_names_what_the_world_lacks(tmp_path: Path) -> None:
+def test_a_mission_names_what_the_world_lacks(tmp_path):
     with pytest.raises(UnknownNameError, match="unknown spawn 'rooms'"):
         own_mission(tmp_path, "spawn: rooms\nroute:\n  - home: true").check_stations(Sites(), "w")
     with pytest.raises(ConfigError, match="needs 'places', which w does not have"):
@@ -214,7 +212,7 @@ def test_a_mission_names_what_the_world_lacks(tmp_path: Path) -> None:
         own_mission(tmp_path, "route:\n  - swap: other_area").check_stations(Sites(), "w")
 
 
-def test_a_robot_without_a_mission_goes_to_what_its_world_has(hall: Sites) -> None:
+def test_a_robot_without_a_mission_goes_to_what_its_world_has(hall):
     assert usual_mission(hall, "").name == "loading_route"
     folder = find_world("slim_blockage").parents[1]
     for path in sorted(folder.glob("*/sites.yaml")):
@@ -228,7 +226,7 @@ def test_a_robot_without_a_mission_goes_to_what_its_world_has(hall: Sites) -> No
         usual_mission(Sites(), "the world")
 
 
-def test_a_goal_in_a_keepout_zone_is_refused_before_the_run(tmp_path: Path) -> None:
+def test_a_goal_in_a_keepout_zone_is_refused_before_the_run(tmp_path):
     path = tmp_path / "tour.yaml"
     path.write_text("route:\n  - pose: [1, 1, 0]\n", encoding="utf-8")
     zone = KeepoutZone("press", ((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)))

@@ -1,7 +1,5 @@
 """Who waits for whom is read from what the robots say, and circles that last are counted."""
 
-from __future__ import annotations
-
 import pytest
 
 from swarm_common.model.run_words import waits_for
@@ -24,11 +22,11 @@ from swarm_mission.wait_graph import WaitGraph
         ("driving", "", ""),
     ],
 )
-def test_making_way_is_not_waiting(state: str, detail: str, other: str) -> None:
+def test_making_way_is_not_waiting(state, detail, other):
     assert waits_for(state, detail) == other
 
 
-def test_a_circle_that_lasts_is_counted_once() -> None:
+def test_a_circle_that_lasts_is_counted_once():
     graph = WaitGraph()
     for robot, other, time in (("a", "b", 1.0), ("b", "c", 2.0), ("d", "a", 2.5), ("c", "a", 3.0)):
         graph.note(robot, other, time)
@@ -41,7 +39,7 @@ def test_a_circle_that_lasts_is_counted_once() -> None:
     assert told["at_the_end"] == {"a": "b", "b": "d", "c": "a"}
 
 
-def test_short_circles_do_not_count_and_open_ones_end_with_the_run() -> None:
+def test_short_circles_do_not_count_and_open_ones_end_with_the_run():
     graph = WaitGraph()
     graph.note("a", "b", 0.0)
     graph.note("b", "a", 1.0)

@@ -1,7 +1,5 @@
 """Braking ends in the space that a robot announces, whatever happens to it on the way."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import math
@@ -143,7 +141,7 @@ class Trial:
     "seed", [0, 1, *(pytest.param(k, marks=pytest.mark.long) for k in range(2, 40))]
 )
 @pytest.mark.parametrize("model", ["turtlebot3_waffle", "carrier", "linorobot2_mecanum", "fast"])
-def test_braking_ends_in_the_announced_space(model: str, seed: int) -> None:
+def test_braking_ends_in_the_announced_space(model, seed):
     spec = FAST if model == "fast" else load_robot(model)
     trial = Trial(spec, seed)
     off, tick, what = trial.worst(400)

@@ -1,7 +1,5 @@
 """Any sequence of requests: nothing raises, each goal ends once, robots keep apart."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -82,9 +80,7 @@ def ask(squad: Squad, index: int, name: str, value: object, number: int) -> bool
     suppress_health_check=[HealthCheck.too_slow],
 )  # fmt: skip
 @given(steps)
-def test_any_sequence_of_requests_is_answered(
-    sequence: list[tuple[int, tuple[str, object], int]],
-) -> None:
+def test_any_sequence_of_requests_is_answered(sequence):
     squad = Squad(HALL, STARTS, sites=SITES)
     squad.run(20)
     sent: list[list[int]] = [[] for _ in STARTS]

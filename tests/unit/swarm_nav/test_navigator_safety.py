@@ -1,7 +1,5 @@
 """What the brain does when data is missing, others die, or parameters and maps change."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -26,7 +24,7 @@ def under_way(*poses: Pose, ticks: int = 50, **changes: object) -> Squad:
     return one
 
 
-def test_a_deaf_robot_stops_within_what_it_holds_and_goes_on_when_it_hears_again() -> None:
+def test_a_deaf_robot_stops_within_what_it_holds_and_goes_on_when_it_hears_again():
     one = under_way()
     before = one.bodies[0].pose
     held = int(one.beacons[0]["held_size"])  # type: ignore[index]
@@ -39,7 +37,7 @@ def test_a_deaf_robot_stops_within_what_it_holds_and_goes_on_when_it_hears_again
 
 
 @pytest.mark.parametrize(("speed", "brakes"), [(0.26, 1.0), (0.26, 0.3), (0.4, 0.8)])
-def test_a_robot_keeps_the_space_that_it_needs_to_stop(speed: float, brakes: float) -> None:
+def test_a_robot_keeps_the_space_that_it_needs_to_stop(speed, brakes):
     slow = dataclasses.replace(waffle(), acc_lim_x=brakes, max_vel_x=speed)
     one = Squad(HALL, [START], config(max_vel_x=speed, acc_lim_x=brakes), spec=slow)
     one.send(0, EAST)
@@ -52,7 +50,7 @@ def test_a_robot_keeps_the_space_that_it_needs_to_stop(speed: float, brakes: flo
     assert one.bodies[0].pose.x <= end[0] + 0.005
 
 
-def test_after_long_deafness_a_robot_listens_before_it_claims() -> None:
+def test_after_long_deafness_a_robot_listens_before_it_claims():
     one = under_way()
     one.run(40, deaf=[0])
     stood = one.bodies[0].pose
@@ -62,14 +60,14 @@ def test_after_long_deafness_a_robot_listens_before_it_claims() -> None:
     assert one.distance(0, stood) > 0.1
 
 
-def test_one_lost_batch_does_not_end_the_goal() -> None:
+def test_one_lost_batch_does_not_end_the_goal():
     one = under_way()
     one.run(1, deaf=[0])
     one.run_until(lambda: bool(one.ended(0)), 300)
     assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
 
 
-def test_a_robot_whose_lidar_falls_silent_stops() -> None:
+def test_a_robot_whose_lidar_falls_silent_stops():
     one = Squad(HALL, [START])
     free = np.full(360, np.inf, np.float32)
     one.scan = lambda index, pose: free if one.tick % 2 == 0 and one.tick < 60 else None
@@ -95,7 +93,7 @@ def ranges_to(pose: Pose, x: float, y: float, radius: float) -> np.ndarray:
     return ranges
 
 
-def test_a_robot_drives_around_a_box_that_only_its_lidar_knows() -> None:
+def test_a_robot_drives_around_a_box_that_only_its_lidar_knows():
     one = Squad(HALL, [START])
     box = (4.0, 2.0, 0.2)
     one.scan = lambda index, pose: ranges_to(pose, *box) if one.tick % 2 == 0 else None
@@ -110,7 +108,7 @@ def test_a_robot_drives_around_a_box_that_only_its_lidar_knows() -> None:
 
 
 @pytest.mark.parametrize("y", [1.8, 2.0, 2.13, 2.5])
-def test_a_dead_robot_on_the_way_is_driven_around(y: float) -> None:
+def test_a_dead_robot_on_the_way_is_driven_around(y):
     one = under_way(Pose(4.0, y, 0.0))
     nearest = 9.0
     while not one.ended(0) and one.tick < 900:
@@ -121,7 +119,7 @@ def test_a_dead_robot_on_the_way_is_driven_around(y: float) -> None:
 
 
 @pytest.mark.parametrize("y", [1.8, 2.0, 2.13])
-def test_an_inactive_robot_on_the_way_is_driven_around(y: float) -> None:
+def test_an_inactive_robot_on_the_way_is_driven_around(y):
     one = Squad(HALL, [START, Pose(4.0, y, 0.0)])
     one.robots[1].services.deactivate()
     one.send(0, EAST)
@@ -130,7 +128,7 @@ def test_an_inactive_robot_on_the_way_is_driven_around(y: float) -> None:
     assert one.distance(1, Pose(4.0, y, 0.0)) < 0.01
 
 
-def test_a_dead_robot_on_the_station_ends_the_goal_after_the_patience() -> None:
+def test_a_dead_robot_on_the_station_ends_the_goal_after_the_patience():
     sites = Sites(stations={"dock": EAST})
     one = Squad(HALL, [START, EAST], config(holding__station_patience=5.0), sites)
     one.run(30)
@@ -142,7 +140,7 @@ def test_a_dead_robot_on_the_station_ends_the_goal_after_the_patience() -> None:
     assert one.distance(0, EAST) > 0.5
 
 
-def test_a_goal_counts_within_its_tolerance_where_a_dead_robot_bars_the_last_centimetres() -> None:
+def test_a_goal_counts_within_its_tolerance_where_a_dead_robot_bars_the_last_centimetres():
     one = Squad(HALL, [START, Pose(6.78, 2.0, 0.0)])
     one.run(30)
     one.send(0, EAST)
@@ -151,7 +149,7 @@ def test_a_goal_counts_within_its_tolerance_where_a_dead_robot_bars_the_last_cen
     assert one.distance(0, EAST) <= 0.25
 
 
-def test_an_idle_robot_on_the_goal_makes_room() -> None:
+def test_an_idle_robot_on_the_goal_makes_room():
     one = Squad(HALL, [START, EAST])
     one.send(0, EAST)
     one.run_until(lambda: bool(one.ended(0)), 600)
@@ -171,7 +169,7 @@ def served_at_east(*, ticks: int) -> Squad:
     return one
 
 
-def test_a_robot_that_is_served_stays_where_it_is_until_it_has_been_served() -> None:
+def test_a_robot_that_is_served_stays_where_it_is_until_it_has_been_served():
     """Whoever came next pushed it off its station, by up to 1.8 m, while it was loaded there."""
     one = served_at_east(ticks=300)
     place = one.bodies[1].pose
@@ -184,7 +182,7 @@ def test_a_robot_that_is_served_stays_where_it_is_until_it_has_been_served() -> 
     assert {end.outcome for k in (0, 1) for end in one.ended(k)} == {Outcome.SUCCEEDED}
 
 
-def test_a_robot_whose_next_goal_is_canceled_while_it_is_served_makes_way() -> None:
+def test_a_robot_whose_next_goal_is_canceled_while_it_is_served_makes_way():
     one = served_at_east(ticks=3000)
     one.send(0, EAST)
     one.run(200)
@@ -194,7 +192,7 @@ def test_a_robot_whose_next_goal_is_canceled_while_it_is_served_makes_way() -> N
     assert one.ended(0)[0].outcome is Outcome.SUCCEEDED
 
 
-def test_a_robot_that_was_sent_away_since_does_not_count_as_served() -> None:
+def test_a_robot_that_was_sent_away_since_does_not_count_as_served():
     one = Squad(HALL, [START, Pose(5.0, 2.0, 0.0)])
     one.send(1, EAST)
     one.run_until(lambda: bool(one.ended(1)), 200)
@@ -205,7 +203,7 @@ def test_a_robot_that_was_sent_away_since_does_not_count_as_served() -> None:
     assert one.robots[1].status().state != "pausing"
 
 
-def test_a_robot_that_waits_on_orders_resumes_waiting_after_making_way() -> None:
+def test_a_robot_that_waits_on_orders_resumes_waiting_after_making_way():
     one = Squad(HALL, [START, Pose(4.0, 2.0, 0.0)])
     one.run(20)
     one.send(1, kind=GoalKind.SPIN, angle=200.0, goal_id=9)
@@ -217,7 +215,7 @@ def test_a_robot_that_waits_on_orders_resumes_waiting_after_making_way() -> None
     assert abs(one.bodies[1].twist.wz) > 0.5
 
 
-def test_two_robots_pass_each_other_in_a_corridor() -> None:
+def test_two_robots_pass_each_other_in_a_corridor():
     corridor = room(10.0, 1.8)
     ends = [Pose(0.8, 0.9, 0.0), Pose(9.2, 0.9, math.pi)]
     pair = Squad(corridor, ends)
@@ -232,7 +230,7 @@ def test_two_robots_pass_each_other_in_a_corridor() -> None:
     assert pair.tick < 600
 
 
-def test_an_inactive_navigator_holds_its_place_and_takes_up_work_again() -> None:
+def test_an_inactive_navigator_holds_its_place_and_takes_up_work_again():
     one = under_way()
     one.robots[0].services.deactivate()
     one.run(20)
@@ -248,7 +246,7 @@ def test_an_inactive_navigator_holds_its_place_and_takes_up_work_again() -> None
     assert one.ended(0)[1].outcome is Outcome.SUCCEEDED
 
 
-def test_a_new_speed_limit_takes_effect_at_once() -> None:
+def test_a_new_speed_limit_takes_effect_at_once():
     one = under_way()
     one.robots[0].services.reconfigure(config(max_vel_x=0.1))
     one.run(5)
@@ -256,7 +254,7 @@ def test_a_new_speed_limit_takes_effect_at_once() -> None:
     assert one.robots[0].reservation_config.controller.max_vel_x == 0.1
 
 
-def test_new_parameters_reach_every_layer() -> None:
+def test_new_parameters_reach_every_layer():
     one = under_way()
     one.robots[0].services.reconfigure(
         config(costmap__obstacle_max_range=1.0, traffic__confirmations=6, traffic__held_length=0.2)
@@ -271,7 +269,7 @@ def test_new_parameters_reach_every_layer() -> None:
     assert s.tube._confirmations == 6
 
 
-def test_a_pose_from_the_operator_replaces_the_estimate_and_the_claims() -> None:
+def test_a_pose_from_the_operator_replaces_the_estimate_and_the_claims():
     one = under_way()
     robot = one.robots[0]
     robot.services.on_initial_pose(Pose(5.0, 6.0, 1.0))
@@ -280,14 +278,14 @@ def test_a_pose_from_the_operator_replaces_the_estimate_and_the_claims() -> None
     assert np.hypot(*(way - (5.0, 6.0)).T).max() < 0.11  # no more than it takes to stop
 
 
-def test_a_new_map_is_planned_on() -> None:
+def test_a_new_map_is_planned_on():
     one = Squad(HALL, [START])
     one.robots[0].services.load_map(room(8.0, 8.0, (4.0, 0.0, 4.15, 5.0)))
     path = one.robots[0].services.make_plan(None, [EAST])
     assert path[:, 1].max() > 5.0
 
 
-def test_a_beacon_is_sent_in_every_tick_whatever_happens() -> None:
+def test_a_beacon_is_sent_in_every_tick_whatever_happens():
     one = under_way()
     for deaf in ([], [0], []):
         one.run(1, deaf=deaf)
@@ -298,7 +296,7 @@ def test_a_beacon_is_sent_in_every_tick_whatever_happens() -> None:
         assert np.allclose(record["pose"][:2], (here.x, here.y), atol=1e-6)
 
 
-def test_a_parked_robot_keeps_its_way_to_a_refuge_from_the_first_tick() -> None:
+def test_a_parked_robot_keeps_its_way_to_a_refuge_from_the_first_tick():
     station = Pose(4.0, 4.0, 0.0)
     one = Squad(HALL, [Pose(4.0, 0.8, 0.0)], config(holding__mode="park"))
     others = (3, 4, 5)
@@ -319,7 +317,7 @@ def test_a_parked_robot_keeps_its_way_to_a_refuge_from_the_first_tick() -> None:
     assert len(one.robots[0].services.plan_map()) > 3
 
 
-def test_a_robot_that_had_no_data_holds_its_place_only_and_listens_first() -> None:
+def test_a_robot_that_had_no_data_holds_its_place_only_and_listens_first():
     one = under_way()
     one.run(40, dead=[0])  # as on a host without link
     stood = one.bodies[0].pose
@@ -334,7 +332,7 @@ def test_a_robot_that_had_no_data_holds_its_place_only_and_listens_first() -> No
 
 
 @pytest.mark.parametrize("ticks", [20, 90, 110, 150, 200])
-def test_who_comes_back_meets_nobody_who_went_on_in_the_meantime(ticks: int) -> None:
+def test_who_comes_back_meets_nobody_who_went_on_in_the_meantime(ticks):
     one = under_way(Pose(3.6, 4.5, -math.pi / 2))
     one.send(1, Pose(3.6, 0.8, -math.pi / 2))
     nearest = 9.0

@@ -1,7 +1,5 @@
 """Decisions do not depend on the processor: BLAS picks its kernels by it, and rounds by them."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 
@@ -24,12 +22,12 @@ def products(text: str) -> list[int]:
     ]
 
 
-def test_products_are_found() -> None:
+def test_products_are_found():
     assert products("a = b @ c\nd = np.dot(b, c)\ne = np.linalg.norm(b)\nf = b * c\n") == [1, 2, 3]
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
-def test_decisions_leave_no_product_to_blas(folder: Path) -> None:
+def test_decisions_leave_no_product_to_blas(folder):
     """The scalar product of two numbers each made the last bits of a run those of a processor."""
     found = {path.name: products(path.read_text("utf-8")) for path in folder.rglob("*.py")}
     assert {name: lines for name, lines in found.items() if lines} == {}

@@ -60,13 +60,13 @@ def cross(robots: Squad) -> list[int]:
 
 
 @pytest.mark.parametrize("parameter", WORKING)
-def test_each_alone_drives_robots_past_each_other(parameter: str) -> None:
+def test_each_alone_drives_robots_past_each_other(parameter):
     named = {parameter: WORKING[parameter]}
     is_equal = cross(squad(named, named)) == cross(squad({}, {}))
     assert is_equal == (parameter in ("localiser.plugin", "traffic.priority_plugin"))
 
 
-def test_a_rule_of_ones_own_says_who_goes_first() -> None:
+def test_a_rule_of_ones_own_says_who_goes_first():
     for named, first in (({}, 0), ({"traffic.priority_plugin": "HighestId"}, 1)):
         robots = squad(named, named)
         robots.send(0, Pose(5.0, 1.0, 0.0))
@@ -76,7 +76,7 @@ def test_a_rule_of_ones_own_says_who_goes_first() -> None:
         assert ranks.index(max(ranks)) == first
 
 
-def test_a_large_correction_of_the_pose_waits_for_a_standstill() -> None:
+def test_a_large_correction_of_the_pose_waits_for_a_standstill():
     robots = squad({"localiser.plugin": "Jumping"})
     (robot,) = robots.robots
     robots.send(0, Pose(5.0, 3.0, 0.0))
@@ -100,13 +100,7 @@ CODES = {
 
 @pytest.mark.parametrize("parameter", CODES)
 @pytest.mark.parametrize(("fault", "name"), enumerate(("Failing", "Nan", "Late")))
-def test_one_that_fails_costs_its_robot_the_goal_only(
-    parameter: str,
-    fault: int,
-    name: str,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_one_that_fails_costs_its_robot_the_goal_only(parameter, fault, name, monkeypatch, capsys):
     monkeypatch.setattr(plugins, "_printed", set())
     monkeypatch.setattr(plugins, "MOST_TIME", fakes.LATE / 2)
     robots = squad({parameter: name}, {})
@@ -139,7 +133,7 @@ ANSWERS = {
 
 
 @pytest.mark.parametrize("message", ANSWERS)
-def test_a_path_that_is_none_is_told(message: str) -> None:
+def test_a_path_that_is_none_is_told(message):
     maker = planner_maker(f"{__name__}:Answering", waffle())
     planner = maker(
         initial_state(NavConfig(), waffle(), ROOM, 1, STARTS[0]).terrain, PlannerConfig()
@@ -153,7 +147,7 @@ def test_a_path_that_is_none_is_told(message: str) -> None:
     assert len(planner.plan((1.0, 0.8), (1.02, 0.81), planner.no_extra())) >= 2
 
 
-def test_one_that_cannot_be_made_is_one_that_raises() -> None:
+def test_one_that_cannot_be_made_is_one_that_raises():
     robots = squad({"controller.plugin": "Unmade"})
     robots.send(0, Pose(5.0, 1.0, 0.0))
     robots.run(60)
@@ -162,7 +156,7 @@ def test_one_that_cannot_be_made_is_one_that_raises() -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.word)
-def test_one_that_is_missing_is_told_before_the_start(kind: Any) -> None:
+def test_one_that_is_missing_is_told_before_the_start(kind):
     check_plugins(NavConfig())
     kind.load(next(iter(kind.built_in)))
     values = {kind.parameter: "tests.fakes.plugins:Nobody"}
@@ -174,7 +168,7 @@ def test_one_that_is_missing_is_told_before_the_start(kind: Any) -> None:
         check_plugins(config_from_parameters({kind.parameter: "collections:Counter"}))
 
 
-def test_a_navigators_parameters_are_refused_with_a_plug_in_that_is_missing() -> None:
+def test_a_navigators_parameters_are_refused_with_a_plug_in_that_is_missing():
     from tests.graph.conftest import parameters
 
     values = parameters(1, [0.0, 0.0, 0.0]) | {"planner.plugin": "nowhere:Mine"}
@@ -199,9 +193,7 @@ NUMBERS = st.floats(width=32) | st.just(None) | st.just("fast")
 
 @settings(max_examples=60, deadline=None)
 @given(NUMBERS, NUMBERS, st.integers(0, 12), st.floats(0.0, 0.26))
-def test_whatever_a_controller_answers_the_command_is_within_the_limits(
-    vx: Any, wz: Any, held: int, speed: float
-) -> None:
+def test_whatever_a_controller_answers_the_command_is_within_the_limits(vx, wz, held, speed):
     faults: list[str] = []
     config = ControllerConfig(plugin=f"{__name__}:Answering")
     controller = PluginController(waffle(), config, lambda code, message: faults.append(message))
@@ -246,7 +238,7 @@ def with_rule(name: str) -> Squad:
     return robots
 
 
-def test_an_own_rule_is_asked_among_the_others() -> None:
+def test_an_own_rule_is_asked_among_the_others():
     robots = with_rule("Stand")
     robots.run(99)
     assert robots.bodies[0].pose.distance(STARTS[0]) < 0.05
@@ -256,7 +248,7 @@ def test_an_own_rule_is_asked_among_the_others() -> None:
 
 
 @pytest.mark.parametrize(("rule", "message"), [("Wrong", "off the map"), ("Mute", "why must be")])
-def test_a_rule_that_proposes_nonsense_ends_the_goal(rule: str, message: str) -> None:
+def test_a_rule_that_proposes_nonsense_ends_the_goal(rule, message):
     robots = with_rule(rule)
     robots.run(60)
     (end,) = robots.ended(0)
@@ -264,6 +256,6 @@ def test_a_rule_that_proposes_nonsense_ends_the_goal(rule: str, message: str) ->
 
 
 @pytest.mark.parametrize("rules", ["", " ", ","])
-def test_no_rules_at_all_are_refused(rules: str) -> None:
+def test_no_rules_at_all_are_refused(rules):
     with pytest.raises(ConfigError, match=r"traffic\.rules is empty; expected all"):
         config_from_parameters({"traffic.rules": rules})

@@ -1,7 +1,5 @@
 """Only the arbiter writes what a robot holds, and its path; by the syntax tree of all packages."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from pathlib import Path
@@ -86,7 +84,7 @@ def changes_in(source: str) -> list[str]:
     return found
 
 
-def test_only_the_arbiter_writes_held_space_and_path() -> None:
+def test_only_the_arbiter_writes_held_space_and_path():
     files = [path for path in ROOT.glob("swarm_*/**/*.py") if path.parent.name != "reservation"]
     assert len(files) > 100
     writers = {
@@ -98,7 +96,7 @@ def test_only_the_arbiter_writes_held_space_and_path() -> None:
     assert writers == {}
 
 
-def test_the_writers_are_needed() -> None:
+def test_the_writers_are_needed():
     assert all(changes_in((ROOT / name).read_text(encoding="utf-8")) for name in WRITERS)
     assert {"adopt", "cut", "reset", "publish", "track", "forget_requests"} <= CHANGING
     assert not {"gap", "nearest", "length_ahead", "next_corner"} & CHANGING
@@ -114,5 +112,5 @@ def test_the_writers_are_needed() -> None:
         ("(robot.tube.tail, x) = 1, 2", "robot.tube.tail"),
     ],
 )
-def test_a_planted_writer_is_found(planted: str, found: str) -> None:
+def test_a_planted_writer_is_found(planted, found):
     assert changes_in(planted) == [found]

@@ -1,7 +1,5 @@
 """Five robots want one station: they take turns, and wait as they are told."""
 
-from __future__ import annotations
-
 import pytest
 
 from swarm_common.model.records import Pose
@@ -17,7 +15,7 @@ STARTS = [Pose(1.0 + 1.2 * k, 4.0 - 0.9 * (k % 2), -1.5) for k in range(5)]
 
 
 @pytest.mark.parametrize("mode", ["park", "circuit", "auto"])
-def test_all_are_served_one_after_the_other(mode: str) -> None:
+def test_all_are_served_one_after_the_other(mode):
     parameters = config(holding__mode=mode, holding__approach_slots=1)
     squad = Squad(room(9.0, 9.0), STARTS, parameters, SITES)
     robots = range(len(STARTS))

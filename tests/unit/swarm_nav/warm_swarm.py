@@ -1,7 +1,5 @@
 """Script: prints the kernels that a swarm compiles after `warm_up`; each would stop a robot."""
 
-from __future__ import annotations
-
 import importlib
 import pkgutil
 import random

@@ -48,7 +48,7 @@ class Hands:
         return self.time
 
 
-def test_what_is_in_a_bag(path: Path) -> None:
+def test_what_is_in_a_bag(path):
     with closing(Bag(path.parent)) as bag:
         assert (bag.start, bag.end) == (0.0, 100.0)
         assert bag.about == {"seed": "7"}
@@ -61,13 +61,13 @@ def test_what_is_in_a_bag(path: Path) -> None:
         ]
 
 
-def test_the_latest_before_a_time(path: Path) -> None:
+def test_the_latest_before_a_time(path):
     with closing(Bag(path)) as bag:
         found = bag.latest([MAP.name, ODOM.name, "/none"], round(70.5 * NANOSECONDS))
         assert found == [(MAP.name, 0, b"map"), (ODOM.name, 70 * NANOSECONDS, b"odom 70")]
 
 
-def test_a_file_that_ends_in_the_middle_is_mended(path: Path) -> None:
+def test_a_file_that_ends_in_the_middle_is_mended(path):
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) * 2 // 5])
     with closing(Bag(path)) as bag:
@@ -78,7 +78,7 @@ def test_a_file_that_ends_in_the_middle_is_mended(path: Path) -> None:
         assert stamps == [second * NANOSECONDS for second in range(len(stamps))]
 
 
-def test_a_damaged_chunk_is_left_out_and_told(path: Path) -> None:
+def test_a_damaged_chunk_is_left_out_and_told(path):
     content = bytearray(path.read_bytes())
     place = len(content) * 3 // 10
     content[place : place + 8] = b"\xff" * 8
@@ -95,7 +95,7 @@ def test_a_damaged_chunk_is_left_out_and_told(path: Path) -> None:
     assert [str(path) in line for line in words] == [True]
 
 
-def test_whatever_is_done_to_a_file_it_is_read_as_far_as_it_can_be_or_refused(path: Path) -> None:
+def test_whatever_is_done_to_a_file_it_is_read_as_far_as_it_can_be_or_refused(path):
     whole, rng = path.read_bytes(), random.Random(7)
     read = refused = 0
     for _ in range(300):
@@ -117,7 +117,7 @@ def test_whatever_is_done_to_a_file_it_is_read_as_far_as_it_can_be_or_refused(pa
 
 
 @pytest.mark.parametrize("content", [b"", b"nothing of the kind", None])
-def test_what_is_no_bag_is_refused(tmp_path: Path, content: bytes | None) -> None:
+def test_what_is_no_bag_is_refused(tmp_path, content):
     file = tmp_path / "x.mcap"
     if content is not None:
         file.write_bytes(content)
@@ -125,7 +125,7 @@ def test_what_is_no_bag_is_refused(tmp_path: Path, content: bytes | None) -> Non
         Bag(file)
 
 
-def test_a_feed_plays_by_the_clock(path: Path) -> None:
+def test_a_feed_plays_by_the_clock(path):
     hands = Hands()
     with closing(BagFeed(path, hands)) as feed:
         assert feed.topics()[MAP.name] == "nav_msgs/msg/OccupancyGrid"
@@ -147,7 +147,7 @@ def test_a_feed_plays_by_the_clock(path: Path) -> None:
         assert feed.take() == []
 
 
-def test_a_feed_jumps_and_ends(path: Path) -> None:
+def test_a_feed_jumps_and_ends(path):
     hands = Hands()
     with closing(BagFeed(path, hands)) as feed:
         feed.want([ODOM.name])
@@ -167,7 +167,7 @@ def test_a_feed_jumps_and_ends(path: Path) -> None:
             feed.speed = 0.0
 
 
-def test_each_sender_of_transforms_keeps_its_newest(path: Path) -> None:
+def test_each_sender_of_transforms_keeps_its_newest(path):
     hands = Hands()
     with closing(BagFeed(path, hands)) as feed:
         feed.want([TF.name])

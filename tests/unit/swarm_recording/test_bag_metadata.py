@@ -53,7 +53,7 @@ ENTRIES = [place for place in places(TREE) if isinstance(place[-1], int)]
 FREE = {"custom_data"}  # anything may be in it; nothing of it is used
 
 
-def test_the_whole_is_understood(tmp_path: Path) -> None:
+def test_the_whole_is_understood(tmp_path):
     found, words = read(tmp_path, yaml.safe_dump(TREE))
     assert words == []
     assert found is not None
@@ -62,7 +62,7 @@ def test_the_whole_is_understood(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("place", KEYS, ids=str)
-def test_a_renamed_key_is_told(tmp_path: Path, place: Place) -> None:
+def test_a_renamed_key_is_told(tmp_path, place):
     tree = copy.deepcopy(TREE)
     holder = parent(tree, place)
     holder[f"{place[-1]}s"] = holder.pop(place[-1])
@@ -71,7 +71,7 @@ def test_a_renamed_key_is_told(tmp_path: Path, place: Place) -> None:
 
 
 @pytest.mark.parametrize("place", KEYS, ids=str)
-def test_a_key_that_occurs_twice_is_told(tmp_path: Path, place: Place) -> None:
+def test_a_key_that_occurs_twice_is_told(tmp_path, place):
     tree = copy.deepcopy(TREE)
     holder = parent(tree, place)
     holder["TWIN"] = holder[place[-1]]
@@ -82,7 +82,7 @@ def test_a_key_that_occurs_twice_is_told(tmp_path: Path, place: Place) -> None:
 
 
 @pytest.mark.parametrize("place", KEYS, ids=str)
-def test_a_key_at_another_place_is_told(tmp_path: Path, place: Place) -> None:
+def test_a_key_at_another_place_is_told(tmp_path, place):
     """Moved one level up, and into the first mapping beside it."""
     for is_up in (True, False):
         tree = copy.deepcopy(TREE)
@@ -101,7 +101,7 @@ def test_a_key_at_another_place_is_told(tmp_path: Path, place: Place) -> None:
 
 
 @pytest.mark.parametrize("place", ENTRIES, ids=str)
-def test_an_entry_of_a_list_that_is_doubled_or_moved_matters(tmp_path: Path, place: Place) -> None:
+def test_an_entry_of_a_list_that_is_doubled_or_moved_matters(tmp_path, place):
     whole, _ = read(tmp_path, yaml.safe_dump(TREE))
     doubled = copy.deepcopy(TREE)
     parent(doubled, place).append(parent(doubled, place)[place[-1]])
@@ -120,7 +120,7 @@ def test_an_entry_of_a_list_that_is_doubled_or_moved_matters(tmp_path: Path, pla
 
 @pytest.mark.parametrize("place", KEYS, ids=str)
 @pytest.mark.parametrize("value", ["x", 7, True, [], {"a": 1}, None], ids=str)
-def test_a_value_of_another_type_is_told(tmp_path: Path, place: Place, value: Any) -> None:
+def test_a_value_of_another_type_is_told(tmp_path, place, value):
     tree = copy.deepcopy(TREE)
     was = parent(tree, place)[place[-1]]
     parent(tree, place)[place[-1]] = value
@@ -131,7 +131,7 @@ def test_a_value_of_another_type_is_told(tmp_path: Path, place: Place, value: An
     assert words
 
 
-def test_counts_that_differ_are_told_by_topic(tmp_path: Path) -> None:
+def test_counts_that_differ_are_told_by_topic(tmp_path):
     folder = split_bag(tmp_path / "bag", [ALL[:10], ALL[10:]])
     text = (folder / "metadata.yaml").read_text()
     (folder / "metadata.yaml").write_text(text.replace("message_count: 10", "message_count: 11"))
@@ -141,7 +141,7 @@ def test_counts_that_differ_are_told_by_topic(tmp_path: Path) -> None:
     assert f"{NOTE}: 10 of 11" in words[0]
 
 
-def test_our_own_metadata_is_understood(tmp_path: Path) -> None:
+def test_our_own_metadata_is_understood(tmp_path):
     tape = Tape(tmp_path / "recording.mcap", {})
     tape.add_topic(WORLD_TOPICS[0])
     tape.write(WORLD_TOPICS[0].name, 7, b"\0\1\0\0" + bytes(8))

@@ -1,7 +1,5 @@
 """Times of recorded messages."""
 
-from __future__ import annotations
-
 import struct
 
 from swarm_common.middleware.topic_table import all_topics
@@ -16,7 +14,7 @@ def stamped(name: str, seconds: int) -> bytes:
     return bytes(at) + struct.pack("<iI", seconds, 0) + bytes(8)
 
 
-def test_what_stays_is_no_older_than_a_recording_from_the_middle() -> None:
+def test_what_stays_is_no_older_than_a_recording_from_the_middle():
     """The map was recorded at its stamp, 0: players waited for the time of the rest."""
     times = RateFilter(None)
     assert times.begin is None
@@ -26,7 +24,7 @@ def test_what_stays_is_no_older_than_a_recording_from_the_middle() -> None:
         assert times.stamp(TOPICS[name], stamped(name, seconds)) == time * 10**9
 
 
-def test_a_gap_in_the_numbers_of_a_sender_is_what_was_lost() -> None:
+def test_a_gap_in_the_numbers_of_a_sender_is_what_was_lost():
     losses = Losses()
     status, latched = TOPICS["/Srobot1/status"], TOPICS["/map"]
     for sender, sequence in (((1, 1), 7), ((1, 1), 8), ((2, 2), 1), ((1, 1), 12), ((2, 2), 2)):
@@ -40,7 +38,7 @@ def test_a_gap_in_the_numbers_of_a_sender_is_what_was_lost() -> None:
     assert losses.counts == {status.name: 3}
 
 
-def test_what_a_whole_recording_lacks_before_the_first_message_is_lost_too() -> None:
+def test_what_a_whole_recording_lacks_before_the_first_message_is_lost_too():
     """A recorder that came late said nothing, as it knew no number before its first."""
     times = RateFilter(None)
     losses = Losses(times.is_after_begin)

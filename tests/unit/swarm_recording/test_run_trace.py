@@ -1,7 +1,5 @@
 """What every run leaves for its replay, in files of several processes."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
@@ -15,7 +13,7 @@ from swarm_recording.run_trace import FOLDER, TOPICS, RunTrace
 TF, DESCRIPTION = TOPICS["/sim/tf"], robot_topic("Srobot1", "robot_description")
 
 
-def test_the_files_of_several_processes_are_one_bag(tmp_path: Path) -> None:
+def test_the_files_of_several_processes_are_one_bag(tmp_path):
     (tmp_path / "trace").mkdir()
     world, mission = RunTrace(tmp_path / "trace"), RunTrace(tmp_path / "trace")
     writer = TransformsWriter("map", ["Srobot1/base_footprint"])
@@ -32,9 +30,7 @@ def test_the_files_of_several_processes_are_one_bag(tmp_path: Path) -> None:
     bag.close()
 
 
-def test_a_trace_that_cannot_be_written_does_not_end_the_run(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_trace_that_cannot_be_written_does_not_end_the_run(tmp_path, caplog):
     (tmp_path / FOLDER).write_text("no folder")
     trace = RunTrace(tmp_path)
     trace.write(TF, 0, b"")

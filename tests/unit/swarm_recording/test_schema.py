@@ -33,11 +33,11 @@ def changed(lines: list[str]) -> str:
         "swarm_interfaces/msg/Beacon",
     ],
 )
-def test_the_installed_definition_fits(name: str) -> None:
+def test_the_installed_definition_fits(name):
     check_definition(schema_text(name), name)
 
 
-def test_the_bytes_count_not_the_writing() -> None:
+def test_the_bytes_count_not_the_writing():
     text = "float64[36] covariance#c\n\n  Pose   pose # p\n"
     name = "geometry_msgs/msg/PoseWithCovariance"
     with pytest.raises(ConfigError, match="is not the installed one"):
@@ -48,7 +48,7 @@ def test_the_bytes_count_not_the_writing() -> None:
 
 
 @pytest.mark.parametrize("number", FIELDS)
-def test_a_field_renamed_moved_doubled_or_gone_is_noticed(number: int) -> None:
+def test_a_field_renamed_moved_doubled_or_gone_is_noticed(number):
     line = LINES[number]
     kind, _, rest = line.strip().partition(" ")
     variants = [
@@ -70,7 +70,7 @@ def test_a_field_renamed_moved_doubled_or_gone_is_noticed(number: int) -> None:
 @pytest.mark.parametrize(
     "number", [number for number, line in enumerate(LINES) if line.startswith("MSG:")]
 )
-def test_a_section_renamed_or_doubled_is_noticed(number: int) -> None:
+def test_a_section_renamed_or_doubled_is_noticed(number):
     end = next((n for n in range(number, len(LINES)) if LINES[n].startswith("=")), len(LINES))
     section = LINES[number - 1 : end]
     with pytest.raises(ConfigError):
@@ -84,6 +84,6 @@ def test_a_section_renamed_or_doubled_is_noticed(number: int) -> None:
 
 
 @pytest.mark.parametrize("line", ["string", "int32 a b c", "int32 9a", "int32[x] a", "= 3", "@idl"])
-def test_a_line_that_is_not_understood_is_an_error(line: str) -> None:
+def test_a_line_that_is_not_understood_is_an_error(line):
     with pytest.raises(ConfigError, match="line 2 of a message definition is not understood"):
         layout(f"bool a\n{line}\n", "a_msgs/msg/A")

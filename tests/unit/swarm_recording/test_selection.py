@@ -4,7 +4,7 @@ import struct
 
 import pytest
 
-from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic, robot_topic
+from swarm_common.middleware.topic_table import WORLD_TOPICS, robot_topic
 from swarm_common.model.errors import ConfigError
 from swarm_recording.filter import RateFilter
 from swarm_recording.selection import ALWAYS, DEFAULT, select
@@ -16,13 +16,13 @@ def names(text: str) -> set[str]:
     return {topic.name for topic in select(text, ROBOTS)}
 
 
-def test_the_world_comes_always() -> None:
+def test_the_world_comes_always():
     usual = {f"/{robot}/{name}" for robot in ROBOTS for name in DEFAULT}
     assert names("") == usual | set(ALWAYS)
     assert names("scan") == {"/Srobot1/scan", "/Srobot2/scan"} | set(ALWAYS)
 
 
-def test_patterns() -> None:
+def test_patterns():
     assert names("/Srobot1/scan, *costmap/costmap") - set(ALWAYS) == {
         "/Srobot1/scan",
         *(f"/{robot}/{kind}_costmap/costmap" for robot in ROBOTS for kind in ("local", "global")),
@@ -31,7 +31,7 @@ def test_patterns() -> None:
     assert names("/Srobot2/*") - set(ALWAYS) == {n for n in names("all") if "Srobot2" in n}
 
 
-def test_a_pattern_that_matches_nothing_is_refused() -> None:
+def test_a_pattern_that_matches_nothing_is_refused():
     with pytest.raises(ConfigError, match="'/Srobot3/scan' matches no topic; known are /clock"):
         select("scan,/Srobot3/scan", ROBOTS)
 
@@ -42,14 +42,14 @@ def stamped(at: int, seconds: float, frame: bytes = b"map") -> bytes:
     return b"\0\1\0\0" + bytes(at - 4) + body + struct.pack("<I", len(frame)) + frame + bytes(40)
 
 
-def test_all_messages_are_kept_without_a_rate() -> None:
+def test_all_messages_are_kept_without_a_rate():
     odom = robot_topic("Srobot1", "odom")
     keep = RateFilter(None)
     assert keep.stamp(odom, stamped(4, 0.25)) == 250_000_000
     assert keep.stamp(odom, stamped(4, 0.25) + b"\1") == 250_000_000
 
 
-def test_what_is_published_again_unchanged_is_recorded_once() -> None:
+def test_what_is_published_again_unchanged_is_recorded_once():
     """9 of 610 odometry messages of a loaded run were in the bag twice."""
     odom, other = robot_topic("Srobot1", "odom"), robot_topic("Srobot2", "odom")
     keep = RateFilter(None)
@@ -60,7 +60,7 @@ def test_what_is_published_again_unchanged_is_recorded_once() -> None:
 
 
 @pytest.mark.parametrize(("rate", "kept"), [(10.0, 50), (5.0, 25), (1.0, 5)])
-def test_a_rate_thins_each_topic_out(rate: float, kept: int) -> None:
+def test_a_rate_thins_each_topic_out(rate, kept):
     keep = RateFilter(rate)
     for name in ("odom", "cmd_vel"):
         topic = robot_topic("Srobot1", name)
@@ -68,7 +68,7 @@ def test_a_rate_thins_each_topic_out(rate: float, kept: int) -> None:
         assert sum(stamp is not None for stamp in stamps) == kept
 
 
-def test_senders_of_frames_are_thinned_out_one_by_one() -> None:
+def test_senders_of_frames_are_thinned_out_one_by_one():
     keep = RateFilter(1.0)
     topic = robot_topic("Srobot1", "tf")
     for frame in (b"map\0", b"odom\0"):
@@ -77,7 +77,7 @@ def test_senders_of_frames_are_thinned_out_one_by_one() -> None:
 
 
 @pytest.mark.parametrize("topic", [WORLD_TOPICS[1], robot_topic("Srobot1", "status")])
-def test_events_and_what_stays_for_latecomers_are_always_kept(topic: Topic) -> None:
+def test_events_and_what_stays_for_latecomers_are_always_kept(topic):
     keep = RateFilter(0.1)
     for _ in range(2):
         assert keep.stamp(topic, stamped(4, 0.0)) == 0

@@ -43,7 +43,7 @@ def read(path: Path) -> tuple[list[Message], list[str]]:
         return [tuple(item) for item in bag.messages()], words
 
 
-def test_all_files_of_a_bag_are_read_in_order(tmp_path: Path) -> None:
+def test_all_files_of_a_bag_are_read_in_order(tmp_path):
     folder = split_bag(tmp_path / "bag", PARTS)
     assert read(folder) == (ALL, [])
     assert read(folder / "metadata.yaml") == (ALL, [])
@@ -55,14 +55,14 @@ def test_all_files_of_a_bag_are_read_in_order(tmp_path: Path) -> None:
         assert bag.latest([NOTE], ALL[57][1] + 1) == [ALL[57]]
 
 
-def test_one_file_of_several_is_played_alone_and_that_is_told(tmp_path: Path) -> None:
+def test_one_file_of_several_is_played_alone_and_that_is_told(tmp_path):
     folder = split_bag(tmp_path / "bag", PARTS)
     messages, (words,) = read(folder / "part_3.mcap")
     assert messages == PARTS[3]
     assert f"one of 12 files of a bag; all of them: {folder}" in words
 
 
-def test_without_metadata_the_numbers_say_the_order(tmp_path: Path) -> None:
+def test_without_metadata_the_numbers_say_the_order(tmp_path):
     folder = split_bag(tmp_path / "bag", PARTS)
     (folder / "metadata.yaml").unlink()
     messages, (words,) = read(folder)
@@ -76,7 +76,7 @@ def test_without_metadata_the_numbers_say_the_order(tmp_path: Path) -> None:
         Bag(folder)
 
 
-def test_metadata_that_cannot_be_read_is_told(tmp_path: Path) -> None:
+def test_metadata_that_cannot_be_read_is_told(tmp_path):
     folder = split_bag(tmp_path / "bag", PARTS)
     (folder / "metadata.yaml").write_text("rosbag2_bagfile_information: [")
     messages, words = read(folder)
@@ -84,7 +84,7 @@ def test_metadata_that_cannot_be_read_is_told(tmp_path: Path) -> None:
     assert "metadata.yaml" in words[0]
 
 
-def test_a_missing_file_is_named(tmp_path: Path) -> None:
+def test_a_missing_file_is_named(tmp_path):
     folder = split_bag(tmp_path / "bag", PARTS)
     (folder / "part_4.mcap").unlink()
     messages, words = read(folder)
@@ -97,7 +97,7 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
         Bag(folder)
 
 
-def test_renamed_files_are_found(tmp_path: Path) -> None:
+def test_renamed_files_are_found(tmp_path):
     folder = split_bag(tmp_path / "bag", PARTS)
     for index in range(12):
         (folder / f"part_{index}.mcap").rename(folder / f"new_{index}.mcap")
@@ -107,7 +107,7 @@ def test_renamed_files_are_found(tmp_path: Path) -> None:
     assert "new_0.mcap" in words
 
 
-def test_paths_with_the_name_of_the_folder_are_found(tmp_path: Path) -> None:
+def test_paths_with_the_name_of_the_folder_are_found(tmp_path):
     """Old versions of rosbag2 wrote them, and the folder may have another name now."""
     folder = split_bag(tmp_path / "bag", PARTS[:2])
     names = ["old_name/part_0.mcap", "/home/somebody/old_name/part_1.mcap"]
@@ -117,7 +117,7 @@ def test_paths_with_the_name_of_the_folder_are_found(tmp_path: Path) -> None:
     assert read(folder) == (ALL[:20], [])
 
 
-def test_a_file_that_is_not_listed_is_told(tmp_path: Path) -> None:
+def test_a_file_that_is_not_listed_is_told(tmp_path):
     folder = split_bag(tmp_path / "bag", PARTS)
     shutil.copy(folder / "part_3.mcap", folder / "copy of part_3.mcap")
     messages, (words,) = read(folder)
@@ -125,7 +125,7 @@ def test_a_file_that_is_not_listed_is_told(tmp_path: Path) -> None:
     assert "copy of part_3.mcap: not read" in words
 
 
-def test_an_unreadable_or_empty_file_does_not_hide_the_others(tmp_path: Path) -> None:
+def test_an_unreadable_or_empty_file_does_not_hide_the_others(tmp_path):
     folder = split_bag(tmp_path / "bag", [*PARTS, []])
     assert read(folder) == (ALL, [])
     (folder / "part_5.mcap").write_bytes(b"")
@@ -134,7 +134,7 @@ def test_an_unreadable_or_empty_file_does_not_hide_the_others(tmp_path: Path) ->
     assert any("part_5.mcap" in line for line in words)
 
 
-def test_files_that_overlap_are_merged(tmp_path: Path) -> None:
+def test_files_that_overlap_are_merged(tmp_path):
     messages = notes(60, (NOTE, OTHER))
     folder = split_bag(tmp_path / "bag", [messages[::2], messages[1::2]])
     assert read(folder) == (messages, [])
@@ -146,7 +146,7 @@ def test_files_that_overlap_are_merged(tmp_path: Path) -> None:
     max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(st.data())
-def test_any_split_gives_the_same_sequence(tmp_path: Path, data: st.DataObject) -> None:
+def test_any_split_gives_the_same_sequence(tmp_path, data):
     times = sorted(data.draw(st.lists(st.integers(0, 30), min_size=1, max_size=40)))
     messages = [(NOTE, time, cdr(f"{k}")) for k, time in enumerate(times)]
     cuts = sorted(data.draw(st.lists(st.integers(0, len(times)), max_size=5)))
@@ -164,14 +164,14 @@ def test_any_split_gives_the_same_sequence(tmp_path: Path, data: st.DataObject) 
         shutil.rmtree(folder)
 
 
-def test_files_in_any_assignment_are_merged_by_time(tmp_path: Path) -> None:
+def test_files_in_any_assignment_are_merged_by_time(tmp_path):
     parts: list[list[Message]] = [[], [], [], []]
     for k, message in enumerate(ALL):
         parts[(k * k) % 4 if k % 7 else 3].append(message)
     assert read(split_bag(tmp_path / "bag", parts))[0] == ALL
 
 
-def test_a_bag_may_have_more_files_than_a_process_may_open(tmp_path: Path) -> None:
+def test_a_bag_may_have_more_files_than_a_process_may_open(tmp_path):
     folder = split_bag(tmp_path / "bag", [[message] for message in ALL])
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (80, hard))
@@ -181,7 +181,7 @@ def test_a_bag_may_have_more_files_than_a_process_may_open(tmp_path: Path) -> No
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
-def test_a_feed_jumps_over_files_and_scans_all(tmp_path: Path) -> None:
+def test_a_feed_jumps_over_files_and_scans_all(tmp_path):
     now = [0.0]
     with closing(BagFeed(split_bag(tmp_path / "bag", PARTS), lambda: now[0])) as feed:
         feed.want([NOTE])
@@ -201,7 +201,7 @@ def test_a_feed_jumps_over_files_and_scans_all(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("compression", list(CompressionType))
-def test_chunks_may_be_compressed(tmp_path: Path, compression: CompressionType) -> None:
+def test_chunks_may_be_compressed(tmp_path, compression):
     path = write(tmp_path / "a.mcap", ALL, compression=compression)
     assert read(path) == (ALL, [])
 
@@ -216,15 +216,13 @@ def test_chunks_may_be_compressed(tmp_path: Path, compression: CompressionType) 
         {"enable_crcs": False},
     ],
 )
-def test_what_a_file_lacks_of_its_index_loses_no_message(
-    tmp_path: Path, without: dict[str, object]
-) -> None:
+def test_what_a_file_lacks_of_its_index_loses_no_message(tmp_path, without):
     path = write(tmp_path / "a.mcap", ALL, **without)  # type: ignore[arg-type]
     assert read(path) == (ALL, [])
 
 
 @pytest.mark.parametrize("end", [".zstd", ".zst"])
-def test_compressed_files_are_read(tmp_path: Path, end: str) -> None:
+def test_compressed_files_are_read(tmp_path, end):
     folder = split_bag(tmp_path / "bag", PARTS)
     names = []
     for index in range(12):
@@ -242,7 +240,7 @@ def test_compressed_files_are_read(tmp_path: Path, end: str) -> None:
         Bag(folder / names[0])
 
 
-def test_a_cut_compressed_file_is_read_to_the_cut(tmp_path: Path) -> None:
+def test_a_cut_compressed_file_is_read_to_the_cut(tmp_path):
     many = notes(20_000)
     path = write(tmp_path / "a.mcap", many, chunk_size=4096, compression=CompressionType.NONE)
     packed = zstandard.compress(path.read_bytes())
@@ -253,7 +251,7 @@ def test_a_cut_compressed_file_is_read_to_the_cut(tmp_path: Path) -> None:
     assert f"{len(messages)} messages up to" in words
 
 
-def test_compressed_messages_are_unpacked(tmp_path: Path) -> None:
+def test_compressed_messages_are_unpacked(tmp_path):
     packed = [(topic, time, zstandard.compress(data)) for topic, time, data in ALL]
     assert read(write(tmp_path / "a.mcap", packed)) == (ALL, [])
 
@@ -261,7 +259,7 @@ def test_compressed_messages_are_unpacked(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "mode", [CompressionMode.NONE, CompressionMode.FILE, CompressionMode.MESSAGE]
 )
-def test_bags_of_rosbags_are_read(tmp_path: Path, mode: CompressionMode) -> None:
+def test_bags_of_rosbags_are_read(tmp_path, mode):
     writer = RosbagsWriter(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP)
     if mode is not CompressionMode.NONE:
         writer.set_compression(mode, CompressionFormat.ZSTD)
@@ -273,7 +271,7 @@ def test_bags_of_rosbags_are_read(tmp_path: Path, mode: CompressionMode) -> None
     assert read(tmp_path / "bag") == (ALL, [])
 
 
-def test_a_file_whose_recorder_was_killed_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
+def test_a_file_whose_recorder_was_killed_is_read_as_far_as_it_goes(tmp_path):
     folder = split_bag(tmp_path / "bag", PARTS[:-1])
     write(folder / "part_11.mcap", PARTS[-1][:6], end=False)
     write_metadata(folder, metadata([f"part_{k}.mcap" for k in range(12)], ALL[:116]))
@@ -283,7 +281,7 @@ def test_a_file_whose_recorder_was_killed_is_read_as_far_as_it_goes(tmp_path: Pa
     assert "6 messages up to 111.500 s" in words
 
 
-def test_bags_of_other_storages_say_how_they_are_converted(tmp_path: Path) -> None:
+def test_bags_of_other_storages_say_how_they_are_converted(tmp_path):
     folder = tmp_path / "bag"
     folder.mkdir()
     with closing(sqlite3.connect(folder / "bag_0.db3")) as base:
@@ -313,22 +311,20 @@ def test_bags_of_other_storages_say_how_they_are_converted(tmp_path: Path) -> No
         ("", (True, False)),
     ],
 )
-def test_the_quality_of_every_version(
-    tmp_path: Path, quality: str, expected: tuple[bool, bool]
-) -> None:
+def test_the_quality_of_every_version(tmp_path, quality, expected):
     with closing(Bag(write(tmp_path / "a.mcap", ALL, quality=quality))) as bag:
         topic = bag.topics[NOTE]
         assert (topic.is_reliable, topic.is_latched) == expected
 
 
-def test_a_quality_that_is_not_understood_is_told(tmp_path: Path) -> None:
+def test_a_quality_that_is_not_understood_is_told(tmp_path):
     messages, (words,) = read(write(tmp_path / "a.mcap", ALL, quality="- reliability: sturdy"))
     assert messages == ALL
     assert NOTE in words
     assert "offered_qos_profiles" in words
 
 
-def test_the_quality_of_metadata_counts_where_the_file_has_none(tmp_path: Path) -> None:
+def test_the_quality_of_metadata_counts_where_the_file_has_none(tmp_path):
     folder = split_bag(tmp_path / "bag", PARTS)
     content = metadata([f"part_{k}.mcap" for k in range(12)], ALL)
     content["topics_with_message_count"][0]["topic_metadata"]["offered_qos_profiles"] = (
@@ -339,7 +335,7 @@ def test_the_quality_of_metadata_counts_where_the_file_has_none(tmp_path: Path) 
         assert not bag.topics[NOTE].is_reliable
 
 
-def test_several_broadcasters_of_static_transforms_all_stay(tmp_path: Path) -> None:
+def test_several_broadcasters_of_static_transforms_all_stay(tmp_path):
     quality = "- {depth: 1, reliability: reliable, durability: transient_local}\n" * 3
     path = write(tmp_path / "a.mcap", ALL[:9], quality=quality)
     with closing(Bag(path)) as bag:
@@ -347,7 +343,7 @@ def test_several_broadcasters_of_static_transforms_all_stay(tmp_path: Path) -> N
         assert bag.latest([NOTE], ALL[5][1]) == ALL[3:6]
 
 
-def test_a_topic_of_two_types_is_told(tmp_path: Path) -> None:
+def test_a_topic_of_two_types_is_told(tmp_path):
     folder = split_bag(tmp_path / "bag", PARTS)
     write(folder / "part_7.mcap", PARTS[7], kind="std_msgs/msg/Int32")
     messages, words = read(folder)
@@ -355,7 +351,7 @@ def test_a_topic_of_two_types_is_told(tmp_path: Path) -> None:
     assert any("std_msgs/msg/Int32" in line and "10 messages" in line for line in words)
 
 
-def test_times_are_those_of_the_file_to_the_nanosecond(tmp_path: Path) -> None:
+def test_times_are_those_of_the_file_to_the_nanosecond(tmp_path):
     start = 1_795_866_715_396_174_621
     path = write(tmp_path / "a.mcap", [(NOTE, start + k, cdr("x")) for k in range(3)])
     with closing(Bag(path)) as bag:

@@ -13,7 +13,7 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from swarm_common.middleware.topic_table import WORLD_TOPICS, Topic, robot_topic
+from swarm_common.middleware.topic_table import WORLD_TOPICS, robot_topic
 from swarm_recording.tape import Tape, quality_text
 from tests.fakes.small_disk import small_disk
 
@@ -43,7 +43,7 @@ def read_with_rosbags(path: Path) -> list[tuple[str, int, bytes]]:
         return [(link.topic, stamp, bytes(raw)) for link, stamp, raw in reader.messages()]
 
 
-def test_every_save_leaves_a_whole_file(tmp_path: Path) -> None:
+def test_every_save_leaves_a_whole_file(tmp_path):
     path = tmp_path / "a.mcap"
     tape = Tape(path, {"seed": "3"})
     tape.add_topic(CLOCK)
@@ -62,7 +62,7 @@ def test_every_save_leaves_a_whole_file(tmp_path: Path) -> None:
     assert (about.name, about.metadata) == ("swarm", {"seed": "3"})
 
 
-def test_messages_are_decoded_by_the_schemas_in_the_file(tmp_path: Path) -> None:
+def test_messages_are_decoded_by_the_schemas_in_the_file(tmp_path):
     path = tmp_path / "a.mcap"
     tape = Tape(path, {})
     tape.add_topic(CLOCK)
@@ -79,7 +79,7 @@ def test_messages_are_decoded_by_the_schemas_in_the_file(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("topic", [CLOCK, WORLD_TOPICS[1], robot_topic("Srobot1", "scan")])
-def test_the_quality_of_the_publisher_is_kept(tmp_path: Path, topic: Topic) -> None:
+def test_the_quality_of_the_publisher_is_kept(tmp_path, topic):
     path = tmp_path / "a.mcap"
     tape = Tape(path, {})
     tape.add_topic(topic)
@@ -125,9 +125,7 @@ def kill_after(steps: int, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("batch", [3, 300])
-def test_a_bag_is_whole_wherever_its_writer_is_killed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, batch: int
-) -> None:
+def test_a_bag_is_whole_wherever_its_writer_is_killed(tmp_path, monkeypatch, batch):
     """Also where the summary is longer than what is added, and the other way round."""
     steps, is_done = 0, False
     while not is_done:
@@ -177,7 +175,7 @@ while True:
 """
 
 
-def test_kill_9_leaves_a_readable_bag(tmp_path: Path) -> None:
+def test_kill_9_leaves_a_readable_bag(tmp_path):
     rng = random.Random(5)
     for number in range(4):
         path = tmp_path / f"{number}.mcap"
@@ -195,7 +193,7 @@ def test_kill_9_leaves_a_readable_bag(tmp_path: Path) -> None:
         assert len(found) >= 300
 
 
-def test_a_full_disk_leaves_what_was_saved_before(tmp_path: Path) -> None:
+def test_a_full_disk_leaves_what_was_saved_before(tmp_path):
     with small_disk(tmp_path / "disk", "600k") as disk:
         path = disk / "a.mcap"
         tape = Tape(path, {})

@@ -34,7 +34,7 @@ def row(table: list[list[str]], name: str) -> list[str]:
     return next(line for line in table if line[0] == name)
 
 
-def test_results_have_differences_from_the_first_run(tmp_path: Path) -> None:
+def test_results_have_differences_from_the_first_run(tmp_path):
     runs = [a_run(tmp_path / "a", makespan=200.0), a_run(tmp_path / "b", makespan=150.0)]
     found = comparison(runs)
     assert found.head == ["", "a", "b"]
@@ -53,31 +53,29 @@ def test_results_have_differences_from_the_first_run(tmp_path: Path) -> None:
         ("replans", 3, 4, None),  # neither good nor bad
     ],
 )
-def test_what_is_better(
-    tmp_path: Path, key: str, first: float, second: float, mark: str | None
-) -> None:
+def test_what_is_better(tmp_path, key, first, second, mark):
     runs = [a_run(tmp_path / "a", **{key: first}), a_run(tmp_path / "b", **{key: second})]
     assert list(comparison(runs).marks.values()) == ([mark] if mark else [])
 
 
-def test_an_unknown_figure_has_no_difference(tmp_path: Path) -> None:
+def test_an_unknown_figure_has_no_difference(tmp_path):
     runs = [a_run(tmp_path / "a", near_misses=None), a_run(tmp_path / "b", near_misses=3)]
     assert row(comparison(runs).rows, "near misses") == ["near misses", "–", "3"]
 
 
-def test_equal_inputs_and_trajectories(tmp_path: Path) -> None:
+def test_equal_inputs_and_trajectories(tmp_path):
     runs = [a_run(tmp_path / name, trajectory_sha256="f00") for name in "ab"]
     assert differences(runs)[0] == []
     assert "so are the trajectories, bit for bit" in what_differs(runs)
 
 
-def test_only_the_seed(tmp_path: Path) -> None:
+def test_only_the_seed(tmp_path):
     runs = [a_run(tmp_path / "a"), a_run(tmp_path / "b", seed=7)]
     assert differences(runs)[0] == [["seed", "0", "7"]]
     assert what_differs(runs).startswith("Only the seed differs: the deltas are what chance makes")
 
 
-def test_parameters_of_some_robots(tmp_path: Path) -> None:
+def test_parameters_of_some_robots(tmp_path):
     runs = [a_run(tmp_path / "a"), a_run(tmp_path / "b")]
     set_parameter(runs[1], 2, 0.5)
     assert differences(runs)[0] == [
@@ -87,7 +85,7 @@ def test_parameters_of_some_robots(tmp_path: Path) -> None:
     assert what_differs(runs).startswith("1 input differs.")
 
 
-def test_the_page_says_both(tmp_path: Path) -> None:
+def test_the_page_says_both(tmp_path):
     text = comparison_html([a_run(tmp_path / "a"), a_run(tmp_path / "b", seed=7, makespan=30.0)])
     assert "Only the seed differs" in text
     assert "+50 % makespan" in text

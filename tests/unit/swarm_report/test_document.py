@@ -23,7 +23,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_document(make_run(folder, robots=3, seconds=40, crash=True))
 
 
-def test_the_page_is_whole_and_self_contained(page: Path) -> None:
+def test_the_page_is_whole_and_self_contained(page):
     text = page.read_text(encoding="utf-8")
     assert text.index("Failed: 5 of 6 goals reached, 1 collision") < text.index("<img")
     assert "collision of Srobot1 and Srobot2 at (1.00, 2.00)" in text
@@ -34,7 +34,7 @@ def test_the_page_is_whole_and_self_contained(page: Path) -> None:
         assert (page.parent / "plots" / f"{name}.png").stat().st_size > 1000
 
 
-def test_every_plot_has_its_table_and_answers_to_the_mouse(page: Path) -> None:
+def test_every_plot_has_its_table_and_answers_to_the_mouse(page):
     text = page.read_text(encoding="utf-8")
     for name in DRAWINGS:
         figure = text[text.index(f'id="{name}"') :].split("</figure>")[0]
@@ -49,21 +49,19 @@ def test_every_plot_has_its_table_and_answers_to_the_mouse(page: Path) -> None:
     assert b"plotly.js v" in gzip.decompress(base64.b64decode(packed[1]))[:100]
 
 
-def test_a_page_of_twenty_robots_is_at_most_five_megabytes(tmp_path: Path) -> None:
+def test_a_page_of_twenty_robots_is_at_most_five_megabytes(tmp_path):
     folder = make_run(tmp_path, robots=20, seconds=600)
     assert len(document_html(RunData(folder)).encode()) <= 5e6
 
 
-def test_without_plotly_the_page_has_the_still_plots(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_plotly_the_page_has_the_still_plots(tmp_path, monkeypatch):
     monkeypatch.setattr("swarm_report.page.plotly_js", lambda: "")
     text = document_html(RunData(make_run(tmp_path, robots=2, seconds=10)))
     assert text.count("<img") == len(DRAWINGS)
     assert 'id="charts"' not in text
 
 
-def test_broken_robots_are_named(tmp_path: Path) -> None:
+def test_broken_robots_are_named(tmp_path):
     folder = make_run(tmp_path, robots=3, seconds=10)
     report = json.loads((folder / "report.json").read_text())
     (folder / "report.json").write_text(json.dumps(report | {"broken": ["Srobot2"]}))
@@ -72,7 +70,7 @@ def test_broken_robots_are_named(tmp_path: Path) -> None:
     assert "Srobot2 (broken)" in text
 
 
-def test_names_are_no_markup(tmp_path: Path) -> None:
+def test_names_are_no_markup(tmp_path):
     folder = make_run(tmp_path, robots=2, seconds=10)
     sites = folder / "sites.yaml"
     sites.write_text('stations:\n  "</script><b>x": [2.0, 2.0, 0.0]\n')
@@ -81,14 +79,14 @@ def test_names_are_no_markup(tmp_path: Path) -> None:
     assert "&lt;/script&gt;&lt;b&gt;x" in text
 
 
-def test_a_run_that_left_nothing_has_a_page_without_plots(tmp_path: Path) -> None:
+def test_a_run_that_left_nothing_has_a_page_without_plots(tmp_path):
     folder = make_run(tmp_path, robots=3, seconds=0)
     text = write_document(folder).read_text(encoding="utf-8")
     assert "No verdict" in text
     assert "<img" not in text
 
 
-def test_runs_are_compared(tmp_path: Path) -> None:
+def test_runs_are_compared(tmp_path):
     runs = [str(make_run(tmp_path / name, robots=2, seconds=30)) for name in ("a", "b")]
     page = tmp_path / "both.html"
     result = CliRunner().invoke(report_app, [*runs, "-o", str(page)])
@@ -101,7 +99,7 @@ def test_runs_are_compared(tmp_path: Path) -> None:
     ]
 
 
-def test_numbers_are_plain() -> None:
+def test_numbers_are_plain():
     assert number(65948.7, "s") == "65949 s"
     assert number(0.0433, "m") == "0.0433 m"
     assert number(None) == "–"
@@ -109,7 +107,7 @@ def test_numbers_are_plain() -> None:
     assert makespan({"makespan": 59.2, "goals": {"pending": 0}}) == 59.2
 
 
-def test_a_page_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+def test_a_page_that_cannot_be_written_is_refused(tmp_path):
     runs = [str(make_run(tmp_path / name, robots=2, seconds=3)) for name in ("a", "b")]
     result = CliRunner().invoke(report_app, [*runs, "-o", "/proc/no/x.html"])
     assert isinstance(result.exception, ConfigError)

@@ -73,7 +73,7 @@ def story(tmp_path: Path) -> Story:
     return story
 
 
-def test_use_and_queue_of_a_station(story: Story) -> None:
+def test_use_and_queue_of_a_station(story):
     story.state(0, 10.0, "holding", "dock")
     story.state(0, 30.0, "driving")
     story.state(1, 20.0, "driving", "dock", place=1)
@@ -88,14 +88,14 @@ def test_use_and_queue_of_a_station(story: Story) -> None:
     assert station_use(RunData(story.folder))["shop"].queue_time == 0.0
 
 
-def test_one_robot_after_another_is_no_longer_queue(story: Story) -> None:
+def test_one_robot_after_another_is_no_longer_queue(story):
     for robot, (start, end) in enumerate(((10.0, 20.0), (20.0, 30.0))):
         story.state(robot, start, "holding", "dock")
         story.state(robot, end, "driving")
     assert station_use(story.run())["dock"].longest_queue == 1
 
 
-def test_throughput_has_a_rate_for_each_window(story: Story) -> None:
+def test_throughput_has_a_rate_for_each_window(story):
     for t in (1.0, 2.0, 95.0):
         story.reached(0, t, "dock")
     flow = throughput(story.run())
@@ -105,7 +105,7 @@ def test_throughput_has_a_rate_for_each_window(story: Story) -> None:
     assert flow.mean == pytest.approx(60.0 * 3 / 95.0)  # as in report.json, not of 100 s
 
 
-def test_bars_of_a_state_that_few_robots_were_in_are_as_high_as_others(story: Story) -> None:
+def test_bars_of_a_state_that_few_robots_were_in_are_as_high_as_others(story):
     """Left to itself, plotly draws them as high as the distance of their robots' rows."""
     story.state(0, 60.0, "waiting")
     chart = timeline(story.run())
@@ -113,7 +113,7 @@ def test_bars_of_a_state_that_few_robots_were_in_are_as_high_as_others(story: St
     assert {bars["width"] for bars in chart["data"]} == {0.88}
 
 
-def test_shares_of_states(story: Story) -> None:
+def test_shares_of_states(story):
     story.state(0, 60.0, "waiting")
     run = story.run()
     assert state_shares(run) == pytest.approx({"driving": 0.9, "waiting": 0.1})
@@ -122,7 +122,7 @@ def test_shares_of_states(story: Story) -> None:
     np.testing.assert_allclose(over_time.by_state["waiting"][[0, -1]], [0.0, 0.25])
 
 
-def test_a_station_that_most_robots_held_for_is_the_bottleneck(story: Story) -> None:
+def test_a_station_that_most_robots_held_for_is_the_bottleneck(story):
     story.state(0, 10.0, "holding", "dock")
     story.state(0, 40.0, "driving")
     story.waited(1, 50, 6.0, [2.5, 2.5])  # close to it
@@ -137,9 +137,7 @@ def test_a_station_that_most_robots_held_for_is_the_bottleneck(story: Story) -> 
     assert "took 10.0 % of the robots' time." in found.words
 
 
-def test_the_share_of_lost_time_is_the_same_everywhere_and_shares_are_all_of_it(
-    story: Story,
-) -> None:
+def test_the_share_of_lost_time_is_the_same_everywhere_and_shares_are_all_of_it(story):
     story.state(0, 10.0, "holding", "dock")
     story.state(0, 40.0, "driving")
     story.state(1, 50.0, "yielding")
@@ -158,7 +156,7 @@ def test_the_share_of_lost_time_is_the_same_everywhere_and_shares_are_all_of_it(
     assert sum(state_shares(run).values()) == pytest.approx(1.0)
 
 
-def test_waiting_after_the_mission_does_not_shrink_the_share_of_lost_time(story: Story) -> None:
+def test_waiting_after_the_mission_does_not_shrink_the_share_of_lost_time(story):
     story.state(0, 10.0, "waiting")
     for robot in range(4):
         story.state(robot, 50.0, "idle")
@@ -169,7 +167,7 @@ def test_waiting_after_the_mission_does_not_shrink_the_share_of_lost_time(story:
     assert (lost.seconds, lost.share) == (40.0, 0.2)
 
 
-def test_the_headline_names_the_longest_stop_and_its_reason_across_states(story: Story) -> None:
+def test_the_headline_names_the_longest_stop_and_its_reason_across_states(story):
     story.waited(1, 20, 5.0, [20.0, 20.0], "Srobot3")
     story.waited(0, 30, 7.0, [20.0, 20.0], "Srobot3")
     story.waited(0, 37, 3.0, [20.0, 20.0], "Srobot4")
@@ -184,7 +182,7 @@ def test_the_headline_names_the_longest_stop_and_its_reason_across_states(story:
     assert 'id="blockers"' in text
 
 
-def test_a_place_without_a_station_can_be_the_bottleneck(story: Story) -> None:
+def test_a_place_without_a_station_can_be_the_bottleneck(story):
     for t, offset in ((10, -0.5), (20, 0.0), (30, 0.5)):
         story.waited(0, t, 10.0, [20.0 + offset, 20.0])
     story.state(1, 10.0, "holding", "shop")
@@ -203,9 +201,7 @@ def test_a_place_without_a_station_can_be_the_bottleneck(story: Story) -> None:
         ({}, ""),
     ],
 )
-def test_nothing_is_called_the_bottleneck_where_nothing_stands_out(
-    story: Story, holds: dict[str, float], said: str
-) -> None:
+def test_nothing_is_called_the_bottleneck_where_nothing_stands_out(story, holds, said):
     for robot, (station, seconds) in enumerate(holds.items()):
         story.state(robot, 10.0, "holding", station)
         story.state(robot, 10.0 + seconds, "driving")
@@ -216,7 +212,7 @@ def test_nothing_is_called_the_bottleneck_where_nothing_stands_out(
     assert said in document_html(run)
 
 
-def test_the_report_has_the_figures(story: Story) -> None:
+def test_the_report_has_the_figures(story):
     story.state(0, 10.0, "holding", "dock")
     story.state(0, 40.0, "driving")
     story.reached(0, 45.0, "dock")
@@ -229,7 +225,7 @@ def test_the_report_has_the_figures(story: Story) -> None:
     assert fields["bottleneck"]["station"] == "dock"
 
 
-def test_a_run_without_time_series_has_no_figures(tmp_path: Path) -> None:
+def test_a_run_without_time_series_has_no_figures(tmp_path):
     (tmp_path / "config").mkdir()
     (tmp_path / "config" / "world.json").write_text('{"robots": [{"name": "Srobot1"}]}')
     fields = report_fields(RunData(tmp_path))
@@ -237,7 +233,7 @@ def test_a_run_without_time_series_has_no_figures(tmp_path: Path) -> None:
     assert fields == dict.fromkeys(SERIES_FIELDS) | empty
 
 
-def test_the_ideal_time_is_that_of_the_shortest_way_around_walls(tmp_path: Path) -> None:
+def test_the_ideal_time_is_that_of_the_shortest_way_around_walls(tmp_path):
     cells = np.zeros((100, 100), np.int8)
     cells[:, 50:52] = 100
     cells[80:, 50:52] = 0  # a gap at the top

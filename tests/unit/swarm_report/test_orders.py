@@ -5,7 +5,7 @@ from swarm_mission.orders.order_book import OrderBook, OrderEvent, OrderEventKin
 from swarm_report.orders import order_sections
 
 
-def test_orders_stations_robots_and_floor_have_a_table_each() -> None:
+def test_orders_stations_robots_and_floor_have_a_table_each():
     book = OrderBook("claim", ("240 orders/h need at least 17 robots by distance alone",))
     book.apply_all(
         [

@@ -37,7 +37,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_what_was_written_comes_back(folder: Path) -> None:
+def test_what_was_written_comes_back(folder):
     run = RunData(folder)
     assert run.series is not None
     np.testing.assert_allclose(run.series.poses[:, 0, 0], [0.0, 1.0, 2.0, 3.0])
@@ -57,7 +57,7 @@ def test_what_was_written_comes_back(folder: Path) -> None:
     assert states[:, 1].tolist() == ["", "", ""]
 
 
-def test_robots_that_came_and_went_have_no_place_before_and_after(folder: Path) -> None:
+def test_robots_that_came_and_went_have_no_place_before_and_after(folder):
     path = folder / "trace" / "world.jsonl"
     text = path.read_text()
     world = Journal(path)
@@ -74,13 +74,13 @@ def test_robots_that_came_and_went_have_no_place_before_and_after(folder: Path) 
     np.testing.assert_allclose(run.series.poses[:, 1, 0], [0.0, 0.0, 0.0, 0.0, nan])
 
 
-def test_a_run_without_a_report_gets_no_verdict(folder: Path) -> None:
+def test_a_run_without_a_report_gets_no_verdict(folder):
     verdict = judge(RunData(folder))
     assert verdict.kind == "open"
     assert "1 goal reached, 0 missed" in verdict.lines[1]
 
 
-def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:
+def test_a_folder_that_is_no_run_is_refused(tmp_path):
     with pytest.raises(ConfigError, match="not the folder of a run"):
         RunData(tmp_path)
 
@@ -94,7 +94,7 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:
         ({"pending": 4}, "open", "Stopped early: 16 of 20 goals reached, no collisions"),
     ],
 )
-def test_the_verdict(folder: Path, change: dict[str, int], kind: str, headline: str) -> None:
+def test_the_verdict(folder, change, kind, headline):
     goals = {"sent": 16, "reached": 16, "failed": 0, "pending": 0}
     crashes = {"robot_robot": 0, "robot_world": 0}
     report = {

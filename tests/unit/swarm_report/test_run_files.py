@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import copy
 import json
 import random
@@ -39,9 +37,7 @@ def folder(tmp_path: Path) -> Path:
         ("robots", {"Srobot1": {"distance": "far"}}, "robots"),
     ],
 )
-def test_a_report_that_was_changed_is_refused_with_file_and_key(
-    folder: Path, key: str, value: object, words: str
-) -> None:
+def test_a_report_that_was_changed_is_refused_with_file_and_key(folder, key, value, words):
     path = folder / "report.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
     with pytest.raises(ConfigError, match=rf"report\.json is damaged, or not ours: .*({words})"):
@@ -50,13 +46,13 @@ def test_a_report_that_was_changed_is_refused_with_file_and_key(
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"goals": NaN}', "[" * 100_000])
-def test_a_report_that_is_none_is_no_run_without_a_verdict(folder: Path, text: str) -> None:
+def test_a_report_that_is_none_is_no_run_without_a_verdict(folder, text):
     (folder / "report.json").write_text(text)
     with pytest.raises(ConfigError, match=r"report\.json is damaged"):
         RunData(folder)
 
 
-def test_lines_of_the_trace_that_were_changed_are_left_out_and_counted(folder: Path) -> None:
+def test_lines_of_the_trace_that_were_changed_are_left_out_and_counted(folder):
     whole = RunData(folder)
     path = folder / "trace" / "world.jsonl"
     lines = path.read_text().splitlines()
@@ -70,7 +66,7 @@ def test_lines_of_the_trace_that_were_changed_are_left_out_and_counted(folder: P
     assert run.left_out == {"trace/world.jsonl": 1}  # NaN is no JSON: that line was cut off
 
 
-def test_whatever_is_in_the_files_all_is_worked_out_or_refused(folder: Path) -> None:
+def test_whatever_is_in_the_files_all_is_worked_out_or_refused(folder):
     rng = random.Random(3)
     names = ("report.json", "config/world.json", "trace/world.jsonl", "trace/robots.jsonl")
     texts = {name: (folder / name).read_text() for name in (*names, "trace/usage.jsonl")}

@@ -49,7 +49,7 @@ def ask(server: ReportServer, path: str, *hosts: str) -> tuple[int, str]:
     return response.status, body
 
 
-def test_all_runs_are_listed_with_what_became_of_them(server: ReportServer) -> None:
+def test_all_runs_are_listed_with_what_became_of_them(server):
     status, text = ask(server, f"/{server.token}/")
     assert status == 200
     assert text.count('type="checkbox"') == 3  # the link `latest` and `notes` are no runs
@@ -60,7 +60,7 @@ def test_all_runs_are_listed_with_what_became_of_them(server: ReportServer) -> N
     assert "crashed <b>" not in text
 
 
-def test_the_newest_report_is_read(tmp_path: Path) -> None:
+def test_the_newest_report_is_read(tmp_path):
     folder = make_run(tmp_path / "a", robots=2, seconds=0)
     shown = RunList(tmp_path)
     assert [entry.cells[1] for entry in shown.entries()] == ["No verdict"]
@@ -70,12 +70,12 @@ def test_the_newest_report_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["first", "killed", "crashed%20%3Cb%3E"])
-def test_a_run_is_shown_also_if_it_was_killed(server: ReportServer, name: str) -> None:
+def test_a_run_is_shown_also_if_it_was_killed(server, name):
     status, text = ask(server, f"/{server.token}/run/{name}")
     assert (status, text[:15]) == (200, "<!DOCTYPE html>")
 
 
-def test_links_lead_to_runs_whatever_their_names(tmp_path: Path) -> None:
+def test_links_lead_to_runs_whatever_their_names(tmp_path):
     """They were escaped as text, not as a link: `#` ended it, `%2f` was another name."""
     for name in ("a#1", "50%2f", "two words", "què?"):
         make_run(tmp_path / name, robots=2, seconds=1)
@@ -86,7 +86,7 @@ def test_links_lead_to_runs_whatever_their_names(tmp_path: Path) -> None:
     assert None not in pages
 
 
-def test_chosen_runs_are_compared(server: ReportServer) -> None:
+def test_chosen_runs_are_compared(server):
     status, text = ask(server, f"/{server.token}/compare?run=first&run=killed")
     assert status == 200
     assert "2 runs compared" in text
@@ -97,34 +97,34 @@ def test_chosen_runs_are_compared(server: ReportServer) -> None:
     "path",
     ["run/../first/report.json", "run/%2e%2e", "run//etc/passwd", "run/notes", "first", "run/x"],
 )
-def test_nothing_else_of_the_disk_is_shown(server: ReportServer, path: str) -> None:
+def test_nothing_else_of_the_disk_is_shown(server, path):
     assert ask(server, f"/{server.token}/{path}")[0] == 404
 
 
 @pytest.mark.parametrize("hosts", [("evil.example:{port}",), ("127.0.0.1",), ("a", "b"), ("",)])
-def test_a_foreign_name_gets_nothing(server: ReportServer, hosts: tuple[str, ...]) -> None:
+def test_a_foreign_name_gets_nothing(server, hosts):
     named = [host.format(port=server.server_port) for host in hosts]
     status, text = ask(server, f"/{server.token}/", *named)
     assert status == 403
     assert "first" not in text
 
 
-def test_localhost_is_a_name_of_it(server: ReportServer) -> None:
+def test_localhost_is_a_name_of_it(server):
     assert ask(server, f"/{server.token}/", f"localhost:{server.server_port}")[0] == 200
 
 
 @pytest.mark.parametrize("path", ["/", "/run/first", "/wrong/", "//", "/%00/"])
-def test_nobody_without_the_token_gets_anything(server: ReportServer, path: str) -> None:
+def test_nobody_without_the_token_gets_anything(server, path):
     status, text = ask(server, path)
     assert status == 403
     assert "first" not in text
 
 
-def test_it_listens_on_this_machine_only(server: ReportServer) -> None:
+def test_it_listens_on_this_machine_only(server):
     assert server.server_address[0] == "127.0.0.1"
 
 
-def test_a_port_in_use_and_a_folder_that_is_none(server: ReportServer, runs: Path) -> None:
+def test_a_port_in_use_and_a_folder_that_is_none(server, runs):
     with pytest.raises(ConfigError, match="choose another --port"):
         ReportServer(runs, server.server_port)
     with pytest.raises(ConfigError, match="is not a folder"):

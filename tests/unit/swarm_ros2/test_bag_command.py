@@ -1,9 +1,5 @@
 """`ros2 bag`: what it tells of bags, and which of rosbag2's options it has."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 from swarm_ros2 import bag as verbs
@@ -18,7 +14,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     return calls
 
 
-def test_info_of_a_split_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_of_a_split_bag(tmp_path, capsys):
     messages = notes(40, (NOTE, OTHER))
     folder = split_bag(tmp_path / "bag", [messages[:15], messages[15:]])
     (folder / "part_1.mcap").rename(folder / "renamed.mcap")
@@ -38,7 +34,7 @@ def test_info_of_a_split_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert capsys.readouterr().out.split() == [NOTE, OTHER]
 
 
-def test_info_of_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_of_nothing(tmp_path, capsys):
     assert command_line.run(["bag", "info", str(tmp_path)]) == 1
     assert "there is no bag" in capsys.readouterr().err
 
@@ -57,15 +53,13 @@ def test_info_of_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
         (["--read-ahead-queue-size", "100"], ["--speed", "1.0"]),
     ],
 )
-def test_options_of_play(started: list[list[str]], words: list[str], expected: list[str]) -> None:
+def test_options_of_play(started, words, expected):
     assert command_line.run(["bag", "play", "b", *words]) == 0
     assert started == [["b", "--ros", *expected]]
 
 
 @pytest.mark.parametrize("verb", ["play", "record", "info"])
-def test_options_that_are_not_here_end_in_one_error(
-    started: list[list[str]], capsys: pytest.CaptureFixture[str], verb: str
-) -> None:
+def test_options_that_are_not_here_end_in_one_error(started, capsys, verb):
     missing = {"play": verbs.NOT_OF_PLAY, "record": verbs.NOT_OF_RECORD, "info": ("-v", "--sort")}[
         verb
     ]
@@ -92,15 +86,13 @@ def test_options_that_are_not_here_end_in_one_error(
         ["play", "b", "--nonsense"],
     ],
 )
-def test_wrong_values_are_refused(capsys: pytest.CaptureFixture[str], words: list[str]) -> None:
+def test_wrong_values_are_refused(capsys, words):
     with pytest.raises(SystemExit, match="2"):
         command_line.run(["bag", *words])
     assert words[-2].lstrip("b") in capsys.readouterr().err
 
 
-def test_record_wants_topics_and_an_empty_folder(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_record_wants_topics_and_an_empty_folder(tmp_path, capsys):
     assert command_line.run(["bag", "record"]) == 1
     assert "--all" in capsys.readouterr().err
     write(tmp_path / "a.mcap", notes(1))

@@ -1,7 +1,5 @@
 """Words without a verb, and interfaces as text."""
 
-from __future__ import annotations
-
 import pytest
 
 from swarm_ros2 import command_line, launcher
@@ -12,26 +10,20 @@ def run(capsys: pytest.CaptureFixture[str], *words: str) -> str:
     return capsys.readouterr().out
 
 
-def test_without_a_command_or_a_verb_there_is_help_as_from_ros2cli(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_without_a_command_or_a_verb_there_is_help_as_from_ros2cli(capsys):
     assert run(capsys).startswith("usage: ros2 [-h] command ...")
     assert run(capsys, "topic").startswith("usage: ros2 topic [-h] verb ...")
     with pytest.raises(SystemExit, match="2"):
         command_line.run(["topics"])
 
 
-def test_a_range_in_which_no_node_is_found_is_told_in_a_line(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_range_in_which_no_node_is_found_is_told_in_a_line(capsys, monkeypatch):
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
     assert command_line.run(["topic", "list"]) == 1
     assert capsys.readouterr().err.startswith("ROS_AUTOMATIC_DISCOVERY_RANGE is 'OFF'")
 
 
-def test_comments_of_nested_types_are_shown_if_asked_for(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_comments_of_nested_types_are_shown_if_asked_for(capsys):
     name = "geometry_msgs/msg/PoseStamped"
     nested = "\t# This represents a pose"
     everything = run(capsys, "interface", "show", "--all-comments", name)
@@ -43,7 +35,7 @@ def test_comments_of_nested_types_are_shown_if_asked_for(
     assert len(everything) > len(some) > len(none)
 
 
-def test_options_of_the_doctor_are_passed_on() -> None:
+def test_options_of_the_doctor_are_passed_on():
     """They were refused as unknown."""
     for words in (["--swarm-size", "3"], ["--help"], []):
         assert (
@@ -52,7 +44,7 @@ def test_options_of_the_doctor_are_passed_on() -> None:
         )
 
 
-def test_the_arguments_of_the_launch_file_are_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_arguments_of_the_launch_file_are_shown(monkeypatch):
     started: list[tuple[str, list[str]]] = []
     monkeypatch.setattr(launcher, "start", lambda *call: started.append(call))
     launch = ("launch", "swarm_commander", "swarm.launch.py")

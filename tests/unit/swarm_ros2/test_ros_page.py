@@ -4,8 +4,6 @@ The page's blocks are run by a shell in which programs only note how they were c
 do what the page says is tests/scenario/test_document_commands.py, with -m long.
 """
 
-from __future__ import annotations
-
 import argparse
 import functools
 import os
@@ -75,7 +73,7 @@ def parsed(words: list[str]) -> argparse.Namespace:
     return command_line._parser(words).parse_args(words)
 
 
-def test_the_words_of_every_command_fit() -> None:
+def test_the_words_of_every_command_fit():
     up = typer.main.get_command(load_app("swarm-up"))
     for words in ros2_commands():
         options = parsed(words)
@@ -83,7 +81,7 @@ def test_the_words_of_every_command_fit() -> None:
             up.make_context("swarm-up", swarm_up_arguments(options.arguments))
 
 
-def test_the_values_of_every_request_fit_its_type() -> None:
+def test_the_values_of_every_request_fit_its_type():
     requests = [words for words in ros2_commands() if tuple(words[:2]) in FIELDS]
     assert len(requests) > 50
     for words in requests:
@@ -95,13 +93,13 @@ def test_the_values_of_every_request_fit_its_type() -> None:
         text.fill(getattr(message, part)() if part else message(), values)
 
 
-def test_a_graph_test_uses_every_verb_of_the_page() -> None:
+def test_a_graph_test_uses_every_verb_of_the_page():
     called = re.findall(r'(?="(\w+)",\s*"(\w+)")', GRAPH_TESTS)
     measured = [("topic", verb) for verb in re.findall(r'measure\("(\w+)"', GRAPH_TESTS)]
     assert {(name, verb) for name, verb in verbs_shown() if verb} - {*called, *measured} == set()
 
 
-def test_a_graph_test_uses_every_type_of_the_page() -> None:
+def test_a_graph_test_uses_every_type_of_the_page():
     words = {word for line in ros2_commands() for word in line}
     types = {
         word.rpartition("/")[2] for word in words if re.fullmatch(r"\w+/(msg|srv|action)/\w+", word)
@@ -116,7 +114,7 @@ def choices(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParse
     return dict(found[0].choices) if found else {}
 
 
-def test_the_page_shows_every_verb_and_its_table_names_it() -> None:
+def test_the_page_shows_every_verb_and_its_table_names_it():
     page = (ROOT / "docs/ros.md").read_text("utf-8")
     for name in command_line.COMMANDS:
         verbs = choices(choices(command_line._parser([name]))[name])
@@ -125,7 +123,7 @@ def test_the_page_shows_every_verb_and_its_table_names_it() -> None:
         assert f"| {name} | {', '.join(sorted(verbs))}" in page
 
 
-def test_the_page_calls_every_interface_of_its_table_of_simulation_interfaces() -> None:
+def test_the_page_calls_every_interface_of_its_table_of_simulation_interfaces():
     page = (ROOT / "docs/ros.md").read_text("utf-8")
     definitions = ROOT / "interfaces/simulation_interfaces"
     names = {path.stem for path in definitions.glob("*/*") if path.parent.name in ("srv", "action")}

@@ -1,7 +1,5 @@
 """Messages as YAML text and back, and the statistics of `ros2 topic hz`."""
 
-from __future__ import annotations
-
 import pytest
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
@@ -14,12 +12,12 @@ from swarm_ros2 import text
 from swarm_ros2.rate import RateMeter
 
 
-def test_fields_keep_the_order_of_the_definition() -> None:
+def test_fields_keep_the_order_of_the_definition():
     lines = text.to_yaml(PoseStamped()).splitlines()
     assert lines[:5] == ["header:", "  stamp:", "    sec: 0", "    nanosec: 0", "  frame_id: ''"]
 
 
-def test_arrays_are_cut_and_described() -> None:
+def test_arrays_are_cut_and_described():
     scan = LaserScan(ranges=[1.0, 2.0, 3.0])
     assert text.to_plain(scan, longest=2)["ranges"] == [1.0, 2.0, "..."]
     assert text.to_plain(scan, arrays=False)["ranges"] == "<sequence type: float, length: 3>"
@@ -27,7 +25,7 @@ def test_arrays_are_cut_and_described() -> None:
     assert text.to_plain(String(data="abc"), strings=False)["data"] == "<string length: <3>>"
 
 
-def test_filling_nested_fields_and_arrays_of_messages() -> None:
+def test_filling_nested_fields_and_arrays_of_messages():
     goal = FollowWaypoints.Goal()
     values = "{poses: [{header: {frame_id: map}, pose: {position: {x: 2}}}], number_of_loops: 3}"
     text.fill(goal, text.parse_values(values))
@@ -46,7 +44,7 @@ def test_filling_nested_fields_and_arrays_of_messages() -> None:
         ("{pose: [}", "is not YAML"),
     ],
 )
-def test_values_that_do_not_fit_are_named(values: str, message: str) -> None:
+def test_values_that_do_not_fit_are_named(values, message):
     with pytest.raises(SwarmError, match=message):
         text.fill(PoseStamped(), text.parse_values(values))
 
@@ -54,16 +52,16 @@ def test_values_that_do_not_fit_are_named(values: str, message: str) -> None:
 @pytest.mark.parametrize(
     "name", ["String", "std_msgs/srv/String", "std_msgs/msg/Sting", "no/msg/X"]
 )
-def test_unknown_types_are_refused(name: str) -> None:
+def test_unknown_types_are_refused(name):
     with pytest.raises(SwarmError, match="The passed message type is invalid"):
         text.load("msg", name)
 
 
-def test_short_type_names_are_understood() -> None:
+def test_short_type_names_are_understood():
     assert text.load("msg", "std_msgs/String") is String
 
 
-def test_rate_meter_reports_once_per_news() -> None:
+def test_rate_meter_reports_once_per_news():
     meter = RateMeter()
     assert meter.report() is None
     for tick in range(5):
@@ -74,7 +72,7 @@ def test_rate_meter_reports_once_per_news() -> None:
     assert meter.report() is None
 
 
-def test_words_stay_words_and_only_times_are_stamped_at_sending() -> None:
+def test_words_stay_words_and_only_times_are_stamped_at_sending():
     message, stamps = String(), []
     text.fill(message, {"data": "now"}, stamps)
     assert (message.data, stamps) == ("now", [])
@@ -90,6 +88,6 @@ def test_words_stay_words_and_only_times_are_stamped_at_sending() -> None:
 
 
 @pytest.mark.parametrize("values", ["{header: auto}", "{header: {stamp: now}}", "{header: now}"])
-def test_services_and_actions_do_not_stamp(values: str) -> None:
+def test_services_and_actions_do_not_stamp(values):
     with pytest.raises(SwarmError, match="is not a mapping of"):
         text.fill(PoseStamped(), text.parse_values(values))

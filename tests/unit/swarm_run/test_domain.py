@@ -1,7 +1,5 @@
 """Requests to the owner of a ROS domain."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

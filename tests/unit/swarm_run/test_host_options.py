@@ -1,7 +1,5 @@
 """Options of several hosts, the description that carries all else, and the robots' plan."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -15,13 +13,13 @@ from swarm_run.plan import check_plan
 from swarm_run.spec import RunSpec
 
 
-def test_robots_by_numbers_and_ranges() -> None:
+def test_robots_by_numbers_and_ranges():
     assert parse_robots("3") == (3,)
     assert parse_robots(" 2-4, 1 ,3") == (1, 2, 3, 4)
 
 
 @pytest.mark.parametrize("text", ["", "0-3", "3-1", "1-", "-3", "a", "1,,2", "1-1001", "1--2", "²"])
-def test_robots_that_are_no_numbers(text: str) -> None:
+def test_robots_that_are_no_numbers(text):
     with pytest.raises(ConfigError, match="expected numbers from 1 to"):
         parse_robots(text)
 
@@ -38,9 +36,7 @@ def test_robots_that_are_no_numbers(text: str) -> None:
         ((Role.ROBOTS, "1-3", None, None), "needs --connect"),
     ],
 )
-def test_options_that_do_not_go_together(
-    arguments: tuple[Role | None, str | None, str | None, str | None], words: str
-) -> None:
+def test_options_that_do_not_go_together(arguments, words):
     with pytest.raises(ConfigError, match=words):
         check_combination(*arguments)
 
@@ -57,7 +53,7 @@ def of_robots(robots: str, pack: int = 1) -> RunSpec:
     return RunSpec(role=Role.ROBOTS, robots=robots, connect="127.0.0.1", pack=pack)
 
 
-def test_plan_of_a_robots_host() -> None:
+def test_plan_of_a_robots_host():
     typed = {"seed": 3, "robots": "1-5", "pack": 2}
     plan = robots_plan(of_robots("1-5", pack=2), typed, SECRET)
     assert (plan.own_address, plan.world_address) == ("127.0.0.1", "127.0.0.1")
@@ -66,7 +62,7 @@ def test_plan_of_a_robots_host() -> None:
     assert SECRET not in repr(plan)
 
 
-def test_what_a_robots_host_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_robots_host_refuses(monkeypatch):
     with pytest.raises(ConfigError, match="--mission belongs to the world's host"):
         robots_plan(of_robots("1"), {"mission": "loading_route"}, SECRET)
     with pytest.raises(ConfigError, match="with --pack 2"):
@@ -80,7 +76,7 @@ def test_what_a_robots_host_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
         robots_plan(of_robots("1"), {}, SECRET)
 
 
-def test_a_charter_gives_every_robot_the_parameters_of_a_run_on_one_host() -> None:
+def test_a_charter_gives_every_robot_the_parameters_of_a_run_on_one_host():
     plan = check_plan(RunSpec(swarm_size=3, mission="loading_route"))
     trees = {f"Srobot{n}": plan.parameter_file(n, Pose(n, 2.0, 0.5)) for n in (1, 2, 3)}
     facts = {"world": "slim_blockage", "seed": 0, "robot": "turtlebot3_waffle", "swarm_size": 3}

@@ -31,7 +31,7 @@ def overrides_of(tmp_path: Path, text: str, robot: str) -> dict[str, Any]:
     return load_overrides(path, ROBOTS, KNOWN).for_robot(robot)
 
 
-def test_the_parameter_file_is_what_the_configuration_says() -> None:
+def test_the_parameter_file_is_what_the_configuration_says():
     tool = runpy.run_path(str(ROOT / "tools" / "write_params.py"))
     text = (ROOT / "params" / "navigator.yaml").read_text(encoding="utf-8")
     assert text == tool["parameter_file"](), "run python tools/write_params.py"
@@ -40,17 +40,17 @@ def test_the_parameter_file_is_what_the_configuration_says() -> None:
     assert default_parameters() == parameter_values(NavConfig())
 
 
-def test_nesting_and_flattening_are_inverse() -> None:
+def test_nesting_and_flattening_are_inverse():
     assert flatten(nest(KNOWN)) == KNOWN
 
 
-def test_a_robot_survives_its_parameters() -> None:
+def test_a_robot_survives_its_parameters():
     spec = load_robot("turtlebot3_waffle")
     told = robot_from_parameters(robot_parameters(spec))
     assert told == dataclasses.replace(spec, sensors=IDEAL)  # how they err is the world's secret
 
 
-def test_a_robots_file_is_a_ros_parameter_file(tmp_path: Path) -> None:
+def test_a_robots_file_is_a_ros_parameter_file(tmp_path):
     spec = load_robot("turtlebot3_waffle")
     values = default_parameters() | limits_of(spec)
     tree = robot_parameter_file("Srobot3", 3, spec, Pose(1.0, 2.0, 0.5), values)
@@ -75,14 +75,12 @@ def test_a_robots_file_is_a_ros_parameter_file(tmp_path: Path) -> None:
         ("/Srobot1*/navigator", ["Srobot1", "Srobot12"]),
     ],
 )
-def test_a_section_sets_parameters_of_the_robots_that_it_names(
-    tmp_path: Path, section: str, who: list[str]
-) -> None:
+def test_a_section_sets_parameters_of_the_robots_that_it_names(tmp_path, section, who):
     text = f"{section}:\n  ros__parameters:\n    max_vel_x: 0.1\n"
     assert [r for r in ROBOTS if overrides_of(tmp_path, text, r)] == who
 
 
-def test_later_sections_win_and_integers_pass_for_floats(tmp_path: Path) -> None:
+def test_later_sections_win_and_integers_pass_for_floats(tmp_path):
     text = """
 /**:
   ros__parameters: {max_vel_x: 1, holding: {mode: park}}
@@ -99,14 +97,14 @@ def world_of(tmp_path: Path, text: str) -> WorldParams:
     return load_overrides(path, ROBOTS, KNOWN).world
 
 
-def test_the_defaults_of_the_world_are_those_of_its_process() -> None:
+def test_the_defaults_of_the_world_are_those_of_its_process():
     robots = [{"name": "Srobot1", "model": "turtlebot3_waffle"}]
     values = WorldParams(default_world_parameters()).settings()
     settings = parse_settings({"world": "hall", "robots": robots, **values}, "here")
     assert settings == Settings(world="hall", robots=settings.robots, engine=BULLET)
 
 
-def test_a_section_of_the_world_sets_its_radio_and_breaks_robots(tmp_path: Path) -> None:
+def test_a_section_of_the_world_sets_its_radio_and_breaks_robots(tmp_path):
     text = """
 /**:
   ros__parameters: {max_vel_x: 0.1}
@@ -135,7 +133,7 @@ def test_a_section_of_the_world_sets_its_radio_and_breaks_robots(tmp_path: Path)
         ("broken: {Srobot2: [0, 0]}", "broken.Srobot2.*expected a list of 3 numbers"),
     ],
 )
-def test_a_mistake_about_the_world_is_named(tmp_path: Path, body: str, message: str) -> None:
+def test_a_mistake_about_the_world_is_named(tmp_path, body, message):
     text = f"/world:\n  ros__parameters:\n    {body}\n"
     with pytest.raises(ConfigError, match="(?s)" + message) as caught:
         world_of(tmp_path, text)
@@ -157,7 +155,7 @@ def test_a_mistake_about_the_world_is_named(tmp_path: Path, body: str, message: 
         ("/**:\n  ros__parameters:\n  - [", "line 3.*malformed"),
     ],
 )
-def test_a_mistake_is_named_with_file_and_key(tmp_path: Path, text: str, message: str) -> None:
+def test_a_mistake_is_named_with_file_and_key(tmp_path, text, message):
     with pytest.raises(ConfigError, match="(?s)" + message) as caught:
         overrides_of(tmp_path, text, "Srobot1")
     assert "mine.yaml" in str(caught.value)
@@ -172,9 +170,7 @@ def test_a_mistake_is_named_with_file_and_key(tmp_path: Path, text: str, message
         ("/**", "max_vel_x is 5.0; a waffle reaches 0.26", False),  # from the robot's model
     ],
 )
-def test_a_wrong_value_is_named_where_the_user_can_change_it(
-    tmp_path: Path, section: str, problem: str, is_theirs: bool
-) -> None:
+def test_a_wrong_value_is_named_where_the_user_can_change_it(tmp_path, section, problem, is_theirs):
     """The message named the copy in the run's folder, which the next run writes anew."""
     path = tmp_path / "mine.yaml"
     path.write_text(f"{section}:\n  ros__parameters: {{vx_samples: 1}}\n", encoding="utf-8")

@@ -1,7 +1,5 @@
 """What a fleet makes of a run: model, limits and mission of each robot."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 
@@ -42,7 +40,7 @@ def make_plan(folder: Path, params: str | None = None) -> RunPlan:
     )
 
 
-def test_every_robot_gets_its_model_and_its_limits(tmp_path: Path) -> None:
+def test_every_robot_gets_its_model_and_its_limits(tmp_path):
     plan = make_plan(tmp_path)
     models = [robot["model"] for robot in plan.world_config(tmp_path / "v.json")["robots"]]
     assert models == ["turtlebot3_burger", "turtlebot3_waffle", "turtlebot3_burger"]
@@ -54,13 +52,13 @@ def test_every_robot_gets_its_model_and_its_limits(tmp_path: Path) -> None:
         assert values["robot.wheel_separation"] == track
 
 
-def test_the_users_parameters_win_over_the_fleets(tmp_path: Path) -> None:
+def test_the_users_parameters_win_over_the_fleets(tmp_path):
     text = "/Srobot1/navigator:\n  ros__parameters:\n    max_vel_x: 0.1\n"
     flat = flatten(make_plan(tmp_path, text).parameter_file(1, Pose(0.0, 0.0, 0.0)))
     assert flat["/Srobot1/navigator.ros__parameters.max_vel_x"] == 0.1
 
 
-def test_the_world_knows_what_every_robot_allows_for_of_unseen_bodies(tmp_path: Path) -> None:
+def test_the_world_knows_what_every_robot_allows_for_of_unseen_bodies(tmp_path):
     text = "/Srobot{}/navigator: {{ros__parameters: {{costmap: {{unknown_body_margin: {}}}}}}}\n"
     for params, margin in (
         (None, 0.26),
@@ -71,14 +69,14 @@ def test_the_world_knows_what_every_robot_allows_for_of_unseen_bodies(tmp_path: 
         assert config["body_margin"] == pytest.approx(margin)
 
 
-def test_a_group_may_have_a_mission_of_its_own(tmp_path: Path) -> None:
+def test_a_group_may_have_a_mission_of_its_own(tmp_path):
     plan = make_plan(tmp_path)
     config = plan.runner_config([Pose(float(i), 0.0, 0.0) for i in range(3)])
     totals = [itinerary.total for itinerary in itineraries(config) if itinerary is not None]
     assert totals == [8, 2, 8]
 
 
-def test_where_missions_lead_is_known_before_they_begin(tmp_path: Path) -> None:
+def test_where_missions_lead_is_known_before_they_begin(tmp_path):
     plan = make_plan(tmp_path)
     homes = [Pose(float(i), 0.0, 0.0) for i in range(3)]
     found = goals(plan.runner_config(homes))
@@ -95,7 +93,7 @@ def test_where_missions_lead_is_known_before_they_begin(tmp_path: Path) -> None:
     assert goals(idle.runner_config(homes[:2])) == {}
 
 
-def test_too_few_places_are_refused_before_the_start(tmp_path: Path) -> None:
+def test_too_few_places_are_refused_before_the_start(tmp_path):
     folder = tmp_path / "hall"
     folder.mkdir()
     for file in find_world("pillars").parent.iterdir():
@@ -111,7 +109,7 @@ def test_too_few_places_are_refused_before_the_start(tmp_path: Path) -> None:
             check_plan(RunSpec(swarm_size=5, world=str(world), mission=str(mission)))
 
 
-def test_the_drive_is_the_worlds_engine(tmp_path: Path) -> None:
+def test_the_drive_is_the_worlds_engine(tmp_path):
     for drive, engine in ((None, "bullet"), ("wheels", "bullet"), ("planar", "planar")):
         plan = check_plan(RunSpec(swarm_size=2, drive=drive))
         assert plan.world_config(tmp_path / "v.json").get("engine", "bullet") == engine
@@ -119,7 +117,7 @@ def test_the_drive_is_the_worlds_engine(tmp_path: Path) -> None:
         check_plan(RunSpec(drive="wings"))
 
 
-def test_what_is_restarted_reads_copies(tmp_path: Path) -> None:
+def test_what_is_restarted_reads_copies(tmp_path):
     """A navigator or mission process that was restarted read the user's files as they were then."""
     own = tmp_path / "own"
     shutil.copytree(find_world("slim_blockage").parent, own)
@@ -142,7 +140,7 @@ def test_what_is_restarted_reads_copies(tmp_path: Path) -> None:
     assert Path(config["robots"][0]["mission"]).name == route.name
 
 
-def test_filter_masks_reach_every_process_as_copies(tmp_path: Path) -> None:
+def test_filter_masks_reach_every_process_as_copies(tmp_path):
     """A world of its own with a mask in its sites, and another mask of the command line."""
     own = tmp_path / "own"
     shutil.copytree(find_world("slim_blockage").parent, own)
@@ -171,7 +169,7 @@ def test_filter_masks_reach_every_process_as_copies(tmp_path: Path) -> None:
     assert found.zones.keepout_mask is not None
 
 
-def test_masks_alone_are_sites_too(tmp_path: Path) -> None:
+def test_masks_alone_are_sites_too(tmp_path):
     world = tmp_path / "hall.sdf"
     shutil.copy(find_world("slim_blockage"), world)
     (tmp_path / "keep.pgm").write_bytes(b"P5 2 2 255\n" + bytes(4))

@@ -4,7 +4,6 @@ import subprocess
 import sys
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -20,13 +19,13 @@ NOW = datetime(2024, 5, 6, 7, 8, 9)
 
 
 @pytest.mark.parametrize("size", [1, 7, 11, 97, 100])
-def test_any_size_up_to_the_limit_will_do(size: int) -> None:
+def test_any_size_up_to_the_limit_will_do(size):
     options = RunSpec(swarm_size=size).check()
     assert options.robot_names[-1] == f"Srobot{size}"
     assert len(options.robot_names) == size
 
 
-def test_more_than_the_limit_is_an_explicit_wish() -> None:
+def test_more_than_the_limit_is_an_explicit_wish():
     assert RunSpec(swarm_size=101, over_limit=True, pack=2).check().size == 101
 
 
@@ -51,12 +50,12 @@ def test_more_than_the_limit_is_an_explicit_wish() -> None:
         ({"mission": "a", "until_done": True, "free_run": True}, "--duration as a limit"),
     ],
 )
-def test_impossible_options_are_refused(values: dict[str, Any], message: str) -> None:
+def test_impossible_options_are_refused(values, message):
     with pytest.raises(ConfigError, match=message):
         RunSpec(**values).check()
 
 
-def test_the_default_speed_is_real_time_or_no_limit() -> None:
+def test_the_default_speed_is_real_time_or_no_limit():
     assert parse_speed(None, in_real_time=True) == 1.0
     assert parse_speed(None, in_real_time=False) is None
     assert parse_speed("max", in_real_time=True) is None
@@ -64,23 +63,23 @@ def test_the_default_speed_is_real_time_or_no_limit() -> None:
 
 
 @pytest.mark.parametrize("text", ["fast", "0", "-1", "inf", "nan", ""])
-def test_a_speed_is_a_positive_number_or_max(text: str) -> None:
+def test_a_speed_is_a_positive_number_or_max(text):
     with pytest.raises(ConfigError, match="--speed"):
         parse_speed(text, in_real_time=False)
 
 
 @pytest.mark.parametrize(("text", "domain"), [(None, 0), ("", 0), ("42", 42), ("232", 232)])
-def test_the_domain_comes_from_the_environment(text: str | None, domain: int) -> None:
+def test_the_domain_comes_from_the_environment(text, domain):
     assert domain_id({} if text is None else {"ROS_DOMAIN_ID": text}) == domain
 
 
 @pytest.mark.parametrize("text", ["233", "-1", "x", "1.5"])
-def test_an_impossible_domain_is_refused(text: str) -> None:
+def test_an_impossible_domain_is_refused(text):
     with pytest.raises(ConfigError, match="ROS_DOMAIN_ID"):
         domain_id({"ROS_DOMAIN_ID": text})
 
 
-def test_a_domain_has_one_swarm_at_a_time() -> None:
+def test_a_domain_has_one_swarm_at_a_time():
     lock = DomainLock(231)
     with pytest.raises(ConfigError, match="ROS domain 231 is in use"):
         DomainLock(231)
@@ -88,9 +87,7 @@ def test_a_domain_has_one_swarm_at_a_time() -> None:
     DomainLock(231).release()
 
 
-def test_a_run_folder_is_new_and_latest_points_to_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_folder_is_new_and_latest_points_to_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     first, second = create_run_folder(None, NOW), create_run_folder(None, NOW)
     assert first.path != second.path
@@ -98,7 +95,7 @@ def test_a_run_folder_is_new_and_latest_points_to_it(
     assert second.logs.is_dir()
 
 
-def test_a_chosen_folder_is_cleared_of_an_earlier_run(tmp_path: Path) -> None:
+def test_a_chosen_folder_is_cleared_of_an_earlier_run(tmp_path):
     folder = create_run_folder(tmp_path / "mine", NOW)
     for path in (folder.report, folder.params / "Srobot9.yaml", folder.path / "notes.txt"):
         path.write_text("", encoding="utf-8")
@@ -109,13 +106,13 @@ def test_a_chosen_folder_is_cleared_of_an_earlier_run(tmp_path: Path) -> None:
     assert (again.path / "notes.txt").exists()
 
 
-def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"cannot write the run folder .*--run-dir"):
         create_run_folder(tmp_path / "file" / "run", NOW)
 
 
-def test_a_folder_with_other_things_in_it_is_not_taken_for_a_run(tmp_path: Path) -> None:
+def test_a_folder_with_other_things_in_it_is_not_taken_for_a_run(tmp_path):
     (tmp_path / "params").mkdir()
     (tmp_path / "params" / "precious.yaml").write_text("mine")
     with pytest.raises(ConfigError, match="not empty and no earlier run's folder"):
@@ -123,7 +120,7 @@ def test_a_folder_with_other_things_in_it_is_not_taken_for_a_run(tmp_path: Path)
     assert (tmp_path / "params" / "precious.yaml").read_text() == "mine"
 
 
-def test_another_terminal_finds_the_environment(tmp_path: Path) -> None:
+def test_another_terminal_finds_the_environment(tmp_path):
     folder = create_run_folder(tmp_path / "mine", NOW)
     write_env_sh(folder, {"ROS_DOMAIN_ID": "5", "HOME": "/nowhere"})
     text = (folder.path / "env.sh").read_text(encoding="utf-8")
@@ -139,7 +136,7 @@ def test_another_terminal_finds_the_environment(tmp_path: Path) -> None:
     assert path == f"{sys.prefix}/bin:/usr/bin:/bin"
 
 
-def test_the_environment_of_one_swarm_replaces_that_of_another(tmp_path: Path) -> None:
+def test_the_environment_of_one_swarm_replaces_that_of_another(tmp_path):
     """After an env.sh with a domain, one without left the commands in the other domain."""
     write_env_sh(create_run_folder(tmp_path / "other", NOW), {"ROS_DOMAIN_ID": "5"})
     write_env_sh(create_run_folder(tmp_path / "mine", NOW), {})
@@ -154,7 +151,7 @@ def moment(sim_time: float, state: str, place: int = 0) -> Moment:
     return Moment(sim_time, state, "", "loader_3" if place else "", place, 3.2, 14.0)
 
 
-def test_the_narrator_speaks_on_change_and_now_and_then() -> None:
+def test_the_narrator_speaks_on_change_and_now_and_then():
     console = StatusConsole("Srobot3", period=2.0)
     assert console.line("1/8 loader_3", moment(1.0, "driving")) == (
         "Srobot3  1/8 loader_3     driving: 3.20 m, 14 s to go"
@@ -167,9 +164,7 @@ def test_the_narrator_speaks_on_change_and_now_and_then() -> None:
     assert console.line("1/8 loader_3", moment(4.0, "holding", 2)) is not None
 
 
-def test_without_pybullet_robots_drive_planar_and_wheels_are_refused(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_without_pybullet_robots_drive_planar_and_wheels_are_refused(monkeypatch):
     usual_engine.cache_clear()
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     try:

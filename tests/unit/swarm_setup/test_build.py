@@ -1,7 +1,5 @@
 """Interface packages as sources: dependencies, order, cache keys."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re
@@ -30,7 +28,7 @@ def write_package(root: Path, name: str, *depends: str, field: str = "bool ready
     return folder
 
 
-def test_shipped_packages_come_after_their_dependencies() -> None:
+def test_shipped_packages_come_after_their_dependencies():
     found = packages.load_packages(share_directory("interfaces") / "interfaces")
     names = [package.name for package in found]
     own = {"simulation_interfaces", "swarm_interfaces"}
@@ -38,7 +36,7 @@ def test_shipped_packages_come_after_their_dependencies() -> None:
     assert names.index("geographic_msgs") < names.index("nav2_msgs")
 
 
-def test_everything_that_basic_navigator_imports_is_defined() -> None:
+def test_everything_that_basic_navigator_imports_is_defined():
     found = packages.load_packages(share_directory("interfaces") / "interfaces")
     nav2 = next(package for package in found if package.name == "nav2_msgs")
     actions = {path.stem for path in nav2.files if path.suffix == ".action"}
@@ -71,35 +69,35 @@ def test_everything_that_basic_navigator_imports_is_defined() -> None:
     }
 
 
-def test_order_follows_dependencies_not_names(tmp_path: Path) -> None:
+def test_order_follows_dependencies_not_names(tmp_path):
     write_package(tmp_path, "a_msgs", "b_msgs", "std_msgs")
     write_package(tmp_path, "b_msgs", "c_msgs")
     write_package(tmp_path, "c_msgs")
     assert [p.name for p in packages.load_packages(tmp_path)] == ["c_msgs", "b_msgs", "a_msgs"]
 
 
-def test_circular_dependency_is_an_error(tmp_path: Path) -> None:
+def test_circular_dependency_is_an_error(tmp_path):
     write_package(tmp_path, "a_msgs", "b_msgs")
     write_package(tmp_path, "b_msgs", "a_msgs")
     with pytest.raises(ConfigError, match="depend on each other: a_msgs, b_msgs"):
         packages.load_packages(tmp_path)
 
 
-def test_malformed_manifest_is_named(tmp_path: Path) -> None:
+def test_malformed_manifest_is_named(tmp_path):
     folder = write_package(tmp_path, "a_msgs")
     (folder / "package.xml").write_text("<package>")
     with pytest.raises(ConfigError, match=r"a_msgs/package\.xml is malformed"):
         packages.load_package(folder)
 
 
-def test_package_without_definitions_is_an_error(tmp_path: Path) -> None:
+def test_package_without_definitions_is_an_error(tmp_path):
     folder = write_package(tmp_path, "a_msgs")
     (folder / "msg" / "State.msg").unlink()
     with pytest.raises(ConfigError, match="defines no message, service or action"):
         packages.load_package(folder)
 
 
-def test_key_depends_on_content_only(tmp_path: Path) -> None:
+def test_key_depends_on_content_only(tmp_path):
     first = packages.load_package(write_package(tmp_path / "1", "a_msgs"))
     second = packages.load_package(write_package(tmp_path / "2", "a_msgs"))
     changed = packages.load_package(write_package(tmp_path / "3", "a_msgs", field="int8 ready"))
@@ -109,7 +107,7 @@ def test_key_depends_on_content_only(tmp_path: Path) -> None:
     assert packages.content_key([first], "gcc 13") != key
 
 
-def test_categories_have_the_numbers_of_the_published_standard() -> None:
+def test_categories_have_the_numbers_of_the_published_standard():
     """simulation_interfaces 1.x and 2.x; a client of another build filters by these."""
     folder = share_directory("interfaces") / "interfaces" / "simulation_interfaces" / "msg"
     text = (folder / "EntityCategory.msg").read_text(encoding="utf-8")
@@ -119,7 +117,7 @@ def test_categories_have_the_numbers_of_the_published_standard() -> None:
     }  # fmt: skip
 
 
-def test_a_build_of_another_process_is_waited_for_and_named(tmp_path: Path, capfd) -> None:
+def test_a_build_of_another_process_is_waited_for_and_named(tmp_path, capfd):
     script = (
         "import fcntl, sys, time; file = open(sys.argv[1], 'w');"
         " fcntl.flock(file, fcntl.LOCK_EX); print(flush=True); time.sleep(1.0)"
@@ -144,7 +142,7 @@ def built_tree(folder: Path, contents: str, *modules: str) -> Path:
     return folder
 
 
-def test_an_update_leaves_a_swarm_that_runs_what_it_has_loaded(tmp_path: Path) -> None:
+def test_an_update_leaves_a_swarm_that_runs_what_it_has_loaded(tmp_path):
     """Libraries were written into while processes had them mapped: they ended by SIGSEGV."""
     environment = install.Environment(tmp_path / "venv", tmp_path / "venv" / "site-packages")
     first = built_tree(tmp_path / "1", "old", "__init__", "gone")
@@ -162,9 +160,7 @@ def test_an_update_leaves_a_swarm_that_runs_what_it_has_loaded(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("number", [errno.EACCES, errno.EROFS])
-def test_an_environment_of_somebody_else_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
-) -> None:
+def test_an_environment_of_somebody_else_is_named(tmp_path, monkeypatch, number):
     """shutil.copytree gathers what fails into an error of its own: it was a traceback."""
     environment = install.Environment(tmp_path / "venv", tmp_path / "venv" / "site-packages")
     tree = built_tree(tmp_path / "1", "new", "__init__")

@@ -17,17 +17,17 @@ TRIAL = "import swarm_nav.traffic.arbiter as made; print(made.__file__)"
 ADD = "def add(a: int, b: int) -> int:\n    return a + b\n"
 
 
-def test_what_runs_in_every_tick_is_compiled() -> None:
+def test_what_runs_in_every_tick_is_compiled():
     names = {path.name for path in compiled.modules()}
     assert {"navigator.py", "arbiter.py", "tube.py", "neighbor_table.py"} <= names
     assert not [name for name in names if name.endswith("_kernels.py")]
 
 
-def test_what_is_left_out_is_there() -> None:
+def test_what_is_left_out_is_there():
     assert all((compiled_code.ROOT / "swarm_nav" / name).is_file() for name in compiled.LEFT)
 
 
-def test_nothing_compiled_compares_tuples_by_identity() -> None:
+def test_nothing_compiled_compares_tuples_by_identity():
     """Mypyc keeps tuples without their object, so that each look at one makes another."""
     found = []
     for path in compiled.modules():
@@ -49,9 +49,7 @@ def test_nothing_compiled_compares_tuples_by_identity() -> None:
     assert not found
 
 
-def test_a_changed_source_is_another_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_changed_source_is_another_folder(tmp_path, monkeypatch):
     monkeypatch.setattr(compiled_code, "ROOT", tmp_path)
     source = tmp_path / "swarm_nav" / "a.py"
     source.parent.mkdir()
@@ -62,7 +60,7 @@ def test_a_changed_source_is_another_folder(
     assert compiled_code.compiled_folder() != before
 
 
-def test_the_switch_has_python_run_the_sources() -> None:
+def test_the_switch_has_python_run_the_sources():
     environment = os.environ | {compiled_code.SWITCH: "1"}
     done = subprocess.run(
         (sys.executable, "-c", TRIAL), env=environment, capture_output=True, text=True, check=True
@@ -71,7 +69,7 @@ def test_the_switch_has_python_run_the_sources() -> None:
 
 
 @pytest.mark.skipif(not compiled_code.is_compiled(), reason="the sources have changed")
-def test_a_test_cannot_replace_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_test_cannot_replace_what_is_compiled(monkeypatch):
     """Compiled callers would go on to call the old one, and the test would pass whatever it is."""
     for target in ((tube.Tube, "cut"), (gate, "narrow_region"), ("swarm_nav.traffic.gate.Gate",)):
         with pytest.raises(pytest.fail.Exception, match=r"swarm_nav\..* is compiled"):
@@ -96,7 +94,7 @@ def small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return kept
 
 
-def test_what_was_compiled_is_found_and_gives_the_same(small: Path) -> None:
+def test_what_was_compiled_is_found_and_gives_the_same(small):
     assert compiled.ensure_compiled()
     assert not compiled.ensure_compiled()
     finder = compiled_code._Finder(compiled_code.compiled_folder())
@@ -119,14 +117,14 @@ def test_what_was_compiled_is_found_and_gives_the_same(small: Path) -> None:
     assert done.stdout.split() == ["5", "builtin_function_or_method"]
 
 
-def test_what_mypyc_refuses_leaves_nothing(small: Path) -> None:
+def test_what_mypyc_refuses_leaves_nothing(small):
     (compiled.ROOT / "swarm_nav/traffic/sums.py").write_text("x: int = 'a'\n")
     with pytest.raises(compiled.BuildError, match="Incompatible types"):
         compiled.ensure_compiled()
     assert not list(small.iterdir())
 
 
-def test_the_oldest_states_are_dropped(small: Path) -> None:
+def test_the_oldest_states_are_dropped(small):
     for number in range(compiled.MOST_KEPT + 1):
         (small / f"{number}").mkdir(parents=True)
         os.utime(small / f"{number}", (number, number))

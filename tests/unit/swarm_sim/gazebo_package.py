@@ -1,7 +1,5 @@
 """A package in the form that real ones have: a Gazebo world, models with configs, and meshes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import shapely

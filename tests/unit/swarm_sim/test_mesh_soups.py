@@ -1,7 +1,5 @@
 """Any triangles are a shape: what a plane cuts is on the map, and the LiDAR sees it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -124,7 +122,7 @@ def ring(radius: float, count: int = 8) -> FloatArray:
     return np.vstack([[0.01, 0.02], radius * np.column_stack([np.cos(angles), np.sin(angles)])])
 
 
-def test_a_box_whose_faces_are_given_front_and_back_is_a_box() -> None:
+def test_a_box_whose_faces_are_given_front_and_back_is_a_box():
     plain = box(4.0, 0.2, 1.0)
     turned = with_faces(plain, plain.faces[:, ::-1])
     assert occupied(drawn(plain)) == 320
@@ -133,7 +131,7 @@ def test_a_box_whose_faces_are_given_front_and_back_is_a_box() -> None:
         check([body_of(mesh)], ring(3.0))
 
 
-def test_the_faces_may_be_cut_otherwise_at_the_back() -> None:
+def test_the_faces_may_be_cut_otherwise_at_the_back():
     front, back = box(4.0, 0.2, 1.0), box(4.0, 0.2, 1.0).subdivide()
     mesh = trimesh.util.concatenate([front, with_faces(back, back.faces[:, ::-1])])
     np.testing.assert_array_equal(drawn(mesh).cells, drawn(front).cells)
@@ -142,7 +140,7 @@ def test_the_faces_may_be_cut_otherwise_at_the_back() -> None:
 @pytest.mark.parametrize("half", [3.0, 3.025, 2.9999, 3.002])
 @pytest.mark.parametrize("resolution", [0.02, 0.05, 0.1])
 @pytest.mark.parametrize("is_double", [False, True])
-def test_a_room_of_four_sheets(half: float, resolution: float, is_double: bool) -> None:
+def test_a_room_of_four_sheets(half, resolution, is_double):
     mesh = double_faced(room(half)) if is_double else room(half)
     grid = draw_grid(section(mesh), NOBODY, resolution)
     side = round(2.0 * half / resolution)
@@ -153,7 +151,7 @@ def test_a_room_of_four_sheets(half: float, resolution: float, is_double: bool) 
 
 @pytest.mark.parametrize("offset", np.linspace(0.0, 0.05, 11).tolist())
 @pytest.mark.parametrize("angle", [0.0, 0.003, 0.5, np.pi / 4.0])
-def test_a_sheet_at_every_offset_to_the_grid(offset: float, angle: float) -> None:
+def test_a_sheet_at_every_offset_to_the_grid(offset, angle):
     sheet = upright_quads([(-2.0, offset), (2.0, offset)])
     sheet.apply_transform(trimesh.transformations.rotation_matrix(angle, (0, 0, 1)))
     corner = box(0.2, 0.2, 1.0)
@@ -170,7 +168,7 @@ def test_a_sheet_at_every_offset_to_the_grid(offset: float, angle: float) -> Non
         assert (grid.cells[row - 1 : row + 2, column - 1 : column + 2] == OCCUPIED).any()
 
 
-def test_solids_that_cross_touch_or_hold_each_other() -> None:
+def test_solids_that_cross_touch_or_hold_each_other():
     cross = trimesh.util.concatenate([box(4.0, 0.2, 1.0), box(0.2, 4.0, 1.0)])
     check([body_of(cross)], ring(3.0))
     assert occupied(drawn(cross)) == 2 * 320 - 16
@@ -181,7 +179,7 @@ def test_solids_that_cross_touch_or_hold_each_other() -> None:
     assert grid.cells[grid.cell_of(1.25, 0.0)] == OCCUPIED
 
 
-def test_a_solid_with_a_hole_and_one_with_a_fin() -> None:
+def test_a_solid_with_a_hole_and_one_with_a_fin():
     solid = box(1.0, 1.0, 1.0)
     holed = with_faces(solid, solid.faces[1:])
     fin = trimesh.util.concatenate([solid, upright_quads([(0.5, 0.5), (1.5, 0.5)])])
@@ -190,7 +188,7 @@ def test_a_solid_with_a_hole_and_one_with_a_fin() -> None:
         check([body_of(mesh)], ring(2.5, 16))
 
 
-def test_slanted_sheets_and_slivers() -> None:
+def test_slanted_sheets_and_slivers():
     sheet = upright_quads([(-1.0, 0.0), (1.0, 0.0)])
     for tilt in (1e-7, 1e-5, 1e-3, 0.01, 0.5):
         leaning = sheet.copy()
@@ -198,7 +196,7 @@ def test_slanted_sheets_and_slivers() -> None:
         check([body_of(leaning)], np.array([[0.0, 1.0], [0.3, -1.0]]))
 
 
-def test_a_long_needle_is_there_up_to_its_tip() -> None:
+def test_a_long_needle_is_there_up_to_its_tip():
     """Its last 0.4 m are narrower than the lattice on which shadows are joined."""
     needle = trimesh.Trimesh(
         [(13.17, 2.335, 0.1001), (-35.8419, 2.141046, 0.21573), (-35.8418, 2.14104, 0.215736)],
@@ -211,7 +209,7 @@ def test_a_long_needle_is_there_up_to_its_tip() -> None:
     assert tip == pytest.approx(13.17, abs=0.01)
 
 
-def test_hairs_are_felt_though_single_precision_gives_them_no_width() -> None:
+def test_hairs_are_felt_though_single_precision_gives_them_no_width():
     hairs = trimesh.Trimesh(
         [
             (-0.9639002680778503, -4.752672737911343, 0.45087549090385437),
@@ -233,7 +231,7 @@ def test_hairs_are_felt_though_single_precision_gives_them_no_width() -> None:
 
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**31), count=st.integers(1, 150), copies=st.integers(0, 2))
-def test_random_soups(seed: int, count: int, copies: int) -> None:
+def test_random_soups(seed, count, copies):
     rng = np.random.default_rng(seed)
     mesh = soup(rng, count, float(rng.uniform(0.05, 0.6)))
     for _ in range(copies):
@@ -245,7 +243,7 @@ def test_random_soups(seed: int, count: int, copies: int) -> None:
 
 @settings(max_examples=15, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**31), count=st.integers(1, 6))
-def test_random_solids(seed: int, count: int) -> None:
+def test_random_solids(seed, count):
     rng = np.random.default_rng(seed)
     meshes = []
     for _ in range(count):
@@ -272,9 +270,7 @@ WALLS = {
 @pytest.mark.parametrize("engine", ["planar", "bullet"])
 @pytest.mark.parametrize("kind", WALLS)
 @pytest.mark.parametrize("yaw", [0.0, np.pi], ids=["from the west", "from the east"])
-def test_a_blind_robot_driven_into_a_mesh_is_one_collision(
-    engine: str, kind: str, yaw: float
-) -> None:
+def test_a_blind_robot_driven_into_a_mesh_is_one_collision(engine, kind, yaw):
     scene = Scene("wall", Path("."), (body_of(WALLS[kind], "wall::link"),))
     start = Pose(-0.6 * np.cos(yaw), 0.3, yaw)
     world = World(scene, [WAFFLE], [start], WorldConfig(engine=engine, with_lidar=False), 0)
@@ -286,7 +282,7 @@ def test_a_blind_robot_driven_into_a_mesh_is_one_collision(
     world.close()
 
 
-def test_contacts_do_not_need_the_section(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_contacts_do_not_need_the_section(monkeypatch):
     """The verdict is that of the triangles, even if no outline knew of the mesh."""
     check_engine(BULLET, "its contacts")
     nothing = section_between([], 0.0, 1.0)

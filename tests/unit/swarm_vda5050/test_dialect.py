@@ -1,7 +1,5 @@
 """Messages on the wire, against an independent implementation of the standard."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 
@@ -26,7 +24,7 @@ def encoded(content: object) -> bytes:
     return json.dumps(content).encode()
 
 
-def test_states_are_valid_for_others() -> None:
+def test_states_are_valid_for_others():
     toy = Toy()
     toy.send(order([node(0), node(1, action("pick", "p", loadId="crate")), node(2)]))
     toy.do("dance", "d")
@@ -41,7 +39,7 @@ def test_states_are_valid_for_others() -> None:
 
 
 @pytest.mark.parametrize("robot", ["turtlebot3_waffle", "turtlebot3_burger"])
-def test_other_messages_are_valid_for_others(robot: str) -> None:
+def test_other_messages_are_valid_for_others(robot):
     sheet = factsheet(load_robot(robot), OF_2.offered, 2)
     for topic, content in (
         ("factsheet", sheet),
@@ -51,19 +49,19 @@ def test_other_messages_are_valid_for_others(robot: str) -> None:
         assert THEIRS.errors(topic, written(topic, content)) == []
 
 
-def test_orders_of_others_are_read() -> None:
+def test_orders_of_others_are_read():
     content = along(0, 1, 2)
     theirs = TheirOrder.model_validate(content).model_dump_json(by_alias=True, exclude_none=True)
     assert Dialect(OF_2).read("order", theirs.encode()).nodes[1].key == ("n1", 2)
 
 
-def test_headers_count_by_topic() -> None:
+def test_headers_count_by_topic():
     dialect = Dialect(OF_2)
     numbers = [json.loads(dialect.write(t, {}))["headerId"] for t in ("state", "state", "other")]
     assert numbers == [0, 1, 0]
 
 
-def test_version_3_has_its_own_names() -> None:
+def test_version_3_has_its_own_names():
     toy = Toy(OF_3)
     toy.do("stateRequest", "s")
     toy.send(along(0, 1, 1, "B"))
@@ -80,7 +78,7 @@ def test_version_3_has_its_own_names() -> None:
     assert OF_3.broken == "CONNECTION_BROKEN"
 
 
-def test_orders_of_version_3_are_read() -> None:
+def test_orders_of_version_3_are_read():
     content = along(0, 1, 1) | header("3.0.0")
     content["nodes"][1]["nodeDescriptor"] = "the end"
     ellipse = {"a": 0.5, "b": 0.2, "theta": 0.0}
@@ -117,13 +115,13 @@ def test_orders_of_version_3_are_read() -> None:
     ],
     ids=lambda data: repr(data[:20]),
 )
-def test_what_cannot_be_read_is_rejected(data: bytes) -> None:
+def test_what_cannot_be_read_is_rejected(data):
     with pytest.raises(OrderRejectedError) as caught:
         Dialect(OF_2).read("order", data)
     assert caught.value.fault is OrderFault.VALIDATION
 
 
-def test_a_message_that_cannot_be_read_is_still_named() -> None:
+def test_a_message_that_cannot_be_read_is_still_named():
     with pytest.raises(OrderRejectedError) as caught:
         Dialect(OF_2).read("order", encoded(along(0, 1, 1, "X") | {"speed": 3}))
     assert caught.value.references["orderId"] == "X"

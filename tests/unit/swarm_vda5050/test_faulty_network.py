@@ -1,7 +1,5 @@
 """Messages that are lost, doubled, late or out of order: an order is done once, to its end."""
 
-from __future__ import annotations
-
 import json
 from enum import Enum
 from typing import Any
@@ -64,9 +62,7 @@ class Network:
     hurries=st.lists(st.booleans(), max_size=40),
     pauses=st.sets(st.integers(0, 30)),
 )
-def test_an_order_is_done_once_whatever_the_network_does(
-    faults: list[Fault], hurries: list[bool], pauses: set[int]
-) -> None:
+def test_an_order_is_done_once_whatever_the_network_does(faults, hurries, pauses):
     toy = Toy(OF_2)
     network = Network(toy, faults)
     vehicle, number = toy.vehicle, 0

@@ -1,7 +1,5 @@
 """Options of swarm-up for a fleet control."""
 
-from __future__ import annotations
-
 import socket
 from pathlib import Path
 
@@ -16,7 +14,7 @@ from swarm_run.plan import FLEET_RULES, check_plan
 from swarm_run.spec import RunSpec
 
 
-def test_addresses_are_read() -> None:
+def test_addresses_are_read():
     assert FleetLink(url="mqtt://localhost").config()["broker"]["port"] == 1883
     assert FleetLink(url="embedded:1900").config()["broker"]["port"] == 1900
     assert FleetLink(url="embedded").config()["embedded"]
@@ -42,12 +40,12 @@ def test_addresses_are_read() -> None:
         ({"url": "embedded", "ca": Path(__file__)}, "mqtts://"),
     ],
 )
-def test_what_makes_no_sense_is_refused(given: dict, word: str) -> None:
+def test_what_makes_no_sense_is_refused(given, word):
     with pytest.raises(ConfigError, match=word):
         FleetLink(**given)
 
 
-def test_a_port_that_another_has_is_refused() -> None:
+def test_a_port_that_another_has_is_refused():
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
@@ -56,7 +54,7 @@ def test_a_port_that_another_has_is_refused() -> None:
             fleet_link(f"embedded:{port}", None, None, None, None)
 
 
-def test_a_broker_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_broker_that_is_missing_is_named(monkeypatch):
     monkeypatch.setattr("shutil.which", lambda *_, **__: None)
     monkeypatch.setattr("importlib.util.find_spec", lambda _: object())
     assert find_mosquitto() is None
@@ -65,7 +63,7 @@ def test_a_broker_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> N
         FleetLink(url="embedded")
 
 
-def test_a_fleet_control_alone_coordinates_robots_without_their_own_rules() -> None:
+def test_a_fleet_control_alone_coordinates_robots_without_their_own_rules():
     assert set(FLEET_RULES.split()) == {*RULE_NAMES} - {"make_way", "leave", "wait"}
     led = {"coordination": Coordination.FLEET, "vda5050": "embedded"}
     for more, rules in (({}, "all"), (led, FLEET_RULES)):
@@ -74,7 +72,7 @@ def test_a_fleet_control_alone_coordinates_robots_without_their_own_rules() -> N
         assert parameters["ros__parameters"]["traffic"]["rules"] == rules
 
 
-def test_options_need_each_other() -> None:
+def test_options_need_each_other():
     with pytest.raises(ConfigError, match="add --vda5050"):
         RunSpec(coordination=Coordination.FLEET).check()
     with pytest.raises(ConfigError, match="--manufacturer needs --vda5050"):

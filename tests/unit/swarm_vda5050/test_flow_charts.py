@@ -3,8 +3,6 @@
 The decisions are those of an independent implementation, told the same order and state.
 """
 
-from __future__ import annotations
-
 import json
 
 from hypothesis import HealthCheck, settings

@@ -1,7 +1,5 @@
 """One robot's connection to a real broker: will, restart, password, TLS."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import socket
@@ -71,7 +69,7 @@ def heard_on(port: int) -> list[bytes]:
     return heard
 
 
-def test_a_cut_link_leaves_its_will_and_a_closed_one_a_goodbye(broker: Broker) -> None:
+def test_a_cut_link_leaves_its_will_and_a_closed_one_a_goodbye(broker):
     heard = heard_on(broker.port)
     link = link_to(broker.port)
     wait(lambda: link.is_open)
@@ -85,7 +83,7 @@ def test_a_cut_link_leaves_its_will_and_a_closed_one_a_goodbye(broker: Broker) -
     wait(lambda: heard == [b"hello", b"broken", b"bye"])
 
 
-def test_a_link_outlives_its_broker(broker: Broker) -> None:
+def test_a_link_outlives_its_broker(broker):
     link = link_to(broker.port)
     wait(lambda: not link.inbox.empty())
     assert link.inbox.get().kind is BrokerEventKind.CONNECTED
@@ -97,14 +95,12 @@ def test_a_link_outlives_its_broker(broker: Broker) -> None:
     link.close("out", b"bye")
 
 
-def test_a_second_broker_does_not_get_the_port(broker: Broker, tmp_path: Path) -> None:
+def test_a_second_broker_does_not_get_the_port(broker, tmp_path):
     with pytest.raises(ConfigError, match="cannot use port"):
         Broker(broker.port, tmp_path)
 
 
-def test_users_are_known_by_password_and_brokers_by_certificate(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_users_are_known_by_password_and_brokers_by_certificate(tmp_path, monkeypatch):
     key, certificate, port = tmp_path / "key.pem", tmp_path / "ca.pem", free_port()
     subprocess.run(
         ("openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2",

@@ -1,7 +1,5 @@
 """What is wrong with an order in itself."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -25,7 +23,7 @@ def fault_of(content: dict[str, Any]) -> OrderFault | None:
     return None
 
 
-def test_a_good_order_passes() -> None:
+def test_a_good_order_passes():
     assert fault_of(along(0, 2, 4)) is None
     assert fault_of(order([node(0)])) is None
 
@@ -54,7 +52,7 @@ def test_a_good_order_passes() -> None:
         lambda o: o.update(orderUpdateId=-1),
     ],
 )
-def test_a_broken_structure_is_invalid(change: Change) -> None:
+def test_a_broken_structure_is_invalid(change):
     content = along(0, 2, 2)
     change(content)
     assert fault_of(content) is OrderFault.VALIDATION
@@ -84,11 +82,11 @@ def test_a_broken_structure_is_invalid(change: Change) -> None:
         ),
     ],
 )
-def test_what_robots_cannot_do_is_rejected(change: Change, fault: OrderFault) -> None:
+def test_what_robots_cannot_do_is_rejected(change, fault):
     content = along(0, 2, 2)
     change(content)
     assert fault_of(content) is fault
 
 
-def test_too_many_nodes_are_rejected() -> None:
+def test_too_many_nodes_are_rejected():
     assert fault_of(along(0, 10_000, 10_000)) is OrderFault.VALIDATION

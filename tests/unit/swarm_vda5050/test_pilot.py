@@ -1,7 +1,5 @@
 """What a robot's status means for a fleet control."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -25,13 +23,13 @@ NAMES = ("ann", "Srobot2")
         ("driving", "", []),
     ],
 )
-def test_a_robot_that_waits_says_for_whom(state: str, detail: str, others: list[str]) -> None:
+def test_a_robot_that_waits_says_for_whom(state, detail, others):
     (info,) = _information(RobotStatus(state=state, detail=detail), NAMES)
     assert [each.reference_value for each in info.info_references or ()] == others
     assert info.info_type == state.upper()
 
 
-def test_velocities_are_in_the_frame_of_the_robot() -> None:
+def test_velocities_are_in_the_frame_of_the_robot():
     velocity = _velocity(Pose(0.0, 0.0, math.pi / 2), Pose(0.0, 1.0, math.pi / 2), 2.0)
     assert (velocity.vx, velocity.vy, velocity.omega) == (0.5, 0.0, 0.0)
     assert _velocity(Pose(0.0, 0.0, 3.0), Pose(0.0, 0.0, -3.0), 1.0).omega > 0.0

@@ -1,13 +1,11 @@
 """Orders, updates, actions and cancels of one vehicle, as the standard has them."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.fakes.fleet_orders import Toy, action, along, edge, node, order
 
 
-def test_an_order_is_driven_node_by_node() -> None:
+def test_an_order_is_driven_node_by_node():
     toy = Toy()
     toy.send(along(0, 2, 2))
     assert toy.vehicle.last_node == ("n0", 0)
@@ -19,7 +17,7 @@ def test_an_order_is_driven_node_by_node() -> None:
     assert toy.faults == []
 
 
-def test_a_robot_stops_at_the_end_of_its_base_and_asks_for_more() -> None:
+def test_a_robot_stops_at_the_end_of_its_base_and_asks_for_more():
     toy = Toy()
     toy.send(along(0, 1, 3))
     toy.drive()
@@ -31,7 +29,7 @@ def test_a_robot_stops_at_the_end_of_its_base_and_asks_for_more() -> None:
     assert toy.vehicle.last_node == ("n3", 6)
 
 
-def test_an_update_replaces_the_horizon() -> None:
+def test_an_update_replaces_the_horizon():
     toy = Toy()
     toy.send(along(0, 1, 5))
     toy.send(along(1, 2, 3, update=1))
@@ -39,7 +37,7 @@ def test_an_update_replaces_the_horizon() -> None:
     assert [s.released for s in toy.vehicle.node_states] == [True, True, False]
 
 
-def test_a_finished_order_may_go_on() -> None:
+def test_a_finished_order_may_go_on():
     toy = Toy()
     toy.send(along(0, 1, 1))
     toy.drive()
@@ -57,7 +55,7 @@ def test_a_finished_order_may_go_on() -> None:
         (along(3, 4, 4, update=1), "NO_CONTINUATION"),
     ],
 )
-def test_what_does_not_fit_the_running_order_is_rejected(content: object, fault: str) -> None:
+def test_what_does_not_fit_the_running_order_is_rejected(content, fault):
     toy = Toy()
     toy.send(along(0, 2, 4))
     before = toy.vehicle.node_states
@@ -68,7 +66,7 @@ def test_what_does_not_fit_the_running_order_is_rejected(content: object, fault:
     assert toy.vehicle.last_node == ("n2", 4)
 
 
-def test_an_outdated_update_is_rejected_and_the_same_one_discarded() -> None:
+def test_an_outdated_update_is_rejected_and_the_same_one_discarded():
     toy = Toy()
     toy.send(along(0, 1, 1))
     toy.send(along(1, 2, 2, update=3))
@@ -78,7 +76,7 @@ def test_an_outdated_update_is_rejected_and_the_same_one_discarded() -> None:
     assert toy.faults == ["OUTDATED"]
 
 
-def test_an_order_is_not_done_twice() -> None:
+def test_an_order_is_not_done_twice():
     toy = Toy()
     toy.send(along(0, 1, 1, "A"))
     toy.drive()
@@ -89,7 +87,7 @@ def test_an_order_is_not_done_twice() -> None:
     assert toy.vehicle.order_id == "B"
 
 
-def test_an_order_that_begins_elsewhere_is_rejected() -> None:
+def test_an_order_that_begins_elsewhere_is_rejected():
     toy = Toy()
     toy.send(along(3, 4, 4))
     assert toy.faults == ["START_FAR"]
@@ -99,7 +97,7 @@ def test_an_order_that_begins_elsewhere_is_rejected() -> None:
     assert toy.faults == []
 
 
-def test_a_cancelled_order_is_gone_once_the_robot_stands() -> None:
+def test_a_cancelled_order_is_gone_once_the_robot_stands():
     toy = Toy()
     toy.send(order([node(0), node(1), node(2, action("wait", "w", duration=1.0))]))
     toy.sense(is_standing=False)
@@ -118,14 +116,14 @@ def test_a_cancelled_order_is_gone_once_the_robot_stands() -> None:
     assert toy.vehicle.last_node == ("n1", 2)
 
 
-def test_there_is_nothing_to_cancel() -> None:
+def test_there_is_nothing_to_cancel():
     toy = Toy()
     toy.do("cancelOrder", "c")
     assert toy.faults == ["NO_ORDER"]
     assert toy.done == {"c": "FAILED"}
 
 
-def test_blocking_actions_hold_the_robot_and_others_do_not() -> None:
+def test_blocking_actions_hold_the_robot_and_others_do_not():
     toy = Toy()
     hard = action("wait", "h", "HARD", duration=3.0)
     none = action("wait", "n", "NONE", duration=3.0)
@@ -143,7 +141,7 @@ def test_blocking_actions_hold_the_robot_and_others_do_not() -> None:
     assert toy.vehicle.leg is not None
 
 
-def test_an_edge_action_that_blocks_is_done_before_the_edge() -> None:
+def test_an_edge_action_that_blocks_is_done_before_the_edge():
     toy = Toy()
     content = order([node(0), node(1), node(2)])
     content["edges"][1] = edge(1, action("wait", "s", "SOFT", duration=2.0))
@@ -156,7 +154,7 @@ def test_an_edge_action_that_blocks_is_done_before_the_edge() -> None:
     assert toy.done == {"s": "FINISHED"}
 
 
-def test_an_edge_action_ends_with_its_edge() -> None:
+def test_an_edge_action_ends_with_its_edge():
     toy = Toy()
     content = order([node(0), node(1)])
     content["edges"][0] = edge(0, action("wait", "s", "NONE", duration=99.0))
@@ -165,7 +163,7 @@ def test_an_edge_action_ends_with_its_edge() -> None:
     assert toy.done == {"s": "FAILED"}
 
 
-def test_loads_are_picked_and_dropped() -> None:
+def test_loads_are_picked_and_dropped():
     toy = Toy()
     toy.send(order([node(0, action("pick", "p", loadId="crate"))]))
     toy.wait(5.0)
@@ -179,7 +177,7 @@ def test_loads_are_picked_and_dropped() -> None:
     assert toy.vehicle.load is None
 
 
-def test_a_pause_stops_driving_and_the_clock_of_actions() -> None:
+def test_a_pause_stops_driving_and_the_clock_of_actions():
     toy = Toy()
     toy.send(order([node(0, action("wait", "w", "NONE", duration=2.0)), node(1)]))
     toy.do("startPause", "s")
@@ -193,7 +191,7 @@ def test_a_pause_stops_driving_and_the_clock_of_actions() -> None:
     assert toy.done["w"] == "FINISHED"
 
 
-def test_charging_begins_with_the_current() -> None:
+def test_charging_begins_with_the_current():
     toy = Toy()
     toy.sense(is_charging=False)
     toy.do("startCharging", "a")
@@ -209,7 +207,7 @@ def test_charging_begins_with_the_current() -> None:
     assert toy.done["b"] == "FAILED"
 
 
-def test_requests_are_passed_on_once() -> None:
+def test_requests_are_passed_on_once():
     toy = Toy()
     toy.do("stateRequest", "s")
     toy.do("factsheetRequest", "f")
@@ -225,7 +223,7 @@ def test_requests_are_passed_on_once() -> None:
     ("kind", "parameters"),
     [("dance", {}), ("pick", {}), ("initPosition", {"x": 1.0}), ("stateRequest", {"why": "x"})],
 )
-def test_an_instant_action_that_cannot_be_done_fails(kind: str, parameters: dict) -> None:
+def test_an_instant_action_that_cannot_be_done_fails(kind, parameters):
     toy = Toy()
     toy.do(kind, "i", **parameters)
     assert toy.faults == ["INSTANT"]
@@ -234,7 +232,7 @@ def test_an_instant_action_that_cannot_be_done_fails(kind: str, parameters: dict
     assert toy.faults == []
 
 
-def test_an_instant_action_that_comes_twice_is_done_once() -> None:
+def test_an_instant_action_that_comes_twice_is_done_once():
     toy = Toy()
     toy.send(along(0, 1, 1))
     toy.do("cancelOrder", "c")
@@ -244,7 +242,7 @@ def test_an_instant_action_that_comes_twice_is_done_once() -> None:
     assert toy.vehicle.is_busy is True
 
 
-def test_a_leg_is_tried_three_times() -> None:
+def test_a_leg_is_tried_three_times():
     toy = Toy()
     toy.send(along(0, 1, 1))
     for _ in range(2):
@@ -261,7 +259,7 @@ def test_a_leg_is_tried_three_times() -> None:
     assert toy.faults == []
 
 
-def test_driving_by_hand_ends_the_order() -> None:
+def test_driving_by_hand_ends_the_order():
     toy = Toy()
     toy.send(along(0, 1, 1))
     toy.sense(is_by_hand=True)
@@ -274,7 +272,7 @@ def test_driving_by_hand_ends_the_order() -> None:
     assert toy.faults == []
 
 
-def test_a_node_that_is_to_be_met_closely_is_a_stop() -> None:
+def test_a_node_that_is_to_be_met_closely_is_a_stop():
     toy = Toy()
     toy.send(order([node(0), node(1, allowedDeviationXY=0.3), node(2, theta=1.0), node(3)]))
     assert len(toy.vehicle.leg.nodes) == 1

@@ -1,7 +1,5 @@
 """Trajectories and corridors of edges."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -26,7 +24,7 @@ def read(**more: Any) -> Edge:
     return msgspec.convert(edge(0) | more, Edge)
 
 
-def test_a_weighted_trajectory_is_an_arc() -> None:
+def test_a_weighted_trajectory_is_an_arc():
     line = line_of(read(trajectory=QUARTER), START, END)
     assert np.hypot(*line.T) == pytest.approx(1.0, abs=1e-3)
     assert line[0] == pytest.approx((1.0, 0.0))
@@ -35,13 +33,13 @@ def test_a_weighted_trajectory_is_an_arc() -> None:
 
 
 @given(st.lists(st.tuples(st.floats(-9, 9), st.floats(-9, 9)), min_size=2, max_size=6, unique=True))
-def test_a_trajectory_of_degree_1_passes_its_points(points: list[tuple[float, float]]) -> None:
+def test_a_trajectory_of_degree_1_passes_its_points(points):
     line = line_of(read(trajectory=nurbs(*points)), START, END)
     for point in points:
         assert np.hypot(*(line - point).T).min() < 0.06
 
 
-def test_a_corridor_has_a_left_and_a_right_side() -> None:
+def test_a_corridor_has_a_left_and_a_right_side():
     way = read(corridor={"leftWidth": 1.0, "rightWidth": 0.2, "corridorRefPoint": "CONTOUR"})
     area = corridor_area(way, np.array([(0.0, 0.0), (4.0, 0.0)]), 0.1)
     inside = shapely.contains_xy(area, [2.0, 2.0, 2.0, 2.0], [0.9, 1.1, -0.1, -0.3])
@@ -57,11 +55,11 @@ def test_a_corridor_has_a_left_and_a_right_side() -> None:
         ({"trajectory": QUARTER, "corridor": {"leftWidth": 1.0, "rightWidth": 1.0}}, False),
     ],
 )
-def test_only_a_narrow_way_is_followed(more: dict[str, Any], expected: bool) -> None:
+def test_only_a_narrow_way_is_followed(more, expected):
     assert is_followed(read(**more)) is expected
 
 
-def test_a_robot_stops_where_the_kind_of_way_changes() -> None:
+def test_a_robot_stops_where_the_kind_of_way_changes():
     toy = Toy()
     content = order([node(number) for number in range(5)])
     content["edges"][1]["corridor"] = {"leftWidth": 0.5, "rightWidth": 0.5}
@@ -85,5 +83,5 @@ def test_a_robot_stops_where_the_kind_of_way_changes() -> None:
         nurbs((0.0, 0.0), (1.0, 0.0), knots=[0.0, 0.0, 1e308, 1e308]),
     ],
 )
-def test_a_trajectory_without_measure_is_refused(trajectory: dict[str, Any]) -> None:
+def test_a_trajectory_without_measure_is_refused(trajectory):
     assert problem_of(msgspec.convert(trajectory, Trajectory))

@@ -1,7 +1,5 @@
 """Zone sets of version 3.0, and releases."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 
@@ -46,7 +44,7 @@ def statuses(toy: Toy) -> list[str]:
     return [request.request_status for request in toy.vehicle.zones.requests]
 
 
-def test_a_zone_is_entered_only_when_it_is_released() -> None:
+def test_a_zone_is_entered_only_when_it_is_released():
     toy = toy_with(zone("RELEASE", 3.0, 5.0))
     toy.send(along(0, 4, 4))
     toy.wait(0.1)
@@ -62,7 +60,7 @@ def test_a_zone_is_entered_only_when_it_is_released() -> None:
     assert statuses(toy) == []
 
 
-def test_a_rejected_request_is_made_again_later() -> None:
+def test_a_rejected_request_is_made_again_later():
     toy = toy_with(zone("RELEASE", 3.0, 5.0))
     toy.send(along(0, 4, 4))
     toy.wait(0.1)
@@ -74,7 +72,7 @@ def test_a_rejected_request_is_made_again_later() -> None:
 
 @pytest.mark.parametrize(("behaviour", "is_stopped"), [("STOP", True), ("CONTINUE", False)])
 @pytest.mark.parametrize("loss", ["REVOKED", "EXPIRED"])
-def test_a_release_is_lost_in_a_zone(behaviour: str, is_stopped: bool, loss: str) -> None:
+def test_a_release_is_lost_in_a_zone(behaviour, is_stopped, loss):
     toy = toy_with(zone("RELEASE", 3.0, 5.0, releaseLossBehavior=behaviour))
     toy.send(along(0, 4, 4))
     toy.wait(0.1)
@@ -95,7 +93,7 @@ def test_a_release_is_lost_in_a_zone(behaviour: str, is_stopped: bool, loss: str
     assert toy.faults == []
 
 
-def test_a_robot_in_a_blocked_zone_stands() -> None:
+def test_a_robot_in_a_blocked_zone_stands():
     toy = toy_with(zone("BLOCKED", -1.0, 1.0))
     toy.send(along(0, 1, 1))
     toy.wait(0.1)
@@ -103,7 +101,7 @@ def test_a_robot_in_a_blocked_zone_stands() -> None:
     assert toy.faults == ["BLOCKED_ZONE"]
 
 
-def test_zones_become_a_mask_and_a_limit() -> None:
+def test_zones_become_a_mask_and_a_limit():
     toy = toy_with(
         zone("BLOCKED", 10.0, 12.0), zone("PENALTY", 14.0, 16.0, penaltyFactor=0.5),
         zone("SPEED_LIMIT", 18.0, 19.0, maximumSpeed=0.1), zone("RELEASE", 20.0, 21.0),
@@ -127,14 +125,14 @@ def test_zones_become_a_mask_and_a_limit() -> None:
         (zone("BLOCKED", 1.0, 1e308), "VALIDATION"),
     ],
 )
-def test_a_bad_zone_set_is_not_taken(bad: dict[str, Any], name: str) -> None:
+def test_a_bad_zone_set_is_not_taken(bad, name):
     toy = Toy(OF_3)
     hear(toy, "zoneSet", zoneSet={"mapId": MAP, "zoneSetId": "z", "zones": [bad]})
     assert toy.faults == [name]
     assert toy.vehicle.zones.states == ()
 
 
-def test_a_zone_set_is_neither_replaced_nor_deleted_while_it_is_enabled() -> None:
+def test_a_zone_set_is_neither_replaced_nor_deleted_while_it_is_enabled():
     toy = toy_with(zone("BLOCKED", 10.0, 12.0))
     hear(toy, "zoneSet", zoneSet={"mapId": MAP, "zoneSetId": "z", "zones": []})
     assert toy.faults == ["ZONE_SET"]

@@ -2,7 +2,6 @@
 
 import contextlib
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -35,14 +34,12 @@ def bag(tmp_path: Path) -> Path:
         ({"ros": True, "start": 99.0}, "--start is 99.0 s"),
     ],
 )
-def test_options_that_do_not_fit(bag: Path, options: dict[str, Any], message: str) -> None:
+def test_options_that_do_not_fit(bag, options, message):
     with pytest.raises(ConfigError, match=message):
         replay_command.replay(bag, **options)
 
 
-def test_a_gap_of_decades_is_named_with_how_to_skip_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_gap_of_decades_is_named_with_how_to_skip_it(tmp_path, capsys):
     """Playing waited for 54 years in silence."""
     times = (1.0, 1.5, 1_717_000_000.0, 1_717_000_004.5)
     write(tmp_path / "decades.mcap", [(NOTE, round(1e9 * time), cdr("x")) for time in times])
@@ -54,7 +51,7 @@ def test_a_gap_of_decades_is_named_with_how_to_skip_it(
         assert replay_command._gap_lines(bag, times[2]) == []
 
 
-def test_topics_are_chosen_and_those_that_are_not_there_are_told(bag: Path) -> None:
+def test_topics_are_chosen_and_those_that_are_not_there_are_told(bag):
     words: list[str] = []
     recording = Bag(bag)
     options = PlayOptions(topics=[OTHER, "/none"], clock_rate=40.0)

@@ -1,7 +1,5 @@
 """The viewer's loop between its announcement and its end."""
 
-from __future__ import annotations
-
 import os
 import signal
 
@@ -27,7 +25,7 @@ class Stopped:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_who_ends_it_as_soon_as_it_is_announced_ends_it_properly(number: int) -> None:
+def test_who_ends_it_as_soon_as_it_is_announced_ends_it_properly(number):
     before = {sign: signal.getsignal(sign) for sign in (signal.SIGINT, signal.SIGTERM)}
     viewer = Stopped()
     try:

@@ -1,7 +1,5 @@
 """Robots that nodes of users drive: what is refused, and their beacons."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

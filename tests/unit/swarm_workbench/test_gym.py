@@ -1,7 +1,5 @@
 """Environments: the checks of their makers, seeds, the shield."""
 
-from __future__ import annotations
-
 import gc
 import weakref
 

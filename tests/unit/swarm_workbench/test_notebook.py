@@ -1,7 +1,5 @@
 """A notebook's kernel: `await` at top level, a bar, a picture, a film, tables."""
 
-from __future__ import annotations
-
 import pytest
 
 pytest.importorskip("ipykernel")

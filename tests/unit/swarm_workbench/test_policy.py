@@ -1,7 +1,5 @@
 """Trained policies as brains: what they see, that they drive, and what is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

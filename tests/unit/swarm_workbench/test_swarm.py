@@ -1,7 +1,5 @@
 """A swarm on the bench: goals, results and what is refused."""
 
-from __future__ import annotations
-
 import asyncio
 import importlib.util
 import threading

@@ -1,7 +1,5 @@
 """Worlds made from Python."""
 
-from __future__ import annotations
-
 import pytest
 
 from swarm_common.model.errors import SwarmError

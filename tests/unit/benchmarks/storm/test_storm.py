@@ -1,7 +1,5 @@
 """Storms: what is drawn from a seed, what counts as a contact and as a way, and a short one."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import json
@@ -32,7 +30,7 @@ def calm(*faults: Fault) -> Storm:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_a_robot_has_one_failure_at_a_time_and_most_robots_live(seed: int) -> None:
+def test_a_robot_has_one_failure_at_a_time_and_most_robots_live(seed):
     faults = draw_faults(np.random.default_rng(seed), 12)
     assert faults == draw_faults(np.random.default_rng(seed), 12)
     lost = [fault.robot for fault in faults if fault.end >= FOR_EVER]
@@ -42,7 +40,7 @@ def test_a_robot_has_one_failure_at_a_time_and_most_robots_live(seed: int) -> No
         assert all(a.end + FIRST <= b.begin for a, b in itertools.pairwise(own))
 
 
-def test_a_way_is_one_for_the_whole_body_among_walls_and_discs() -> None:
+def test_a_way_is_one_for_the_whole_body_among_walls_and_discs():
     floor = Floor(room(6.0, 3.0, (2.9, 0.0, 3.1, 1.0)))
     start, end = (1.0, 1.0), (5.0, 1.0)
 
@@ -55,7 +53,7 @@ def test_a_way_is_one_for_the_whole_body_among_walls_and_discs() -> None:
     assert not is_way((5.0, 1.0, 0.3))  # is on the goal
 
 
-def test_a_failure_begins_and_ends_when_it_is_to() -> None:
+def test_a_failure_begins_and_ends_when_it_is_to():
     storm = calm(
         Fault(0, Failure.KILLED, 20, 60), Fault(1, Failure.HUNG, 20, 60),
         Fault(2, Failure.MUTE, 20, 60), Fault(3, Failure.DEAF, 20, FOR_EVER),
@@ -78,7 +76,7 @@ def test_a_failure_begins_and_ends_when_it_is_to() -> None:
     assert np.allclose((pose.x, pose.y), storm.stage.world.poses[0, :2], atol=0.02)
 
 
-def test_only_contacts_in_which_a_robot_that_lives_moves_are_held_against_it() -> None:
+def test_only_contacts_in_which_a_robot_that_lives_moves_are_held_against_it():
     storm = calm(Fault(0, Failure.KILLED, 0, FOR_EVER))
     storm._die(5)
     storm._was_moving[:] = False
@@ -88,7 +86,7 @@ def test_only_contacts_in_which_a_robot_that_lives_moves_are_held_against_it() -
     assert [contact.robots for contact in storm.contacts] == [("Srobot2", "Srobot3")]
 
 
-def test_a_goal_that_lies_on_a_dead_robot_is_barred_and_not_owed() -> None:
+def test_a_goal_that_lies_on_a_dead_robot_is_barred_and_not_owed():
     storm = calm(Fault(0, Failure.KILLED, 10, FOR_EVER))
     storm._die(20)
     goal = storm.stage.stops[1][0]
@@ -97,7 +95,7 @@ def test_a_goal_that_lies_on_a_dead_robot_is_barred_and_not_owed() -> None:
     assert not storm._leads(storm._regions(storm._stuck()), 1, goal)
 
 
-def test_crates_are_put_down_although_a_goal_is_barred_already_and_bar_no_other() -> None:
+def test_crates_are_put_down_although_a_goal_is_barred_already_and_bar_no_other():
     plan = dataclasses.replace(
         CALM, faults=(Fault(0, Failure.KILLED, 10, FOR_EVER),),
         crates=tuple(Crate(20, 0.4, 0.0) for _ in range(3)),
@@ -113,7 +111,7 @@ def test_crates_are_put_down_although_a_goal_is_barred_already_and_bar_no_other(
     assert storm._led_to([*storm._crates, *storm._stuck()]) == before
 
 
-def test_a_storm_without_faults_is_a_run_like_any_other() -> None:
+def test_a_storm_without_faults_is_a_run_like_any_other():
     storm = calm()
     plain = Harness(StormOptions("crossing", 1).run_options)
     for _ in range(150):
@@ -122,12 +120,12 @@ def test_a_storm_without_faults_is_a_run_like_any_other() -> None:
     assert np.array_equal(storm.stage.world.poses, plain.stage.world.poses)
 
 
-def test_people_find_a_place_to_start_among_the_robots() -> None:
+def test_people_find_a_place_to_start_among_the_robots():
     assert Storm(StormOptions("pillars", 86)).plan.walkers  # robots stood all along the way
 
 
 @pytest.mark.parametrize("world", ["crossing", "pillars"])
-def test_a_short_storm_hurts_nobody(world: str) -> None:
+def test_a_short_storm_hurts_nobody(world):
     """The whole seeds are `python -m benchmarks storm`; see docs/reliability.md."""
     storm = Storm(StormOptions(world, list(ROWS).index(world)))
     for _ in range(700):
@@ -136,7 +134,7 @@ def test_a_short_storm_hurts_nobody(world: str) -> None:
     assert storm.contacts == []
 
 
-def test_a_result_survives_its_file() -> None:
+def test_a_result_survives_its_file():
     storm = calm()
     storm._limit = 30
     result = storm.storm()

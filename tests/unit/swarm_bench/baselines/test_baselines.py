@@ -1,7 +1,5 @@
 """The baselines are competent: alone and in the open they reach their goals, and nobody is hit."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import sys
@@ -39,7 +37,7 @@ def shortened(name: str, limit: float) -> Scenario:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_in_the_open_all_reach_their_goals(method: str) -> None:
+def test_in_the_open_all_reach_their_goals(method):
     options = RunOptions(scenario=shortened("circle", 200.0), robots=8, seed=1, method=method)
     result = run(options)
     assert result.is_flawless
@@ -48,14 +46,14 @@ def test_in_the_open_all_reach_their_goals(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_equal_runs_have_equal_trajectories(method: str) -> None:
+def test_equal_runs_have_equal_trajectories(method):
     options = RunOptions(scenario=shortened("circle", 15.0), robots=8, seed=1, method=method)
     first, second = run(options), run(options)
     assert first.trajectory_sha256 == second.trajectory_sha256
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_robot_alone_passes_the_doorway_without_a_detour(method: str) -> None:
+def test_a_robot_alone_passes_the_doorway_without_a_detour(method):
     options = RunOptions(scenario=shortened("doorway", 120.0), robots=1, method=method)
     result = run(options)
     assert result.is_flawless
@@ -64,7 +62,7 @@ def test_a_robot_alone_passes_the_doorway_without_a_detour(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_opposing_robots_in_a_corridor_may_get_stuck_but_do_not_touch(method: str) -> None:
+def test_opposing_robots_in_a_corridor_may_get_stuck_but_do_not_touch(method):
     options = RunOptions(scenario=shortened("corridor", 60.0), robots=6, method=method)
     result = run(options)
     assert (result.robot_robot, result.robot_world) == (0, 0)
@@ -85,7 +83,7 @@ def random_scene(seed: int) -> dwa_kernels.Obstacles:
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_a_robot_can_stop_before_it_touches_anything(seed: int) -> None:
+def test_a_robot_can_stop_before_it_touches_anything(seed):
     scene = random_scene(seed)
     rng = np.random.default_rng(1000 + seed)
     speed, turn = rng.uniform(0.0, 0.1), rng.uniform(-1.0, 1.0)
@@ -105,7 +103,7 @@ def test_a_robot_can_stop_before_it_touches_anything(seed: int) -> None:
         assert dwa_kernels.gap(x, y, RADIUS, scene) > -0.01
 
 
-def test_the_window_is_what_the_drive_can_reach_in_a_period() -> None:
+def test_the_window_is_what_the_drive_can_reach_in_a_period():
     scene = dwa_kernels.Obstacles(
         np.full((160, 160), 9.0), Frame(-4.0, -4.0, 0.05), np.zeros((0, 3)), np.zeros((0, 2)), 0.05
     )
@@ -120,7 +118,7 @@ def test_the_window_is_what_the_drive_can_reach_in_a_period() -> None:
 # Paths
 
 
-def test_paths_know_no_lanes_and_keep_off_robots() -> None:
+def test_paths_know_no_lanes_and_keep_off_robots():
     planner = plain_planner(HALL, NavConfig(), 0.24)
     lattice = planner.lattice
     assert not lattice.lane.any()
@@ -130,7 +128,7 @@ def test_paths_know_no_lanes_and_keep_off_robots() -> None:
     assert np.hypot(path[:, 0], path[:, 1]).min() > 0.45
 
 
-def test_a_track_follows_a_robot_that_cuts_a_corner() -> None:
+def test_a_track_follows_a_robot_that_cuts_a_corner():
     corner = np.array([(0.05 * k, 0.0) for k in range(20)] + [(1.0, 0.05 * k) for k in range(20)])
     track = PathTrack(corner)
     track.update(Pose(0.9, 0.2, 0.0))
@@ -150,16 +148,14 @@ def orca_robot() -> OrcaDriver:
 
 
 @pytest.mark.parametrize(("v", "w"), [(0.1, 0.5), (0.5, 1.0), (0.1, -4.0), (-0.4, 3.0)])
-def test_a_twist_within_the_limits_moves_the_point_in_the_same_direction(
-    v: float, w: float
-) -> None:
+def test_a_twist_within_the_limits_moves_the_point_in_the_same_direction(v, w):
     twist = orca_robot().limited(v, w)
     assert abs(twist.vx) <= 0.26 + 1e-9
     assert abs(twist.wz) <= 1.82 + 1e-9
     assert math.atan2(OFFSET * twist.wz, twist.vx) == pytest.approx(math.atan2(OFFSET * w, v))
 
 
-def test_without_pyrvo_the_message_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_pyrvo_the_message_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyrvo", None)
     with pytest.raises(ConfigError, match="pip install pyrvo"):
         orca_robot()

@@ -19,38 +19,38 @@ def grid_of(*rows: str) -> Grid:
     return Grid(np.array(cells, np.int8), 1.0, 0.0, 0.0)
 
 
-def test_a_block_is_outlined_counterclockwise_by_its_corners() -> None:
+def test_a_block_is_outlined_counterclockwise_by_its_corners():
     (outline,) = wall_outlines(grid_of(".....", ".###.", ".###.", "....."))
     assert sorted(map(tuple, outline)) == [(1, 1), (1, 3), (4, 1), (4, 3)]
     assert area(outline) == 6.0
 
 
-def test_a_room_is_outlined_clockwise_and_its_walls_counterclockwise() -> None:
+def test_a_room_is_outlined_clockwise_and_its_walls_counterclockwise():
     outlines = wall_outlines(grid_of("#####", "#...#", "#...#", "#####"))
     assert sorted(area(outline) for outline in outlines) == [-6.0, 20.0]
 
 
-def test_blocks_that_touch_at_a_corner_stay_apart() -> None:
+def test_blocks_that_touch_at_a_corner_stay_apart():
     outlines = wall_outlines(grid_of("##..", "##..", "..##", "..##"))
     assert [area(outline) for outline in outlines] == [4.0, 4.0]
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_loops_enclose_exactly_the_occupied_cells(seed: int) -> None:
+def test_loops_enclose_exactly_the_occupied_cells(seed):
     occupied = np.random.default_rng(seed).random((9, 11)) < 0.4
     chains = [np.array(chain, np.float64) for chain in loops(occupied)]
     assert sum(area(chain) for chain in chains) == occupied.sum()
     assert all(np.abs(np.diff(chain, axis=0)).sum(axis=1).max() == 1.0 for chain in chains)
 
 
-def test_stairs_become_a_slope() -> None:
+def test_stairs_become_a_slope():
     stairs = [(float(k), float(k + step)) for k in range(20) for step in (0, 1)]
     polygon = simplified(np.array([*stairs, (20.0, 0.0)]), 0.75)
     assert len(polygon) <= 5
     assert area(polygon[::-1]) == pytest.approx(area(np.array([*stairs, (20.0, 0.0)])[::-1]), 0.1)
 
 
-def test_the_factory_hall_has_few_corners() -> None:
+def test_the_factory_hall_has_few_corners():
     grid = load_map(map_path("slim_blockage"))
     outlines = wall_outlines(grid)
     assert 4 <= sum(len(outline) for outline in outlines) < 200

@@ -28,9 +28,7 @@ def save(name: str, folder: Path, page: str = "bench.md") -> Path:
     return path
 
 
-def test_the_method_of_the_document_drives_two_robots(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_method_of_the_document_drives_two_robots(tmp_path, monkeypatch):
     save("polite.py", tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     (options,) = select("corridor", [2], [0], method="polite:PoliteDriver")
@@ -39,9 +37,7 @@ def test_the_method_of_the_document_drives_two_robots(
     assert "polite:PoliteDriver" in run_line(result)
 
 
-def test_the_parts_of_the_document_drive_three_robots(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_parts_of_the_document_drive_three_robots(tmp_path, monkeypatch):
     save("parts.py", tmp_path, "plugins.md")
     monkeypatch.syspath_prepend(tmp_path)
     params = save("parts.yaml", tmp_path, "plugins.md")
@@ -51,7 +47,7 @@ def test_the_parts_of_the_document_drive_three_robots(
     assert "; controller.plugin parts:Pursuit; " in run_line(result)
 
 
-def test_the_world_is_the_scenarios(tmp_path: Path) -> None:
+def test_the_world_is_the_scenarios(tmp_path):
     params = tmp_path / "world.yaml"
     params.write_text("/world:\n  ros__parameters:\n    radio.loss: 0.3\n", "utf-8")
     with pytest.raises(ConfigError, match="the world is that of the scenario"):
@@ -60,9 +56,7 @@ def test_the_world_is_the_scenarios(tmp_path: Path) -> None:
         select("circle", [3], [0], method="nowhere:Brain")
 
 
-def test_the_interval_of_the_document_is_around_the_median(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_interval_of_the_document_is_around_the_median(tmp_path, monkeypatch, capsys):
     runs = [result(seed=seed, makespan=100.0 + seed) for seed in range(20)]
     runs.append(result(method="dwa", makespan=None))
     add_lines(tmp_path / "runs.jsonl", runs)

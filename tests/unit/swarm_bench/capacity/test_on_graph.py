@@ -1,9 +1,6 @@
 """The command lines of `swarm-up --sweep`, and what is read from the runs' folders."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import pytest
 
@@ -16,7 +13,7 @@ from swarm_run.plan import check_plan
 STATED = {"mission": "loading_route", "duration": 60.0}
 
 
-def test_options_and_parameters_are_axes(tmp_path: Path) -> None:
+def test_options_and_parameters_are_axes(tmp_path):
     given = tmp_path / "own.yaml"
     given.write_text("/world: {ros__parameters: {radio.loss: 0.1}}\n")
     chosen = {"robots": "3", "seed": "7", "controller.max_vel_x": "0.2", "laps": "2"}
@@ -32,14 +29,12 @@ def test_options_and_parameters_are_axes(tmp_path: Path) -> None:
     ("name", "text", "said"),
     [("world", "nowhere", "unknown world"), ("max_vel_x", "-1", "must be more than 0")],
 )
-def test_a_wrong_value_is_refused_before_any_run(
-    tmp_path: Path, name: str, text: str, said: str
-) -> None:
+def test_a_wrong_value_is_refused_before_any_run(tmp_path, name, text, said):
     with pytest.raises(ConfigError, match=said):
         _run_of({name: text}, STATED, tmp_path / "run_1")
 
 
-def test_goals_and_orders_after_the_warm_up_are_counted(tmp_path: Path) -> None:
+def test_goals_and_orders_after_the_warm_up_are_counted(tmp_path):
     (tmp_path / "trace").mkdir()
     journal = Journal(tmp_path / "trace" / "robots.jsonl")
     for at, outcome in ((5.0, "reached"), (50.0, "sent"), (60.0, "reached"), (110.0, "reached")):

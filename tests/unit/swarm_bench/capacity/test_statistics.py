@@ -1,7 +1,5 @@
 """Intervals against published values, knees against curves whose knee is known, sentences."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -18,7 +16,7 @@ from swarm_run.record.run_record import GroundTruth, StationShare
 from tests.fakes.results import result
 
 
-def test_batches_cover_the_throughput_of_a_queue() -> None:
+def test_batches_cover_the_throughput_of_a_queue():
     """M/M/1 with 36 arrivals and 60 services per hour: 95 of 100 intervals hold 36 per hour."""
     random = np.random.default_rng(1)
     held = 0
@@ -36,7 +34,7 @@ def test_batches_cover_the_throughput_of_a_queue() -> None:
     assert sum(run.finished) == round(run.per_hour * 70_000.0 / 3600.0)
 
 
-def test_a_mean_lead_time_is_that_of_the_goals_after_the_warm_up() -> None:
+def test_a_mean_lead_time_is_that_of_the_goals_after_the_warm_up():
     run = steady_of([(5.0, 5.0), (15.0, 4.0), (30.0, 8.0), (999.0, 1.0)], 10.0, 110.0)
     assert run.finished == (1, 0, 1, *[0] * 7)
     assert (run.per_hour, run.lead_time) == (72.0, 6.0)
@@ -54,9 +52,7 @@ def around(value: float, error: float) -> Interval:
     after=st.floats(-0.5, 0.2),
     noise=st.floats(0.0, 0.01),
 )
-def test_a_knee_is_found_within_its_interval(
-    knee: int, slope: float, after: float, noise: float
-) -> None:
+def test_a_knee_is_found_within_its_interval(knee, slope, after, noise):
     sizes = list(range(4, 61, 4))
     values = [slope * (min(n, knee) + after * max(n - knee, 0)) for n in sizes]
     points = [around(value, noise * slope * knee) for value in values]
@@ -67,7 +63,7 @@ def test_a_knee_is_found_within_its_interval(
     assert found.high >= knee - 1
 
 
-def test_a_straight_line_has_no_knee() -> None:
+def test_a_straight_line_has_no_knee():
     sizes = [4, 8, 12, 16, 20]
     assert find_knee(sizes, [around(10.0 * n, 3.0) for n in sizes]) is None
     noisy = [around(10.0 * min(n, 12), 90.0) for n in sizes]
@@ -98,7 +94,7 @@ def hinged(label: str, names: list[str], share: float = 0.96, extra: int = 0) ->
     return curve_of(label, runs)
 
 
-def test_a_reason_is_told_only_if_it_holds_in_every_run() -> None:
+def test_a_reason_is_told_only_if_it_holds_in_every_run():
     agreed = hinged("", ["dock"] * 4)
     assert knee_sentence(agreed).startswith("Up to 20 robots [")
     assert reason_sentence(agreed) == (
@@ -110,7 +106,7 @@ def test_a_reason_is_told_only_if_it_holds_in_every_run() -> None:
     assert "the floor is full" in reason_sentence(hinged("", [""] * 4))
 
 
-def test_two_variants_are_compared_on_the_same_seeds() -> None:
+def test_two_variants_are_compared_on_the_same_seeds():
     told = comparison_sentences(hinged("a", ["dock"] * 4), hinged("b", ["dock"] * 4, extra=9))
     assert told[0] == (
         "With 4 robots b finishes more: +9.0 goals per hour [+9.0, +9.0], +21.7 % (4 seeds)."

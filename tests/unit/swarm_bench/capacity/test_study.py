@@ -1,11 +1,8 @@
 """Which runs a sweep means, and what it writes; the runs themselves are real but short."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math
-from pathlib import Path
 
 import pytest
 from rich.console import Console
@@ -30,7 +27,7 @@ def answer(options: RunOptions) -> object:
     return run_of(options.robots, options.seed, 12 * min(options.robots, 23) + spread, 0.9)
 
 
-def test_an_adaptive_study_closes_in_on_the_knee_and_adds_seeds_where_it_must() -> None:
+def test_an_adaptive_study_closes_in_on_the_knee_and_adds_seeds_where_it_must():
     variant = SweepVariant("", RunOptions(scenario=SCENARIO, robots=1))
     study = Study([variant], [4, 12, 20, 28, 36, 44], [0, 1, 2, 3], precision=0.01)
     study.run(
@@ -47,14 +44,14 @@ def test_an_adaptive_study_closes_in_on_the_knee_and_adds_seeds_where_it_must() 
     assert study.done == study.planned
 
 
-def test_a_study_ends_when_its_time_is_up() -> None:
+def test_a_study_ends_when_its_time_is_up():
     study = Study([SweepVariant("", RunOptions(scenario=SCENARIO, robots=1))], [4, 8], [0],
                   precision=0.01, budget=1e-9)  # fmt: skip
     study.run(lambda runs: pytest.fail("a round began"), Console(quiet=True))
     assert math.isinf(Study([], [4], [0])._deadline)
 
 
-def test_axes_multiply() -> None:
+def test_axes_multiply():
     base = RunOptions(scenario=SCENARIO, robots=1)
     found = variants(base, ["controller.max_vel_x=0.2,0.26", "loss=0,0.2", "method=orca"])
     assert [one.label for one in found][:2] == [
@@ -72,7 +69,7 @@ def test_axes_multiply() -> None:
         check(central.base)
 
 
-def test_precision_and_budget() -> None:
+def test_precision_and_budget():
     assert (parse_precision("3%"), parse_precision("0.05"), parse_precision(None)) == (
         0.03,
         0.05,
@@ -81,9 +78,7 @@ def test_precision_and_budget() -> None:
     assert (parse_time("30min"), parse_time("90s"), parse_time("2h")) == (1800.0, 90.0, 7200.0)
 
 
-def test_a_sweep_writes_page_points_and_summary(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_sweep_writes_page_points_and_summary(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["sweep", "--world", "hall_12", "--mission", "cross_over", "--robots", "2..4:2",
              "--seeds", "0", "--seconds", "60", "--warm-up", "10", "--json", "runs.jsonl",

@@ -1,7 +1,5 @@
 """Runs in other processes: the same results, whoever dies on the way."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import signal
@@ -58,7 +56,7 @@ def fail(_: object) -> None:
     raise ZeroDivisionError("no")
 
 
-def test_a_run_whose_process_dies_is_repeated_and_stops_nobody(tmp_path: Path) -> None:
+def test_a_run_whose_process_dies_is_repeated_and_stops_nobody(tmp_path):
     local = LocalExecutor(2)
     paths = [str(tmp_path / "a"), str(tmp_path / "b"), str(tmp_path)]
     done = sorted(local.run(die_once, paths, None), key=lambda item: item.index)
@@ -74,7 +72,7 @@ def own_pid(_: object) -> int:
     return os.getpid()
 
 
-def test_a_process_makes_room_for_a_new_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_makes_room_for_a_new_one(monkeypatch):
     monkeypatch.setattr(processes, "MOST_RUNS", 2)
     local = LocalExecutor(apart=True)
     found = [done.value for done in local.run(own_pid, range(5), None)]
@@ -102,9 +100,7 @@ def trajectories(results: Iterable[Any]) -> dict[int, str]:
     return {item.seed: item.trajectory_sha256 for item in found}
 
 
-def test_inputs_travel_and_shards_are_the_whole(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_inputs_travel_and_shards_are_the_whole(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     options = options_of(tmp_path, range(5))
     alone = trajectories(RunSweep(options).run(QUIET))
@@ -126,9 +122,7 @@ def test_inputs_travel_and_shards_are_the_whole(
     assert share_of(options, "auto", environment) == shards[2]
 
 
-def test_a_task_that_is_submitted_again_does_its_own_share(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_task_that_is_submitted_again_does_its_own_share(tmp_path, capsys):
     """Alone it took itself for the whole."""
 
     def share(number: int, first: int, last: int, count: int, step: int = 1) -> tuple[int, int]:
@@ -180,11 +174,7 @@ def scheduler(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")  # what Dask does that is deprecated is Dask's
-def test_a_cluster_gives_the_same_although_a_worker_is_killed(
-    scheduler: tuple[str, list[subprocess.Popen[bytes]]],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_cluster_gives_the_same_although_a_worker_is_killed(scheduler, tmp_path, monkeypatch):
     from distributed import Client
 
     address, workers = scheduler

@@ -1,11 +1,8 @@
 """Random halls: the same for the same seed, valid for every seed, and run like any scenario."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import math
-from pathlib import Path
 
 import pytest
 
@@ -24,7 +21,7 @@ from tests.fakes.results import result
 WISH = HallRequest(robots=12, radius=0.24, reach=0.57)
 
 
-def test_a_seed_means_one_hall() -> None:
+def test_a_seed_means_one_hall():
     first, _ = make_hall(WISH, 7)
     again, _ = make_hall(WISH, 7)
     other, _ = make_hall(WISH, 8)
@@ -33,7 +30,7 @@ def test_a_seed_means_one_hall() -> None:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_every_goal_can_be_reached_and_is_not_a_dead_robots_place(seed: int) -> None:
+def test_every_goal_can_be_reached_and_is_not_a_dead_robots_place(seed):
     trouble = "dead" if seed % 2 else "none"
     options = hall_runs([seed], [12], DRAWN, trouble)[0]
     hall, grid = hall_of(options)
@@ -55,7 +52,7 @@ def test_every_goal_can_be_reached_and_is_not_a_dead_robots_place(seed: int) -> 
     assert min(a.distance(b) for a, b in itertools.combinations(hall.stations, 2)) >= 0.599
 
 
-def test_the_seeds_cover_sizes_missions_and_troubles() -> None:
+def test_the_seeds_cover_sizes_missions_and_troubles():
     runs = hall_runs(range(200), [], DRAWN, DRAWN)
     assert {run.robots for run in runs} == set(SIZES)
     assert {run.scenario.mission for run in runs} == set(MISSIONS)
@@ -65,7 +62,7 @@ def test_the_seeds_cover_sizes_missions_and_troubles() -> None:
     assert len(pairs) == len(SIZES) * len(MISSIONS)
 
 
-def test_wrong_words_are_refused() -> None:
+def test_wrong_words_are_refused():
     with pytest.raises(UnknownNameError, match="mission"):
         hall_runs([0], [], "dance", DRAWN)
     with pytest.raises(UnknownNameError, match="trouble"):
@@ -74,12 +71,12 @@ def test_wrong_words_are_refused() -> None:
         hall_runs([0], [1], DRAWN, DRAWN)
 
 
-def test_a_hall_that_has_no_room_is_refused() -> None:
+def test_a_hall_that_has_no_room_is_refused():
     with pytest.raises(ConfigError, match="no valid hall for 12 robots"):
         make_hall(HallRequest(robots=12, radius=3.0, reach=6.2), 0)
 
 
-def test_people_walk_and_fleets_are_mixed() -> None:
+def test_people_walk_and_fleets_are_mixed():
     assert len(hall_of(hall_runs([3], [5], DRAWN, "people")[0])[0].walkers) == 2
     stage = build_hall(hall_runs([3], [5], DRAWN, "mixed")[0])
     stage.world.close()
@@ -87,14 +84,14 @@ def test_people_walk_and_fleets_are_mixed() -> None:
     assert len(radii) == 2
 
 
-def test_people_have_a_place_to_begin_in_a_full_hall() -> None:
+def test_people_have_a_place_to_begin_in_a_full_hall():
     """Of hall 907 robots stood all along the way of a person: the world refused it."""
     (options,) = hall_runs([907], [], DRAWN, DRAWN)
     build_hall(options).world.close()
 
 
 @pytest.mark.timeout(300)
-def test_a_run_counts_goals_like_any_other() -> None:
+def test_a_run_counts_goals_like_any_other():
     options = hall_runs([0], [5], "roam", "radio")[0]
     result = run_hall(options)
     assert result.scenario == "hall, radio"
@@ -103,12 +100,12 @@ def test_a_run_counts_goals_like_any_other() -> None:
     assert result.goals_sent == 15
 
 
-def test_homes_have_headings() -> None:
+def test_homes_have_headings():
     hall, _ = make_hall(WISH, 1)
     assert all(isinstance(pose, Pose) and math.isfinite(pose.yaw) for pose in hall.homes)
 
 
-def test_the_table_of_halls_tells_what_was_missed_and_whether_that_was_told_before() -> None:
+def test_the_table_of_halls_tells_what_was_missed_and_whether_that_was_told_before():
     told = "room for 2 robots on the single lanes around (7.5, 12.6); 18 have goals there"
     text = halls_markdown(
         [
@@ -127,7 +124,7 @@ def test_the_table_of_halls_tells_what_was_missed_and_whether_that_was_told_befo
     assert "- 11 " not in text
 
 
-def test_the_command_runs_halls(tmp_path: Path) -> None:
+def test_the_command_runs_halls(tmp_path):
     """It looked for a world of the name `hall`."""
     words = ["halls", "--seeds", "0", "--robots", "5", "--json", str(tmp_path / "halls.jsonl")]
     _load()(words, standalone_mode=False)

@@ -1,7 +1,5 @@
 """A centre in the bench: goals are reached, messages are counted, robots without orders stop."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
@@ -32,7 +30,7 @@ def options(folder: Path, method: str = "central-mapf", **changes: object) -> Ru
 
 
 @pytest.mark.parametrize("radio", [{}, {"loss": 0.3, "delay": 0.3}])
-def test_all_goals_without_a_contact(tmp_path: Path, radio: dict[str, float]) -> None:
+def test_all_goals_without_a_contact(tmp_path, radio):
     result = run(options(tmp_path, **radio))
     assert result.is_flawless
     assert result.centre is not None
@@ -42,7 +40,7 @@ def test_all_goals_without_a_contact(tmp_path: Path, radio: dict[str, float]) ->
     assert result.as_json()["centre"]["plans"] > 10
 
 
-def test_robots_stand_within_what_they_were_given_while_the_centre_is_dead(tmp_path: Path) -> None:
+def test_robots_stand_within_what_they_were_given_while_the_centre_is_dead(tmp_path):
     stage = build(options(tmp_path))
     assert stage.centre is not None
     stage.centre.outage = (50, 150)
@@ -59,14 +57,14 @@ def test_robots_stand_within_what_they_were_given_while_the_centre_is_dead(tmp_p
     stage.world.close()
 
 
-def test_others_get_past_a_robot_that_died(tmp_path: Path) -> None:
+def test_others_get_past_a_robot_that_died(tmp_path):
     faults = InjectedFaults(dead={3: 60})
     result = Harness(options(tmp_path), faults=faults).run()
     assert result.goals_reached == result.goals_sent == 3
     assert result.robot_robot == 0
 
 
-def test_lacam_plans_as_well(tmp_path: Path) -> None:
+def test_lacam_plans_as_well(tmp_path):
     chosen = dataclasses.replace(options(tmp_path), central={"planner": "lacam"})
     result = run(chosen)
     assert result.is_flawless
@@ -75,7 +73,7 @@ def test_lacam_plans_as_well(tmp_path: Path) -> None:
     assert result.conditions["central.planner"] == "lacam"
 
 
-def test_a_robot_that_was_not_heard_at_first_joins_later(tmp_path: Path) -> None:
+def test_a_robot_that_was_not_heard_at_first_joins_later(tmp_path):
     stage = build(options(tmp_path))
     assert stage.centre is not None
     hears = stage.centre.team.observe
@@ -93,9 +91,7 @@ def under_reservation(folder: Path, **parameters: object) -> RunOptions:
 
 
 @pytest.mark.parametrize("radio", [{}, {"loss": 0.3, "delay": 0.3}])
-def test_our_navigators_reach_all_goals_under_a_centre(
-    tmp_path: Path, radio: dict[str, float]
-) -> None:
+def test_our_navigators_reach_all_goals_under_a_centre(tmp_path, radio):
     result = run(options(tmp_path, "central-reservation", **radio))
     assert result.is_flawless
     assert result.centre is not None
@@ -103,7 +99,7 @@ def test_our_navigators_reach_all_goals_under_a_centre(
     assert result.centre["plans"] > 10
 
 
-def test_led_robots_stand_within_what_they_hold_while_the_centre_is_dead(tmp_path: Path) -> None:
+def test_led_robots_stand_within_what_they_hold_while_the_centre_is_dead(tmp_path):
     chosen = under_reservation(tmp_path)
     stage = build(chosen)
     assert stage.centre is not None
@@ -128,7 +124,7 @@ def test_led_robots_stand_within_what_they_hold_while_the_centre_is_dead(tmp_pat
     stage.world.close()
 
 
-def test_with_fallback_robots_go_on_alone_and_come_back_under_the_centre(tmp_path: Path) -> None:
+def test_with_fallback_robots_go_on_alone_and_come_back_under_the_centre(tmp_path):
     chosen = under_reservation(tmp_path, **{"traffic.coordination": "central-with-fallback"})
     stage = build(chosen)
     assert stage.centre is not None
@@ -146,7 +142,7 @@ def test_with_fallback_robots_go_on_alone_and_come_back_under_the_centre(tmp_pat
     stage.world.close()
 
 
-def test_with_a_centre_that_never_comes_robots_go_alone(tmp_path: Path) -> None:
+def test_with_a_centre_that_never_comes_robots_go_alone(tmp_path):
     chosen = under_reservation(tmp_path, **{"traffic.coordination": "central-with-fallback"})
     stage = build(chosen)
     stage.centre = None
@@ -154,14 +150,14 @@ def test_with_a_centre_that_never_comes_robots_go_alone(tmp_path: Path) -> None:
     assert result.is_flawless
 
 
-def test_coordination_without_a_centre_is_refused(tmp_path: Path) -> None:
+def test_coordination_without_a_centre_is_refused(tmp_path):
     parameters = {"traffic.coordination": "central"}
     chosen = dataclasses.replace(options(tmp_path, "ours"), parameters=parameters)
     with pytest.raises(ConfigError, match="central-reservation"):
         build(chosen)
 
 
-def test_a_crowd_comes_back_under_the_centre() -> None:
+def test_a_crowd_comes_back_under_the_centre():
     """Robots barred each other on their ways to the roadmap, and stood for ever."""
     chosen = RunOptions(
         scenario=load_scenario("crossing"), robots=16, seed=0, method="central-with-fallback"
@@ -172,7 +168,7 @@ def test_a_crowd_comes_back_under_the_centre() -> None:
     assert Harness(chosen, stage=stage).run().is_flawless
 
 
-def test_no_robot_stands_short_of_its_station_or_beside_a_bend() -> None:
+def test_no_robot_stands_short_of_its_station_or_beside_a_bend():
     """One did, and all others waited for it: it took 1,172 and then 1,302 s."""
     hall = dataclasses.replace(load_scenario("slim_blockage"), time_limit={20: 900.0})
     assert run(
@@ -180,7 +176,7 @@ def test_no_robot_stands_short_of_its_station_or_beside_a_bend() -> None:
     ).is_flawless
 
 
-def test_a_team_of_ones_own_decides(tmp_path: Path) -> None:
+def test_a_team_of_ones_own_decides(tmp_path):
     one = dataclasses.replace(load_scenario("circle"), time_limit={1: 60.0}, robots=(1,))
     settings = RunOptions(scenario=one, robots=1, seed=0, method="tests.fakes.teams:Straight")
     result = run(settings)

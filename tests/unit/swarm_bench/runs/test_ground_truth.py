@@ -1,7 +1,5 @@
 """Standing, circles and deadlocks as the simulator sees them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -38,7 +36,7 @@ def watched(
     return watch.figures(float(seconds))
 
 
-def test_two_that_face_each_other_are_a_circle_and_a_deadlock() -> None:
+def test_two_that_face_each_other_are_a_circle_and_a_deadlock():
     seen = watched([(4.0, 5.0, 0.0), (4.6, 5.0, 3.1)], [(9.0, 5.0), (1.0, 5.0)])
     assert (seen.circles, seen.deadlocks) == (1, 1)
     assert seen.longest_circle == 97.0  # all but the first three seconds
@@ -46,7 +44,7 @@ def test_two_that_face_each_other_are_a_circle_and_a_deadlock() -> None:
     assert seen.stood_share == pytest.approx(0.97, abs=0.01)
 
 
-def test_a_queue_before_a_station_is_no_circle() -> None:
+def test_a_queue_before_a_station_is_no_circle():
     poses = [(9.0, 5.0, 0.0), (8.4, 5.0, 0.0), (7.8, 5.0, 0.0)]
     seen = watched(poses, [None, (9.0, 5.0), (9.0, 5.0)], seconds=59)
     assert (seen.circles, seen.deadlocks) == (0, 0)
@@ -55,7 +53,7 @@ def test_a_queue_before_a_station_is_no_circle() -> None:
     assert watched(poses, [None, (9.0, 5.0), (9.0, 5.0)]).deadlocks == 1  # nobody comes nearer
 
 
-def test_who_moves_or_has_no_goal_or_is_there_does_not_stand() -> None:
+def test_who_moves_or_has_no_goal_or_is_there_does_not_stand():
     assert watched([(4.0, 5.0, 0.0)], [None]).deadlocks == 0
     assert watched([(4.0, 5.0, 0.0)], [(4.1, 5.0)]).stood_time == 0.0
     moving = watched([(1.0, 5.0, 0.0)], [(7.5, 5.0)], seconds=60, drift=0.1)
@@ -63,7 +61,7 @@ def test_who_moves_or_has_no_goal_or_is_there_does_not_stand() -> None:
     assert 0.0 < moving.stations["dock"].approached < 0.2
 
 
-def test_a_way_goes_round_a_wall() -> None:
+def test_a_way_goes_round_a_wall():
     cells = np.zeros((100, 100), np.int8)
     cells[:80, 50] = 100
     ways = WayTable(Grid(cells, 0.1, 0.0, 0.0), RADIUS)

@@ -1,7 +1,5 @@
 """The harness: equal seeds give equal runs, faults do what they say, goals are counted."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections.abc import Sequence
@@ -41,7 +39,7 @@ def without_times(result: RunResult) -> dict[str, object]:
     return {key: value for key, value in result.as_json().items() if key not in times}
 
 
-def test_robots_that_do_not_see_a_dead_one_are_told_before_the_run(tmp_path: Path) -> None:
+def test_robots_that_do_not_see_a_dead_one_are_told_before_the_run(tmp_path):
     """All conditions held, and a burger drove into a waffle that had never said anything."""
     fleet = ("turtlebot3_burger", "turtlebot3_burger", "turtlebot3_burger", "turtlebot3_waffle")
     dead = ((1.0, 1.0, 0.0),)
@@ -58,7 +56,7 @@ def test_robots_that_do_not_see_a_dead_one_are_told_before_the_run(tmp_path: Pat
         assert all(text.endswith(end) for text, end in zip(found, told, strict=True))
 
 
-def test_equal_seeds_give_equal_runs_and_others_do_not(tmp_path: Path) -> None:
+def test_equal_seeds_give_equal_runs_and_others_do_not(tmp_path):
     first, second = (run(options(tmp_path, seed=3)) for _ in range(2))
     assert without_times(first) == without_times(second)
     assert first.is_flawless
@@ -69,14 +67,14 @@ def test_equal_seeds_give_equal_runs_and_others_do_not(tmp_path: Path) -> None:
     assert other.trajectory_sha256 != first.trajectory_sha256
 
 
-def test_brains_that_take_turns_decide_as_brains_one_by_one(tmp_path: Path) -> None:
+def test_brains_that_take_turns_decide_as_brains_one_by_one(tmp_path):
     chosen = options(tmp_path, with_lidar=True)
     in_turns, one_by_one = (Harness(chosen, times_all=timed).run() for timed in (False, True))
     assert without_times(in_turns) == without_times(one_by_one)
     assert in_turns.tick_us_median is not None
 
 
-def test_a_brain_that_is_replaced_decides_in_every_tick(tmp_path: Path) -> None:
+def test_a_brain_that_is_replaced_decides_in_every_tick(tmp_path):
     harness = Harness(options(tmp_path))
     fresh = build(options(tmp_path)).drivers[0]
     harness.advance()
@@ -88,7 +86,7 @@ def test_a_brain_that_is_replaced_decides_in_every_tick(tmp_path: Path) -> None:
     assert ticks == list(range(1, 21))
 
 
-def test_only_sensors_that_err_give_a_pose_error(tmp_path: Path) -> None:
+def test_only_sensors_that_err_give_a_pose_error(tmp_path):
     chosen = options(tmp_path, limit=10.0)
     assert run(chosen).pose_error is None
     result = run(dataclasses.replace(chosen, realistic=True))
@@ -100,7 +98,7 @@ def test_only_sensors_that_err_give_a_pose_error(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_processes_give_what_one_process_gives(tmp_path: Path) -> None:
+def test_processes_give_what_one_process_gives(tmp_path):
     runs = [options(tmp_path, seed) for seed in (0, 1)]
     by_jobs = []
     for jobs in (1, 2):
@@ -110,14 +108,14 @@ def test_processes_give_what_one_process_gives(tmp_path: Path) -> None:
     assert by_jobs[0] == by_jobs[1]
 
 
-def test_losses_change_the_run(tmp_path: Path) -> None:
+def test_losses_change_the_run(tmp_path):
     clean = run(options(tmp_path))
     lossy = run(options(tmp_path, loss=0.3))
     assert clean.trajectory_sha256 != lossy.trajectory_sha256
     assert lossy.conditions["loss"] == 0.3
 
 
-def test_what_is_not_reached_in_time_is_missed_and_named(tmp_path: Path) -> None:
+def test_what_is_not_reached_in_time_is_missed_and_named(tmp_path):
     result = run(options(tmp_path, limit=12.0))
     assert not result.is_flawless
     assert result.makespan is None
@@ -126,7 +124,7 @@ def test_what_is_not_reached_in_time_is_missed_and_named(tmp_path: Path) -> None
     assert result.sim_time == pytest.approx(12.0)
 
 
-def test_a_run_in_which_nobody_gets_anywhere_ends(tmp_path: Path) -> None:
+def test_a_run_in_which_nobody_gets_anywhere_ends(tmp_path):
     stalled = InjectedFaults(deaf=range(4))
     result = Harness(options(tmp_path, stall_limit=20.0), faults=stalled).run()
     assert result.sim_time == pytest.approx(20.0)
@@ -134,7 +132,7 @@ def test_a_run_in_which_nobody_gets_anywhere_ends(tmp_path: Path) -> None:
     assert result.robot_robot == result.robot_world == 0
 
 
-def test_a_dead_robot_stands_and_its_goals_are_not_asked_for(tmp_path: Path) -> None:
+def test_a_dead_robot_stands_and_its_goals_are_not_asked_for(tmp_path):
     places: list[tuple[float, float]] = []
     silent: list[bool] = []
 
@@ -152,7 +150,7 @@ def test_a_dead_robot_stands_and_its_goals_are_not_asked_for(tmp_path: Path) -> 
     assert places[70] == pytest.approx(places[-1], abs=1e-6)
 
 
-def test_a_mute_robot_is_not_heard(tmp_path: Path) -> None:
+def test_a_mute_robot_is_not_heard(tmp_path):
     heard: set[int] = set()
     harness = Harness(options(tmp_path, limit=20.0), faults=InjectedFaults(mute={1}))
 
@@ -165,7 +163,7 @@ def test_a_mute_robot_is_not_heard(tmp_path: Path) -> None:
     assert heard == {1, 3, 4}
 
 
-def test_robots_of_the_scenario_that_are_dead_stand_where_it_says(tmp_path: Path) -> None:
+def test_robots_of_the_scenario_that_are_dead_stand_where_it_says(tmp_path):
     scenario = load_scenario("dead_robot")
     harness = Harness(RunOptions(scenario=scenario, robots=3, engine="planar"))
     assert harness.stage.dead == {2}
@@ -178,7 +176,7 @@ def test_robots_of_the_scenario_that_are_dead_stand_where_it_says(tmp_path: Path
     harness.stage.world.close()
 
 
-def test_a_result_survives_json(tmp_path: Path) -> None:
+def test_a_result_survives_json(tmp_path):
     result = run(options(tmp_path, limit=5.0))
     text = json.dumps(result.as_json(), allow_nan=False)
     again = json.loads(text)

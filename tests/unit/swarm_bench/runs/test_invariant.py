@@ -1,7 +1,5 @@
 """The watch on the safety invariant, against its slow twin."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -26,7 +24,7 @@ def swarm(seed: int, count: int, extent: float) -> BeaconArray:
 
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize(("count", "extent"), [(2, 1.0), (9, 3.0), (30, 12.0)])
-def test_it_finds_what_the_slow_twin_finds(seed: int, count: int, extent: float) -> None:
+def test_it_finds_what_the_slow_twin_finds(seed, count, extent):
     beacons = swarm(seed, count, extent)
     watch = Invariant()
     watch.check(0, beacons)
@@ -38,7 +36,7 @@ def test_it_finds_what_the_slow_twin_finds(seed: int, count: int, extent: float)
         assert watch.gap == math.inf
 
 
-def test_the_smallest_of_all_ticks_is_kept_and_a_breach_names_the_pair() -> None:
+def test_the_smallest_of_all_ticks_is_kept_and_a_breach_names_the_pair():
     beacons = empty_beacons(3)
     beacons["id"] = [4, 7, 9]
     beacons["radius"] = 0.285
@@ -54,7 +52,7 @@ def test_the_smallest_of_all_ticks_is_kept_and_a_breach_names_the_pair() -> None
     assert set(watch.breach.robots) == {4, 7}
 
 
-def test_robots_that_hold_nothing_or_are_alone_break_nothing() -> None:
+def test_robots_that_hold_nothing_or_are_alone_break_nothing():
     watch = Invariant()
     watch.check(0, empty_beacons(2))
     watch.check(1, empty_beacons(1))

@@ -1,7 +1,5 @@
 """A lone robot loses little: on its way, in its turns, at its goals."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest
@@ -17,7 +15,7 @@ TARGET = 1.15
 
 
 @pytest.mark.parametrize(("scenario", "seed"), [("slim_blockage", 1), ("u_shape", 0)])
-def test_its_makespan_is_near_that_of_the_shortest_way(scenario: str, seed: int) -> None:
+def test_its_makespan_is_near_that_of_the_shortest_way(scenario, seed):
     harness = Harness(RunOptions(scenario=load_scenario(scenario), robots=1, seed=seed))
     result = harness.run()
     assert result.is_flawless

@@ -32,7 +32,7 @@ def run(folder: Path, robots: int, loss: float = 0.0, **more: InjectedFaults) ->
     return Harness(options(folder, robots, loss=loss), **more).run()
 
 
-def test_one_robot_does_two_orders_and_every_second_is_accounted_for(tmp_path: Path) -> None:
+def test_one_robot_does_two_orders_and_every_second_is_accounted_for(tmp_path):
     result = run(tmp_path, 1)
     assert result.orders is not None
     assert (result.orders["created"], result.orders["done"]) == (2, 2)
@@ -54,14 +54,14 @@ def test_one_robot_does_two_orders_and_every_second_is_accounted_for(tmp_path: P
     assert run(tmp_path, 1).trajectory_sha256 == result.trajectory_sha256
 
 
-def test_orders_of_a_robot_that_dies_are_done_by_another(tmp_path: Path) -> None:
+def test_orders_of_a_robot_that_dies_are_done_by_another(tmp_path):
     result = run(tmp_path, 3, loss=0.2, faults=InjectedFaults(dead={0: 150}))
     assert result.orders is not None
     assert result.orders["done"] == 2
     assert {order["robot"] for order in result.orders["orders"]} <= {"Srobot2", "Srobot3"}
 
 
-def test_orders_that_cannot_be_served_are_refused_before_the_run(tmp_path: Path) -> None:
+def test_orders_that_cannot_be_served_are_refused_before_the_run(tmp_path):
     text = "orders:\n  - {from: shipping, to: nowhere, rate: 5}\n"
     with pytest.raises(ConfigError, match="unknown station 'nowhere'"):
         check(options(tmp_path, 1, text))

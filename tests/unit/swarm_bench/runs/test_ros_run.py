@@ -4,7 +4,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import psutil
 import pytest
@@ -22,7 +21,7 @@ SWARM = "import os, sys, time; open(sys.argv[1], 'w').write(f'{os.getpid()}\\n')
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_no_swarm_is_left_of_a_bench_that_ended(tmp_path: Path, number: int) -> None:
+def test_no_swarm_is_left_of_a_bench_that_ended(tmp_path, number):
     note = tmp_path / "pid"
     bench = subprocess.Popen((sys.executable, "-c", CODE, SWARM, note), stderr=subprocess.DEVNULL)
     while not (note.is_file() and note.read_text().endswith("\n")):

@@ -1,9 +1,5 @@
 """Scenarios: those that come with the project fit their worlds; faulty files are refused."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 from swarm_bench.runs.episode import RunOptions, check
@@ -33,19 +29,19 @@ SUITE = {
 }
 
 
-def test_the_suite_is_complete() -> None:
+def test_the_suite_is_complete():
     assert {name: load_scenario(name).robots for name in scenario_names()} == SUITE
 
 
 @pytest.mark.parametrize("name", sorted(SUITE))
-def test_every_scenario_fits_its_world_in_every_size(name: str) -> None:
+def test_every_scenario_fits_its_world_in_every_size(name):
     scenario = load_scenario(name)
     for size in (*scenario.robots, len(scenario.dead) + 1):
         check(RunOptions(scenario=scenario, robots=size))
         assert scenario.limit_of(size) > 0.0
 
 
-def test_limits_targets_and_seeds_go_by_size() -> None:
+def test_limits_targets_and_seeds_go_by_size():
     slim = load_scenario("slim_blockage")
     assert [slim.limit_of(size) for size in (5, 20, 21, 100, 150)] == [
         1500.0, 1500.0, 2500.0, 5000.0, 5000.0,
@@ -55,7 +51,7 @@ def test_limits_targets_and_seeds_go_by_size() -> None:
     assert Scenario(name="x").limit_of(3) == 3600.0
 
 
-def test_a_fleet_is_dealt_in_turn() -> None:
+def test_a_fleet_is_dealt_in_turn():
     models = load_scenario("mixed_fleet").models(5)
     assert models == ["turtlebot3_burger", "turtlebot3_waffle"] * 2 + ["turtlebot3_burger"]
 
@@ -88,7 +84,7 @@ def test_a_fleet_is_dealt_in_turn() -> None:
         ("world: [", "malformed"),
     ],
 )
-def test_a_faulty_file_is_refused_with_its_name(tmp_path: Path, text: str, message: str) -> None:
+def test_a_faulty_file_is_refused_with_its_name(tmp_path, text, message):
     path = tmp_path / "mine.yaml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError, match="(?s)" + message) as caught:
@@ -96,7 +92,7 @@ def test_a_faulty_file_is_refused_with_its_name(tmp_path: Path, text: str, messa
     assert "mine.yaml" in str(caught.value)
 
 
-def test_an_unknown_scenario_is_named_with_the_closest() -> None:
+def test_an_unknown_scenario_is_named_with_the_closest():
     with pytest.raises(UnknownNameError, match="did you mean 'doorway'"):
         load_scenario("dorway")
 
@@ -114,9 +110,7 @@ def test_an_unknown_scenario_is_named_with_the_closest() -> None:
         ("actors: nobody.yaml", "nobody.yaml"),
     ],
 )
-def test_a_scenario_that_does_not_fit_is_refused_before_the_run(
-    tmp_path: Path, text: str, message: str
-) -> None:
+def test_a_scenario_that_does_not_fit_is_refused_before_the_run(tmp_path, text, message):
     path = tmp_path / "mine.yaml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError, match=message):

@@ -1,7 +1,5 @@
 """Runs of fixed duration and of several laps."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from swarm_bench.baselines.base import Baseline
@@ -14,7 +12,7 @@ from swarm_common.model.records import Pose, Twist
 HALL = Scenario(name="own", world="hall_12", mission="cross_over", robots=(2,))
 
 
-def test_laps_are_driven_and_a_duration_ends_the_run_between_goals() -> None:
+def test_laps_are_driven_and_a_duration_ends_the_run_between_goals():
     two = run(RunOptions(scenario=replace(HALL, laps=2), robots=2))
     assert (two.goals_sent, two.goals_reached, two.steady) == (4, 4, None)
     assert two.conditions["laps"] == 2
@@ -43,7 +41,7 @@ class Still(Baseline):
         return Twist()
 
 
-def test_a_method_that_stands_is_seen_whatever_it_says() -> None:
+def test_a_method_that_stands_is_seen_whatever_it_says():
     method = f"{Still.__module__}:Still"
     options = RunOptions(scenario=replace(HALL, time_limit={2: 100.0}), robots=2, method=method)
     stuck = run(options)

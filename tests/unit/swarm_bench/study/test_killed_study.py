@@ -1,12 +1,9 @@
 """A study that somebody ends, in whatever way, goes on where it was."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import psutil
 import pytest
@@ -25,7 +22,7 @@ LIMIT = 120.0  # [s] of wall time, on a busy machine
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_a_killed_study_goes_on_where_it_was(tmp_path: Path) -> None:
+def test_a_killed_study_goes_on_where_it_was(tmp_path):
     (tmp_path / "speed.yaml").write_text(EXPERIMENT, encoding="utf-8")
     folder = tmp_path / "study"
     words = ["study", "--experiments", str(tmp_path), "--folder", str(folder), "--jobs", "2",

@@ -1,7 +1,5 @@
 """The study's files, tables and pages."""
 
-from __future__ import annotations
-
 import dataclasses
 import shutil
 from pathlib import Path
@@ -73,32 +71,32 @@ def in_this_process(jobs: int, cluster: str | None, *, apart: bool) -> Any:
     return executor(jobs, cluster)
 
 
-def test_a_run_that_did_not_end_stays_in() -> None:
+def test_a_run_that_did_not_end_stays_in():
     lines = [line("ours", 0, 100.0), line("ours", 1, None), line("ours", 2, None)]
     assert tables.results(tables.groups(lines)).rows[0] == ["doorway 4", "never (1/3), +100%"]
 
 
-def test_differences_are_paired_by_seed() -> None:
+def test_differences_are_paired_by_seed():
     lines = [line("ours", s, 100.0 + 50 * s) for s in (0, 1, 2)]
     lines += [line("central-mapf", s, 90.0 + 50 * s) for s in (2, 0)]
     found = tables.differences(tables.groups(lines)).rows[0]
     assert found[2:4] == ["2", "+7 [+7, +7]"]  # 10 s of 100 and 200 s
 
 
-def test_zero_contacts_have_a_bound() -> None:
+def test_zero_contacts_have_a_bound():
     found = tables.details(tables.groups([line("ours", s, 100.0) for s in range(10)]))
     assert found.rows[0][4] == "0 (< 25.9% at 95 %)"
     assert found.rows[0][8] == "100%"
 
 
-def test_what_comes_with_the_project_can_be_read() -> None:
+def test_what_comes_with_the_project_can_be_read():
     experiments = load_experiments(study_folder())
     assert set(experiments) == {"scalability", "adaptability", "fault_tolerance", "makespan"}
     runs = list(runs_of(experiments, quick=False))
     assert len({run.key for run in runs}) == len(runs)
 
 
-def test_dead_robots_are_the_same_for_all_methods(folder: Path) -> None:
+def test_dead_robots_are_the_same_for_all_methods(folder):
     (folder / "speed.yaml").write_text(EXPERIMENT.replace("seeds: 2", "seeds: 1, dead: 0.5"))
     ours, central = runs_of(load_experiments(folder), quick=False)
     assert ours.faults() == central.faults()
@@ -116,30 +114,26 @@ def test_dead_robots_are_the_same_for_all_methods(folder: Path) -> None:
         ("doorway", "door", "unknown"),
     ],
 )
-def test_what_is_wrong_in_an_experiment_is_said(
-    folder: Path, old: str, new: str, told: str
-) -> None:
+def test_what_is_wrong_in_an_experiment_is_said(folder, old, new, told):
     (folder / "speed.yaml").write_text(EXPERIMENT.replace(old, new), encoding="utf-8")
     with pytest.raises(SwarmError, match=r"speed\.yaml") as caught:
         load_experiments(folder)
     assert told in str(caught.value)
 
 
-def test_an_empty_folder_is_refused(tmp_path: Path) -> None:
+def test_an_empty_folder_is_refused(tmp_path):
     with pytest.raises(ConfigError, match="has no experiments"):
         load_experiments(tmp_path)
 
 
-def test_runs_that_are_missing_are_counted_and_named(folder: Path) -> None:
+def test_runs_that_are_missing_are_counted_and_named(folder):
     experiments, lines = load_experiments(folder), [line("ours", 0, 9.0)]
     text = markdown(experiments, lines, quick=True, command="swarm-bench study")
     assert "Not run: 3 of 4 runs; 1 cells have none" in text
     assert "speed, doorway 4, central-mapf" in page(experiments, lines, quick=True)
 
 
-def test_what_was_run_is_not_repeated_and_check_finds_a_changed_document(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_was_run_is_not_repeated_and_check_finds_a_changed_document(folder, monkeypatch):
     ran = []
 
     def instead(item):
@@ -170,9 +164,7 @@ def test_what_was_run_is_not_repeated_and_check_finds_a_changed_document(
     assert CliRunner().invoke(bench_app, [*common, "--check"]).exit_code == 1
 
 
-def test_shards_share_the_runs_and_a_last_call_joins_them(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_shards_share_the_runs_and_a_last_call_joins_them(folder, monkeypatch):
     monkeypatch.setattr(
         swarm_bench.study.command, "run_one", lambda item: line(item[0].method, item[0].seed, 9.0)
     )
@@ -188,7 +180,7 @@ def test_shards_share_the_runs_and_a_last_call_joins_them(
     assert not list((folder / "study").glob("*.jsonl"))
 
 
-def test_compressed_lines_do_not_depend_on_the_order_of_runs(tmp_path: Path) -> None:
+def test_compressed_lines_do_not_depend_on_the_order_of_runs(tmp_path):
     lines = [line("ours", seed, 9.0, done=[0, 1], created=[1, 0]) for seed in (0, 1)]
     packed = set()
     for name, ordered in (("full", lines), ("quick", lines[::-1])):
@@ -200,7 +192,7 @@ def test_compressed_lines_do_not_depend_on_the_order_of_runs(tmp_path: Path) -> 
     assert len(packed) == 1
 
 
-def test_pairs_come_together_and_cheap_cells_more_often(folder: Path) -> None:
+def test_pairs_come_together_and_cheap_cells_more_often(folder):
     more = "  - {scenario: crossing, robots: 24, seconds: 3000, seeds: 2}\n"
     (folder / "speed.yaml").write_text(EXPERIMENT + more, encoding="utf-8")
     runs = runs_of(load_experiments(folder), quick=False)
@@ -208,7 +200,7 @@ def test_pairs_come_together_and_cheap_cells_more_often(folder: Path) -> None:
     assert all(a.key[3] == b.key[3] for a, b in zip(runs[::2], runs[1::2], strict=True))
 
 
-def test_a_run_is_no_faster_than_its_bound(folder: Path) -> None:
+def test_a_run_is_no_faster_than_its_bound(folder):
     run = next(run for run in runs_of(load_experiments(folder), quick=True) if run.seed == 0)
     run = dataclasses.replace(run, method="central-mapf")
     found = run_one((run, run.options()))
@@ -242,7 +234,7 @@ def cell(folder: Path, **changes: object) -> Cell:
     return beside(Cell(scenario="stream", robots=4, **changes), folder)  # type: ignore[arg-type]
 
 
-def test_orders_without_end_are_counted_and_robots_may_join(stream: Path) -> None:
+def test_orders_without_end_are_counted_and_robots_may_join(stream):
     found = {}
     for name, changes in (("all", {}), ("half", {"joins": 0.5, "at": 80.0})):
         run = StudyRun("x", cell(stream, **changes), "ours", 100)
@@ -257,7 +249,7 @@ def test_orders_without_end_are_counted_and_robots_may_join(stream: Path) -> Non
     assert usual.is_success
 
 
-def test_a_box_blocks_the_way_for_a_time(stream: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_box_blocks_the_way_for_a_time(stream, monkeypatch):
     seen = []
     looked = harness.Harness.advance
 
@@ -274,7 +266,7 @@ def test_a_box_blocks_the_way_for_a_time(stream: Path, monkeypatch: pytest.Monke
     assert seen[19:42] == [0] + [1] * 20 + [0] * 2
 
 
-def test_constants_of_a_baseline_count_for_one_run_only(stream: Path) -> None:
+def test_constants_of_a_baseline_count_for_one_run_only(stream):
     seen = []
 
     def build(options, **_):
@@ -290,7 +282,7 @@ def test_constants_of_a_baseline_count_for_one_run_only(stream: Path) -> None:
     assert orca.HORIZON == 3.0
 
 
-def test_the_best_of_equally_many_tries_is_chosen(tmp_path: Path) -> None:
+def test_the_best_of_equally_many_tries_is_chosen(tmp_path):
     shutil.copytree(study_folder(), tmp_path / "study")
     tuning = load_tuning(tmp_path / "study")
     assert {len(candidates(tuning, method)) for method in tuning.methods} == {tuning.tries}
@@ -310,7 +302,7 @@ def test_the_best_of_equally_many_tries_is_chosen(tmp_path: Path) -> None:
     assert "orca" not in choose(tuning, [each for each in lines if each.seed != 104])
 
 
-def test_study_seeds_are_not_tuned_on(tmp_path: Path) -> None:
+def test_study_seeds_are_not_tuned_on(tmp_path):
     shutil.copytree(study_folder(), tmp_path / "study")
     path = tmp_path / "study/tuning/methods.yaml"
     path.write_text(path.read_text().replace("[100,", "[7,"))
@@ -318,7 +310,7 @@ def test_study_seeds_are_not_tuned_on(tmp_path: Path) -> None:
         load_tuning(tmp_path / "study")
 
 
-def test_sides_are_named_level_by_level(stream: Path) -> None:
+def test_sides_are_named_level_by_level(stream):
     cells = [cell(stream), cell(stream, loss=0.2), cell(stream, loss=0.5)]
     lines = [
         line(method, seed, None, cell=each.name, per_hour=100.0 + seed + gain, batches=[1])
@@ -332,7 +324,7 @@ def test_sides_are_named_level_by_level(stream: Path) -> None:
     ]
 
 
-def test_a_dip_is_measured_against_the_twin(stream: Path) -> None:
+def test_a_dip_is_measured_against_the_twin(stream):
     cells = [cell(stream), cell(stream, leaves=0.5, at=20.0)]
     done = {cells[0].name: [1] * 12, cells[1].name: [1, 1, 0, 0, 0, 1, 2, 2, 2, 1, 1, 1]}
     lines = [
@@ -343,7 +335,7 @@ def test_a_dip_is_measured_against_the_twin(stream: Path) -> None:
     assert found.rows[0] == ["50% removed", "ours", "1", "17%", "3.0", "2", "50 s", "0"]
 
 
-def test_the_orders_of_every_cell_can_come() -> None:
+def test_the_orders_of_every_cell_can_come():
     """Two missions were refused as more than any swarm can serve, so their cells never ran."""
     cells = [cell for each in load_experiments(study_folder()).values() for cell in each.cells]
     first = {(cell.scenario, cell.mission): cell for cell in reversed(cells)}
@@ -351,7 +343,7 @@ def test_the_orders_of_every_cell_can_come() -> None:
         build(StudyRun("x", cell, "ours", 0).options()).world.close()
 
 
-def test_the_documents_of_this_repository_are_what_its_lines_say() -> None:
+def test_the_documents_of_this_repository_are_what_its_lines_say():
     root = Path(__file__).parents[4]
     document = root / "docs/study.md"
     is_quick = "study --quick`" in document.read_text(encoding="utf-8")
@@ -360,7 +352,7 @@ def test_the_documents_of_this_repository_are_what_its_lines_say() -> None:
     assert CliRunner().invoke(bench_app, arguments).exit_code == 0
 
 
-def test_a_split_radio_parts_odd_from_even() -> None:
+def test_a_split_radio_parts_odd_from_even():
     beacons = np.zeros(4, BEACON_DTYPE)
     beacons["id"] = [1, 2, 3, 4]
     reception = reception_of(beacons)

@@ -1,7 +1,5 @@
 """Options of a centre."""
 
-from __future__ import annotations
-
 import sys
 
 import pytest
@@ -10,7 +8,7 @@ from swarm_bench.suite.selection import select
 from swarm_common.model.errors import SwarmError
 
 
-def test_parameters_of_the_centre_are_taken() -> None:
+def test_parameters_of_the_centre_are_taken():
     settings = ["central.planner=lacam", "central.most_released=20"]
     (found,) = select("doorway", [4], [0], method="central-mapf", settings=settings)
     assert found.central == {"planner": "lacam", "most_released": 20}
@@ -39,7 +37,7 @@ def test_parameters_of_the_centre_are_taken() -> None:
         ("central-mapf", ["central.solver_time=nan"], "", "solver_time is nan"),
     ],
 )
-def test_what_is_wrong_is_said(method: str, settings: list[str], solver: str, told: str) -> None:
+def test_what_is_wrong_is_said(method, settings, solver, told):
     with pytest.raises(SwarmError) as caught:
         select("doorway", [4], [0], method=method, settings=settings, central_solver=solver)
     assert told in str(caught.value)

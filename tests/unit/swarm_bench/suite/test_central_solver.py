@@ -1,7 +1,5 @@
 """`swarm-bench traffic --central-solver`: the solver drives, or the run is refused in words."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -54,9 +52,7 @@ def run(monkeypatch: pytest.MonkeyPatch, command: list[str], mode: str) -> tuple
     return caught.value.code, json.loads(line)
 
 
-def test_a_solver_drives_all_the_way(
-    command: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_solver_drives_all_the_way(command, monkeypatch, capsys):
     code, line = run(monkeypatch, command, "right")
     assert code == 0, capsys.readouterr().out
     assert line["goals_reached"] == 4
@@ -87,12 +83,8 @@ def test_a_solver_drives_all_the_way(
     ],
 )
 def test_a_wrong_solver_is_refused_and_nothing_else_drives_in_its_name(
-    command: list[str],
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    mode: str,
-    told: str,
-) -> None:
+    command, monkeypatch, capsys, mode, told
+):
     if mode == "hang":
         monkeypatch.setattr(movingai, "GRACE", 0.2)
         command += ["--set", "central.solver_time=1.5"]
@@ -105,9 +97,7 @@ def test_a_wrong_solver_is_refused_and_nothing_else_drives_in_its_name(
     assert f"seed 0: refused: {line['error']}" in capsys.readouterr().out
 
 
-def test_a_solver_that_fails_later_ends_the_run_there(
-    command: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_solver_that_fails_later_ends_the_run_there(command, monkeypatch):
     monkeypatch.setenv("SOLVER_MODE", "late")
     code, line = run(monkeypatch, command, "late")
     assert code == 2
@@ -115,9 +105,7 @@ def test_a_solver_that_fails_later_ends_the_run_there(
     assert "gave up with exit code 1: no way\u00a0found" in line["error"]
 
 
-def test_another_program_of_the_same_name_is_another_run(
-    command: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_another_program_of_the_same_name_is_another_run(command, monkeypatch):
     program = Path("solver")
     command[-1] = "solver"
     for text in ("", "# another\n"):
@@ -133,9 +121,7 @@ def test_another_program_of_the_same_name_is_another_run(
 
 
 @pytest.mark.timeout(120)
-def test_an_interrupt_leaves_neither_processes_nor_files(
-    command: list[str], tmp_path: Path
-) -> None:
+def test_an_interrupt_leaves_neither_processes_nor_files(command, tmp_path):
     call = [sys.executable, "-c", "from swarm_bench.cli import main; main()", *command]
     env = os.environ | {"SOLVER_MODE": "hang"}
     count = tmp_path / "count"

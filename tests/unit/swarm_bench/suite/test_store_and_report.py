@@ -1,7 +1,5 @@
 """Results on disk, and the document that is written from them."""
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Iterator, Sequence
@@ -44,7 +42,7 @@ class FakeExecutor:
         pass
 
 
-def test_a_killed_sweep_continues(tmp_path: Path) -> None:
+def test_a_killed_sweep_continues(tmp_path):
     path = tmp_path / "runs.jsonl"
     options = select("slim_blockage", [20], [0, 1, 2])
     executor = FakeExecutor()
@@ -60,7 +58,7 @@ def test_a_killed_sweep_continues(tmp_path: Path) -> None:
     assert [item.seed for item in read_results(path)] == [1, 0, 2]
 
 
-def test_results_of_other_inputs_are_not_read_as_these(tmp_path: Path) -> None:
+def test_results_of_other_inputs_are_not_read_as_these(tmp_path):
     mission, path = tmp_path / "own.yaml", tmp_path / "runs.jsonl"
     scenario = tmp_path / "row.yaml"
     scenario.write_text(f"mission: {mission}\nrobots: [2]\n", encoding="utf-8")
@@ -76,7 +74,7 @@ def test_results_of_other_inputs_are_not_read_as_these(tmp_path: Path) -> None:
         read_results(path)
 
 
-def test_equal_lines_count_once_and_different_ones_are_named(tmp_path: Path) -> None:
+def test_equal_lines_count_once_and_different_ones_are_named(tmp_path):
     first, second = tmp_path / "a.jsonl", tmp_path / "b.jsonl"
     for path, wall_time in ((first, 9.0), (second, 11.0)):
         add_lines(path, [result(wall_time=wall_time, origin=here("1"))])
@@ -89,7 +87,7 @@ def test_equal_lines_count_once_and_different_ones_are_named(tmp_path: Path) -> 
 LOSSLESS = {"loss": 0.0, "delay": 0.0, "lidar": False, "noise": 0.02}
 
 
-def test_the_terminals_table_says_units_and_what_kinds_of_collisions() -> None:
+def test_the_terminals_table_says_units_and_what_kinds_of_collisions():
     console = Console(file=io.StringIO(), width=170)
     console.print(summary_table([result(robot_robot=2, robot_world=1)]).rich())
     said = console.file.getvalue()  # type: ignore[attr-defined]
@@ -98,7 +96,7 @@ def test_the_terminals_table_says_units_and_what_kinds_of_collisions() -> None:
     assert " 2+1 " in said
 
 
-def test_other_conditions_are_other_runs() -> None:
+def test_other_conditions_are_other_runs():
     (plain,) = select("slim_blockage", [20], [0])
     (lossy,) = select("slim_blockage", [20], [0], loss=0.2)
     (tuned,) = select("slim_blockage", [20], [0], settings=["traffic.safety_margin=0.06"])
@@ -106,14 +104,14 @@ def test_other_conditions_are_other_runs() -> None:
     assert len({*keys, key_of_options(plain, ros=True)}) == 4
 
 
-def test_a_line_that_is_no_result_is_named(tmp_path: Path) -> None:
+def test_a_line_that_is_no_result_is_named(tmp_path):
     path = tmp_path / "runs.jsonl"
     path.write_text(json.dumps({"scenario": "circle"}) + "\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"runs\.jsonl, line 1 is no result"):
         read_results(path)
 
 
-def test_the_document_has_rows_targets_flaws_and_a_comparison() -> None:
+def test_the_document_has_rows_targets_flaws_and_a_comparison():
     runs = [result(seed=seed, makespan=600.0 + seed) for seed in range(3)]
     runs += [result(seed=0, engine="ros", makespan=640.0, tick_us_median=None)]
     runs += [
@@ -141,12 +139,12 @@ def test_the_document_has_rows_targets_flaws_and_a_comparison() -> None:
     assert "Srobot3 missed home of Srobot23" in text
 
 
-def test_rows_with_other_conditions_say_so() -> None:
+def test_rows_with_other_conditions_say_so():
     text = traffic_report([result(conditions={**LOSSLESS, "loss": 0.2})], "m", "c")
     assert "|slim_blockage, loss 0.2|20|" in text
 
 
-def test_the_suite_covers_every_scenario_and_method() -> None:
+def test_the_suite_covers_every_scenario_and_method():
     ours, dwa, orca, ros = suite_sweeps("suite", "0-2", "0-2", 50, None, LocalExecutor())
     assert len([item for item in ours.items if item.scenario.name == "crossing"]) == 1000
     assert len([item for item in ours.items if item.robots == 100]) == 5
@@ -160,7 +158,7 @@ def test_the_suite_covers_every_scenario_and_method() -> None:
     assert len(suite_sweeps("0", "none", "none", 50, None, LocalExecutor())) == 1
 
 
-def test_a_run_on_the_graph_gets_all_that_the_scenario_says(tmp_path: Path) -> None:
+def test_a_run_on_the_graph_gets_all_that_the_scenario_says(tmp_path):
     (options,) = select("dead_robot", [4], [2], engine="bullet", loss=0.1)
     flags = up_flags(options, tmp_path)
     pairs = dict(zip(flags[:-3:2], flags[1::2], strict=False))
@@ -177,7 +175,7 @@ def test_a_run_on_the_graph_gets_all_that_the_scenario_says(tmp_path: Path) -> N
     assert "people.yaml" in (tmp_path / "params.yaml").read_text(encoding="utf-8")
 
 
-def test_a_report_becomes_a_result() -> None:
+def test_a_report_becomes_a_result():
     (options,) = select("slim_blockage", [2], [0], engine="bullet", lidar=True)
     report = json.loads((Path(__file__).parent / "report.json").read_text(encoding="utf-8"))
     found = result_of_report(options, report)
@@ -188,9 +186,7 @@ def test_a_report_becomes_a_result() -> None:
     assert found.per_robot["Srobot1"].goals_reached == 8
 
 
-def test_a_document_names_the_files_that_it_was_made_from(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_document_names_the_files_that_it_was_made_from(tmp_path, monkeypatch):
     add_lines(tmp_path / "own.jsonl", [result()])
     monkeypatch.chdir(tmp_path)
     words = ["report-traffic", "own.jsonl", "-o", "own.md", "--machine", "mine"]
@@ -203,7 +199,7 @@ def test_a_document_names_the_files_that_it_was_made_from(
     assert "swarm-bench suite" not in text
 
 
-def test_a_document_without_the_part_is_left_alone(tmp_path: Path) -> None:
+def test_a_document_without_the_part_is_left_alone(tmp_path):
     add_lines(tmp_path / "own.jsonl", [result()])
     own = tmp_path / "own.md"
     own.write_text("# Mine\n", encoding="utf-8")
@@ -214,7 +210,7 @@ def test_a_document_without_the_part_is_left_alone(tmp_path: Path) -> None:
     assert own.read_text(encoding="utf-8") == "# Mine\n"
 
 
-def test_a_mean_has_an_interval_if_there_are_several_runs() -> None:
+def test_a_mean_has_an_interval_if_there_are_several_runs():
     (row,) = summarise([result(seed=k, makespan=100.0 + 10.0 * (k % 2)) for k in range(20)])
     assert row.mean_text == "105 [103..107]"
     assert row.wait_ratio == 5.0
@@ -225,9 +221,7 @@ def test_a_mean_has_an_interval_if_there_are_several_runs() -> None:
 @pytest.mark.parametrize(
     "words", [["halls", "--seeds", "0"], ["suite", "--json", "own.jsonl", "--ros-seeds", "none"]]
 )
-def test_a_part_that_is_missing_is_told_before_anything_runs(
-    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_part_that_is_missing_is_told_before_anything_runs(words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own.md").write_text("# Mine\n", encoding="utf-8")
     with pytest.raises(ConfigError, match="has no part"):

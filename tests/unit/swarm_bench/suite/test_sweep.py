@@ -16,7 +16,7 @@ from swarm_bench.execution.sweep import Sweep, bar
 from swarm_common.model.errors import ConfigError
 
 
-def test_a_first_compilation_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_first_compilation_is_told_once(capsys):
     task._say_compiling.cache_clear()
     kernels = [numba.njit(lambda x: x + 1), numba.njit(lambda x: x + 2)]
     with executor() as here:
@@ -28,7 +28,7 @@ def test_a_first_compilation_is_told_once(capsys: pytest.CaptureFixture[str]) ->
     assert said.out == ""
 
 
-def test_compiled_kernels_are_not_mentioned(capsys: pytest.CaptureFixture[str]) -> None:
+def test_compiled_kernels_are_not_mentioned(capsys):
     task._say_compiling.cache_clear()
     kernel = numba.njit(lambda x: x + 1)
     kernel(0)
@@ -57,7 +57,7 @@ def sweep_of(items: list[int], path: Path | None, shard: str = "") -> Sweep[int,
     )  # fmt: skip
 
 
-def test_a_run_that_fails_stops_no_other_and_is_made_again(tmp_path: Path) -> None:
+def test_a_run_that_fails_stops_no_other_and_is_made_again(tmp_path):
     console = Console(file=io.StringIO(), width=170)
     for _ in range(2):
         sweep = sweep_of([3, 0, 2, 3], tmp_path / "a.jsonl")
@@ -68,11 +68,11 @@ def test_a_run_that_fails_stops_no_other_and_is_made_again(tmp_path: Path) -> No
     assert "2 of 4 runs are in" in said
 
 
-def test_a_sweep_ends_when_its_time_is_up() -> None:
+def test_a_sweep_ends_when_its_time_is_up():
     assert len(sweep_of([3, 2, 1], None).run(Console(quiet=True), seconds=0.0)) == 1
 
 
-def test_lines_are_packed_and_those_that_somebody_writes_stay(tmp_path: Path) -> None:
+def test_lines_are_packed_and_those_that_somebody_writes_stay(tmp_path):
     path = tmp_path / "a.jsonl.gz"
     for items, shard in (([1], "1/2"), ([2], "2/2")):
         sweep_of(items, path, shard).run(Console(quiet=True))
@@ -99,7 +99,7 @@ def test_lines_are_packed_and_those_that_somebody_writes_stay(tmp_path: Path) ->
         store.read()
 
 
-def test_a_terminal_has_bars_for_runs_and_for_compiling() -> None:
+def test_a_terminal_has_bars_for_runs_and_for_compiling():
     output = io.StringIO()
     console = Console(file=output, force_terminal=True, width=100)
     kernel = numba.njit(lambda x: x + 1)
@@ -112,7 +112,7 @@ def test_a_terminal_has_bars_for_runs_and_for_compiling() -> None:
     assert "1 of 2 runs" in output.getvalue()
 
 
-def test_elsewhere_there_is_no_bar() -> None:
+def test_elsewhere_there_is_no_bar():
     output = io.StringIO()
     with bar(Console(file=output), "runs", 2) as tell:
         tell(1, 2)

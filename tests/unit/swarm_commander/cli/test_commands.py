@@ -53,32 +53,32 @@ def call(monkeypatch: pytest.MonkeyPatch, name: str, *words: str) -> int | None:
 
 
 @pytest.mark.parametrize("name", OURS)
-def test_every_command_says_its_version(monkeypatch, capsys, name: str) -> None:
+def test_every_command_says_its_version(monkeypatch, capsys, name):
     assert call(monkeypatch, name, "--version") == 0
     assert capsys.readouterr().out.startswith(f"{name} 0.")
 
 
-def test_the_help_of_swarm_up_has_groups_and_examples(monkeypatch, capsys) -> None:
+def test_the_help_of_swarm_up_has_groups_and_examples(monkeypatch, capsys):
     assert call(monkeypatch, "swarm-up", "--help") == 0
     text = capsys.readouterr().out
     for words in ("Robots and world", "Several hosts", "--version", "--list", "swarm-up --viewer"):
         assert words in text
 
 
-def test_the_help_of_swarm_setup_sets_nothing_up(monkeypatch, capsys) -> None:
+def test_the_help_of_swarm_setup_sets_nothing_up(monkeypatch, capsys):
     monkeypatch.setattr(setup_command, "ensure_interfaces", pytest.fail)
     assert call(monkeypatch, "swarm-setup", "--help") == 0
     assert "Usage: swarm-setup" in capsys.readouterr().out
 
 
-def test_the_list_has_a_line_with_words_for_each_name() -> None:
+def test_the_list_has_a_line_with_words_for_each_name():
     lines = listing().splitlines()
     for name in (*world_names(), *mission_names(), *robot_names(), *fleet_names()):
         (line,) = [line for line in lines if line.split()[:1] == [name]]
         assert len(line.split()) > 2
 
 
-def test_a_robot_is_described_with_where_each_value_is_from(monkeypatch, capsys, tmp_path) -> None:
+def test_a_robot_is_described_with_where_each_value_is_from(monkeypatch, capsys, tmp_path):
     path = two_wheels(*fast_wheels(), settings=ACCELERATIONS).write(tmp_path)
     assert call(monkeypatch, "swarm-up", "--describe", str(path)) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -92,17 +92,17 @@ def test_a_robot_is_described_with_where_each_value_is_from(monkeypatch, capsys,
     assert "did you mean 'turtlebot3_waffle'" in capsys.readouterr().err
 
 
-def test_a_port_is_checked_without_a_viewer(monkeypatch, capsys) -> None:
+def test_a_port_is_checked_without_a_viewer(monkeypatch, capsys):
     assert call(monkeypatch, "swarm-up", "--port", "99999") == 2
     assert "--port is 99999" in capsys.readouterr().err
 
 
-def test_a_file_that_is_missing_is_named() -> None:
+def test_a_file_that_is_missing_is_named():
     with pytest.raises(ConfigError, match=r"--object nofile.sdf: there is no such file"):
         thing_request("", "nofile.sdf", None, None, None, (1.0, 1.0, 0.0))
 
 
-def test_a_file_that_ends_too_early_is_no_silent_ctrl_c(monkeypatch, capsys) -> None:
+def test_a_file_that_ends_too_early_is_no_silent_ctrl_c(monkeypatch, capsys):
     app = typer.Typer()
 
     @app.command()
@@ -115,7 +115,7 @@ def test_a_file_that_ends_too_early_is_no_silent_ctrl_c(monkeypatch, capsys) -> 
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_a_command_without_a_traceback(monkeypatch, capsys, number: int) -> None:
+def test_a_signal_ends_a_command_without_a_traceback(monkeypatch, capsys, number):
     app = typer.Typer()
 
     @app.command()
@@ -130,7 +130,7 @@ def test_a_signal_ends_a_command_without_a_traceback(monkeypatch, capsys, number
     assert capsys.readouterr().err == ""
 
 
-def test_a_command_that_is_terminated_was_not_ended_by_ctrl_c(monkeypatch) -> None:
+def test_a_command_that_is_terminated_was_not_ended_by_ctrl_c(monkeypatch):
     """typer makes 130 of both."""
     app = typer.Typer()
 
@@ -142,7 +142,7 @@ def test_a_command_that_is_terminated_was_not_ended_by_ctrl_c(monkeypatch) -> No
     assert run_app("command", lambda: app) == 128 + signal.SIGTERM
 
 
-def test_a_swarm_that_starts_is_waited_for_and_named_once() -> None:
+def test_a_swarm_that_starts_is_waited_for_and_named_once():
     said: list[str] = []
     patience = SwarmPatience(7, lambda: True, said.append)
     for waited in (0.0, 10.0, 100.0):
@@ -152,7 +152,7 @@ def test_a_swarm_that_starts_is_waited_for_and_named_once() -> None:
         patience.check(301.0)
 
 
-def test_a_swarm_that_ends_while_it_is_waited_for_is_none() -> None:
+def test_a_swarm_that_ends_while_it_is_waited_for_is_none():
     states = iter([True, False])
     patience = SwarmPatience(7, lambda: next(states), print)
     patience.check(0.0)
@@ -160,14 +160,14 @@ def test_a_swarm_that_ends_while_it_is_waited_for_is_none() -> None:
         patience.check(0.1)
 
 
-def test_a_swarm_on_other_hosts_is_looked_for_for_a_while() -> None:
+def test_a_swarm_on_other_hosts_is_looked_for_for_a_while():
     patience = SwarmPatience(7, lambda: None, print)
     patience.check(4.0)
     with pytest.raises(NoSwarmError):
         patience.check(6.0)
 
 
-def test_without_a_swarm_nobody_waits(monkeypatch) -> None:
+def test_without_a_swarm_nobody_waits(monkeypatch):
     monkeypatch.setattr(ros_env, "bound_address", lambda: ros_env.LOOPBACK)
     with pytest.raises(NoSwarmError, match="ROS domain 231"):
         check_swarm(FREE_DOMAIN)
@@ -180,7 +180,7 @@ def test_without_a_swarm_nobody_waits(monkeypatch) -> None:
     check_swarm(FREE_DOMAIN)
 
 
-def test_the_way_to_a_goal_that_somebody_else_gave_is_not_told() -> None:
+def test_the_way_to_a_goal_that_somebody_else_gave_is_not_told():
     stop = SimpleNamespace(pose_map=Pose(1.0, 2.0, 0.0))
     driver: Any = SimpleNamespace(order=SimpleNamespace(stop=stop))
     status = RobotStatus()
@@ -190,9 +190,7 @@ def test_the_way_to_a_goal_that_somebody_else_gave_is_not_told() -> None:
     assert not commander_command._is_own(driver, status)
 
 
-def test_tab_offers_robots_stations_and_subcommands_of_the_latest_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_tab_offers_robots_stations_and_subcommands_of_the_latest_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert completion.robots() == completion.stations() == []
     make_run(tmp_path / "runs" / "latest", robots=2, seconds=0)

@@ -1,7 +1,5 @@
 """What `swarm-doctor` makes of a machine."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 from typing import Any
@@ -25,15 +23,15 @@ def finding(subject: str, robots: int = 100, domain: int = 0, **changes: Any) ->
     return found
 
 
-def test_a_fit_machine_has_nothing_to_do() -> None:
+def test_a_fit_machine_has_nothing_to_do():
     assert all(f.level is Level.GOOD and not f.advice for f in examine(FIT, 100, 0))
 
 
-def test_packs_need_fewer_participants_and_threads() -> None:
+def test_packs_need_fewer_participants_and_threads():
     assert all(f.level is Level.GOOD for f in examine(FIT, 200, 0, pack=10)[3:])
 
 
-def test_large_packs_need_larger_buffers() -> None:
+def test_large_packs_need_larger_buffers():
     """What a process of 10 robots was sent each tick did not fit; a tick took half a second."""
     (finding,) = (f for f in examine(FIT, 200, 0, pack=50) if f.subject == "UDP buffer")
     assert finding.level is Level.WARNING
@@ -65,23 +63,19 @@ def test_large_packs_need_larger_buffers() -> None:
         ("compiled kernels", {"cache": None}, Level.WARNING, "NUMBA_CACHE_DIR"),
     ],
 )
-def test_what_is_in_the_way_is_said_with_what_to_do(
-    subject: str, changes: dict[str, Any], level: Level, advice: str
-) -> None:
+def test_what_is_in_the_way_is_said_with_what_to_do(subject, changes, level, advice):
     found = finding(subject, **changes)
     assert found.level is level
     assert advice in found.advice
 
 
-def test_this_machine_can_be_looked_at() -> None:
+def test_this_machine_can_be_looked_at():
     facts = doctor.look()
     assert facts.cpus >= 1
     assert facts.memory > 0.0
 
 
-def test_the_command_prints_a_table(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_prints_a_table(monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["swarm-doctor", "--swarm-size", "2"])
     with pytest.raises(SystemExit) as end:
         cli.doctor()
@@ -90,9 +84,7 @@ def test_the_command_prints_a_table(
 
 
 @pytest.mark.parametrize("size", ["0", "-3", "1001", "many"])
-def test_an_impossible_size_is_refused(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], size: str
-) -> None:
+def test_an_impossible_size_is_refused(monkeypatch, capsys, size):
     monkeypatch.setattr("sys.argv", ["swarm-doctor", "--swarm-size", size])
     with pytest.raises(SystemExit) as end:
         cli.doctor()

@@ -20,7 +20,7 @@ def _commands() -> Iterator[tuple[str, Any]]:
 
 
 @pytest.mark.parametrize(("name", "command"), list(_commands()))
-def test_help_has_examples_and_groups(name: str, command: Any) -> None:
+def test_help_has_examples_and_groups(name, command):
     assert "Example" in (command.epilog or ""), name
     shown = [one for one in command.params if one.name not in COMPLETION and not one.hidden]
     panels = {getattr(one, "rich_help_panel", None) for one in shown}

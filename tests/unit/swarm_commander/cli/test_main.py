@@ -1,7 +1,5 @@
 """Around a command: closed streams, a deleted folder, variables that it cannot work with."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

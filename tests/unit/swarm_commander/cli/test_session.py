@@ -1,7 +1,6 @@
 """The end of a session of swarm-up."""
 
 import io
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,9 +18,7 @@ from swarm_run.spec import RunSpec
     ("stopped", "code", "said"),
     [(True, 130, "stopped before the robots drove\n"), (False, 3, "there is no verdict")],
 )
-def test_a_start_that_is_stopped_says_so_in_one_line(
-    tmp_path: Path, stopped: bool, code: int, said: str
-) -> None:
+def test_a_start_that_is_stopped_says_so_in_one_line(tmp_path, stopped, code, said):
     plan: Any = SimpleNamespace(spec=RunSpec(swarm_size=1, report=False), alive=("Srobot1",))
     folder: Any = SimpleNamespace(
         path=tmp_path, verdict=tmp_path / "verdict.json", report=tmp_path / "report.json"

@@ -2,7 +2,6 @@
 
 import xml.etree.ElementTree as ET
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -12,7 +11,7 @@ from swarm_common.model.errors import ConfigError
 PLACE = (1.0, 2.0, 0.5)
 
 
-def test_a_box_and_a_cylinder_become_models() -> None:
+def test_a_box_and_a_cylinder_become_models():
     request = thing_request("crate", "", (0.5, 0.4, 0.6), None, 3.0, PLACE)
     assert (request.name, request.allow_renaming) == ("crate", False)
     assert request.initial_pose.header.frame_id == GROUND
@@ -27,7 +26,7 @@ def test_a_box_and_a_cylinder_become_models() -> None:
     assert root.findtext(".//radius") == "0.2"
 
 
-def test_files_are_named_for_the_world_and_uris_kept(tmp_path: Path, monkeypatch) -> None:
+def test_files_are_named_for_the_world_and_uris_kept(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("shelf.sdf").touch()
     request = thing_request("", "shelf.sdf", None, None, None, PLACE)
@@ -46,6 +45,6 @@ def test_files_are_named_for_the_world_and_uris_kept(tmp_path: Path, monkeypatch
         (("", "", None, (0.1, float("nan")), None, PLACE), "positive"),
     ],
 )
-def test_contradictions_are_refused(arguments: Any, words: str) -> None:
+def test_contradictions_are_refused(arguments, words):
     with pytest.raises(ConfigError, match=words):
         thing_request(*arguments)

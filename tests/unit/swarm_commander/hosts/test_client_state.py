@@ -1,7 +1,5 @@
 """A robots' host towards the world's: finding it, being welcome, silence, the end."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 
@@ -47,7 +45,7 @@ def only(events: list[say.Event]) -> say.Event:
     return event
 
 
-def test_welcome_and_news() -> None:
+def test_welcome_and_news():
     one = welcome()
     one.record_active("Srobot1")
     one.record_death("Srobot2", -11)
@@ -61,7 +59,7 @@ def test_welcome_and_news() -> None:
     assert events == [say.WorldProgress(4.0, 2.0, counts), say.RobotTakenOut("Srobot2")]
 
 
-def test_nobody_answers() -> None:
+def test_nobody_answers():
     one = client()
     assert one.look(20.0) == []
     assert only(one.look(20.1)) == say.WorldUnansweredYet(20.1)
@@ -81,9 +79,7 @@ def test_nobody_answers() -> None:
         ("1 (abc)", {}, (1, 3), "--robots asks for Srobot3"),
     ],
 )
-def test_disagreement_is_one_error(
-    edition: str, stated: dict[str, object], robots: tuple[int, ...], words: str
-) -> None:
+def test_disagreement_is_one_error(edition, stated, robots, words):
     one = ClientState(HostReport("a", "first", ()), robots, edition, stated, 0.0)
     event = only(one.receive_description(DESCRIPTION.to_text(), 1.0))
     assert isinstance(event, say.Refused)
@@ -91,20 +87,20 @@ def test_disagreement_is_one_error(
     assert one.is_over
 
 
-def test_something_else_than_a_charter() -> None:
+def test_something_else_than_a_charter():
     event = only(client().receive_description("[]", 1.0))
     assert isinstance(event, say.Refused)
     assert "something else than a run description" in event.message
 
 
-def test_refused() -> None:
+def test_refused():
     one = client()
     one.receive_description(DESCRIPTION.to_text(), 1.0)
     event = only(one.receive_table("run", table(hosts={}, refused={"a": "Srobot1 is taken"}), 2.0))
     assert event == say.Refused("Srobot1 is taken")
 
 
-def test_a_silence_and_its_end() -> None:
+def test_a_silence_and_its_end():
     one = welcome()
     assert one.look(5.0) == []
     assert only(one.look(6.0)) == say.WorldSilent()
@@ -114,19 +110,19 @@ def test_a_silence_and_its_end() -> None:
 
 
 @pytest.mark.parametrize(("run", "standing"), [("run", "lost"), ("another", "serving")])
-def test_given_up_by_the_world(run: str, standing: str) -> None:
+def test_given_up_by_the_world(run, standing):
     one = welcome()
     event = only(one.receive_table(run, table(hosts={"a": standing}), 3.0))
     assert isinstance(event, say.WorldLost)
     assert one.is_over
 
 
-def test_the_world_is_lost() -> None:
+def test_the_world_is_lost():
     one = welcome()
     assert [type(event) for event in one.look(33.0)] == [say.WorldSilent, say.WorldLost]
 
 
-def test_the_end_is_acknowledged() -> None:
+def test_the_end_is_acknowledged():
     one = welcome()
     event = only(one.receive_table("run", table(is_over=True, reason="mission done"), 3.0))
     assert event == say.WorldOver("mission done")
@@ -135,7 +131,7 @@ def test_the_end_is_acknowledged() -> None:
     assert report["is_leaving"]
 
 
-def test_the_worlds_host_names_the_robots() -> None:
+def test_the_worlds_host_names_the_robots():
     robots = {"ann": {}, "agv2": {}}
     description = RunDescription("run", "1 (abc)", FACTS, robots, {}, names="ann,agv{}")
     one = client()
@@ -145,7 +141,7 @@ def test_the_worlds_host_names_the_robots() -> None:
     assert report["robots"] == ("ann", "agv2")
 
 
-def test_a_host_that_still_waits_joins_the_run_that_has_begun_since() -> None:
+def test_a_host_that_still_waits_joins_the_run_that_has_begun_since():
     """The world crashed and was started again before it had answered."""
     one = client()
     one.receive_description(DESCRIPTION.to_text(), 1.0)
@@ -154,14 +150,14 @@ def test_a_host_that_still_waits_joins_the_run_that_has_begun_since() -> None:
     assert one.receive_table("later", table(), 3.0) == [say.WorldFound()]
 
 
-def test_another_secret_is_an_error_where_no_other_world_is_heard() -> None:
+def test_another_secret_is_an_error_where_no_other_world_is_heard():
     one = client()
     assert one.record_forgery(1.0) == []
     assert one.record_forgery(6.0) == []
     assert only(one.record_forgery(6.1)) == say.WorldHasOtherSecret()
 
 
-def test_forgeries_beside_the_true_world_change_nothing() -> None:
+def test_forgeries_beside_the_true_world_change_nothing():
     one = welcome()
     for turn in range(100):
         now = 3.0 + 0.5 * turn
@@ -169,14 +165,14 @@ def test_forgeries_beside_the_true_world_change_nothing() -> None:
         assert one.receive_table("run", table(), now) == []
 
 
-def test_a_world_that_crashed_and_came_back_with_another_secret_is_not_waited_for() -> None:
+def test_a_world_that_crashed_and_came_back_with_another_secret_is_not_waited_for():
     one = welcome()
     one.receive_table("run", table(), 3.0)
     assert one.record_forgery(6.0) == []
     assert isinstance(only(one.record_forgery(11.5)), say.WorldLost)
 
 
-def test_who_is_not_heard_is_told_once() -> None:
+def test_who_is_not_heard_is_told_once():
     one = welcome()
     silent = {"a": "silent"}
     assert one.receive_table("run", table(hosts=silent), 5.0) == [say.WorldUnhearing()]

@@ -1,8 +1,5 @@
 """The line between the hosts: reports and tables are whole states, of which the newest counts."""
 
-from __future__ import annotations
-
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -38,7 +35,7 @@ def _no_sockets(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "ProbeSocket", lambda *_: None)
 
 
-def test_a_lost_report_holds_back_no_later_one(tmp_path: Path) -> None:
+def test_a_lost_report_holds_back_no_later_one(tmp_path):
     """A reliable topic waits for what was lost: at 1 % loss, "nothing is heard" was said."""
     node: Any = Node()
     place = {"address": "10.0.0.1", "own_address": "10.0.0.2", "world_address": "10.0.0.1"}

@@ -1,7 +1,5 @@
 """The list of the robots' hosts: who serves whom, who is silent, who is given up."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import pytest
@@ -25,14 +23,14 @@ def table_of_first() -> HostTable:
     return host_table
 
 
-def test_hosts_take_on_robots_until_none_is_left() -> None:
+def test_hosts_take_on_robots_until_none_is_left():
     host_table = HostTable(ROBOTS)
     assert kinds(host_table.hear(FIRST, 0.0)) == [say.HostJoined]
     assert kinds(host_table.hear(SECOND, 0.0)) == [say.HostJoined]
     assert host_table.answer()["hosts"] == {"a": "serving", "b": "serving"}
 
 
-def test_a_robot_has_one_host() -> None:
+def test_a_robot_has_one_host():
     other = HostReport("c", "third", ("Srobot2", "Srobot3"))
     table = table_of_first()
     assert kinds(table.hear(other, 1.0)) == [say.HostRejected]
@@ -41,7 +39,7 @@ def test_a_robot_has_one_host() -> None:
     assert "c" not in table.answer()["hosts"]
 
 
-def test_what_happened_to_navigators_is_told_once() -> None:
+def test_what_happened_to_navigators_is_told_once():
     table = table_of_first()
     news = dataclasses.replace(FIRST, active=("Srobot1",), died={"Srobot2": -9})
     events = table.hear(news, 0.5)
@@ -49,7 +47,7 @@ def test_what_happened_to_navigators_is_told_once() -> None:
     assert table.hear(news, 1.0) == []
 
 
-def test_a_short_silence_is_noticed_and_over() -> None:
+def test_a_short_silence_is_noticed_and_over():
     table = table_of_first()
     assert table.look(3.0) == []
     assert table.look(3.5) == [say.HostSilent("a", FIRST.label, FIRST.robots, 3.5)]
@@ -58,7 +56,7 @@ def test_a_short_silence_is_noticed_and_over() -> None:
     assert table.summary()[0]["silences"] == [21.0]
 
 
-def test_a_long_silence_is_for_good() -> None:
+def test_a_long_silence_is_for_good():
     table = table_of_first()
     assert kinds(table.look(31.0)) == [say.HostSilent, say.HostLost]
     assert table.hear(FIRST, 32.0) == []  # it is told, and ends
@@ -66,21 +64,21 @@ def test_a_long_silence_is_for_good() -> None:
     assert table.all_have_left
 
 
-def test_robots_of_a_lost_host_may_go_on_on_another() -> None:
+def test_robots_of_a_lost_host_may_go_on_on_another():
     table = table_of_first()
     table.look(31.0)
     again = HostReport("d", "first again", FIRST.robots)
     assert kinds(table.hear(again, 40.0)) == [say.HostJoined]
 
 
-def test_a_host_that_leaves_is_no_loss() -> None:
+def test_a_host_that_leaves_is_no_loss():
     table = table_of_first()
     assert kinds(table.hear(dataclasses.replace(FIRST, is_leaving=True), 1.0)) == [say.HostLeft]
     assert table.look(100.0) == []
     assert table.answer()["hosts"] == {"a": "left"}
 
 
-def test_reports_pass_through_messages() -> None:
+def test_reports_pass_through_messages():
     assert parse_report(dataclasses.asdict(FIRST), "a") == FIRST
     for bad in ({}, {"robots": [], "active": []}, {**dataclasses.asdict(FIRST), "more": 1}):
         with pytest.raises(ConfigError, match="something else than a report"):
@@ -89,7 +87,7 @@ def test_reports_pass_through_messages() -> None:
         parse_report(dataclasses.asdict(FIRST), "b")
 
 
-def test_a_host_that_hears_nothing_is_told_of_once() -> None:
+def test_a_host_that_hears_nothing_is_told_of_once():
     table = table_of_first()
     deaf = dataclasses.replace(FIRST, deaf_for=3.5)
     assert kinds(table.hear(deaf, 1.0)) == [say.HostDeaf]

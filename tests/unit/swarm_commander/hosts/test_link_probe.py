@@ -1,7 +1,5 @@
 """What lies between two hosts: each kind of fault gets its own words."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 
@@ -42,14 +40,14 @@ def nothing(_: bytes) -> bool:
         (lambda data: len(data) <= WHOLE, "fragments", "a firewall on the way drops them"),
     ],
 )
-def test_a_fault_in_either_direction(way: str, passes: Passes, found: str, words: str) -> None:
+def test_a_fault_in_either_direction(way, passes, found, words):
     ways = (passes, everything) if way == "there" else (everything, passes)
     asker, _, now = talk(*ways)
     assert asker.finding(now)[0] == found
     assert words in asker.finding(now)[1]
 
 
-def test_who_is_heard_but_does_not_hear_is_told_of_once() -> None:
+def test_who_is_heard_but_does_not_hear_is_told_of_once():
     _, answerer, _ = talk(everything, nothing)
     assert answerer.deaf() == ["10.0.0.2"]
     assert answerer.deaf() == []
@@ -57,7 +55,7 @@ def test_who_is_heard_but_does_not_hear_is_told_of_once() -> None:
         assert talk(*ways)[1].deaf() == []
 
 
-def test_a_sound_network() -> None:
+def test_a_sound_network():
     asker, _, now = talk(everything, everything)
     assert asker.finding(now) == ("", "")
     figures = asker.figures(now)
@@ -65,7 +63,7 @@ def test_a_sound_network() -> None:
     assert figures["round_trip_ms"] == pytest.approx(4.0)
 
 
-def test_losses_are_told_of_from_where_they_hurt() -> None:
+def test_losses_are_told_of_from_where_they_hurt():
     dice = random.Random(1)
     asker, _, now = talk(lambda _: dice.random() > 0.1, everything, rounds=200)
     assert asker.finding(now)[0] == "loss"
@@ -74,7 +72,7 @@ def test_losses_are_told_of_from_where_they_hurt() -> None:
 
 
 @pytest.mark.parametrize("silence", [False, True])
-def test_questions_before_the_world_is_there_are_not_lost(silence: bool) -> None:
+def test_questions_before_the_world_is_there_are_not_lost(silence):
     """A host that was started before the world said that 82 % of the packets get lost."""
     asker, now = Asker(SECRET, "abc"), 0.0
     answerer = Answerer(SECRET)
@@ -93,7 +91,7 @@ def test_questions_before_the_world_is_there_are_not_lost(silence: bool) -> None
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_few_lost_packets_are_no_bad_link(seed: int) -> None:
+def test_few_lost_packets_are_no_bad_link(seed):
     """One lost answer of five is no loss of 20 %, nor is 1 % in each direction a bad link."""
     dice = random.Random(seed)
     asker, answerer = Asker(SECRET, "abc"), Answerer(SECRET)
@@ -105,7 +103,7 @@ def test_few_lost_packets_are_no_bad_link(seed: int) -> None:
         assert asker.finding(now + 0.5) == ("", "")
 
 
-def test_where_most_is_lost_the_size_is_not_blamed() -> None:
+def test_where_most_is_lost_the_size_is_not_blamed():
     asker, now = Asker(SECRET, "abc"), 0.0
     for number in range(24):
         for size, question in zip(SIZES, asker.questions(now), strict=True):
@@ -117,7 +115,7 @@ def test_where_most_is_lost_the_size_is_not_blamed() -> None:
     assert asker.finding(now + 2.0)[0] == "mtu"
 
 
-def test_a_late_large_packet_is_no_missing_one() -> None:
+def test_a_late_large_packet_is_no_missing_one():
     """What was asked within the last seconds may still be answered."""
     asker, now = Asker(SECRET, "abc"), 0.0
     for _ in range(5):
@@ -130,7 +128,7 @@ def test_a_late_large_packet_is_no_missing_one() -> None:
     assert asker.finding(now + 2.0)[0] == "mtu"
 
 
-def test_nothing_is_said_before_enough_is_known() -> None:
+def test_nothing_is_said_before_enough_is_known():
     asker, _, now = talk(nothing, nothing, rounds=3)
     assert asker.finding(now) == ("", "")
     asker, _, now = talk(nothing, nothing)
@@ -139,11 +137,11 @@ def test_nothing_is_said_before_enough_is_known() -> None:
     assert len(asker.questions(now)) == 3
 
 
-def test_sizes_are_those_of_the_packets_on_the_way() -> None:
+def test_sizes_are_those_of_the_packets_on_the_way():
     assert [len(data) for data in Asker(SECRET, "abc").questions(0.0)] == [SMALL, WHOLE, LARGE]
 
 
-def test_nobody_is_answered_without_the_secret_nor_at_greater_length() -> None:
+def test_nobody_is_answered_without_the_secret_nor_at_greater_length():
     question = Asker(SECRET, "abc").questions(0.0)[0]
     answer = Answerer(SECRET).answer(question, "10.0.0.2")
     assert answer is not None

@@ -1,7 +1,5 @@
 """What comes in from other hosts: only what the secret sealed, for this run, once."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from typing import Any
@@ -40,13 +38,13 @@ def sealed(secret: str = SECRET, kind: str = HOSTS, run: str = "run 2", sender: 
     return Sealer(secret, kind, sender).seal(run, CONTENT)
 
 
-def test_a_report_of_this_run_is_taken() -> None:
+def test_a_report_of_this_run_is_taken():
     one = door()
     assert one.take(sealed()) == REPORT
     assert one.rejected == {}
 
 
-def test_a_host_of_the_run_before_is_not_taken_up() -> None:
+def test_a_host_of_the_run_before_is_not_taken_up():
     """A world that crashed and was started again took the old hosts, which leave at once."""
     one = door()
     assert one.take(sealed(run="run 1")) is None
@@ -55,14 +53,14 @@ def test_a_host_of_the_run_before_is_not_taken_up() -> None:
     assert len(one.said) == 2  # once for each host
 
 
-def test_without_the_secret_nothing_is_taken() -> None:
+def test_without_the_secret_nothing_is_taken():
     one = door()
     assert one.take(sealed(secret="a secret of another")) is None
     assert one.take(json.dumps(CONTENT)) is None
     assert one.rejected == {FORGED: 2}
 
 
-def test_what_was_said_once_or_by_the_other_side_is_not_taken() -> None:
+def test_what_was_said_once_or_by_the_other_side_is_not_taken():
     one = door()
     sealer = Sealer(SECRET, HOSTS, "a")
     first, second = sealer.seal("run 2", CONTENT), sealer.seal("run 2", CONTENT)
@@ -75,7 +73,7 @@ def test_what_was_said_once_or_by_the_other_side_is_not_taken() -> None:
 
 
 @pytest.mark.parametrize("member", ["run", "sender", "number", "body", "seal"])
-def test_no_member_can_be_changed(member: str) -> None:
+def test_no_member_can_be_changed(member):
     data = json.loads(sealed())
     data[member] = 2 if member == "number" else data[member].replace("a", "b").replace("2", "3")
     one = door()
@@ -97,13 +95,13 @@ WELL: dict[str, Any] = {"run": "r", "sender": "s", "number": 1, "body": "{}", "s
         json.dumps(WELL),
     ],
 )  # fmt: skip
-def test_nonsense_is_counted_and_nothing_else(text: str) -> None:
+def test_nonsense_is_counted_and_nothing_else(text):
     one = door()
     assert one.take(text) is None
     assert one.rejected == {FORGED: 1}
 
 
-def test_a_report_that_is_none_although_it_is_sealed() -> None:
+def test_a_report_that_is_none_although_it_is_sealed():
     one = door()
     assert one.take(Sealer(SECRET, HOSTS, "a").seal("run 2", {"robots": 3})) is None
     assert one.take(sealed(sender="b")) is None

@@ -1,7 +1,5 @@
 """A robots' host: what its navigators say of the files that were made for them."""
 
-from __future__ import annotations
-
 import io
 import time
 from datetime import datetime
@@ -65,9 +63,7 @@ class Run(Supervision):
         ("max_vel_x is 5.0; it must be from 0 to 1", False),
     ],
 )
-def test_a_wrong_value_is_named_in_the_file_of_the_worlds_host(
-    tmp_path: Path, problem: str, is_theirs: bool
-) -> None:
+def test_a_wrong_value_is_named_in_the_file_of_the_worlds_host(tmp_path, problem, is_theirs):
     """The message named the copy on this host, which its user never wrote."""
     path = tmp_path / "mine.yaml"
     path.write_text("/**:\n  ros__parameters: {vx_samples: 1}\n", encoding="utf-8")

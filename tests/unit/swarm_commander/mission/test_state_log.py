@@ -1,14 +1,12 @@
 """What the log of states says of a robot's waiting."""
 
-from pathlib import Path
-
 from swarm_interfaces.msg import RobotStatus
 
 from swarm_commander.mission.state_log import StateLog
 from swarm_common.files.journal import Journal, read_journal
 
 
-def test_waiting_is_counted_on_after_the_navigator_was_started_again(tmp_path: Path) -> None:
+def test_waiting_is_counted_on_after_the_navigator_was_started_again(tmp_path):
     log = StateLog(Journal(tmp_path / "robots.jsonl"))
     for waited in (0.0, 0.5, 2.0, 8.0, 0.3, 1.5, 1.9):
         log.note("Srobot1", RobotStatus(state="driving", wait_time=waited))

@@ -1,10 +1,7 @@
 """`swarm-up` as a process, over fakes of the world, the navigators and the mission."""
 
-from __future__ import annotations
-
 import signal
 import time
-from pathlib import Path
 
 import psutil
 import pytest
@@ -12,7 +9,7 @@ import pytest
 from tests.fakes.swarm_up import DOMAIN, MISSION, Up, wait_for
 
 
-def test_a_mission_ends_with_a_report(up: Up) -> None:
+def test_a_mission_ends_with_a_report(up):
     code, output, errors = up.run(*MISSION)
     assert code == 0, output + errors
     report = up.report()
@@ -30,7 +27,7 @@ def test_a_mission_ends_with_a_report(up: Up) -> None:
     assert len(list((up.run_dir / "params").iterdir())) == 3
 
 
-def test_robots_that_are_broken_from_the_start_are_named(up: Up) -> None:
+def test_robots_that_are_broken_from_the_start_are_named(up):
     params = up.folder / "broken.yaml"
     params.write_text("/world: {ros__parameters: {broken: {Srobot3: [0.0, 0.0, 0.0]}}}\n")
     _, output, _ = up.run(*MISSION, "--params", str(params))
@@ -38,14 +35,14 @@ def test_robots_that_are_broken_from_the_start_are_named(up: Up) -> None:
     assert up.report()["broken"] == ["Srobot3"]
 
 
-def test_a_missed_goal_makes_it_one(up: Up) -> None:
+def test_a_missed_goal_makes_it_one(up):
     code, output, _ = up.run(*MISSION, runner="miss")
     assert code == 1
     line = "Srobot2 missed shipping at t = 10.0 s: error 208: every way is closed [by walls]"
     assert " ".join(output.split()).count(line) == 2, "when it happens, and in the summary"
 
 
-def test_a_collision_makes_it_one(up: Up) -> None:
+def test_a_collision_makes_it_one(up):
     code, output, _ = up.run(*MISSION, world="collision")
     assert code == 1
     line = "collision of Srobot1 and Srobot3 at (1.00, -2.00), t = 11.4 s"
@@ -53,14 +50,14 @@ def test_a_collision_makes_it_one(up: Up) -> None:
     assert up.report()["breaches"]["collisions"][0]["robots"] == ["Srobot1", "Srobot3"]
 
 
-def test_a_died_navigator_makes_it_three_but_the_others_go_on(up: Up) -> None:
+def test_a_died_navigator_makes_it_three_but_the_others_go_on(up):
     code, output, _ = up.run(*MISSION, "--no-restart", host="death")
     assert code == 3
     assert "Srobot2 died: killed by SIGKILL" in output
     assert up.report()["goals"]["reached"] == 3
 
 
-def test_a_navigator_that_died_is_started_anew_and_the_run_may_still_be_good(up: Up) -> None:
+def test_a_navigator_that_died_is_started_anew_and_the_run_may_still_be_good(up):
     flags = ("--mission", "loading_route", "--duration", "12")
     code, output, _ = up.run(*flags, host="death", world="calm", runner="slow")
     assert code == 0, output
@@ -70,7 +67,7 @@ def test_a_navigator_that_died_is_started_anew_and_the_run_may_still_be_good(up:
     assert "Srobot2 died" in report["incidents"][0]
 
 
-def test_a_navigator_that_dies_again_and_again_stays_down(up: Up) -> None:
+def test_a_navigator_that_dies_again_and_again_stays_down(up):
     process = up.start("--mission", "loading_route", host="deaths", runner="slow")
     wait_for(lambda: (up.run_dir / "logs" / "deaths").exists())
     time.sleep(1.0)
@@ -85,7 +82,7 @@ def test_a_navigator_that_dies_again_and_again_stays_down(up: Up) -> None:
 
 
 @pytest.mark.parametrize("world", ["early", "silent"])
-def test_without_the_whole_run_or_a_verdict_the_exit_code_is_not_zero(up: Up, world: str) -> None:
+def test_without_the_whole_run_or_a_verdict_the_exit_code_is_not_zero(up, world):
     """A world that ends by itself, with exit code 0, or gives no verdict."""
     code, output, _ = up.run("--duration", "12", world=world)
     assert code == 3, output
@@ -93,7 +90,7 @@ def test_without_the_whole_run_or_a_verdict_the_exit_code_is_not_zero(up: Up, wo
     assert word in " ".join(output.split())
 
 
-def test_a_world_that_hangs_is_found_out_in_time(up: Up) -> None:
+def test_a_world_that_hangs_is_found_out_in_time(up):
     moods = {"world": "stopped", "runner": "slow", "silence": "6.0"}
     begin = time.monotonic()
     code, output, _ = up.run("--mission", "loading_route", **moods)
@@ -106,7 +103,7 @@ def test_a_world_that_hangs_is_found_out_in_time(up: Up) -> None:
     assert report["has_verdict"] is False
 
 
-def test_a_stopped_run_without_a_verdict_is_not_a_good_one(up: Up) -> None:
+def test_a_stopped_run_without_a_verdict_is_not_a_good_one(up):
     process = up.start("--mission", "loading_route", world="stopped", runner="slow", grace="2.0")
     children = psutil.Process(process.pid).children
     wait_for(lambda: any(child.status() == psutil.STATUS_STOPPED for child in children()))
@@ -115,7 +112,7 @@ def test_a_stopped_run_without_a_verdict_is_not_a_good_one(up: Up) -> None:
     assert process.returncode == 3, output
 
 
-def test_a_crash_of_the_world_makes_it_three_and_says_its_last_words(up: Up) -> None:
+def test_a_crash_of_the_world_makes_it_three_and_says_its_last_words(up):
     code, output, _ = up.run(*MISSION, world="crash")
     assert code == 3
     words = " ".join(output.split())
@@ -129,9 +126,7 @@ def test_a_crash_of_the_world_makes_it_three_and_says_its_last_words(up: Up) -> 
         ({"host": "refuse"}, "swarm-up: mine.yaml: /**: max_vel_x is -1; it must be positive\n"),
     ],
 )
-def test_input_that_a_process_refuses_is_bad_input(
-    up: Up, moods: dict[str, str], message: str
-) -> None:
+def test_input_that_a_process_refuses_is_bad_input(up, moods, message):
     text = "/**: {ros__parameters: {max_vel_x: -1.0}}\n"
     (up.folder / "mine.yaml").write_text(text, encoding="utf-8")
     code, _, errors = up.run("--params", "mine.yaml", **moods)
@@ -139,7 +134,7 @@ def test_input_that_a_process_refuses_is_bad_input(
     assert not (up.run_dir / "report.json").exists()
 
 
-def test_brackets_in_the_name_of_a_folder_are_letters(up: Up) -> None:
+def test_brackets_in_the_name_of_a_folder_are_letters(up):
     """They were taken for markup: a wrong path was told, or the run ended with a traceback."""
     up.run_dir = up.folder / "a[red]" / "b[" / "x]"
     code, output, errors = up.run("--duration", "12")
@@ -147,12 +142,12 @@ def test_brackets_in_the_name_of_a_folder_are_letters(up: Up) -> None:
     assert f"report: {up.run_dir}/report.html" in output
 
 
-def test_the_end_of_its_duration_is_a_good_end(up: Up) -> None:
+def test_the_end_of_its_duration_is_a_good_end(up):
     assert up.run("--duration", "12")[0] == 0
     assert up.report()["sim_time"] == 12.0
 
 
-def test_a_duration_in_which_no_robot_became_active_is_a_failure(up: Up) -> None:
+def test_a_duration_in_which_no_robot_became_active_is_a_failure(up):
     """Where its user may have few processes, no navigator ever lived; the exit code was 0."""
     code, output, _ = up.run("--duration", "12", host="mute")
     assert code == 3
@@ -161,16 +156,14 @@ def test_a_duration_in_which_no_robot_became_active_is_a_failure(up: Up) -> None
 
 
 @pytest.mark.parametrize(("flags", "code"), [(MISSION[:2], 0), (MISSION, 1)])
-def test_only_until_done_has_to_finish_within_the_duration(
-    up: Up, flags: tuple[str, ...], code: int
-) -> None:
+def test_only_until_done_has_to_finish_within_the_duration(up, flags, code):
     ended, output, _ = up.run(*flags, "--duration", "12", world="calm", runner="slow")
     assert ended == code
     assert ("Srobot1 did not get to shipping: silent" in output) == bool(code)
     assert up.report()["goals"] == {"sent": 1, "reached": 0, "failed": 0, "pending": 3}
 
 
-def test_the_user_may_stop_a_mission(up: Up) -> None:
+def test_the_user_may_stop_a_mission(up):
     process = up.start(*MISSION, runner="slow")
     wait_for((up.run_dir / "config" / "begun").exists)
     time.sleep(1.0)
@@ -180,7 +173,7 @@ def test_the_user_may_stop_a_mission(up: Up) -> None:
     assert up.report()["goals"]["pending"] == 3
 
 
-def test_a_mission_that_dies_before_the_first_goal_is_reached_goes_on(up: Up) -> None:
+def test_a_mission_that_dies_before_the_first_goal_is_reached_goes_on(up):
     """The next one had "sent no goal" for as long as all robots had been active."""
     code, output, _ = up.run(*MISSION, "--no-report", runner="dies")
     assert code == 0, output
@@ -188,14 +181,14 @@ def test_a_mission_that_dies_before_the_first_goal_is_reached_goes_on(up: Up) ->
     assert "the mission process ended: exit code 1" in up.report()["incidents"][0]
 
 
-def test_a_mission_that_does_not_begin_makes_it_three(up: Up) -> None:
+def test_a_mission_that_does_not_begin_makes_it_three(up):
     code, output, _ = up.run(*MISSION, runner="mute")
     assert code == 3
     assert "the mission process has sent no goal" in output
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_stops_everything_and_the_report_is_written(up: Up, number: int) -> None:
+def test_a_signal_stops_everything_and_the_report_is_written(up, number):
     process = up.start()
     wait_for((up.run_dir / "config" / "active").exists)
     time.sleep(1.0)
@@ -205,7 +198,7 @@ def test_a_signal_stops_everything_and_the_report_is_written(up: Up, number: int
     assert up.report()["goals"]["sent"] == 0
 
 
-def test_ctrl_c_before_the_robots_drive_waits_for_nobody(up: Up) -> None:
+def test_ctrl_c_before_the_robots_drive_waits_for_nobody(up):
     process = up.start(world="deaf", host="mute")
     wait_for((up.run_dir / "config" / "active").exists)
     begin = time.monotonic()
@@ -216,14 +209,14 @@ def test_ctrl_c_before_the_robots_drive_waits_for_nobody(up: Up) -> None:
     assert time.monotonic() - begin < 9.0, "a process that hears no signal is given 10 s else"
 
 
-def test_nothing_outlives_a_killed_swarm_up(up: Up) -> None:
+def test_nothing_outlives_a_killed_swarm_up(up):
     process = up.start()
     wait_for(lambda: len(up.left_running()) >= 7)
     process.kill()
     process.communicate()
 
 
-def test_a_second_swarm_in_the_domain_is_refused(up: Up, tmp_path: Path) -> None:
+def test_a_second_swarm_in_the_domain_is_refused(up, tmp_path):
     process = up.start()
     wait_for(lambda: len(up.left_running()) >= 4)
     other = Up(tmp_path / "other")
@@ -238,7 +231,7 @@ def test_a_second_swarm_in_the_domain_is_refused(up: Up, tmp_path: Path) -> None
     process.communicate(timeout=60)
 
 
-def test_a_process_that_ignores_the_wish_to_end_is_killed_on_the_second_ctrl_c(up: Up) -> None:
+def test_a_process_that_ignores_the_wish_to_end_is_killed_on_the_second_ctrl_c(up):
     process = up.start(world="deaf")
     wait_for((up.run_dir / "config" / "active").exists)
     time.sleep(0.5)

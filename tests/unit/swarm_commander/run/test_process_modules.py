@@ -1,7 +1,5 @@
 """Modules that processes are started from by name."""
 
-from __future__ import annotations
-
 import importlib.util
 
 import pytest
@@ -12,5 +10,5 @@ NAMES = {row.module for row in (*TABLE, *ROBOTS_TABLE)}
 
 
 @pytest.mark.parametrize("name", sorted(NAMES))
-def test_a_process_is_started_from_a_module_that_exists(name: str) -> None:
+def test_a_process_is_started_from_a_module_that_exists(name):
     assert importlib.util.find_spec(name) is not None

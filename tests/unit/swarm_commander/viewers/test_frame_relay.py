@@ -1,7 +1,5 @@
 """All robots' frames in one tree: renamed, and complete for those who come late."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
@@ -54,13 +52,13 @@ def relay_of(node: FakeNode) -> FrameRelay:
     return relay
 
 
-def test_every_frame_but_map_has_the_robots_name_in_front() -> None:
+def test_every_frame_but_map_has_the_robots_name_in_front():
     assert frame_of("Srobot3", "base_link") == "Srobot3/base_link"
     assert frame_of("Srobot3", "/odom") == "Srobot3/odom"
     assert frame_of("Srobot3", "map") == "map"
 
 
-def test_what_moves_is_passed_on_with_its_values() -> None:
+def test_what_moves_is_passed_on_with_its_values():
     node = FakeNode("Srobot1", "Srobot2")
     relay_of(node)
     node.takers["/Srobot2/tf"](link("map", "odom", 1.5))
@@ -71,7 +69,7 @@ def test_what_moves_is_passed_on_with_its_values() -> None:
     assert pairs(second) == [("Srobot1/odom", "Srobot1/base_footprint")]
 
 
-def test_the_last_message_has_what_is_fixed_of_all_robots() -> None:
+def test_the_last_message_has_what_is_fixed_of_all_robots():
     node = FakeNode("Srobot1", "Srobot2")
     relay_of(node)
     node.takers["/Srobot1/tf_static"](link("base_link", "base_scan"))
@@ -83,7 +81,7 @@ def test_the_last_message_has_what_is_fixed_of_all_robots() -> None:
     ]
 
 
-def test_robots_come_and_go() -> None:
+def test_robots_come_and_go():
     node = FakeNode("Srobot2")
     relay = relay_of(node)
     node.takers["/Srobot2/tf_static"](link("base_link", "base_scan"))

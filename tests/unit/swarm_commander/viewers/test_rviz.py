@@ -17,7 +17,7 @@ from tests.fakes.rviz_topics import named_topics
 ROBOTS = ["Srobot1", "Srobot2", "Srobot3"]
 
 
-def test_every_robot_and_the_swarm_have_a_configuration(tmp_path: Path) -> None:
+def test_every_robot_and_the_swarm_have_a_configuration(tmp_path):
     write_rviz(tmp_path, ROBOTS)
     assert sorted(path.stem for path in tmp_path.iterdir()) == [*ROBOTS, "merged", "swarm"]
     known = {topic.name for topic in all_topics(ROBOTS)}
@@ -35,9 +35,7 @@ def test_every_robot_and_the_swarm_have_a_configuration(tmp_path: Path) -> None:
     assert {f"/{robot}/plan" for robot in ROBOTS} < {topic.name for topic in named_topics(swarm)}
 
 
-def test_the_merged_window_has_the_model_of_every_robot_in_frames_of_its_name(
-    tmp_path: Path,
-) -> None:
+def test_the_merged_window_has_the_model_of_every_robot_in_frames_of_its_name(tmp_path):
     write_rviz(tmp_path, ROBOTS)
     manager = yaml.safe_load((tmp_path / "merged.rviz").read_text())["Visualization Manager"]
     assert manager["Global Options"]["Fixed Frame"] == "map"
@@ -64,7 +62,7 @@ def classes(node: object) -> set[str]:
     return found | {name for item in node.values() for name in classes(item)}
 
 
-def test_every_class_is_one_that_rviz_has(tmp_path: Path) -> None:
+def test_every_class_is_one_that_rviz_has(tmp_path):
     """As the plugins_description.xml of rviz_default_plugins 14 and nav2_rviz_plugins 1.3 have."""
     displays = "Grid LaserScan Map MarkerArray Path Polygon PoseWithCovariance RobotModel TF"
     tools = "FocusCamera Interact Measure MoveCamera Select SetGoal SetInitialPose"
@@ -78,7 +76,7 @@ def test_every_class_is_one_that_rviz_has(tmp_path: Path) -> None:
     assert set.union(*found) == known
 
 
-def test_every_robot_and_the_swarm_have_a_layout(tmp_path: Path) -> None:
+def test_every_robot_and_the_swarm_have_a_layout(tmp_path):
     write_foxglove(tmp_path, ROBOTS)
     for path in tmp_path.iterdir():
         layout = json.loads(path.read_text())
@@ -88,7 +86,7 @@ def test_every_robot_and_the_swarm_have_a_layout(tmp_path: Path) -> None:
     assert "/Srobot1/" not in text
 
 
-def test_a_topic_has_the_quality_of_its_publisher() -> None:
+def test_a_topic_has_the_quality_of_its_publisher():
     known = {topic.name: topic for topic in all_topics(ROBOTS)}
     for layout in layouts("rviz", ROBOTS).values():
         for shown in named_topics(layout):
@@ -113,16 +111,16 @@ def leaves(node: object) -> set[str]:
         ("merged", ["merged"]),
     ],
 )
-def test_windows(text: str, names: list[str]) -> None:
+def test_windows(text, names):
     assert RunSpec(swarm_size=3, rviz=text).rviz_windows == names
 
 
-def test_an_unknown_robot_has_no_window() -> None:
+def test_an_unknown_robot_has_no_window():
     with pytest.raises(ConfigError, match="unknown robot 'Srobot4' in --rviz"):
         _ = RunSpec(swarm_size=3, rviz="Srobot4").rviz_windows
 
 
-def test_a_window_sees_the_frames_of_its_robot() -> None:
+def test_a_window_sees_the_frames_of_its_robot():
     command = " ".join(rviz.rviz_command("/opt/rviz2", Path("/run/Srobot2.rviz"), "Srobot2"))
     assert command.startswith("/opt/rviz2 -d /run/Srobot2.rviz --ros-args -r /tf:=/Srobot2/tf ")
     assert "-r /tf_static:=/Srobot2/tf_static" in command
@@ -139,5 +137,5 @@ def test_a_window_sees_the_frames_of_its_robot() -> None:
         ("--seed 3 --rviz", "--seed 3 --rviz swarm"),
     ],
 )
-def test_the_names_after_rviz_may_be_left_out(words: str, result: str) -> None:
+def test_the_names_after_rviz_may_be_left_out(words, result):
     assert with_value(words.split(), "--rviz", "swarm") == result.split()

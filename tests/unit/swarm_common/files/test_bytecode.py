@@ -1,7 +1,5 @@
 """Byte code is written where Python was told not to, and only there."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from pathlib import Path
@@ -23,7 +21,7 @@ def compiled(module: Path) -> Path:
     return Path(importlib.util.cache_from_source(str(module)))
 
 
-def test_it_is_written_once(module: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_is_written_once(module, monkeypatch):
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     folder = module.parents[1]
     ensure_bytecode([folder, folder / "missing"])
@@ -32,20 +30,18 @@ def test_it_is_written_once(module: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert compiled(module).stat().st_mtime_ns == first
 
 
-def test_python_writes_its_own(module: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_python_writes_its_own(module, monkeypatch):
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
     ensure_bytecode([module.parents[1]])
     assert not compiled(module).exists()
 
 
-def test_a_broken_module_is_left_to_its_importer(
-    module: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_broken_module_is_left_to_its_importer(module, monkeypatch):
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     module.write_text("VALUE =\n", encoding="utf-8")
     ensure_bytecode([module.parents[1]])
     assert not compiled(module).exists()
 
 
-def test_our_packages_are_known() -> None:
+def test_our_packages_are_known():
     assert {"swarm_common", "swarm_nav", "swarm_sim"} <= {path.name for path in own_packages()}

@@ -1,7 +1,5 @@
 """The door for settings: what is refused, in which words, and that nothing else ever comes out."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import math
@@ -96,7 +94,7 @@ GOOD: dict[str, Any] = {
 }  # fmt: skip
 
 
-def test_a_value_that_fits_becomes_what_is_asked() -> None:
+def test_a_value_that_fits_becomes_what_is_asked():
     route = convert(GOOD, Route)
     stop = route.stops["a"]
     assert (stop.from_, stop.pose, stop.wait) == ("01", (1.0, 2.0, 3.0), 1.0)
@@ -105,7 +103,7 @@ def test_a_value_that_fits_becomes_what_is_asked() -> None:
     assert route.legs[0].names == "x"
 
 
-def test_what_is_written_is_read_again() -> None:
+def test_what_is_written_is_read_again():
     route = convert(GOOD, Route)
     assert convert(msgspec.to_builtins(route, str_keys=True), Route) == route
 
@@ -150,7 +148,7 @@ def test_what_is_written_is_read_again() -> None:
         ({"form_": 1}, "unknown key 'form_' in f.yaml: legs[1]; did you mean"),
     ],
 )
-def test_what_does_not_fit_is_told_with_its_place(change: dict[str, Any], message: str) -> None:
+def test_what_does_not_fit_is_told_with_its_place(change, message):
     data = {"legs": [{"from": "b"}, {"from": "b"} | change]}
     with pytest.raises(ConfigError) as caught:
         convert(data, Route, Path("f.yaml"))
@@ -159,7 +157,7 @@ def test_what_does_not_fit_is_told_with_its_place(change: dict[str, Any], messag
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
-def test_what_lacks_or_is_no_mapping_is_told() -> None:
+def test_what_lacks_or_is_no_mapping_is_told():
     for value, message in (
         ({"legs": [{}]}, "f: legs[0] lacks from"),
         ({"legs": {}}, "f: legs is {}; expected a list of items, each {from: ...}"),
@@ -173,7 +171,7 @@ def test_what_lacks_or_is_no_mapping_is_told() -> None:
         assert message in str(caught.value)
 
 
-def test_texts_become_numbers_where_they_may() -> None:
+def test_texts_become_numbers_where_they_may():
     wheel = convert({"radius": "2", "width": "1e0"}, Wheel, "wheel", strict=False)
     assert wheel == Wheel(radius=2.0, width=1.0)
     for text in ("nan", "-1", "two", "1e999"):
@@ -181,7 +179,7 @@ def test_texts_become_numbers_where_they_may() -> None:
             convert({"radius": text}, Wheel, "wheel", strict=False)
 
 
-def test_the_line_of_a_file_is_told(tmp_path: Path) -> None:
+def test_the_line_of_a_file_is_told(tmp_path):
     path = tmp_path / "r.yaml"
     for text, message in (
         ("legs:\n- from: 01\n- from: a\n  wait: -1\n", "r.yaml, line 4: legs[1].wait is -1"),
@@ -195,7 +193,7 @@ def test_the_line_of_a_file_is_told(tmp_path: Path) -> None:
             read(path, Route)
 
 
-def test_texts_are_as_written(tmp_path: Path) -> None:
+def test_texts_are_as_written(tmp_path):
     path = tmp_path / "r.yaml"
     path.write_text("legs: [{from: 01, names: [yes, null], size: 1}]\nstops: {no: {from: 1e3}}\n")
     route = read(path, Route)
@@ -204,7 +202,7 @@ def test_texts_are_as_written(tmp_path: Path) -> None:
     assert route.stops["no"].from_ == "1e3"
 
 
-def test_the_error_asked_for_is_raised() -> None:
+def test_the_error_asked_for_is_raised():
     with pytest.raises(MapError, match="is 5"):
         convert(5, Route, "map", MapError)
     with pytest.raises(MapError, match=r"map\.wheel: width"):
@@ -232,7 +230,7 @@ values = st.recursive(
 
 @settings(max_examples=60, deadline=None)
 @given(values)
-def test_any_value_ends_in_a_value_or_in_an_error_of_ours(value: Any) -> None:
+def test_any_value_ends_in_a_value_or_in_an_error_of_ours(value):
     for kind in (Route, Stop, dict[str, Stop], tuple[Stop | None, ...], Wheel):
         for strict in (True, False):
             with contextlib.suppress(SwarmError):
@@ -242,14 +240,14 @@ def test_any_value_ends_in_a_value_or_in_an_error_of_ours(value: Any) -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(st.dictionaries(st.sampled_from(sorted(GOOD["stops"]["a"])), values))
-def test_any_value_of_a_key_ends_so_too(tmp_path_factory: Any, fields: dict[str, Any]) -> None:
+def test_any_value_of_a_key_ends_so_too(tmp_path_factory, fields):
     path = tmp_path_factory.getbasetemp() / "any.yaml"
     path.write_text(yaml.safe_dump({"legs": [{"from": "a"} | fields]}), encoding="utf-8")
     with contextlib.suppress(SwarmError):
         assert len(read(path, Route).legs) == 1
 
 
-def test_what_nests_too_deep_is_refused() -> None:
+def test_what_nests_too_deep_is_refused():
     value: Any = 1
     for _ in range(100_000):
         value = [value]

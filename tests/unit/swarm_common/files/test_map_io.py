@@ -1,7 +1,5 @@
 """Maps by Nav2's rules, and what is refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +26,7 @@ def cells(folder: Path, extra: str, shades: list[int]) -> list[int]:
     return [int(v) for v in load_map(write(folder, HEAD + extra, [shades])).cells[0]]
 
 
-def test_what_is_saved_is_loaded(tmp_path: Path) -> None:
+def test_what_is_saved_is_loaded(tmp_path):
     values = np.array([[0, 100, -1], [100, 100, 0]], np.int8)
     save_map(Grid(values, 0.05, -8.97, -5.47), tmp_path / "m.yaml")
     grid = load_map(tmp_path / "m.yaml")
@@ -36,38 +34,38 @@ def test_what_is_saved_is_loaded(tmp_path: Path) -> None:
     assert (grid.resolution, grid.origin_x, grid.origin_y) == (0.05, -8.97, -5.47)
 
 
-def test_first_row_of_the_image_is_the_top_of_the_map(tmp_path: Path) -> None:
+def test_first_row_of_the_image_is_the_top_of_the_map(tmp_path):
     grid = load_map(write(tmp_path, HEAD, [[0, 254], [254, 254]]))
     assert grid.cells.tolist() == [[0, 0], [100, 0]]
     assert grid.cell_of(1.01, -1.94) == (1, 0)
 
 
-def test_trinary(tmp_path: Path) -> None:
+def test_trinary(tmp_path):
     # Occupancy 1 - shade: 89 -> 0.651, 90 -> 0.647, 191 -> 0.251, 192 -> 0.247.
     assert cells(tmp_path, "", [0, 89, 90, 191, 192, 255]) == [100, 100, -1, -1, 0, 0]
 
 
-def test_negate(tmp_path: Path) -> None:
+def test_negate(tmp_path):
     assert cells(tmp_path, "negate: 1\n", [0, 128, 255]) == [0, -1, 100]
 
 
-def test_scale_spreads_the_shades_between_the_thresholds(tmp_path: Path) -> None:
+def test_scale_spreads_the_shades_between_the_thresholds(tmp_path):
     extra = "mode: scale\noccupied_thresh: 0.75\nfree_thresh: 0.25\n"
     assert cells(tmp_path, extra, [0, 102, 128, 153, 255]) == [100, 70, 50, 30, 0]
 
 
-def test_raw_takes_the_shades_as_they_are(tmp_path: Path) -> None:
+def test_raw_takes_the_shades_as_they_are(tmp_path):
     assert cells(tmp_path, "mode: raw\nnegate: 1\n", [0, 50, 100, 101, 255]) == [0, 50, 100, -1, -1]
 
 
-def test_transparent_cells_are_unknown_in_scale_mode(tmp_path: Path) -> None:
+def test_transparent_cells_are_unknown_in_scale_mode(tmp_path):
     pixels = np.array([[[0, 0, 0, 255], [0, 0, 0, 0]]], np.uint8)
     Image.fromarray(pixels, "RGBA").save(tmp_path / "m.png")
     path = write(tmp_path, HEAD.replace("pgm", "png") + "mode: scale\n")
     assert load_map(path).cells.tolist() == [[100, -1]]
 
 
-def test_opacity_counts_as_a_colour_in_trinary_mode_only(tmp_path: Path) -> None:
+def test_opacity_counts_as_a_colour_in_trinary_mode_only(tmp_path):
     pixels = np.array([[[0, 0, 0, 255], [0, 0, 0, 0], [255, 255, 255, 0]]], np.uint8)
     Image.fromarray(pixels, "RGBA").save(tmp_path / "m.png")
     text = HEAD.replace("pgm", "png")
@@ -76,7 +74,7 @@ def test_opacity_counts_as_a_colour_in_trinary_mode_only(tmp_path: Path) -> None
     assert load_map(write(tmp_path, text + "mode: raw\n")).cells.tolist() == [[0, 0, -1]]
 
 
-def test_colours_are_averaged_as_sixteen_bits(tmp_path: Path) -> None:
+def test_colours_are_averaged_as_sixteen_bits(tmp_path):
     # (26 + 26 + 27) * 257 / 3 is cut to 6767; 6767 / 65535 * 255 = 26.33
     pixels = np.array([[[26, 26, 27], [100, 101, 101], [100, 100, 101]]], np.uint8)
     Image.fromarray(pixels, "RGB").save(tmp_path / "m.png")
@@ -88,13 +86,13 @@ def test_colours_are_averaged_as_sixteen_bits(tmp_path: Path) -> None:
     assert load_map(write(tmp_path, text + extra.replace("68", "66"))).cells[0, 0] == 100
 
 
-def test_sixteen_bits_of_grey_in_a_png(tmp_path: Path) -> None:
+def test_sixteen_bits_of_grey_in_a_png(tmp_path):
     Image.fromarray(np.array([[0, 30000, 65535]], np.uint16)).save(tmp_path / "m.png")
     assert load_map(write(tmp_path, HEAD.replace("pgm", "png"))).cells.tolist() == [[100, -1, 0]]
 
 
 @pytest.mark.parametrize("yaw", [0.4, -2.0, 3.1])
-def test_a_rotated_origin_is_kept_and_can_be_turned_upright(tmp_path: Path, yaw: float) -> None:
+def test_a_rotated_origin_is_kept_and_can_be_turned_upright(tmp_path, yaw):
     pixels = np.full((40, 60), 254, int)
     pixels[5:15, 20:50] = 0
     path = write(tmp_path, HEAD.replace("0.0]", f"{yaw}]"), pixels.tolist())
@@ -113,7 +111,7 @@ def test_a_rotated_origin_is_kept_and_can_be_turned_upright(tmp_path: Path, yaw:
     assert upright.upright() is upright
 
 
-def test_text_and_wide_pgm(tmp_path: Path) -> None:
+def test_text_and_wide_pgm(tmp_path):
     path = write(tmp_path, HEAD)
     (tmp_path / "m.pgm").write_bytes(b"P2\n2 1\n15\n0 15\n")
     assert load_map(path).cells.tolist() == [[100, 0]]
@@ -121,7 +119,7 @@ def test_text_and_wide_pgm(tmp_path: Path) -> None:
     assert load_map(path).cells.tolist() == [[100, 0]]
 
 
-def test_keys_that_nav2_ignores_are_ignored(tmp_path: Path) -> None:
+def test_keys_that_nav2_ignores_are_ignored(tmp_path):
     assert cells(tmp_path, "name: factory\n", [0]) == [100]
 
 
@@ -146,21 +144,21 @@ def test_keys_that_nav2_ignores_are_ignored(tmp_path: Path) -> None:
         ("just words\n", "expected 'key: value'"),
     ],
 )
-def test_bad_files_are_refused(tmp_path: Path, text: str, message: str) -> None:
+def test_bad_files_are_refused(tmp_path, text, message):
     with pytest.raises(MapError, match=r"m\.yaml") as caught:
         load_map(write(tmp_path, text))
     assert message in str(caught.value)
 
 
 @pytest.mark.parametrize("data", [b"P5\n9 9\n255\n\x00", b"P5\n2 x\n255\n\x00", b"P5\n2", b"junk"])
-def test_damaged_images_are_refused(tmp_path: Path, data: bytes) -> None:
+def test_damaged_images_are_refused(tmp_path, data):
     path = write(tmp_path, HEAD)
     (tmp_path / "m.pgm").write_bytes(data)
     with pytest.raises(MapError, match=r"m\.pgm"):
         load_map(path)
 
 
-def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(MapError, match="cannot read"):
         load_map(tmp_path / "none.yaml")
 
@@ -168,7 +166,7 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "extra", ["mode: Trinary\n", "mode: 'SCALE'\n", "negate: Off\n", "negate: '0'\n", "negate: n\n"]
 )
-def test_values_are_read_as_yaml_cpp_reads_them(tmp_path: Path, extra: str) -> None:
+def test_values_are_read_as_yaml_cpp_reads_them(tmp_path, extra):
     quoted = "image: m.pgm\nresolution: '0.05'\norigin: ['1.0', -2, '0']\noccupied_thresh: '.65'\n"
     grid = load_map(write(tmp_path, quoted + extra))
     assert (grid.resolution, grid.origin_x, grid.origin_y) == (0.05, 1.0, -2.0)
@@ -176,13 +174,11 @@ def test_values_are_read_as_yaml_cpp_reads_them(tmp_path: Path, extra: str) -> N
 
 
 @pytest.mark.parametrize("word", ["7", "'1'", "0x1", "Y", "yes", "ON", "True"])
-def test_truth_is_written_in_many_ways(tmp_path: Path, word: str) -> None:
+def test_truth_is_written_in_many_ways(tmp_path, word):
     assert load_map(write(tmp_path, f"{HEAD}negate: {word}\n")).cells[0, 0] == 0
 
 
-def test_home_is_known_in_the_path_of_the_map_and_of_its_image(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_home_is_known_in_the_path_of_the_map_and_of_its_image(tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
     write(tmp_path, HEAD.replace("m.pgm", "~/m.pgm"))
     assert load_map("~/m.yaml").cells.shape == (1, 3)

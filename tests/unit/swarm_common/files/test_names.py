@@ -1,7 +1,5 @@
 """Names in files are texts as written, whatever YAML makes of such a word elsewhere."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -27,9 +25,7 @@ def written(folder: Path, text: str, name: str = "mine.yaml") -> Path:
 
 
 @pytest.mark.parametrize("is_fast", [True, False])
-def test_stations_are_called_as_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_fast: bool
-) -> None:
+def test_stations_are_called_as_written(tmp_path, monkeypatch, is_fast):
     monkeypatch.setattr(yaml_io, "_is_shallow", lambda _: is_fast)
     lines = "".join(f"  {word}: [{k}, 0, 0]\n" for k, word in enumerate(WORDS))
     sites = load_sites(written(tmp_path, f"stations:\n{lines}"))
@@ -37,14 +33,14 @@ def test_stations_are_called_as_written(
     assert [pose.x for pose in sites.stations.values()] == list(range(len(WORDS)))
 
 
-def test_missions_find_them(tmp_path: Path) -> None:
+def test_missions_find_them(tmp_path):
     text = f"spawn: 01\nroute:\n- stations: [{', '.join(WORDS)}]\n"
     mission = load_mission(str(written(tmp_path, text)))
     assert mission.route[0].stations == tuple(WORDS)
     assert mission.spawn == "01"
 
 
-def test_floor_plans_keep_them_to_the_end(tmp_path: Path) -> None:
+def test_floor_plans_keep_them_to_the_end(tmp_path):
     lines = "".join(f"  {word}: [{k}, 0, 0]\n" for k, word in enumerate(WORDS))
     text = f"name: 010\nboxes: [{{name: no, at: [1, 1], size: [1, 1, 1]}}]\nstations:\n{lines}"
     plan = load_plan(written(tmp_path, text))
@@ -52,7 +48,7 @@ def test_floor_plans_keep_them_to_the_end(tmp_path: Path) -> None:
     assert list(plan.sites["stations"]) == WORDS
 
 
-def test_arguments_of_xacro_are_as_on_its_command_line(tmp_path: Path) -> None:
+def test_arguments_of_xacro_are_as_on_its_command_line(tmp_path):
     written(tmp_path, "<robot/>", "a.urdf")
     lines = "".join(f"  {word}: {word}\n" for word in WORDS)
     source = find_robot(
@@ -62,13 +58,13 @@ def test_arguments_of_xacro_are_as_on_its_command_line(tmp_path: Path) -> None:
     assert source.arguments() == {**{word: word for word in WORDS}, "none": ""}
 
 
-def test_merged_mappings_and_aliases_count_too(tmp_path: Path) -> None:
+def test_merged_mappings_and_aliases_count_too(tmp_path):
     text = "base: &b {name: 01}\nitems: [{<<: *b}, {name: &n 02}, {at: *n}]\n"
     data = read_yaml(written(tmp_path, text), as_written=("base.name", "items.*.name"))
     assert data["items"] == [{"name": "01"}, {"name": "02"}, {"at": 2}]
 
 
-def test_values_elsewhere_keep_their_types_without_times_of_day(tmp_path: Path) -> None:
+def test_values_elsewhere_keep_their_types_without_times_of_day(tmp_path):
     text = "a: [1, 010, 0x10, 1e-3, 1.5e+2, -.inf, yes, ~, 12:30, 2024-01-01, 09, '1']\n"
     values = read_yaml(written(tmp_path, text))["a"]
     infinity = -float("inf")
@@ -89,7 +85,7 @@ def test_values_elsewhere_keep_their_types_without_times_of_day(tmp_path: Path) 
         ("spawn: 0\n", "spawn is 0"),
     ],
 )
-def test_names_that_are_none_or_equal_are_refused(tmp_path: Path, text: str, message: str) -> None:
+def test_names_that_are_none_or_equal_are_refused(tmp_path, text, message):
     with pytest.raises(ConfigError, match=f"(?s){message}"):
         load_sites(written(tmp_path, text))
 
@@ -102,6 +98,6 @@ def test_names_that_are_none_or_equal_are_refused(tmp_path: Path, text: str, mes
         ("boxes: 0", "boxes is 0"),
     ],
 )
-def test_floor_plans_lose_nothing(tmp_path: Path, text: str, message: str) -> None:
+def test_floor_plans_lose_nothing(tmp_path, text, message):
     with pytest.raises(ConfigError, match=message):
         load_plan(written(tmp_path, text))

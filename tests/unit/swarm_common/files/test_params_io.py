@@ -1,7 +1,5 @@
 """Parameter files as rcl reads them: nesting, wildcards, what is given twice."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +24,13 @@ def read(folder: Path, text: str) -> dict[str, dict[str, Any]]:
         "/Srobot1: {navigator: {%s}}",
     ],
 )
-def test_every_nesting_is_the_same_node(tmp_path: Path, head: str) -> None:
+def test_every_nesting_is_the_same_node(tmp_path, head):
     text = head % "ros__parameters: {max_vel_x: 0.1, holding: {mode: park}}"
     wanted = {"max_vel_x": 0.1, "holding.mode": "park"}
     assert read(tmp_path, text) == {"/Srobot1/navigator": wanted}
 
 
-def test_a_namespace_may_hold_nodes_and_wildcards_in_order(tmp_path: Path) -> None:
+def test_a_namespace_may_hold_nodes_and_wildcards_in_order(tmp_path):
     text = (
         "/**: {ros__parameters: {a: 1}, navigator: {ros__parameters: {a: 2}}}\n"
         "fleet: {'*': {navigator: {ros__parameters: {a: 3}}}}\n"
@@ -65,7 +63,7 @@ def test_a_namespace_may_hold_nodes_and_wildcards_in_order(tmp_path: Path) -> No
         ("/Srobot.*/navigator", "/Srobot1/navigator", False),
     ],
 )
-def test_wildcards_are_those_of_rcl(pattern: str, node: str, wanted: bool) -> None:
+def test_wildcards_are_those_of_rcl(pattern, node, wanted):
     assert is_for(pattern, node) is wanted
 
 
@@ -81,6 +79,6 @@ def test_wildcards_are_those_of_rcl(pattern: str, node: str, wanted: bool) -> No
         ("/a: {ros__parameters: {x: 1}, y: 2}", "unknown key 'y'"),
     ],
 )
-def test_what_has_no_place_is_refused(tmp_path: Path, text: str, message: str) -> None:
+def test_what_has_no_place_is_refused(tmp_path, text, message):
     with pytest.raises(ConfigError, match=message):
         read(tmp_path, text)

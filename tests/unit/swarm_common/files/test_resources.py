@@ -1,7 +1,5 @@
 """Paths are paths, and `file://` URLs are URLs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -13,7 +11,7 @@ NAMES = ["a#b.stl", "a;b.stl", "a?b.stl", "a%20b.stl", "a b.stl", "~a.stl", "ä.
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_path_is_as_written_and_a_url_is_quoted(tmp_path: Path, name: str) -> None:
+def test_a_path_is_as_written_and_a_url_is_quoted(tmp_path, name):
     path = tmp_path / name
     assert file_of(str(path)) == path
     assert file_of(name) == Path(name)
@@ -24,7 +22,7 @@ def test_a_path_is_as_written_and_a_url_is_quoted(tmp_path: Path, name: str) -> 
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_meshes_of_packages_may_have_any_name(tmp_path: Path, name: str) -> None:
+def test_meshes_of_packages_may_have_any_name(tmp_path, name):
     share = tmp_path / "acme_description"
     share.mkdir()
     (share / name).touch()
@@ -33,7 +31,7 @@ def test_meshes_of_packages_may_have_any_name(tmp_path: Path, name: str) -> None
         assert finder.resolve(uri, share) == share / name
 
 
-def test_home_is_in_front_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_home_is_in_front_only(tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
     assert file_of("~/map.yaml") == tmp_path / "map.yaml"
     assert file_of("maps/~/map.yaml") == Path("maps/~/map.yaml")

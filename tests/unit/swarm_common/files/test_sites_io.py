@@ -1,7 +1,5 @@
 """Reading of sites.yaml."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -27,7 +25,7 @@ def load(folder: Path, text: str) -> object:
     return load_sites(path)
 
 
-def test_everything_is_read_in_file_order(tmp_path: Path) -> None:
+def test_everything_is_read_in_file_order(tmp_path):
     path = tmp_path / "sites.yaml"
     path.write_text(GOOD)
     sites = load_sites(path)
@@ -63,13 +61,13 @@ def test_everything_is_read_in_file_order(tmp_path: Path) -> None:
         ("stations:\n\ta: 1\n", "line 2"),
     ],
 )
-def test_bad_files_are_refused(tmp_path: Path, text: str, message: str) -> None:
+def test_bad_files_are_refused(tmp_path, text, message):
     with pytest.raises(ConfigError, match=r"sites\.yaml") as caught:
         load(tmp_path, text)
     assert message in str(caught.value)
 
 
-def test_stations_that_charge_are_named(tmp_path: Path) -> None:
+def test_stations_that_charge_are_named(tmp_path):
     path = tmp_path / "sites.yaml"
     path.write_text(GOOD + "charging: [home]\n")
     sites = load_sites(path)
@@ -83,14 +81,12 @@ def test_stations_that_charge_are_named(tmp_path: Path) -> None:
     ("charging", "words"),
     [("[hom]", "charging"), ("home", "expected a list of stations"), ("{home: true}", "a list")],
 )
-def test_a_charging_station_that_is_none_is_refused(
-    tmp_path: Path, charging: str, words: str
-) -> None:
+def test_a_charging_station_that_is_none_is_refused(tmp_path, charging, words):
     with pytest.raises(ConfigError, match=words):
         load(tmp_path, GOOD + f"charging: {charging}\n")
 
 
-def test_several_areas_circles_and_places_are_read(tmp_path: Path) -> None:
+def test_several_areas_circles_and_places_are_read(tmp_path):
     path = tmp_path / "sites.yaml"
     path.write_text(
         "spawn: {x_min: 0, y_min: 0, x_max: 1, y_max: 1}\n"

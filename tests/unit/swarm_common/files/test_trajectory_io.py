@@ -1,7 +1,5 @@
 """Trajectories in a file: what is written is read, also of a writer that was killed."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st

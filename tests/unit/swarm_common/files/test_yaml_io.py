@@ -1,7 +1,5 @@
 """YAML files that would never end: aliases of aliases, files of any size, pipes."""
 
-from __future__ import annotations
-
 import os
 import threading
 

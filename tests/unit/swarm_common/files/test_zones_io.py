@@ -1,7 +1,5 @@
 """Reading of zones and filter masks, against masks whose meaning was worked out by hand."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +38,7 @@ def limits(zones: Zones, max_speed: float = 0.5) -> list[float]:
     return zones.limits(geometry_of(MAP), max_speed)[1].round(3).tolist()
 
 
-def test_zones_are_read(tmp_path: Path) -> None:
+def test_zones_are_read(tmp_path):
     text = f"""
       keepout: [{{name: press, points: {SQUARE}}}]
       speed:
@@ -78,9 +76,7 @@ def test_zones_are_read(tmp_path: Path) -> None:
         ("{keepout_mask: none.yaml}", ("none.yaml",)),
     ],
 )
-def test_what_is_no_zone_is_an_error_that_says_where(
-    tmp_path: Path, text: str, words: tuple[str, ...]
-) -> None:
+def test_what_is_no_zone_is_an_error_that_says_where(tmp_path, text, words):
     with pytest.raises(SwarmError) as error:
         zones_of(tmp_path, text)
     assert all(word in str(error.value) for word in words), error.value
@@ -96,9 +92,7 @@ def test_what_is_no_zone_is_an_error_that_says_where(
         ("spawns: {a: {x: 0.5, y: 0.5, radius: 0.3}}", ("spawns.a", "wholly")),
     ],
 )
-def test_no_place_of_a_world_lies_in_a_keepout_zone(
-    tmp_path: Path, rest: str, words: tuple[str, ...]
-) -> None:
+def test_no_place_of_a_world_lies_in_a_keepout_zone(tmp_path, rest, words):
     text = f"{{keepout: [{{name: press, points: {SQUARE}}}]}}"
     with pytest.raises(ConfigError) as error:
         zones_of(tmp_path, text, rest)
@@ -122,9 +116,7 @@ circuits: {ring: [[-1, -1], [3, -1], [3, 3], [-1, 3]]}"""
         (("type: 0",), (7,)),
     ],
 )  # fmt: skip
-def test_a_keepout_mask_closes_what_is_occupied_in_it(
-    tmp_path: Path, lines: tuple[str, ...], closed: tuple[int, ...]
-) -> None:
+def test_a_keepout_mask_closes_what_is_occupied_in_it(tmp_path, lines, closed):
     write_mask(tmp_path, "keep", *lines)
     marked = zones_of(tmp_path, "{keepout_mask: keep.yaml}").mark(MAP)
     assert marked.keepout is not None
@@ -133,7 +125,7 @@ def test_a_keepout_mask_closes_what_is_occupied_in_it(
     assert columns.tolist() == [2 + pixel for pixel in closed]  # from x = 1 on
 
 
-def test_greys_of_a_keepout_mask_cost_more_but_are_open(tmp_path: Path) -> None:
+def test_greys_of_a_keepout_mask_cost_more_but_are_open(tmp_path):
     write_mask(tmp_path, "keep")
     zones = zones_of(tmp_path, "{keepout_mask: keep.yaml}")
     marked = zones.mark(MAP)
@@ -158,9 +150,7 @@ def test_greys_of_a_keepout_mask_cost_more_but_are_open(tmp_path: Path) -> None:
          [0.25, 0.2, 0.05, np.inf, np.inf, np.inf]),  # below 0 is no limit
     ],
 )  # fmt: skip
-def test_a_speed_mask_means_what_nav2_makes_of_it(
-    tmp_path: Path, entry: str, lines: tuple[str, ...], expected: list[float]
-) -> None:
+def test_a_speed_mask_means_what_nav2_makes_of_it(tmp_path, entry, lines, expected):
     write_mask(tmp_path, "speed", *lines)
     zones = zones_of(tmp_path, f"{{speed_mask: {entry}}}")
     assert limits(zones) == [np.inf] * 4 + expected + [np.inf] * 2
@@ -169,7 +159,7 @@ def test_a_speed_mask_means_what_nav2_makes_of_it(
     assert zones.limit_at(3.25, 0.2, 0.5) == np.inf  # below the mask
 
 
-def test_what_a_speed_mask_leaves_open_is_said(tmp_path: Path) -> None:
+def test_what_a_speed_mask_leaves_open_is_said(tmp_path):
     write_mask(tmp_path, "speed", "multiplier: 2.0", "mode: raw", greys=(0, 60, 255, 30))
     notes = zones_of(tmp_path, "{speed_mask: speed.yaml}").notes
     assert len(notes) == 3
@@ -191,15 +181,13 @@ def test_what_a_speed_mask_leaves_open_is_said(tmp_path: Path) -> None:
         ("{speed_mask: {mask: mask.yaml, bas: 1}}", (), "bas"),
     ],
 )
-def test_a_mask_of_another_kind_is_an_error(
-    tmp_path: Path, text: str, lines: tuple[str, ...], word: str
-) -> None:
+def test_a_mask_of_another_kind_is_an_error(tmp_path, text, lines, word):
     write_mask(tmp_path, "mask", *lines)
     with pytest.raises(SwarmError, match=word.replace("(", r"\(").replace(")", r"\)")):
         zones_of(tmp_path, text)
 
 
-def test_masks_of_the_command_line_replace_those_of_the_file(tmp_path: Path) -> None:
+def test_masks_of_the_command_line_replace_those_of_the_file(tmp_path):
     write_mask(tmp_path, "old", "type: 2", "multiplier: 0.01")
     write_mask(tmp_path, "new", "type: 2", "multiplier: 0.02")
     path = tmp_path / "sites.yaml"
@@ -216,7 +204,7 @@ def test_masks_of_the_command_line_replace_those_of_the_file(tmp_path: Path) -> 
     assert limits(load_sites(tmp_path / "copy" / "sites.yaml").zones)[4:6] == [0.2, 0.4]
 
 
-def test_an_unknown_key_names_the_known_one(tmp_path: Path) -> None:
+def test_an_unknown_key_names_the_known_one(tmp_path):
     path = tmp_path / "sites.yaml"
     path.write_text("zone: {}\n")
     with pytest.raises(UnknownNameError, match="zones"):

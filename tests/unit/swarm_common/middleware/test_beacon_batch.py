@@ -1,7 +1,5 @@
 """Beacons for a host in one message: what comes out is what each robot would have been sent."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -34,19 +32,19 @@ def message(robots: dict[int, Reception], reader: BatchReader | None = None) -> 
 
 
 @pytest.mark.parametrize(("robots", "share"), [(1, 0.0), (1, 1.0), (10, 0.3), (20, 1.0), (60, 0.7)])
-def test_every_robot_gets_the_message_of_one_host_byte_for_byte(robots: int, share: float) -> None:
+def test_every_robot_gets_the_message_of_one_host_byte_for_byte(robots, share):
     heard = receptions(robots, share)
     parts = dict(BatchReader(SECRET, "run", "host").decode(message(heard)))
     assert parts == {n: serialize_neighbors(3, 400, each.beacons) for n, each in heard.items()}
 
 
-def test_a_part_of_the_robots() -> None:
+def test_a_part_of_the_robots():
     heard = {n: each for n, each in receptions(10, 0.5).items() if n in (3, 7)}
     parts = dict(BatchReader(SECRET, "run", "host").decode(message(heard)))
     assert parts == {n: serialize_neighbors(3, 400, each.beacons) for n, each in heard.items()}
 
 
-def test_a_beacon_crosses_the_network_once() -> None:
+def test_a_beacon_crosses_the_network_once():
     """At 20 robots that all hear each other: 19 times as much, before."""
     robots = receptions(20, 1.0)
     alone = sum(len(serialize_neighbors(0, 0, each.beacons)) for each in robots.values())
@@ -54,7 +52,7 @@ def test_a_beacon_crosses_the_network_once() -> None:
     assert len(message(robots)) < 20 * BEACON_WORDS * 4
 
 
-def test_only_what_was_sealed_for_this_host_in_this_run_and_once() -> None:
+def test_only_what_was_sealed_for_this_host_in_this_run_and_once():
     data = message(receptions(3, 1.0))
     reader = BatchReader(SECRET, "run", "host")
     assert len(reader.decode(data)) == 3
@@ -68,7 +66,7 @@ def test_only_what_was_sealed_for_this_host_in_this_run_and_once() -> None:
             BatchReader(*other).decode(data)
 
 
-def test_no_byte_can_be_changed_or_left_out() -> None:
+def test_no_byte_can_be_changed_or_left_out():
     data = message(receptions(2, 1.0))
     for at in range(16, len(data), 7):
         changed = bytearray(data)

@@ -1,7 +1,5 @@
 """Profiles for several hosts: one address, peers by unicast, nothing else."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ElementTree
 
 import pytest
@@ -28,7 +26,7 @@ def texts(root: ElementTree.Element, path: str) -> list[str]:
     return [str(node.text) for node in root.iterfind(f".//d:{path}", SPACE)]
 
 
-def test_only_the_named_addresses_occur() -> None:
+def test_only_the_named_addresses_occur():
     own, world = "10.0.0.2", "10.0.0.1"
     root = profile(own, dds_profile.peers_of_tools(own, world))
     assert texts(root, "interfaceWhiteList/d:address") == [own]
@@ -38,7 +36,7 @@ def test_only_the_named_addresses_occur() -> None:
     assert texts(root, "leaseDuration/d:sec") == [str(dds_profile.LEASE)]
 
 
-def test_no_datagram_needs_ip_fragments() -> None:
+def test_no_datagram_needs_ip_fragments():
     """Beacons of all robots were 5 to 15 fragments: one that was lost cost them all."""
     own, world = "10.0.0.2", "10.0.0.1"
     (size,) = texts(profile(own, dds_profile.peers_of_tools(own, world)), "maxMessageSize")
@@ -46,7 +44,7 @@ def test_no_datagram_needs_ip_fragments() -> None:
     assert int(size) + heads <= mtu_of_a_tunnel
 
 
-def test_robots_look_for_the_world_and_not_for_each_other() -> None:
+def test_robots_look_for_the_world_and_not_for_each_other():
     own, world = "10.0.0.2", "10.0.0.1"
     root = profile(own, dds_profile.peers_of_robots(own, world, 50))
     found = [
@@ -60,18 +58,18 @@ def test_robots_look_for_the_world_and_not_for_each_other() -> None:
     assert ids == [0, 1, *range(52, 68)]  # agent, distributor, newcomers
 
 
-def test_both_roles_on_one_host() -> None:
+def test_both_roles_on_one_host():
     root = profile("127.0.0.1", dds_profile.peers_of_robots("127.0.0.1", "127.0.0.1", 3))
     assert texts(root, "initialPeersList//d:address") == ["127.0.0.1"]
     assert texts(root, "initialPeersList//d:port") == []
 
 
-def test_ports() -> None:
+def test_ports():
     assert (unicast_port(0, 0), unicast_port(0, 119)) == (7410, 7648)
     assert unicast_port(2, 0) == 7910
 
 
-def test_addresses_of_this_host() -> None:
+def test_addresses_of_this_host():
     assert own_addresses()["127.0.0.1"] == "lo"
     assert own_address("lo") == own_address("127.0.0.1") == "127.0.0.1"
     assert address_of("localhost") == address_towards("127.0.0.1") == "127.0.0.1"
@@ -80,12 +78,12 @@ def test_addresses_of_this_host() -> None:
 
 
 @pytest.mark.parametrize("host", ["224.0.0.1", "0.0.0.0", "x" * 70])
-def test_addresses_of_no_host(host: str) -> None:
+def test_addresses_of_no_host(host):
     with pytest.raises(ConfigError, match="--connect"):
         address_of(host)
 
 
-def test_an_edition_depends_on_the_code() -> None:
+def test_an_edition_depends_on_the_code():
     assert edition() == edition()
     assert edition(["swarm_common"]) != edition()
     assert "swarm_commander" in DECIDING  # both sides of what hosts say to each other

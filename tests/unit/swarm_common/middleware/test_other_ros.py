@@ -1,7 +1,5 @@
 """A shell that has sourced another ROS 2: its packages and middleware are set aside, and told."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

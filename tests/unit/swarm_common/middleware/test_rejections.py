@@ -1,7 +1,5 @@
 """What doors turned away is counted by kind, and said once per kind and source."""
 
-from __future__ import annotations
-
 import os
 
 from swarm_common.middleware.rejections import REASON_LENGTH, SOURCES_PER_KIND, Rejections
@@ -14,7 +12,7 @@ def _pipe() -> tuple[MessageReader[Event], EventWriter]:
     return MessageReader(reading, EVENTS), EventWriter(writing)
 
 
-def test_counts_by_kind_reach_the_pipe_once_and_the_first_reason_of_each_kind() -> None:
+def test_counts_by_kind_reach_the_pipe_once_and_the_first_reason_of_each_kind():
     reader, writer = _pipe()
     rejections = Rejections(writer, lambda _: None)
     for _ in range(3):
@@ -39,7 +37,7 @@ def test_counts_by_kind_reach_the_pipe_once_and_the_first_reason_of_each_kind() 
     assert reader.read() == []
 
 
-def test_each_source_is_said_once_and_a_flood_of_names_is_cut() -> None:
+def test_each_source_is_said_once_and_a_flood_of_names_is_cut():
     lines: list[str] = []
     rejections = Rejections(EventWriter(None), lines.append)
     for number in range(1000):

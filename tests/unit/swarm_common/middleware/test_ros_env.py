@@ -1,7 +1,5 @@
 """Defaults of the ROS environment, and the discovery profile of robots."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -25,7 +23,7 @@ def _no_variables(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.delenv(name)
 
 
-def test_our_profile_is_the_default() -> None:
+def test_our_profile_is_the_default():
     ros_env.set_defaults()
     assert Path(os.environ[ros_env.PROFILES]).name == "fastdds.xml"
     assert os.environ[ros_env.ENDPOINTS] == "1"
@@ -43,9 +41,7 @@ def test_our_profile_is_the_default() -> None:
         ("FASTDDS_DEFAULT_PROFILES_FILE", "/my/profile.xml"),
     ],
 )
-def test_the_users_choice_is_respected(
-    name: str, value: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_users_choice_is_respected(name, value, monkeypatch):
     monkeypatch.setenv(name, value)
     ros_env.set_defaults()
     assert os.environ[name] == value
@@ -53,7 +49,7 @@ def test_the_users_choice_is_respected(
     assert ros_env.ENDPOINTS not in os.environ  # nothing is known of the endpoints in his profile
 
 
-def test_older_ways_to_stay_on_this_host_mean_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_older_ways_to_stay_on_this_host_mean_the_same(monkeypatch):
     """With ROS_LOCALHOST_ONLY=1 shared memory came back, and processes listened to the network."""
     monkeypatch.setenv(ros_env.LOCALHOST_ONLY, "1")
     monkeypatch.setenv(ros_env.DISCOVERY_RANGE, "SUBNET")  # over which it prevails
@@ -63,7 +59,7 @@ def test_older_ways_to_stay_on_this_host_mean_the_same(monkeypatch: pytest.Monke
     assert Path(os.environ[ros_env.PROFILES]).name == "fastdds.xml"
 
 
-def test_a_loopback_interface_that_is_down_is_named(tmp_path: Path) -> None:
+def test_a_loopback_interface_that_is_down_is_named(tmp_path):
     """As in a new network namespace: a swarm waited for its navigators for ten minutes."""
     code = (
         "from swarm_common.middleware import ros_env\n"
@@ -80,7 +76,7 @@ def test_a_loopback_interface_that_is_down_is_named(tmp_path: Path) -> None:
     assert "sudo ip link set lo up" in done.stdout, done.stderr
 
 
-def test_a_profile_in_the_current_folder_is_ignored(tmp_path: Path) -> None:
+def test_a_profile_in_the_current_folder_is_ignored(tmp_path):
     """Fast DDS reads it beside ours and listened to the network; the run ended with a traceback."""
     (tmp_path / "DEFAULT_FASTRTPS_PROFILES.xml").write_text(
         """<dds xmlns="http://www.eprosima.com"><profiles>
@@ -103,9 +99,7 @@ def test_a_profile_in_the_current_folder_is_ignored(tmp_path: Path) -> None:
     assert done.stdout == "{'127.0.0.1'}\n", done.stderr
 
 
-def test_robots_announce_themselves_to_those_they_need_and_to_newcomers(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_robots_announce_themselves_to_those_they_need_and_to_newcomers(tmp_path, monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "3")
     first = 7400 + 250 * 3 + 10
     ros_env.set_defaults()
@@ -118,9 +112,7 @@ def test_robots_announce_themselves_to_those_they_need_and_to_newcomers(
 
 
 @pytest.mark.parametrize("first_free", [105, 113, 119, 120, 243])
-def test_nobody_announces_itself_in_the_next_domain(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, first_free: int
-) -> None:
+def test_nobody_announces_itself_in_the_next_domain(tmp_path, monkeypatch, first_free):
     """100 robots were heard by, and obeyed, the swarm in the next domain; two of them met.
 
     Nor is the list empty: of 200 packed robots the world's was, and DDS went by its defaults.
@@ -134,9 +126,7 @@ def test_nobody_announces_itself_in_the_next_domain(
     assert all(ros_env.is_discovery_port(port) for port in ports)
 
 
-def test_robots_announce_themselves_on_the_worlds_host(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_robots_announce_themselves_on_the_worlds_host(tmp_path, monkeypatch):
     text = dds_profile.profile("10.0.0.2", dds_profile.peers_of_tools("10.0.0.2", "10.0.0.1"), 0)
     (tmp_path / "host.xml").write_text(text, encoding="utf-8")
     monkeypatch.setenv(ros_env.PROFILES, str(tmp_path / "host.xml"))
@@ -151,7 +141,7 @@ def test_robots_announce_themselves_on_the_worlds_host(
     assert ros_env.bound_address() == "10.0.0.2"
 
 
-def test_ports_of_participants(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ports_of_participants(monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "3")
     first = ros_env.world_port()
     assert ros_env.participant_id(first + 14) == 7
@@ -160,7 +150,7 @@ def test_ports_of_participants(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not ros_env.is_discovery_port(first + ros_env.DOMAIN_PORTS)  # of the next domain
 
 
-def test_a_swarm_is_large_only_where_discovery_is_ours(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_swarm_is_large_only_where_discovery_is_ours(monkeypatch):
     ros_env.set_defaults()
     assert ros_env.is_large(ros_env.FEW_ROBOTS + 1)
     assert not ros_env.is_large(ros_env.FEW_ROBOTS)
@@ -169,9 +159,7 @@ def test_a_swarm_is_large_only_where_discovery_is_ours(monkeypatch: pytest.Monke
 
 
 @pytest.mark.parametrize("is_copy", [False, True])
-def test_our_own_profile_is_not_taken_for_the_users(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, is_copy: bool
-) -> None:
+def test_our_own_profile_is_not_taken_for_the_users(monkeypatch, tmp_path, is_copy):
     ros_env.set_defaults()
     ours = os.environ[ros_env.PROFILES]
     if is_copy:  # as runs of several hosts make one
@@ -188,7 +176,7 @@ def test_our_own_profile_is_not_taken_for_the_users(
     assert os.environ[ros_env.ENDPOINTS] == "1"
 
 
-def test_with_our_own_profile_given_there_is_no_shared_memory(tmp_path: Path) -> None:
+def test_with_our_own_profile_given_there_is_no_shared_memory(tmp_path):
     """Another terminal had sourced a run's env.sh; `kill -9` left 23 segments."""
     code = (
         "from swarm_common.middleware import ros_env; ros_env.set_defaults()\n"
@@ -205,7 +193,7 @@ def test_with_our_own_profile_given_there_is_no_shared_memory(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("home", ["", "/proc/none", "/dev/null"])
-def test_rclpy_starts_without_a_home_folder(home: str, tmp_path: Path) -> None:
+def test_rclpy_starts_without_a_home_folder(home, tmp_path):
     code = (
         "from swarm_common.middleware import ros_env; ros_env.set_defaults()\n"
         "from swarm_common.files.cache import cache_folder, kept\n"
@@ -234,9 +222,7 @@ def test_a_range_in_which_nobody_is_found_is_refused(monkeypatch, chosen):
         ros_env.set_defaults()
 
 
-def test_security_that_is_enforced_without_keys_is_bad_input(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_security_that_is_enforced_without_keys_is_bad_input(tmp_path, monkeypatch):
     """Every process ended at its start: exit code 3, and a traceback in each log."""
     monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
     ros_env.set_defaults()

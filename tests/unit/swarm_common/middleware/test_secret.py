@@ -1,9 +1,5 @@
 """The secret of the hosts: where it comes from, and where it does not stay."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 from swarm_common.middleware.secret import given_secret, own_secret, secret_path
@@ -12,14 +8,14 @@ from swarm_common.model.errors import ConfigError
 TEXT = "sixteen letters or more"
 
 
-def test_it_is_taken_out_of_the_environment() -> None:
+def test_it_is_taken_out_of_the_environment():
     environment = {"SWARM_SECRET": f" {TEXT} ", "OTHER": "1"}
     assert given_secret(environment) == TEXT
     assert environment == {"OTHER": "1"}
     assert given_secret(environment) == ""
 
 
-def test_it_may_lie_in_a_file(tmp_path: Path) -> None:
+def test_it_may_lie_in_a_file(tmp_path):
     path = tmp_path / "secret"
     path.write_text(TEXT + "\n", encoding="utf-8")
     environment = {"SWARM_SECRET_FILE": str(path)}
@@ -28,7 +24,7 @@ def test_it_may_lie_in_a_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["short", "x" * 15, "x" * 1025])
-def test_one_that_can_be_guessed_is_refused(text: str, tmp_path: Path) -> None:
+def test_one_that_can_be_guessed_is_refused(text, tmp_path):
     with pytest.raises(ConfigError, match="16 or more needed"):
         given_secret({"SWARM_SECRET": text})
     path = tmp_path / "secret"
@@ -37,7 +33,7 @@ def test_one_that_can_be_guessed_is_refused(text: str, tmp_path: Path) -> None:
         given_secret({"SWARM_SECRET_FILE": str(path)})
 
 
-def test_a_file_that_is_not_there_or_empty(tmp_path: Path) -> None:
+def test_a_file_that_is_not_there_or_empty(tmp_path):
     with pytest.raises(ConfigError, match="cannot be read"):
         given_secret({"SWARM_SECRET_FILE": str(tmp_path / "none")})
     (tmp_path / "empty").touch()
@@ -45,7 +41,7 @@ def test_a_file_that_is_not_there_or_empty(tmp_path: Path) -> None:
         given_secret({"SWARM_SECRET_FILE": str(tmp_path / "empty")})
 
 
-def test_the_worlds_host_makes_one_and_keeps_it(tmp_path: Path) -> None:
+def test_the_worlds_host_makes_one_and_keeps_it(tmp_path):
     environment = {"XDG_STATE_HOME": str(tmp_path)}
     made = own_secret(environment)
     assert len(made) >= 16
@@ -58,7 +54,7 @@ def test_the_worlds_host_makes_one_and_keeps_it(tmp_path: Path) -> None:
     assert path.stat().st_mode & 0o777 == 0o600
 
 
-def test_without_a_place_to_keep_it_there_is_one_for_this_run(tmp_path: Path) -> None:
+def test_without_a_place_to_keep_it_there_is_one_for_this_run(tmp_path):
     blocked = tmp_path / "file"
     blocked.touch()
     environment = {"XDG_STATE_HOME": str(blocked)}

@@ -1,7 +1,5 @@
 """Shared memory that processes leave behind."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 from pathlib import Path
@@ -21,7 +19,7 @@ def names(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir()}
 
 
-def test_what_no_living_process_has_locked_is_removed(tmp_path: Path) -> None:
+def test_what_no_living_process_has_locked_is_removed(tmp_path):
     """A run with a DDS profile of the user's left ten files in /dev/shm, each time."""
     put(tmp_path, "fastrtps_1b", "fastrtps_1b_el", "fastrtps_port7000", "fastrtps_port7000_sl")
     put(tmp_path, "sem.fastrtps_port7000_mutex", "lttng-ust-wait-6", "fastrtps_without_lock")
@@ -30,7 +28,7 @@ def test_what_no_living_process_has_locked_is_removed(tmp_path: Path) -> None:
     assert remove_abandoned(tmp_path / "missing") == 0
 
 
-def test_what_a_process_holds_stays(tmp_path: Path) -> None:
+def test_what_a_process_holds_stays(tmp_path):
     files = {"fastrtps_2c", "fastrtps_2c_el", "fastrtps_2c_sl"}
     put(tmp_path, *files)
     with (tmp_path / "fastrtps_2c_sl").open() as file:
@@ -40,7 +38,7 @@ def test_what_a_process_holds_stays(tmp_path: Path) -> None:
     assert remove_abandoned(tmp_path) == 1
 
 
-def test_what_has_just_been_made_stays(tmp_path: Path) -> None:
+def test_what_has_just_been_made_stays(tmp_path):
     put(tmp_path, "fastrtps_3d")
     (tmp_path / "fastrtps_3d_el").touch()
     assert remove_abandoned(tmp_path) == 0

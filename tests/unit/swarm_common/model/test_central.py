@@ -1,7 +1,5 @@
 """Reports and orders are what they were, after they have been bytes."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -55,7 +53,7 @@ def test_a_message_of_another_kind_is_refused():
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, 1e30])
-def test_numbers_that_are_no_places_are_refused(bad: float) -> None:
+def test_numbers_that_are_no_places_are_refused(bad):
     order = TeamOrder(robot_id=1, number=1, first=0, points_map=((0.0, bad),))
     with pytest.raises(ValueError, match="of way"):
         unpack_order(order.packed())

@@ -20,17 +20,17 @@ ROBOTS = ["turtlebot3_burger", "turtlebot3_waffle", "carrier", "cart"]
         ("", []),
     ],
 )
-def test_only_the_nearest_names_are_proposed(name: str, meant: list[str]) -> None:
+def test_only_the_nearest_names_are_proposed(name, meant):
     assert close_names(name, ROBOTS) == meant
 
 
 @given(st.text("abc", max_size=6), st.text("abc", max_size=6))
-def test_the_edit_distance_is_symmetric_and_bounded(one: str, other: str) -> None:
+def test_the_edit_distance_is_symmetric_and_bounded(one, other):
     distance = edit_distance(one, other)
     assert distance == edit_distance(other, one)
     assert (distance == 0) == (one == other)
     assert abs(len(one) - len(other)) <= distance <= max(len(one), len(other))
 
 
-def test_two_letters_that_changed_places_are_one_mistake() -> None:
+def test_two_letters_that_changed_places_are_one_mistake():
     assert edit_distance("rign", "ring") == 1

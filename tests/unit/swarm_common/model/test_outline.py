@@ -1,7 +1,5 @@
 """Outlines of bodies from above."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import shapely
@@ -18,9 +16,7 @@ COORDINATE = st.floats(-1.0, 1.0).map(lambda value: round(value, 3))
 
 @settings(deadline=None)
 @given(st.lists(st.tuples(COORDINATE, COORDINATE), min_size=3, max_size=40), st.integers(4, 8))
-def test_an_outline_holds_its_points_and_is_convex(
-    points: list[tuple[float, float]], most: int
-) -> None:
+def test_an_outline_holds_its_points_and_is_convex(points, most):
     array = np.array(points)
     try:
         outline = np.array(outline_around(array, most))
@@ -38,9 +34,7 @@ RIMS = st.integers(8, 64).map(lambda n: 2.0 * np.pi * np.arange(n) / n)
 
 @settings(deadline=None)
 @given(RIMS, st.floats(0.2, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 0.5), st.floats(0.0, 0.9))
-def test_no_circle_grows_by_more_than_two_percent(
-    angles: np.ndarray, across: float, square: float, nose: float, turn: float
-) -> None:
+def test_no_circle_grows_by_more_than_two_percent(angles, across, square, nose, turn):
     """Round, oval and rounded square bodies, with a nose or without, about any centre."""
     power = 1.0 - 0.8 * square
     x, y = np.cos(angles + turn), np.sin(angles + turn)
@@ -56,19 +50,19 @@ def test_no_circle_grows_by_more_than_two_percent(
 
 
 @pytest.mark.parametrize("corners", [32, 64, 300])
-def test_round_bodies_are_exceeded_by_two_percent_at_most(corners: int) -> None:
+def test_round_bodies_are_exceeded_by_two_percent_at_most(corners):
     angles = 2.0 * np.pi * np.arange(corners) / corners
     body = 0.275 * np.column_stack((np.cos(angles), np.sin(angles)))
     outline = np.array(outline_around(body, FOOTPRINT_POINTS))
     assert np.hypot(*outline.T).max() <= (1.0 + MOST_GROWTH) * 0.275
 
 
-def test_a_body_of_few_corners_keeps_them() -> None:
+def test_a_body_of_few_corners_keeps_them():
     body = [(0.3, -0.2), (0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2)]
     assert sorted(outline_around(np.array(body), FOOTPRINT_POINTS)) == sorted(body)
 
 
-def test_points_on_a_line_have_no_outline() -> None:
+def test_points_on_a_line_have_no_outline():
     with pytest.raises(ValueError, match="span no area"):
         outline_around(np.array([(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)]), 8)
 
@@ -81,9 +75,7 @@ def test_points_on_a_line_have_no_outline() -> None:
         (Sphere(0.5), (1.0, 1.0, 1.0), np.pi / 6.0),
     ],
 )
-def test_bodies_turned_on_their_side(
-    shape: Box | Cylinder | Sphere, size: tuple[float, ...], content: float
-) -> None:
+def test_bodies_turned_on_their_side(shape, size, content):
     place = transform_from_xyz_rpy(1.0, 2.0, 3.0, np.pi / 2, 0.0, 0.0)
     if not isinstance(shape, Sphere):
         place[:3, :3] = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
@@ -93,7 +85,7 @@ def test_bodies_turned_on_their_side(
     assert volume(shape) == pytest.approx(content)
 
 
-def test_a_hull_has_the_corners_of_its_mesh() -> None:
+def test_a_hull_has_the_corners_of_its_mesh():
     corners = placed_corners([Part(Box((1.0, 1.0, 1.0)), np.eye(4))])
     hull = hull_of(np.vstack([corners, np.zeros((1, 3))]), "cube")
     assert len(hull.vertices) == 8

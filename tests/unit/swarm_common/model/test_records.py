@@ -1,13 +1,11 @@
 """Values that robots exchange."""
 
-from __future__ import annotations
-
 import math
 
 from swarm_common.model.records import Pose, Twist
 
 
-def test_a_pose_without_a_heading_equals_itself() -> None:
+def test_a_pose_without_a_heading_equals_itself():
     """Dataclasses of Python 3.13 compare field by field, for which no NaN equals another."""
     anyhow = Pose(1.0, 2.0, math.nan)
     assert anyhow == Pose(1.0, 2.0, math.nan)

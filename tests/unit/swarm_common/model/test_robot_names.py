@@ -1,7 +1,5 @@
 """The names of a run's robots, and what is none."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -27,21 +25,21 @@ ROOT = Path(__file__).parents[4]
         (["solo"], 1, ["solo"]),
     ],
 )
-def test_patterns_and_lists(words: list[str], count: int, names: list[str]) -> None:
+def test_patterns_and_lists(words, count, names):
     own = RobotNames.of(words, count, "--names")
     assert own.first(count) == names
     assert [own.number_of(name) for name in names] == list(range(1, count + 1))
     assert RobotNames.parse(str(own)) == own
 
 
-def test_the_usual_names() -> None:
+def test_the_usual_names():
     assert RobotNames().first(2) == ["Srobot1", "Srobot2"]
 
 
 @pytest.mark.parametrize(
     "name", ["agv", "agv0", "agv01", "agv70000", "agv-1", "AGV1", "agv1", "/agv5"]
 )
-def test_names_of_no_robot_have_no_number(name: str) -> None:
+def test_names_of_no_robot_have_no_number(name):
     names = RobotNames.of(["ann", "agv{}"], 2, "--names")
     assert names.number_of(name) == 0  # agv1 would be the first robot, which is called ann
     assert names.number_of(f"agv{MOST}") == MOST
@@ -73,26 +71,26 @@ def test_names_of_no_robot_have_no_number(name: str) -> None:
         (["map", "bob"], 2, "something else of a swarm is called map"),
     ],
 )
-def test_bad_names_are_one_error(words: list[str], count: int, message: str) -> None:
+def test_bad_names_are_one_error(words, count, message):
     with pytest.raises(ConfigError, match=r"^--names: ") as caught:
         RobotNames.of(words, count, "--names")
     assert message in str(caught.value)
 
 
-def test_what_else_has_a_name_is_kept_free() -> None:
+def test_what_else_has_a_name_is_kept_free():
     topics = {topic.name.split("/")[1] for topic in WORLD_TOPICS}
     logs = {row.name for row in (*TABLE, *ROBOTS_TABLE)}
     assert topics | {ALL, MERGED, SWARM} <= RESERVED
     assert logs - {"rviz"} <= RESERVED  # the logs of its windows are called rviz_NAME
 
 
-def test_nobody_else_builds_or_matches_names() -> None:
+def test_nobody_else_builds_or_matches_names():
     built = re.compile(r"Srobot(?:\\d|\{|\(|[\"'])")
     files = [path for path in ROOT.glob("swarm_*/**/*.py") if built.search(path.read_text("utf-8"))]
     assert [path.name for path in files] == ["robot_names.py"]
 
 
-def test_names_for_people() -> None:
+def test_names_for_people():
     assert in_short(["agv1"]) == "agv1"
     assert in_short(["ann", "bob"]) == "ann and bob"
     assert in_short(["agv2", "agv3", "agv4"]) == "agv2 to agv4"

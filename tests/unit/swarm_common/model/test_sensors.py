@@ -1,9 +1,5 @@
 """Reading of `sensors:`: what is right, what is refused, and what overrides what."""
 
-from __future__ import annotations
-
-from typing import Any
-
 import pytest
 
 from swarm_common.model.errors import ConfigError, RobotModelError, UnknownNameError
@@ -14,7 +10,7 @@ from swarm_describe.robots.sensors_io import sensor_errors
 from swarm_describe.robots.source import robot_names
 
 
-def test_nothing_said_is_ideal_and_what_is_said_replaces_the_base() -> None:
+def test_nothing_said_is_ideal_and_what_is_said_replaces_the_base():
     assert sensor_errors({}, "x") == IDEAL
     base = sensor_errors({"lidar": {"dropout": 0.1}, "imu": {"gyro_bias": 1}}, "x")
     changed = sensor_errors({"lidar": {"sigma_share": 0.02}}, "x", base)
@@ -38,32 +34,32 @@ def test_nothing_said_is_ideal_and_what_is_said_replaces_the_base() -> None:
         ({"imu": {"gyro_noise": float("nan")}}, "gyro_noise is nan"),
     ],
 )
-def test_bad_values_are_refused_with_their_place(data: Any, message: str) -> None:
+def test_bad_values_are_refused_with_their_place(data, message):
     with pytest.raises((RobotModelError, UnknownNameError), match=message):
         sensor_errors(data, "robot.yaml: sensors", IDEAL, RobotModelError)
 
 
 @pytest.mark.parametrize("data", [{"lidars": {}}, {"lidar": {"dropouts": 0.1}}])
-def test_an_unknown_key_is_answered_with_the_closest_one(data: Any) -> None:
+def test_an_unknown_key_is_answered_with_the_closest_one(data):
     with pytest.raises(UnknownNameError, match="did you mean"):
         sensor_errors(data, "robot.yaml: sensors")
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_every_robot_of_ours_says_how_its_sensors_err(name: str) -> None:
+def test_every_robot_of_ours_says_how_its_sensors_err(name):
     spec = load_robot(name)
     assert spec.sensors != IDEAL
     assert spec.sensors.lidar.sigma_share > 0.0
     assert spec.sensors.imu.gyro_bias > 0.0
 
 
-def test_a_navigator_does_not_learn_how_its_sensors_err() -> None:
+def test_a_navigator_does_not_learn_how_its_sensors_err():
     spec = load_robot("turtlebot3_waffle")
     assert not any("sensors" in key for key in robot_parameters(spec))
     assert robot_from_parameters(robot_parameters(spec)).sensors == IDEAL
 
 
-def test_the_world_section_of_a_parameter_file_overrides_all_robots() -> None:
+def test_the_world_section_of_a_parameter_file_overrides_all_robots():
     from swarm_run.world_params import parse_world
 
     params = parse_world({"sensors": {"lidar": {"dropout": 0.2}}, "wall_limit": 3.0}, [], "p.yaml")

@@ -1,7 +1,5 @@
 """Zones on the cells of a map, compared with cell-by-cell twins."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import shapely
@@ -35,7 +33,7 @@ def overlapping(area: shapely.Geometry, grid: Grid) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_polygon_closes_every_cell_that_it_overlaps(seed: int) -> None:
+def test_a_polygon_closes_every_cell_that_it_overlaps(seed):
     rng = np.random.default_rng(seed)
     corners = shapely.MultiPoint(rng.uniform((-1.5, -1.0), (2.5, 2.0), (6, 2))).convex_hull
     zone = KeepoutZone("a", tuple(corners.exterior.coords[:-1]))
@@ -45,7 +43,7 @@ def test_a_polygon_closes_every_cell_that_it_overlaps(seed: int) -> None:
     assert np.array_equal(marked.cells, MAP.cells)
 
 
-def test_borders_on_the_lines_of_the_map_close_no_further_cells() -> None:
+def test_borders_on_the_lines_of_the_map_close_no_further_cells():
     zone = KeepoutZone("a", ((0.0, 0.0), (0.3, 0.0), (0.3, 0.2), (0.0, 0.2)))
     marked = Zones(keepout=(zone,)).mark(MAP)
     assert marked.keepout is not None
@@ -55,9 +53,7 @@ def test_borders_on_the_lines_of_the_map_close_no_further_cells() -> None:
 
 @pytest.mark.parametrize("resolution", [0.03, 0.1, 0.25])
 @pytest.mark.parametrize("origin", [(-1.0, -0.5), (-1.04, -0.47), (-1.9, 0.3), (1.2, 1.1)])
-def test_a_mask_of_any_resolution_closes_the_cells_that_it_overlaps(
-    resolution: float, origin: tuple[float, float]
-) -> None:
+def test_a_mask_of_any_resolution_closes_the_cells_that_it_overlaps(resolution, origin):
     """A thin line of a fine mask must not fall between the cells of the map."""
     cells = (np.random.default_rng(1).random((30, 40)) < 0.05).astype(np.int8) * KEEPOUT
     cells[3, :] = 40
@@ -69,7 +65,7 @@ def test_a_mask_of_any_resolution_closes_the_cells_that_it_overlaps(
     assert np.array_equal(marked.keepout == KEEPOUT, expected)
 
 
-def test_a_turned_mask_is_where_its_origin_says() -> None:
+def test_a_turned_mask_is_where_its_origin_says():
     cells = np.full((4, 4), KEEPOUT, np.int8)
     turned = Grid(cells, 0.1, 0.4, 0.0, np.pi / 2).upright()
     marked = Zones(keepout_mask=turned).mark(MAP)
@@ -77,7 +73,7 @@ def test_a_turned_mask_is_where_its_origin_says() -> None:
     assert set(np.nonzero(marked.keepout)[1]) == {10, 11, 12, 13}  # x from 0 to 0.4
 
 
-def test_the_lowest_limit_counts() -> None:
+def test_the_lowest_limit_counts():
     left, both = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)), SpeedZone
     values = np.full((2, 2), 30, np.int8)
     zones = Zones(
@@ -98,17 +94,17 @@ def test_the_lowest_limit_counts() -> None:
         Zones(keepout_mask=Grid(np.full((2, 2), KEEPOUT, np.int8), 0.1, 9.0, 9.0)),
     ],
 )
-def test_a_zone_beside_the_map_is_an_error(zones: Zones) -> None:
+def test_a_zone_beside_the_map_is_an_error(zones):
     with pytest.raises(MapError, match=r"lies beside the map, which reaches from \(-1, -0.5\)"):
         zones.mark(MAP)
 
 
-def test_a_map_without_zones_is_not_touched() -> None:
+def test_a_map_without_zones_is_not_touched():
     assert Zones().mark(MAP) is MAP
     assert not Zones()
 
 
-def test_finer_cells_keep_the_zones() -> None:
+def test_finer_cells_keep_the_zones():
     zone = KeepoutZone("a", ((0.0, 0.0), (0.1, 0.0), (0.1, 0.1), (0.0, 0.1)))
     fine = Zones(keepout=(zone,)).mark(MAP).refined()
     assert fine.keepout is not None
@@ -116,7 +112,7 @@ def test_finer_cells_keep_the_zones() -> None:
     assert (fine.keepout == KEEPOUT).sum() == 4
 
 
-def test_triangles_fill_an_area_with_a_hole() -> None:
+def test_triangles_fill_an_area_with_a_hole():
     area = shapely.box(0, 0, 3, 3) - shapely.box(1, 1, 2, 2)
     corners = np.array(triangles(area)).reshape(-1, 3, 2)
     assert sum(shapely.Polygon(three).area for three in corners) == pytest.approx(8.0)

@@ -21,7 +21,7 @@ def kernels(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return module
 
 
-def test_each_compilation_tells_how_many_kernels_are_ready(kernels: ModuleType) -> None:
+def test_each_compilation_tells_how_many_kernels_are_ready(kernels):
     said: list[tuple[int, int]] = []
     now = iter(range(0, 1000, 10))
     with watched(lambda *counts: said.append(counts), ("fresh_kernels",), lambda: float(next(now))):
@@ -32,7 +32,7 @@ def test_each_compilation_tells_how_many_kernels_are_ready(kernels: ModuleType) 
     assert len(said) == 2
 
 
-def test_it_tells_at_most_once_a_period(kernels: ModuleType) -> None:
+def test_it_tells_at_most_once_a_period(kernels):
     said: list[tuple[int, int]] = []
     with watched(lambda *counts: said.append(counts), ("fresh_kernels",), lambda: 0.5 * PERIOD):
         for kernel in (kernels.first, kernels.second, kernels.third):
@@ -40,7 +40,7 @@ def test_it_tells_at_most_once_a_period(kernels: ModuleType) -> None:
     assert said == [(0, 3)]
 
 
-def test_kernels_that_are_ready_are_not_mentioned(kernels: ModuleType) -> None:
+def test_kernels_that_are_ready_are_not_mentioned(kernels):
     kernels.first(1)
     said: list[tuple[int, int]] = []
     with watched(lambda *counts: said.append(counts), ("fresh_kernels",)):

@@ -1,7 +1,5 @@
 """Where things are kept if the user's own folders cannot be written."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

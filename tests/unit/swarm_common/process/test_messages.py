@@ -1,7 +1,5 @@
 """Messages between swarm-up and its processes: what is known passes, what is not is named."""
 
-from __future__ import annotations
-
 import os
 import typing
 
@@ -32,7 +30,7 @@ def kinds_of(base: type[msgspec.Struct]) -> set[type[msgspec.Struct]]:
     return known
 
 
-def test_every_kind_of_message_belongs_to_a_union_that_somebody_decodes() -> None:
+def test_every_kind_of_message_belongs_to_a_union_that_somebody_decodes():
     assert kinds_of(say.EventBase) == set(typing.get_args(say.Event))
     assert kinds_of(say.CommandBase) == set(typing.get_args(COMMANDS))
 
@@ -47,7 +45,7 @@ def test_every_kind_of_message_belongs_to_a_union_that_somebody_decodes() -> Non
         say.HostJoined("a", "first", ("Srobot1",)),
     ],
 )
-def test_an_event_passes_through_a_line(event: say.Event) -> None:
+def test_an_event_passes_through_a_line(event):
     assert decode(encode(event), say.EVENTS) == event
 
 
@@ -62,19 +60,19 @@ def test_an_event_passes_through_a_line(event: say.Event) -> None:
         (b"Traceback (most recent call last):", "Traceback"),
     ],
 )
-def test_a_line_that_is_no_known_event_is_an_error_that_names_it(line: bytes, words: str) -> None:
+def test_a_line_that_is_no_known_event_is_an_error_that_names_it(line, words):
     with pytest.raises(UnknownMessageError, match="unknown message") as caught:
         decode(line, say.EVENTS)
     assert words in str(caught.value)
 
 
-def test_a_process_takes_only_its_own_commands() -> None:
+def test_a_process_takes_only_its_own_commands():
     assert decode(encode(say.Go()), say.FORK_SERVER) == say.Go()
     with pytest.raises(UnknownMessageError, match="go"):
         decode(encode(say.Go()), say.WORLD)
 
 
-def test_half_a_line_waits_for_its_other_half() -> None:
+def test_half_a_line_waits_for_its_other_half():
     read_end, write_end = os.pipe()
     reader = MessageReader(read_end, say.EVENTS)
     os.write(write_end, b'{"event": "ready"}\n{"eve')

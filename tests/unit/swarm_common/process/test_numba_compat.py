@@ -47,14 +47,14 @@ def run(tmp_path: Path):
     return run_module
 
 
-def test_a_kernel_is_loaded_and_a_renamed_class_has_it_compiled_again(run) -> None:
+def test_a_kernel_is_loaded_and_a_renamed_class_has_it_compiled_again(run):
     assert run("Place") == "4.0 0"
     assert run("Place") == "4.0 1"
     assert run("Spot") == "4.0 0"
     assert run("Spot") == "4.0 1"
 
 
-def test_a_place_that_cannot_be_used_has_it_compiled(run, tmp_path: Path) -> None:
+def test_a_place_that_cannot_be_used_has_it_compiled(run, tmp_path):
     """Files of another user, or a full disk, ended the process."""
     run("Place")
     for path in (tmp_path / "cache").rglob("*.nbi"):
@@ -64,7 +64,7 @@ def test_a_place_that_cannot_be_used_has_it_compiled(run, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-def test_a_file_that_was_cut_short_is_written_anew(run, tmp_path: Path, suffix: str) -> None:
+def test_a_file_that_was_cut_short_is_written_anew(run, tmp_path, suffix):
     run("Place")
     for path in (tmp_path / "cache").rglob(f"*.{suffix}"):
         path.write_bytes(path.read_bytes()[:-20])
@@ -72,7 +72,7 @@ def test_a_file_that_was_cut_short_is_written_anew(run, tmp_path: Path, suffix: 
     assert run("Place") == "4.0 1"
 
 
-def test_another_checkout_finds_its_kernels_and_what_they_call_counts(tmp_path: Path) -> None:
+def test_another_checkout_finds_its_kernels_and_what_they_call_counts(tmp_path):
     """numba itself keeps a callee's old code in callers whose own file did not change."""
     caller = "from swarm_common.process.numba_compat import njit\nfrom swarm_a.callee import one\n"
     caller += "@njit(cache=True)\ndef two():\n    return 2 * one()\n"
@@ -104,7 +104,7 @@ def test_another_checkout_finds_its_kernels_and_what_they_call_counts(tmp_path: 
     assert say("one", 4) == "8 0"
 
 
-def test_the_oldest_kernels_go_and_what_others_keep_there_stays(tmp_path, monkeypatch) -> None:
+def test_the_oldest_kernels_go_and_what_others_keep_there_stays(tmp_path, monkeypatch):
     monkeypatch.setattr(numba_compat, "kernel_folder", lambda: tmp_path)
     monkeypatch.setattr(numba_compat, "MOST_KEPT", 2)
     (tmp_path / "of_another_library").mkdir()

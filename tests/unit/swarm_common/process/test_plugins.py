@@ -26,14 +26,14 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_a_module_of_the_working_directory_is_found(folder: Path) -> None:
+def test_a_module_of_the_working_directory_is_found(folder):
     (folder / "part_in_the_folder.py").write_text("class Mine:\n    class Inner: pass\n")
     assert load("part_in_the_folder:Mine").__name__ == "Mine"
     assert load("part_in_the_folder:Mine.Inner").__name__ == "Inner"
     assert load("usual").__name__ == "OrderedDict"
 
 
-def test_an_entry_point_is_found_by_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_entry_point_is_found_by_its_name(monkeypatch):
     def points(group: str) -> list[EntryPoint]:
         return [EntryPoint("counting", "collections:Counter", group)] * (
             group == "swarm_workbench.controllers"
@@ -55,7 +55,7 @@ def test_an_entry_point_is_found_by_its_name(monkeypatch: pytest.MonkeyPatch) ->
         ("part_d:Mine", "Mine = 3\n", "'part_d:Mine', which is no class or function"),
     ],
 )
-def test_one_that_is_missing_is_told(folder: Path, name: str, source: str, message: str) -> None:
+def test_one_that_is_missing_is_told(folder, name, source, message):
     if source:
         (folder / f"{name.partition(':')[0]}.py").write_text(source)
     with pytest.raises(ConfigError, match=message):
@@ -94,7 +94,7 @@ def _afresh(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plugins, "MOST_START_TIME", 0.2)
 
 
-def test_what_it_raises_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_it_raises_is_told_once(capsys):
     guards = [Guard("controller x:Part", Part) for _ in range(2)]
     for guard in guards * 2:
         with pytest.raises(PluginError, match="controller x:Part: wrong raised KeyError") as caught:
@@ -106,7 +106,7 @@ def test_what_it_raises_is_told_once(capsys: pytest.CaptureFixture[str]) -> None
         guards[0].call("wrong", passes=(KeyError,))
 
 
-def test_an_endless_call_is_ended_and_the_plug_in_left_alone() -> None:
+def test_an_endless_call_is_ended_and_the_plug_in_left_alone():
     rung = []
     before = signal.signal(signal.SIGALRM, lambda *_: rung.append(1))
     outer = signal.setitimer(signal.ITIMER_REAL, 0.3)
@@ -125,15 +125,13 @@ def test_an_endless_call_is_ended_and_the_plug_in_left_alone() -> None:
         signal.signal(signal.SIGALRM, before)
 
 
-def test_one_that_computes_without_end_is_ended() -> None:
+def test_one_that_computes_without_end_is_ended():
     guard = Guard("controller x:Part", Part)
     with pytest.raises(PluginError, match=r"busy took longer than 0.05 s"):
         guard.call("busy")
 
 
-def test_on_a_busy_machine_the_time_of_the_processor_counts(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_on_a_busy_machine_the_time_of_the_processor_counts(monkeypatch):
     used = iter((0.0, 0.01, 0.02, 0.1))  # [s] at the start, and each time that the alarm rings
     monkeypatch.setattr(time, "thread_time", lambda: next(used))
     guard = Guard("controller x:Part", lambda: Part())
@@ -146,7 +144,7 @@ def test_on_a_busy_machine_the_time_of_the_processor_counts(
         next(used)
 
 
-def test_one_that_cannot_be_made_fails_in_each_call() -> None:
+def test_one_that_cannot_be_made_fails_in_each_call():
     guard = Guard("planner x:Part", Part, 1.0)
     with pytest.raises(PluginError, match="planner x:Part: __init__ took longer"):
         guard.call("fine", 1)
@@ -155,6 +153,6 @@ def test_one_that_cannot_be_made_fails_in_each_call() -> None:
         guard.call("fine", 1)
 
 
-def test_a_missing_method_is_a_fault() -> None:
+def test_a_missing_method_is_a_fault():
     with pytest.raises(PluginError, match="follow raised TypeError"):
         Guard("controller x:Part", Part).call("follow")

@@ -1,11 +1,8 @@
 """A version of a library in which a private part moved is told in plain words."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -25,12 +22,12 @@ COMPATS = (
 
 
 @pytest.mark.parametrize(("library", "compat"), COMPATS, ids=[name for name, _ in COMPATS])
-def test_the_installed_version_has_every_part(library: str, compat: ModuleType) -> None:
+def test_the_installed_version_has_every_part(library, compat):
     require(library, compat.__name__, compat.PARTS)
 
 
 @pytest.mark.parametrize(("library", "compat"), COMPATS, ids=[name for name, _ in COMPATS])
-def test_a_part_that_moved_is_named_with_the_version(library: str, compat: ModuleType) -> None:
+def test_a_part_that_moved_is_named_with_the_version(library, compat):
     owner, _ = compat.PARTS[0]
     with pytest.raises(MovedPartError) as caught:
         require(library, compat.__name__, [*compat.PARTS, (owner, "_moved_elsewhere")])
@@ -38,7 +35,7 @@ def test_a_part_that_moved_is_named_with_the_version(library: str, compat: Modul
         assert word in str(caught.value)
 
 
-def test_an_attribute_that_a_constructor_no_longer_sets_is_a_moved_part() -> None:
+def test_an_attribute_that_a_constructor_no_longer_sets_is_a_moved_part():
     class Library:
         def __init__(self) -> None:
             self._kept = 1
@@ -69,5 +66,5 @@ def foreign_private_parts() -> Iterator[str]:
                     yield f"{path.relative_to(ROOT)}:{node.lineno} {ast.unparse(node)}"
 
 
-def test_private_parts_of_other_libraries_are_in_compat_modules_only() -> None:
+def test_private_parts_of_other_libraries_are_in_compat_modules_only():
     assert list(foreign_private_parts()) == []

@@ -1,7 +1,5 @@
 """What a start spares is spared, and nothing else changes."""
 
-from __future__ import annotations
-
 import gc
 import subprocess
 import sys
@@ -35,11 +33,11 @@ UNUSED = {
 IMPORTED = "import os, sys, {}; print(*sys.modules, flush=True); os._exit(0)"
 
 
-def test_kernels_run_without_scipy_and_scipy_can_be_imported_after() -> None:
+def test_kernels_run_without_scipy_and_scipy_can_be_imported_after():
     subprocess.run([sys.executable, "-c", KERNEL], check=True, timeout=300)
 
 
-def test_the_collector_is_off_within_and_on_again_after_a_failure() -> None:
+def test_the_collector_is_off_within_and_on_again_after_a_failure():
     def fail() -> None:
         with without_collector():
             assert not gc.isenabled()
@@ -52,7 +50,7 @@ def test_the_collector_is_off_within_and_on_again_after_a_failure() -> None:
 
 
 @pytest.mark.parametrize("process", UNUSED)
-def test_a_process_starts_without_what_it_does_not_use(process: str) -> None:
+def test_a_process_starts_without_what_it_does_not_use(process):
     command = [sys.executable, "-c", IMPORTED.format(process)]
     modules = subprocess.run(command, check=True, timeout=300, capture_output=True, text=True)
     assert not set(modules.stdout.split()) & {*OTHERS, *UNUSED[process]}

@@ -15,14 +15,14 @@ os._exit(0)
 """
 
 
-def test_the_fork_server_has_one_thread_when_it_is_ready_to_fork() -> None:
+def test_the_fork_server_has_one_thread_when_it_is_ready_to_fork():
     """numpy, scipy, numba, rclpy and all type supports are loaded by then."""
     command = (sys.executable, "-c", PREPARED)
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=250)
     assert done.stdout == "1", done.stderr
 
 
-def test_threads_start_again_afterwards() -> None:
+def test_threads_start_again_afterwards():
     with without_threads():
         pass
     before = thread_count()
@@ -34,7 +34,7 @@ def test_threads_start_again_afterwards() -> None:
     thread.join()
 
 
-def test_within_it_no_thread_starts() -> None:
+def test_within_it_no_thread_starts():
     code = (
         "import threading\n"
         "from swarm_common.process.quick_start import without_threads\n"

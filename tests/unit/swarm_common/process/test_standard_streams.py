@@ -1,7 +1,5 @@
 """A command says the truth where its output leads nowhere: full, closed, not read any more."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -31,7 +29,7 @@ def ended(name: str, redirection: str, *more: str, unbuffered: str = "") -> tupl
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_output_on_a_full_disk_is_a_failure_told_in_a_line(name: str) -> None:
+def test_output_on_a_full_disk_is_a_failure_told_in_a_line(name):
     """It was a traceback with exit code 1, or `Exception ignored in` and 120."""
     code, errors = ended(name, "> /dev/full")
     command = {"ros2": "ros2", "ros2 help": "ros2", "help": "swarm-report"}.get(name, "swarm-up")
@@ -40,17 +38,17 @@ def test_output_on_a_full_disk_is_a_failure_told_in_a_line(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["ros2", "version", "table"])
-def test_a_reader_who_has_left_is_no_missed_goal(name: str) -> None:
+def test_a_reader_who_has_left_is_no_missed_goal(name):
     assert ended(name, '| true; exit "${PIPESTATUS[0]}"') == (141, "")
 
 
 @pytest.mark.parametrize("name", ["ros2", "version", "table"])
-def test_each_write_may_be_the_one_that_fails(name: str) -> None:
+def test_each_write_may_be_the_one_that_fails(name):
     assert "cannot write the output" in ended(name, "> /dev/full", unbuffered="1")[1]
 
 
 @pytest.mark.parametrize("name", ["ros2", "table"])
-def test_a_message_that_nobody_can_read_changes_no_exit_code(name: str) -> None:
+def test_a_message_that_nobody_can_read_changes_no_exit_code(name):
     for redirection in ("2> /dev/full", "2>&-"):
         assert ended(name, redirection, "--nonsense")[0] == 2
         assert ended(name, f"> /dev/null {redirection}")[0] == 0

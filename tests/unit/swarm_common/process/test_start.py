@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import os
 import py_compile
 import subprocess
@@ -12,9 +10,7 @@ HEADER = 16  # bytes in front of the code of a .pyc
 
 
 @pytest.mark.parametrize("kept", [HEADER, HEADER + 40, -1])
-def test_a_module_whose_compiled_file_was_cut_short_is_compiled_anew(
-    tmp_path: Path, kept: int
-) -> None:
+def test_a_module_whose_compiled_file_was_cut_short_is_compiled_anew(tmp_path, kept):
     compiled = _compiled(tmp_path)
     compiled.write_bytes(compiled.read_bytes()[:kept])
     assert _imported(tmp_path) == "42"
@@ -22,20 +18,20 @@ def test_a_module_whose_compiled_file_was_cut_short_is_compiled_anew(
     assert "EOFError" not in _imported(tmp_path, guard="pass"), "it was written again"
 
 
-def test_a_module_whose_compiled_file_has_a_hole_is_compiled_anew(tmp_path: Path) -> None:
+def test_a_module_whose_compiled_file_has_a_hole_is_compiled_anew(tmp_path):
     compiled = _compiled(tmp_path)
     content = compiled.read_bytes()
     compiled.write_bytes(content[:HEADER] + bytes(len(content) - HEADER))
     assert _imported(tmp_path) == "42"
 
 
-def test_python_itself_does_not_get_over_it(tmp_path: Path) -> None:
+def test_python_itself_does_not_get_over_it(tmp_path):
     compiled = _compiled(tmp_path)
     compiled.write_bytes(compiled.read_bytes()[:-1])
     assert "EOFError" in _imported(tmp_path, guard="pass")
 
 
-def test_a_module_that_is_wrong_itself_says_so(tmp_path: Path) -> None:
+def test_a_module_that_is_wrong_itself_says_so(tmp_path):
     (tmp_path / "module_of_forty_two.py").write_text("int('seven')\n")
     assert "invalid literal for int" in _imported(tmp_path)
     (tmp_path / "module_of_forty_two.py").write_text("VALUE = (\n")

@@ -1,7 +1,5 @@
 """Models and worlds in the cache of Gazebo Fuel: the version that is named, or the newest."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -58,18 +56,18 @@ def home_fixture(tmp_path: Path) -> Path:
         (f"https://{GZ}/1.0/acme/models/shelf", None),
     ],
 )  # fmt: skip
-def test_versions(home: Path, uri: str, found: str | None) -> None:
+def test_versions(home, uri, found):
     path = ModelPaths(home / "beside", {}, home).find(uri, home / "here")
     assert path == (None if found is None else home / found)
 
 
-def test_a_cache_elsewhere(home: Path) -> None:
+def test_a_cache_elsewhere(home):
     paths = ModelPaths(home, {"GZ_FUEL_CACHE_PATH": str(home / ".gz" / "fuel")}, home / "nobody")
     assert paths.find(f"https://{GZ}/1.0/acme/models/rack", home) is not None
     assert name_in_fuel("model://rack") is None
 
 
-def test_worlds_of_fuel(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_worlds_of_fuel(home, monkeypatch):
     monkeypatch.setenv("HOME", str(home))
     uri = f"https://{GZ}/1.0/openrobotics/worlds/Depot"
     with pytest.raises(ConfigError, match="gz fuel download -u"):

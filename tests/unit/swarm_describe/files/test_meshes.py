@@ -1,9 +1,5 @@
 """Meshes are in metres: by the unit that COLLADA states, and by the scale of who names them."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 import trimesh
@@ -28,7 +24,7 @@ SIZE = (0.30, 0.24, 0.08)  # [m]
 ONE = (1.0, 1.0, 1.0)
 
 
-def test_the_unit_of_collada_counts_for_robots_worlds_and_the_viewer(tmp_path: Path) -> None:
+def test_the_unit_of_collada_counts_for_robots_worlds_and_the_viewer(tmp_path):
     path, urdf = tmp_path / "box.dae", tmp_path / "r.urdf"
     path.write_text(DAE)
     urdf.write_text(
@@ -44,7 +40,7 @@ def test_the_unit_of_collada_counts_for_robots_worlds_and_the_viewer(tmp_path: P
         assert np.ptp(points, axis=0) == pytest.approx(SIZE)
 
 
-def test_a_robots_mesh_in_millimetres_is_refused_with_the_cure(tmp_path: Path) -> None:
+def test_a_robots_mesh_in_millimetres_is_refused_with_the_cure(tmp_path):
     path = tmp_path / "box.stl"
     trimesh.creation.box((300.0, 240.0, 80.0)).export(path)
     with pytest.raises(DescriptionError, match=r"box.stl: .*300 m long .*scale 1 1 1.*0\.001 0"):

@@ -1,11 +1,8 @@
 """XML as Gazebo's reader takes it, and what stays refused."""
 
-from __future__ import annotations
-
 import time
 import xml.etree.ElementTree as ET
 from itertools import pairwise
-from pathlib import Path
 from xml.parsers.expat import ExpatError
 
 import pytest
@@ -44,14 +41,14 @@ WORLD = f"<sdf version='1.6'><world name='w'>{BOX}</world></sdf>"
         WORLD.encode("utf-16"),
     ],
 )
-def test_what_gazebo_reads_is_read(tmp_path: Path, data: bytes) -> None:
+def test_what_gazebo_reads_is_read(tmp_path, data):
     path = tmp_path / "w.sdf"
     path.write_bytes(data)
     (body,) = read_bodies(path)
     assert body.world_from_body[:3, 3].tolist() == [2.0, -1.5, 0.5]
 
 
-def test_a_mended_file_is_the_one_that_was_meant() -> None:
+def test_a_mended_file_is_the_one_that_was_meant():
     text = b"<a b='&quot;&amp;#65; &x; <'>1 &lt; 2 &#x41; &#0; ]]> <![CDATA[<&]]><!-- -- --></a>"
     root = read_xml(text).root
     assert root.attrib == {"b": '"&#65; &x; <'}
@@ -72,12 +69,12 @@ def test_a_mended_file_is_the_one_that_was_meant() -> None:
         (b"<a b='1' b='2'/>", "duplicate attribute"),
     ],
 )
-def test_what_gazebo_refuses_is_refused(data: bytes, message: str) -> None:
+def test_what_gazebo_refuses_is_refused(data, message):
     with pytest.raises((ExpatError, ValueError), match=message):
         read_xml(data)
 
 
-def test_entities_that_grow_are_refused() -> None:
+def test_entities_that_grow_are_refused():
     names = "abcdefghij"
     entities = "<!ENTITY a 'lol'>" + "".join(
         f"<!ENTITY {name} '{f'&{before};' * 10}'>" for before, name in pairwise(names)
@@ -91,25 +88,25 @@ def test_entities_that_grow_are_refused() -> None:
 
 
 @pytest.mark.parametrize("piece", ["<a b='<!-- -- -->", "<a ", "<!-- -- ", "&#", "<![CDATA[", '<"'])
-def test_time_grows_with_the_length(piece: str) -> None:
+def test_time_grows_with_the_length(piece):
     start = time.process_time()
     with pytest.raises((ExpatError, ValueError)):
         read_xml((piece * 100_000).encode())
     assert time.process_time() - start < 5.0
 
 
-def test_text_around_the_world_is_told(tmp_path: Path) -> None:
+def test_text_around_the_world_is_told(tmp_path):
     path = tmp_path / "w.sdf"
     path.write_text(f"{WORLD} and so on")
     assert read_world(path).notes == ("w.sdf: the text around <sdf> in w.sdf is ignored",)
 
 
-def test_well_formed_files_are_read_as_by_the_standard_library() -> None:
+def test_well_formed_files_are_read_as_by_the_standard_library():
     text = "<?xml version='1.0'?>\n<a b='1&amp;2'>x<c d='&#10;'/>y<!-- z --></a>"
     assert ET.tostring(read_xml(text.encode()).root) == ET.tostring(ET.fromstring(text))
 
 
-def test_a_world_of_stage_is_no_xml(tmp_path: Path) -> None:
+def test_a_world_of_stage_is_no_xml(tmp_path):
     path = tmp_path / "cave.world"
     path.write_text('define floorplan model ( color "gray30" )\n')
     with pytest.raises(WorldError, match="no XML"):

@@ -1,10 +1,5 @@
 """The section `battery:` of robot.yaml and fleets: what is taken, and what is refused."""
 
-from __future__ import annotations
-
-from pathlib import Path
-from typing import Any
-
 import pytest
 
 from swarm_common.model.battery import BatterySpec
@@ -22,7 +17,7 @@ groups:
 """
 
 
-def test_a_robots_battery_is_read_and_is_among_its_parameters(tmp_path: Path) -> None:
+def test_a_robots_battery_is_read_and_is_among_its_parameters(tmp_path):
     spec = load_robot(str(waffle_with_battery(tmp_path)))
     assert spec.battery is not None
     assert (spec.battery.capacity, spec.battery.initial) == (1.0, (0.4, 0.8))
@@ -32,14 +27,14 @@ def test_a_robots_battery_is_read_and_is_among_its_parameters(tmp_path: Path) ->
     assert found.initial == (1.0, 1.0)  # where a robot starts is the world's business
 
 
-def test_a_robot_without_a_battery_has_no_parameters_of_one() -> None:
+def test_a_robot_without_a_battery_has_no_parameters_of_one():
     spec = load_robot("turtlebot3_waffle")
     assert spec.battery is None
     assert not [name for name in robot_parameters(spec) if name.startswith("battery")]
     assert robot_from_parameters(robot_parameters(spec)).battery is None
 
 
-def test_a_group_of_a_fleet_changes_the_battery_of_its_model(tmp_path: Path) -> None:
+def test_a_group_of_a_fleet_changes_the_battery_of_its_model(tmp_path):
     model = waffle_with_battery(tmp_path)
     (tmp_path / "fleet.yaml").write_text(FLEET.replace("MODEL", str(model)), "utf-8")
     first, second = (member.spec.battery for member in load_fleet(tmp_path / "fleet.yaml").members)
@@ -49,7 +44,7 @@ def test_a_group_of_a_fleet_changes_the_battery_of_its_model(tmp_path: Path) -> 
     assert second.charge_power == first.charge_power
 
 
-def test_a_group_whose_model_has_no_battery_must_say_all_of_it(tmp_path: Path) -> None:
+def test_a_group_whose_model_has_no_battery_must_say_all_of_it(tmp_path):
     text = FLEET.replace("MODEL", "turtlebot3_waffle")
     (tmp_path / "fleet.yaml").write_text(text, "utf-8")
     with pytest.raises(SwarmError, match=r"groups\[1\]: battery lacks voltage, idle_power"):
@@ -76,9 +71,7 @@ def test_a_group_whose_model_has_no_battery_must_say_all_of_it(tmp_path: Path) -
         ({"capacity": True}, "battery.capacity is True"),
     ],
 )
-def test_a_bad_value_is_one_clear_error(
-    changes: dict[str, Any], words: str, tmp_path: Path
-) -> None:
+def test_a_bad_value_is_one_clear_error(changes, words, tmp_path):
     with pytest.raises(SwarmError) as caught:
         load_robot(str(waffle_with_battery(tmp_path, **changes)))
     assert words in str(caught.value)
@@ -86,14 +79,14 @@ def test_a_bad_value_is_one_clear_error(
 
 
 @pytest.mark.parametrize("data", [None, 3, [], "20 Wh", {}])
-def test_what_is_no_battery_is_refused(data: object) -> None:
+def test_what_is_no_battery_is_refused(data):
     with pytest.raises(
         SwarmError, match=r"capacity.*voltage.*idle_power.*drive_power.*charge_power"
     ):
         parse_battery(data, "robot.yaml: battery")
 
 
-def test_a_way_takes_idle_and_driving_power() -> None:
+def test_a_way_takes_idle_and_driving_power():
     battery = BatterySpec(**{name: BATTERY[name] for name in BATTERY if name != "initial"})
     # 100 m at 0.25 m/s: 400 s at 5 + 2.5 W are 3000 J of 3600 J
     assert battery.share_of_way(100.0, 0.25) == pytest.approx(3000.0 / 3600.0)

@@ -1,7 +1,5 @@
 """Reading of fleets."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 
@@ -25,7 +23,7 @@ def write(folder: Path, text: str) -> Path:
     return path
 
 
-def test_the_mixed_fleet_deals_fifteen_of_each_in_turn() -> None:
+def test_the_mixed_fleet_deals_fifteen_of_each_in_turn():
     fleet = load_fleet("mixed")
     assert [member.model for member in fleet.members] == [BURGER, WAFFLE] * 15
     assert fleet.label == f"15 {BURGER}, 15 {WAFFLE}"
@@ -33,7 +31,7 @@ def test_the_mixed_fleet_deals_fifteen_of_each_in_turn() -> None:
     assert fleet.members[1].limits_in_force["max_vel_x"] == 0.26
 
 
-def test_a_fleet_of_all_models_ships() -> None:
+def test_a_fleet_of_all_models_ships():
     fleet = load_fleet("all_models")
     assert {member.model for member in fleet.members} == set(robot_names()) - {"carrier"}
     limits = {m.spec.drive: m.limits_in_force for m in fleet.members}
@@ -41,7 +39,7 @@ def test_a_fleet_of_all_models_ships() -> None:
     assert "max_vel_y" not in limits["skid"]
 
 
-def test_groups_follow_each_other_or_are_mixed(tmp_path: Path) -> None:
+def test_groups_follow_each_other_or_are_mixed(tmp_path):
     grouped = load_fleet(write(tmp_path, GROUPS))
     assert [member.model for member in grouped.members] == [BURGER] * 3 + [WAFFLE]
     mixed = load_fleet(write(tmp_path, "order: mixed\n" + GROUPS))
@@ -53,7 +51,7 @@ def test_groups_follow_each_other_or_are_mixed(tmp_path: Path) -> None:
     assert first.spec == load_robot(BURGER)
 
 
-def test_a_model_may_lie_beside_the_fleet(tmp_path: Path) -> None:
+def test_a_model_may_lie_beside_the_fleet(tmp_path):
     own = tmp_path / "models" / "own"
     own.mkdir(parents=True)
     (own / "robot.yaml").write_text(find_robot(BURGER).settings.read_text())
@@ -62,7 +60,7 @@ def test_a_model_may_lie_beside_the_fleet(tmp_path: Path) -> None:
     assert Path(member.model).is_absolute()
 
 
-def test_one_model_is_a_fleet_too() -> None:
+def test_one_model_is_a_fleet_too():
     fleet = uniform_fleet(WAFFLE, 7)
     assert len(fleet.members) == 7
     assert fleet.label == WAFFLE
@@ -79,9 +77,7 @@ def test_one_model_is_a_fleet_too() -> None:
         ("", ("names: [ann, bob]", ""), ["ann", "bob", "Srobot3"]),
     ],
 )
-def test_names_are_the_fleets_or_the_groups(
-    tmp_path: Path, top: str, groups: tuple[str, str], names: list[str]
-) -> None:
+def test_names_are_the_fleets_or_the_groups(tmp_path, top, groups, names):
     lines = [
         f"  - {{model: {BURGER}, count: {count}, {own}}}"
         for count, own in zip((2, 1), groups, strict=True)
@@ -134,7 +130,7 @@ def test_names_are_the_fleets_or_the_groups(
         ),
     ],
 )
-def test_bad_fleets_are_refused(tmp_path: Path, text: str, message: str) -> None:
+def test_bad_fleets_are_refused(tmp_path, text, message):
     path = write(tmp_path, text)
     with pytest.raises(SwarmError) as caught:
         load_fleet(path)
@@ -142,7 +138,7 @@ def test_bad_fleets_are_refused(tmp_path: Path, text: str, message: str) -> None
     assert str(path) in str(caught.value)
 
 
-def test_unknown_fleets_are_refused() -> None:
+def test_unknown_fleets_are_refused():
     with pytest.raises(ConfigError, match="did you mean 'mixed'"):
         load_fleet("mixd")
     with pytest.raises(ConfigError, match=r"none\.yaml"):

@@ -1,8 +1,5 @@
 """Drive, wheels, limits and LiDAR of robots after the habits of public descriptions."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -57,12 +54,12 @@ def notes_of(own: Own, folder: Path) -> str:
 
 
 @pytest.mark.parametrize("kind", FOREIGN)
-def test_they_load(kind: str, tmp_path: Path) -> None:
+def test_they_load(kind, tmp_path):
     spec = load_robot(FOREIGN[kind]().write(tmp_path))
     assert len(spec.wheels_left) == len(spec.wheels_right) >= 1
 
 
-def test_names_are_split_into_words() -> None:
+def test_names_are_split_into_words():
     assert words("Front_leftCasterWheel2-jointABc") == (
         "front", "left", "caster", "wheel", "joint", "a", "bc",
     )  # fmt: skip
@@ -76,14 +73,12 @@ def test_names_are_split_into_words() -> None:
 
 
 @pytest.mark.parametrize("name", ["omnicorp_two_wheeler", "controller_bot", "omni_bot", "mecanum"])
-def test_two_wheels_are_differential_whatever_the_robot_is_called(
-    name: str, tmp_path: Path
-) -> None:
+def test_two_wheels_are_differential_whatever_the_robot_is_called(name, tmp_path):
     assert load_robot(two_wheels(*pair(), name=name).write(tmp_path)).drive == "differential"
 
 
 @pytest.mark.parametrize("word", ["freebot", "free", "caster"])
-def test_a_word_that_all_wheels_share_makes_none_a_caster(word: str, tmp_path: Path) -> None:
+def test_a_word_that_all_wheels_share_makes_none_a_caster(word, tmp_path):
     wheels = [wheel(f"{word}_{s}", (0, y, 0.05)) for s, y in (("left", 0.15), ("right", -0.15))]
     assert load_robot(two_wheels(*wheels).write(tmp_path)).drive == "differential"
 
@@ -97,9 +92,7 @@ def test_a_word_that_all_wheels_share_makes_none_a_caster(word: str, tmp_path: P
         ("plain", [(f"omnicorp_{name}", x, y) for name, x, y in CORNERS], "skid"),
     ],
 )
-def test_names_count_last(
-    name: str, places: list[tuple[str, float, float]], drive: str, tmp_path: Path
-) -> None:
+def test_names_count_last(name, places, drive, tmp_path):
     wheels = [wheel(place, (x, y, 0.05)) for place, x, y in places]
     body = link("base_link", '<box size="0.4 0.26 0.1"/>', inertial(6.0, 0.08), xyz="0 0 0.1")
     own = Own(robot(name, [body, *wheels, lidar(xyz=(0.1, 0.0, 0.2))]))
@@ -111,11 +104,11 @@ def test_names_count_last(
     assert "guessed" not in notes_of(own, tmp_path)
 
 
-def test_rollers_make_a_drive_omnidirectional(tmp_path: Path) -> None:
+def test_rollers_make_a_drive_omnidirectional(tmp_path):
     assert load_robot(on_rollers().write(tmp_path)).drive == "omni"
 
 
-def test_three_wheels_in_a_star_are_omnidirectional(tmp_path: Path) -> None:
+def test_three_wheels_in_a_star_are_omnidirectional(tmp_path):
     body = link("base_link", cylinder(0.2, 0.1), inertial(9.0, 0.2), xyz="0 0 0.13")
     wheels = []
     for k, (x, y) in enumerate(((0.16, 0.0), (-0.08, 0.13856), (-0.08, -0.13856))):
@@ -142,24 +135,22 @@ def test_three_wheels_in_a_star_are_omnidirectional(tmp_path: Path) -> None:
         ("libhector_gazebo_ros_force_based_move.so", "move", "omni"),
     ],
 )  # fmt: skip
-def test_a_plugin_is_what_its_file_or_class_says(
-    file: str, name: str, drive: str, tmp_path: Path
-) -> None:
+def test_a_plugin_is_what_its_file_or_class_says(file, name, drive, tmp_path):
     own = two_wheels(*pair(), plugin(file, name=name))
     spec = load_robot(own.write(tmp_path))
     assert spec.drive == drive
 
 
-def test_the_tyre_counts_and_not_the_hub(tmp_path: Path) -> None:
+def test_the_tyre_counts_and_not_the_hub(tmp_path):
     assert load_robot(hub_first().write(tmp_path)).wheel_radius == 0.08
 
 
-def test_the_separation_is_that_of_the_tyres(tmp_path: Path) -> None:
+def test_the_separation_is_that_of_the_tyres(tmp_path):
     spec = load_robot(inboard_tyres().write(tmp_path))
     assert spec.wheel_separation == pytest.approx(0.358)
 
 
-def test_wheels_that_rounding_moved_have_one_axle(tmp_path: Path) -> None:
+def test_wheels_that_rounding_moved_have_one_axle(tmp_path):
     """A base of 1e-13 m was refused by the name of a key that the file does not have."""
     tyre = solid(cylinder(0.08, 0.04))
     wheels = [
@@ -169,7 +160,7 @@ def test_wheels_that_rounding_moved_have_one_axle(tmp_path: Path) -> None:
     assert load_robot(two_wheels(*wheels).write(tmp_path)).wheel_base == 0.0
 
 
-def test_a_plugin_that_denies_the_shapes_is_told(tmp_path: Path) -> None:
+def test_a_plugin_that_denies_the_shapes_is_told(tmp_path):
     lengths = "<wheel_separation>0.4</wheel_separation><wheel_diameter>0.13</wheel_diameter>"
     own = two_wheels(*pair(), plugin("libgazebo_ros_diff_drive.so", JOINTS.format(lengths)))
     spec = load_robot(own.write(tmp_path))
@@ -181,7 +172,7 @@ def test_a_plugin_that_denies_the_shapes_is_told(tmp_path: Path) -> None:
     assert "states wheel" not in notes_of(stated, tmp_path)
 
 
-def test_without_shapes_the_plugin_has_the_radius(tmp_path: Path) -> None:
+def test_without_shapes_the_plugin_has_the_radius(tmp_path):
     bare = [
         link(f"{side}_wheel", mass=inertial(0.3, 4e-4))
         + joint(f"{side}_wheel_joint", "base_link", f"{side}_wheel", (0, y, 0.07),
@@ -193,7 +184,7 @@ def test_without_shapes_the_plugin_has_the_radius(tmp_path: Path) -> None:
     assert load_robot(own.write(tmp_path)).wheel_radius == 0.07
 
 
-def test_controllers_say_drive_and_limits(tmp_path: Path) -> None:
+def test_controllers_say_drive_and_limits(tmp_path):
     spec = load_robot(mecanum_by_controller().write(tmp_path / "a"))
     assert (spec.drive, len(spec.wheels_left)) == ("omni", 2)
     spec = load_robot(limits_by_controller().write(tmp_path / "b"))
@@ -209,9 +200,7 @@ def test_controllers_say_drive_and_limits(tmp_path: Path) -> None:
         ("linear.x.max_velocity: 0.6", "linear.x.max_velocity: 30.0", "max_vel_x"),
     ],
 )
-def test_a_limit_that_is_switched_off_or_a_placeholder_is_asked_for(
-    old: str, new: str, missing: str, tmp_path: Path
-) -> None:
+def test_a_limit_that_is_switched_off_or_a_placeholder_is_asked_for(old, new, missing, tmp_path):
     assert old in DIFFERENTIAL
     own = two_wheels(*pair(), CONTROL.format("c.yaml"), settings="model: c\n",
                      **{"c.yaml": DIFFERENTIAL.replace(old, new)})  # fmt: skip
@@ -219,7 +208,7 @@ def test_a_limit_that_is_switched_off_or_a_placeholder_is_asked_for(
         load_robot(own.write(tmp_path))
 
 
-def test_multipliers_count(tmp_path: Path) -> None:
+def test_multipliers_count(tmp_path):
     text = DIFFERENTIAL.replace(
         "      wheel_radius: 0.05\n",
         "      wheel_radius: 0.04\n      left_wheel_radius_multiplier: 1.25\n"
@@ -230,9 +219,7 @@ def test_multipliers_count(tmp_path: Path) -> None:
     assert "wheel_radius" not in notes_of(own, tmp_path)
 
 
-def test_a_controller_file_that_is_not_there_is_told_and_robot_yaml_names_one(
-    tmp_path: Path,
-) -> None:
+def test_a_controller_file_that_is_not_there_is_told_and_robot_yaml_names_one(tmp_path):
     own = two_wheels(*pair(), CONTROL.format("nowhere.yaml"))
     assert "its <parameters> are not used: there is no file" in notes_of(own, tmp_path)
     own = two_wheels(*pair(), '<ros2_control name="base" type="system"/>')
@@ -249,16 +236,14 @@ def test_a_controller_file_that_is_not_there_is_told_and_robot_yaml_names_one(
      "tricycle_controller/TricycleController",
      "ackermann_steering_controller/AckermannSteeringController"],
 )  # fmt: skip
-def test_steering_controllers_are_refused_by_name(kind: str, tmp_path: Path) -> None:
+def test_steering_controllers_are_refused_by_name(kind, tmp_path):
     text = f"controller_manager:\n  ros__parameters:\n    drive: {{type: {kind}}}\n"
     own = four_wheels(CONTROL.format("c.yaml"), **{"c.yaml": text})
     with pytest.raises(RobotModelError, match=rf"steers like a car .*{kind}"):
         load_robot(own.write(tmp_path))
 
 
-def test_a_placeholder_is_not_believed_and_a_limit_is_and_says_where_it_is_from(
-    tmp_path: Path,
-) -> None:
+def test_a_placeholder_is_not_believed_and_a_limit_is_and_says_where_it_is_from(tmp_path):
     own = two_wheels(*fast_wheels(), settings=ACCELERATIONS)
     with pytest.raises(RobotModelError) as caught:
         load_robot(own.write(tmp_path))
@@ -271,17 +256,17 @@ def test_a_placeholder_is_not_believed_and_a_limit_is_and_says_where_it_is_from(
     assert note in notes_of(own, tmp_path)
 
 
-def test_the_lidar_that_looks_ahead_wins(tmp_path: Path) -> None:
+def test_the_lidar_that_looks_ahead_wins(tmp_path):
     assert load_robot(rear_first().write(tmp_path)).lidar.frame == "front"
 
 
-def test_a_stronger_one_that_looks_back_only_does_not_win(tmp_path: Path) -> None:
+def test_a_stronger_one_that_looks_back_only_does_not_win(tmp_path):
     back = lidar("back", (-0.19, 0, 0.17), "0 0 3.14159", rays=900, far=30.0, first=-1, last=1)
     own = two_wheels(*pair(), back)
     assert load_robot(own.write(tmp_path)).lidar.frame == "laser"
 
 
-def test_every_value_has_an_origin(tmp_path: Path) -> None:
+def test_every_value_has_an_origin(tmp_path):
     account = account_of(plugin_drive().write(tmp_path))
     said = {name: source for name, _, source in account.rows}
     assert said["max_vel_x"] == "plugin gz::sim::systems::DiffDrive"
@@ -299,7 +284,7 @@ def test_every_value_has_an_origin(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
-def test_latin_1_is_read_if_the_file_says_so(tmp_path: Path) -> None:
+def test_latin_1_is_read_if_the_file_says_so(tmp_path):
     path = two_wheels(*pair(), name="B\u00e4r").write(tmp_path)
     text = path.read_text(encoding="utf-8").partition("\n")[2]
     first = '<?xml version="1.0" encoding="ISO-8859-1"?>\n'
@@ -313,7 +298,7 @@ def test_latin_1_is_read_if_the_file_says_so(tmp_path: Path) -> None:
         load_robot(path)
 
 
-def test_latin_1_is_read_in_xacro_and_prefixes_need_no_declaration(tmp_path: Path) -> None:
+def test_latin_1_is_read_in_xacro_and_prefixes_need_no_declaration(tmp_path):
     text = two_wheels(*pair(), name="B\u00e4r").urdf.partition("\n")[2]
     text = text.replace("<robot ", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ')
     part = '<?xml version="1.0" encoding="ISO-8859-1"?>\n<robot><!-- \u00fc --></robot>'
@@ -336,7 +321,7 @@ MACRO = """<?xml version="1.0"?>
 """
 
 
-def test_a_xacro_of_macros_says_how_to_call_them(tmp_path: Path) -> None:
+def test_a_xacro_of_macros_says_how_to_call_them(tmp_path):
     path = tmp_path / "base.urdf.xacro"
     path.write_text(MACRO, encoding="utf-8")
     with pytest.raises(RobotModelError) as caught:
@@ -352,7 +337,7 @@ def test_a_xacro_of_macros_says_how_to_call_them(tmp_path: Path) -> None:
         load_robot(path)
 
 
-def test_a_xacro_argument_that_nothing_uses_is_an_error(tmp_path: Path) -> None:
+def test_a_xacro_argument_that_nothing_uses_is_an_error(tmp_path):
     text = two_wheels(*pair()).urdf.replace(
         "<robot ", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" '
     ).replace("</robot>", '<xacro:arg name="big" default="1"/></robot>')  # fmt: skip
@@ -374,14 +359,14 @@ def test_a_xacro_argument_that_nothing_uses_is_an_error(tmp_path: Path) -> None:
         ("controllers: c.yaml", "controllers is 'c.yaml'; expected a list of files"),
     ],
 )
-def test_nothing_of_robot_yaml_is_cut_or_ignored(line: str, message: str, tmp_path: Path) -> None:
+def test_nothing_of_robot_yaml_is_cut_or_ignored(line, message, tmp_path):
     with pytest.raises(SwarmError) as caught:
         load_robot(two_wheels(*pair(), settings=f"{LIMITS}{line}\n").write(tmp_path))
     assert message in str(caught.value)
 
 
 class TestSdf:
-    def test_a_model_folder_is_a_robot(self, tmp_path: Path) -> None:
+    def test_a_model_folder_is_a_robot(self, tmp_path):
         folder = Folder().write(tmp_path)
         for path in (folder, folder / "model.sdf"):
             spec = load_robot(path)
@@ -398,7 +383,7 @@ class TestSdf:
         for group, place in zip(model.groups[1:], places[1:], strict=True):
             np.testing.assert_allclose(place[:3, :3] @ group.axis, [0, 1, 0], atol=1e-5)
 
-    def test_colours_are_kept(self, tmp_path: Path) -> None:
+    def test_colours_are_kept(self, tmp_path):
         visual = (
             '<link name="base_link"><visual name="v"><geometry><sphere><radius>0.1</radius>'
             "</sphere></geometry><material><diffuse>0.1 0.2 0.3</diffuse></material></visual>"
@@ -407,17 +392,17 @@ class TestSdf:
         urdf = open_robot(Folder(text).write(tmp_path)).urdf
         assert '<color rgba="0.1 0.2 0.3 1.0"' in urdf
 
-    def test_a_version_in_fuels_cache_is_no_name(self, tmp_path: Path) -> None:
+    def test_a_version_in_fuels_cache_is_no_name(self, tmp_path):
         folder = Folder().write(tmp_path)
         assert load_robot(folder.rename(tmp_path / "2")).model == tmp_path.name
 
-    def test_a_joint_beside_its_link(self, tmp_path: Path) -> None:
+    def test_a_joint_beside_its_link(self, tmp_path):
         old = '<joint name="left_joint" type="revolute">'
         text = SDF.replace(old, old + "<pose>0 0 0.02 0 0 0</pose>")
         spec = load_robot(Folder(text).write(tmp_path))
         assert spec.wheel_separation == pytest.approx(0.288)
 
-    def test_xacro_of_sdf(self, tmp_path: Path) -> None:
+    def test_xacro_of_sdf(self, tmp_path):
         text = SDF.replace("<sdf ", '<sdf xmlns:xacro="http://www.ros.org/wiki/xacro" ').replace(
             '<model name="tb">', '<xacro:arg name="speed" default="0.3"/><model name="tb">'
         )
@@ -441,13 +426,13 @@ class TestSdf:
             ("<model name=\"tb\">", "<world name=\"w\"/><model name=\"tb\">", "is a world"),
         ],
     )  # fmt: skip
-    def test_what_is_wrong_is_told(self, old: str, new: str, message: str, tmp_path: Path) -> None:
+    def test_what_is_wrong_is_told(self, old, new, message, tmp_path):
         assert old in SDF
         with pytest.raises(RobotModelError) as caught:
             load_robot(Folder(SDF.replace(old, new)).write(tmp_path))
         assert message in str(caught.value)
 
-    def test_a_config_that_names_nothing(self, tmp_path: Path) -> None:
+    def test_a_config_that_names_nothing(self, tmp_path):
         folder = Folder().write(tmp_path)
         (folder / "model.sdf").unlink()
         with pytest.raises(RobotModelError, match="names no SDF file that is there"):
@@ -455,7 +440,5 @@ class TestSdf:
 
 
 @pytest.mark.parametrize("make", [hub_first, inboard_tyres, Folder])
-def test_descriptions_of_what_we_read_are_without_notes_on_elements(
-    make: Callable[[], Own], tmp_path: Path
-) -> None:
+def test_descriptions_of_what_we_read_are_without_notes_on_elements(make, tmp_path):
     assert "not known" not in "\n".join(open_robot(make().write(tmp_path)).model.notes)

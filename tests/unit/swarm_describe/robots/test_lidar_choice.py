@@ -1,7 +1,5 @@
 """Which ray sensor is the LiDAR, how it is mounted, and that its scans say so."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -47,7 +45,7 @@ def opened(folder: Path, *sensors: str, settings: str = LIMITS) -> Robot:
     return open_robot(made_of(*sensors, settings=settings).write(folder))
 
 
-def test_cliff_sensors_and_range_finders_are_no_lidars(tmp_path: Path) -> None:
+def test_cliff_sensors_and_range_finders_are_no_lidars(tmp_path):
     made = opened(tmp_path, CLIFF, FINDER, FAN, CLOUD, lidar("laser", (0.1, 0.0, 0.2)))
     assert (made.spec.lidar.frame, made.spec.lidar.rays) == ("laser", 360)
     (note,) = [note for note in made.model.notes if "is the LiDAR" in note]
@@ -59,7 +57,7 @@ def test_cliff_sensors_and_range_finders_are_no_lidars(tmp_path: Path) -> None:
     )
 
 
-def test_more_rays_times_range_win_then_level_then_high(tmp_path: Path) -> None:
+def test_more_rays_times_range_win_then_level_then_high(tmp_path):
     near = lidar("near", (0.1, 0.0, 0.3), rays=360, far=4.0)
     far = lidar("far", (0.1, 0.0, 0.2), rays=360, far=8.0)
     assert opened(tmp_path, near, far).spec.lidar.frame == "far"
@@ -71,14 +69,14 @@ def test_more_rays_times_range_win_then_level_then_high(tmp_path: Path) -> None:
     assert chosen.spec.lidar.z == pytest.approx(0.2)
 
 
-def test_none_that_will_do_is_refused_with_all_of_them(tmp_path: Path) -> None:
+def test_none_that_will_do_is_refused_with_all_of_them(tmp_path):
     with pytest.raises(RobotModelError) as caught:
         opened(tmp_path, CLIFF, FINDER)
     assert "cliff (1 rays within 0 degrees), range (5 rays" in str(caught.value)
 
 
 @pytest.mark.parametrize("rpy", ["0.8 0 0", "0 1.2 0"])
-def test_the_cure_that_a_tilted_one_is_told_cures_it(rpy: str, tmp_path: Path) -> None:
+def test_the_cure_that_a_tilted_one_is_told_cures_it(rpy, tmp_path):
     with pytest.raises(RobotModelError, match=r"is tilted by .* lidar: \{x: \.\.\., y: "):
         opened(tmp_path, lidar(rpy=rpy))
     cure = "lidar: {x: 0.1, y: 0.0, z: 0.25, yaw: 0.5}\n"
@@ -86,7 +84,7 @@ def test_the_cure_that_a_tilted_one_is_told_cures_it(rpy: str, tmp_path: Path) -
     assert (spec.lidar.z, spec.lidar.yaw, spec.lidar.rays) == (0.25, 0.5, 360)
 
 
-def test_a_lidar_on_the_ground_is_refused_and_the_cure_works(tmp_path: Path) -> None:
+def test_a_lidar_on_the_ground_is_refused_and_the_cure_works(tmp_path):
     low = lidar(xyz=(0.1, 0.0, 0.0))
     with pytest.raises(RobotModelError, match=r"lidar\.z is 0 m: the LiDAR would look along"):
         opened(tmp_path, low)
@@ -106,8 +104,8 @@ MOUNTS = {
 @pytest.mark.parametrize(("first", "last"), [(-PI, PI), (-1.2, 2.0)])
 @pytest.mark.parametrize("ray_time", [False, True])
 def test_a_scan_shows_where_things_are_however_the_lidar_hangs(
-    mount: str, first: float, last: float, ray_time: bool, tmp_path: Path
-) -> None:
+    mount, first, last, ray_time, tmp_path
+):
     xyz, rpy = MOUNTS[mount]
     made = opened(tmp_path, lidar(xyz=xyz, rpy=rpy, first=first, last=last, rays=721))
     posts = (post(2.0, 0.5), post(-1.0, 1.5), post(0.3, -2.2))  # on no axis of symmetry
@@ -136,7 +134,7 @@ def test_a_scan_shows_where_things_are_however_the_lidar_hangs(
     np.testing.assert_allclose(np.sort(ends, axis=0), np.sort(through_tf, axis=0), atol=1e-4)
 
 
-def test_scans_have_a_frame_in_every_description(tmp_path: Path) -> None:
+def test_scans_have_a_frame_in_every_description(tmp_path):
     other = link("base_scan") + ray_sensor("base_link", pose="0 0 0.3 0 0 1")
     for sensors in ((lidar("sick"),), (lidar("sick", rpy=f"{PI} 0 0"),), (other,)):
         text = [*sensors]
@@ -154,7 +152,7 @@ def test_scans_have_a_frame_in_every_description(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("rpy", ["0 0 0", f"{PI} 0 0.7"])
-def test_the_navigator_marks_what_is_there(rpy: str, tmp_path: Path) -> None:
+def test_the_navigator_marks_what_is_there(rpy, tmp_path):
     made = opened(tmp_path, lidar(rpy=rpy))
     posts = (post(1.0, 0.7),)
     grid = Grid(np.zeros((160, 160), np.int8), 0.05, -4.0, -4.0)

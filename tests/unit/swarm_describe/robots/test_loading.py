@@ -1,9 +1,6 @@
 """Reading of robot.yaml, and finding what ships with the project."""
 
-from __future__ import annotations
-
 import dataclasses
-from pathlib import Path
 
 import pytest
 
@@ -15,7 +12,7 @@ from swarm_describe.robots.source import robot_names
 WAFFLE = (share_directory() / "robots/turtlebot3_waffle/robot.yaml").read_text()
 
 
-def test_the_waffle_has_its_published_figures() -> None:
+def test_the_waffle_has_its_published_figures():
     spec = load_robot("turtlebot3_waffle")
     assert spec.model == "turtlebot3_waffle"
     assert (spec.max_vel_x, spec.max_vel_theta) == (0.26, 1.82)
@@ -23,14 +20,14 @@ def test_the_waffle_has_its_published_figures() -> None:
     assert (spec.lidar.rays, spec.lidar.rate, spec.lidar.z) == (360, 5.0, 0.132)
 
 
-def test_the_inscribed_radius_is_that_of_the_nearest_side() -> None:
+def test_the_inscribed_radius_is_that_of_the_nearest_side():
     spec = load_robot("turtlebot3_waffle")
     plate = ((-0.3, -0.1), (0.1, -0.1), (0.1, 0.15), (-0.3, 0.15))
     assert dataclasses.replace(spec, footprint=plate).inscribed_radius == pytest.approx(0.1)
     assert spec.inscribed_radius == pytest.approx(0.069)  # the wheels are ahead of the middle
 
 
-def test_a_path_works_like_a_name(tmp_path: Path) -> None:
+def test_a_path_works_like_a_name(tmp_path):
     folder = tmp_path / "mine"
     folder.mkdir()
     (folder / "robot.yaml").write_text(WAFFLE)
@@ -38,7 +35,7 @@ def test_a_path_works_like_a_name(tmp_path: Path) -> None:
     assert load_robot(folder / "robot.yaml") == load_robot(folder)
 
 
-def test_an_unknown_robot_names_the_closest() -> None:
+def test_an_unknown_robot_names_the_closest():
     assert "turtlebot3_waffle" in robot_names()
     with pytest.raises(UnknownNameError, match="did you mean 'turtlebot3_waffle'"):
         load_robot("turtlebot_wafle")
@@ -62,7 +59,7 @@ def test_an_unknown_robot_names_the_closest() -> None:
         ("  z: 0.132\n", "", "lacks lidar.z"),
     ],
 )
-def test_bad_files_are_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_bad_files_are_refused(tmp_path, old, new, message):
     assert old in WAFFLE
     path = tmp_path / "robot.yaml"
     path.write_text(WAFFLE.replace(old, new))

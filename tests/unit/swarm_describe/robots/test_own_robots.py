@@ -1,7 +1,5 @@
 """Robots of the user: URDF and xacro as packages have them."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -34,7 +32,7 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Pat
     return urdf, xacro
 
 
-def test_a_urdf_of_a_package_tells_what_it_can(packages: tuple[Path, Path]) -> None:
+def test_a_urdf_of_a_package_tells_what_it_can(packages):
     robot = open_robot(packages[0])
     spec = robot.spec
     assert (spec.model, spec.drive) == ("acme", "differential")
@@ -64,7 +62,7 @@ def test_a_urdf_of_a_package_tells_what_it_can(packages: tuple[Path, Path]) -> N
     }  # fmt: skip
 
 
-def test_a_xacro_tree_with_includes_arguments_and_meshes(packages: tuple[Path, Path]) -> None:
+def test_a_xacro_tree_with_includes_arguments_and_meshes(packages):
     spec = load_robot(packages[1])
     assert (spec.model, spec.drive) == ("acme_big", "skid")
     assert spec.wheels_left == ("front_left_wheel_joint", "rear_left_wheel_joint")
@@ -78,9 +76,7 @@ def test_a_xacro_tree_with_includes_arguments_and_meshes(packages: tuple[Path, P
 
 
 @pytest.mark.parametrize("variable", ["ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"])
-def test_packages_are_found_where_ros_finds_them(
-    packages: tuple[Path, Path], variable: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_packages_are_found_where_ros_finds_them(packages, variable, monkeypatch, tmp_path):
     settings = packages[1].with_name("acme_big.robot.yaml")
     settings.write_text(LIMITS + LASER, encoding="utf-8")
     with pytest.raises(RobotModelError, match=r"package 'acme_parts' is not in .*--package-path"):
@@ -94,7 +90,7 @@ def test_packages_are_found_where_ros_finds_them(
     assert load_robot(packages[1]).drive == "skid"
 
 
-def test_what_the_file_does_not_tell_is_asked_for(packages: tuple[Path, Path]) -> None:
+def test_what_the_file_does_not_tell_is_asked_for(packages):
     settings = packages[0].with_name("robot.yaml")
     settings.unlink()
     with pytest.raises(RobotModelError) as caught:
@@ -108,7 +104,7 @@ def test_what_the_file_does_not_tell_is_asked_for(packages: tuple[Path, Path]) -
 
 
 @pytest.mark.parametrize("engine", ["planar", "bullet"])
-def test_such_robots_drive(packages: tuple[Path, Path], engine: str) -> None:
+def test_such_robots_drive(packages, engine):
     robots = [open_robot(path) for path in packages]
     world = World(
         Scene("field", Path("."), ()),
@@ -146,7 +142,7 @@ def test_such_robots_drive(packages: tuple[Path, Path], engine: str) -> None:
         ("<update_rate>10", "<update_rate>often", "<update_rate> is 'often'"),
     ],
 )
-def test_nonsense_is_refused(packages: tuple[Path, Path], old: str, new: str, message: str) -> None:
+def test_nonsense_is_refused(packages, old, new, message):
     assert old in URDF
     packages[0].write_text(URDF.replace(old, new), encoding="utf-8")
     with pytest.raises(SwarmError) as caught:
@@ -155,14 +151,14 @@ def test_nonsense_is_refused(packages: tuple[Path, Path], old: str, new: str, me
     assert str(packages[0]) in str(caught.value)
 
 
-def test_a_robot_without_wheels_is_refused(packages: tuple[Path, Path]) -> None:
+def test_a_robot_without_wheels_is_refused(packages):
     text = URDF.replace("diff_drive", "nothing").replace('type="continuous"', 'type="fixed"')
     packages[0].write_text(text, encoding="utf-8")
     with pytest.raises(RobotModelError, match="no wheels to drive on: 0 on the left"):
         load_robot(packages[0])
 
 
-def test_an_undefined_property_is_refused_with_file_and_line(packages: tuple[Path, Path]) -> None:
+def test_an_undefined_property_is_refused_with_file_and_line(packages):
     wheel = packages[1].parents[3] / "vendor" / "acme_parts" / "urdf" / "wheel.xacro"
     wheel.write_text(wheel.read_text().replace("${radius - 0.1}", "${raduis - 0.1}"))
     with pytest.raises(RobotModelError) as caught:
@@ -170,7 +166,7 @@ def test_an_undefined_property_is_refused_with_file_and_line(packages: tuple[Pat
     assert str(caught.value).startswith(f"{wheel}, line 13: xacro cannot expand it: name 'raduis'")
 
 
-def test_paths_that_lead_nowhere(tmp_path: Path) -> None:
+def test_paths_that_lead_nowhere(tmp_path):
     with pytest.raises(UnknownNameError, match="there is no file or folder"):
         load_robot(tmp_path / "none.urdf")
     (tmp_path / "picture.png").write_bytes(b"\x89PNG")
@@ -181,7 +177,7 @@ def test_paths_that_lead_nowhere(tmp_path: Path) -> None:
         load_robot(tmp_path / "a.urdf")
 
 
-def test_the_six_models_and_a_long_one_ship() -> None:
+def test_the_six_models_and_a_long_one_ship():
     assert [name for name in robot_names() if load_robot(name).is_oblong] == ["carrier"]
     assert robot_names() == [
         "carrier", "linorobot2_2wd", "linorobot2_4wd", "linorobot2_mecanum",
@@ -198,7 +194,7 @@ def test_the_six_models_and_a_long_one_ship() -> None:
         ("turtlebot3_waffle_pi", "differential", 0.238),
     ],
 )
-def test_models_have_their_published_figures(name: str, drive: str, radius: float) -> None:
+def test_models_have_their_published_figures(name, drive, radius):
     spec = load_robot(name)
     assert spec.drive == drive
     assert spec.circumscribed_radius == pytest.approx(radius, abs=6e-4)

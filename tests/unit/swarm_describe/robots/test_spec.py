@@ -1,7 +1,5 @@
 """Descriptions as others write them: read right, or refused with everything that is wrong."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +39,7 @@ def load_error(own: Own, folder: Path) -> str:
 
 
 @pytest.mark.parametrize("extra", ["", "base_footprint_joint_2"])
-def test_a_base_footprint_joint_of_its_own_is_no_obstacle(extra: str, tmp_path: Path) -> None:
+def test_a_base_footprint_joint_of_its_own_is_no_obstacle(extra, tmp_path):
     own = own_footprint_joint()
     text = own.urdf
     if extra:
@@ -73,28 +71,28 @@ CONTROL = (
         (tricycle(), "the joints fork_joint steer its wheels"),
     ],
 )
-def test_cars_are_refused_by_name(own: Own, reason: str, tmp_path: Path) -> None:
+def test_cars_are_refused_by_name(own, reason, tmp_path):
     message = load_error(own, tmp_path)
     assert "it steers like a car" in message
     assert reason in message
     assert "cannot turn on the spot" in message
 
 
-def test_a_car_is_known_by_its_controller(tmp_path: Path) -> None:
+def test_a_car_is_known_by_its_controller(tmp_path):
     kind = "ackermann_steering_controller/AckermannSteeringController"
     (tmp_path / "control.yaml").write_text(f"controller_manager:\n  drive: {{type: {kind}}}\n")
     message = load_error(car(CONTROL.format(tmp_path / "control.yaml"), ends=()), tmp_path)
     assert f"controller {kind}" in message
 
 
-def test_who_says_what_drives_a_car_is_believed(tmp_path: Path) -> None:
+def test_who_says_what_drives_a_car_is_believed(tmp_path):
     cure = "drive: differential\nwheels: {left: [rear_left_wheel_joint], "
     cure += "right: [rear_right_wheel_joint]}\n"
     spec = load_robot(Own(car().urdf, LIMITS + cure).write(tmp_path))
     assert (spec.drive, spec.wheels_left) == ("differential", ("rear_left_wheel_joint",))
 
 
-def test_casters_that_swivel_are_no_steering(tmp_path: Path) -> None:
+def test_casters_that_swivel_are_no_steering(tmp_path):
     spec = load_robot(on_swivels().write(tmp_path))
     assert (spec.drive, spec.wheels_left) == ("differential", ("left_wheel_joint",))
 
@@ -103,7 +101,7 @@ def test_casters_that_swivel_are_no_steering(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("turning", [False, True])
-def test_planar_move_needs_no_wheels_that_turn(turning: bool, tmp_path: Path) -> None:
+def test_planar_move_needs_no_wheels_that_turn(turning, tmp_path):
     spec = load_robot(planar_move(turning).write(tmp_path))
     assert (spec.drive, spec.wheels_left, spec.wheels_right) == ("omni", (), ())
     assert 0.2 <= spec.circumscribed_radius < 0.25
@@ -112,12 +110,12 @@ def test_planar_move_needs_no_wheels_that_turn(turning: bool, tmp_path: Path) ->
 # Footprints
 
 
-def test_a_footprint_that_was_rounded_passes_its_own_check(tmp_path: Path) -> None:
+def test_a_footprint_that_was_rounded_passes_its_own_check(tmp_path):
     assert load_robot(many_sided().write(tmp_path)).circumscribed_radius > 0.19
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_derived_footprints_pass_the_check_of_given_ones(seed: int) -> None:
+def test_derived_footprints_pass_the_check_of_given_ones(seed):
     random = np.random.default_rng(seed)
     for _ in range(50):
         points = random.uniform(-0.3, 0.3, (random.integers(3, 30), 2))
@@ -133,7 +131,7 @@ def test_derived_footprints_pass_the_check_of_given_ones(seed: int) -> None:
 # Everything at once
 
 
-def test_all_that_keeps_a_robot_from_loading_is_told_at_once(tmp_path: Path) -> None:
+def test_all_that_keeps_a_robot_from_loading_is_told_at_once(tmp_path):
     mesh = '<mesh filename="package://{}/body.stl"/>'
     parts = [
         CHASSIS, *pair(), caster("caster", -0.15),
@@ -163,7 +161,7 @@ def test_all_that_keeps_a_robot_from_loading_is_told_at_once(tmp_path: Path) -> 
     assert len(caught.value.faults) == 6
 
 
-def test_every_fault_of_the_tree_is_told_at_once(tmp_path: Path) -> None:
+def test_every_fault_of_the_tree_is_told_at_once(tmp_path):
     text = robot("broken", [CHASSIS, *pair(), lidar()])
     text = text.replace('type="continuous"', 'type="screw"').replace('radius="0.05"', 'radius="x"')
     message = load_error(Own(text), tmp_path)
@@ -171,7 +169,7 @@ def test_every_fault_of_the_tree_is_told_at_once(tmp_path: Path) -> None:
     assert message.count("<cylinder> radius is 'x'") == 2
 
 
-def test_missing_limits_and_a_missing_lidar_are_told_together(tmp_path: Path) -> None:
+def test_missing_limits_and_a_missing_lidar_are_told_together(tmp_path):
     message = load_error(Own(robot("bare", [CHASSIS, *pair()]), "model: bare\n"), tmp_path)
     assert "does not tell max_vel_x, max_vel_theta, acc_lim_x, acc_lim_theta, lidar.x" in message
 
@@ -190,7 +188,7 @@ INCLUDED = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
 """
 
 
-def test_all_packages_and_arguments_that_a_xacro_lacks_are_named(tmp_path: Path) -> None:
+def test_all_packages_and_arguments_that_a_xacro_lacks_are_named(tmp_path):
     (tmp_path / "b.xacro").write_text(INCLUDED)
     path = tmp_path / "a.xacro"
     path.write_text(XACRO)

@@ -1,10 +1,5 @@
 """Reading of the people in a world, and the check of their paths."""
 
-from __future__ import annotations
-
-from pathlib import Path
-from typing import Any
-
 import pytest
 
 from swarm_common.model.errors import ConfigError, UnknownNameError
@@ -15,7 +10,7 @@ from swarm_sim.maps.check import check_walkers
 LINE = [[0.0, 0.0], [2.0, 0.0]]
 
 
-def test_a_walker_needs_only_a_path(tmp_path: Path) -> None:
+def test_a_walker_needs_only_a_path(tmp_path):
     path = tmp_path / "actors.yaml"
     path.write_text(
         "walkers:\n  - path: [[0, 0], [2, 0], [2, 1]]\n"
@@ -43,13 +38,13 @@ def test_a_walker_needs_only_a_path(tmp_path: Path) -> None:
         (7, r"walkers\[0\] is 7"),
     ],
 )
-def test_impossible_walkers_are_refused(item: Any, message: str) -> None:
+def test_impossible_walkers_are_refused(item, message):
     with pytest.raises(ConfigError, match=message) as caught:
         parse_walkers([item], "f.yaml: walkers")
     assert str(caught.value).startswith("f.yaml: walkers")
 
 
-def test_unknown_keys_and_repeated_names_are_refused() -> None:
+def test_unknown_keys_and_repeated_names_are_refused():
     with pytest.raises(UnknownNameError, match="did you mean 'speed'"):
         parse_walkers([{"path": LINE, "sped": 1}], "here")
     with pytest.raises(ConfigError, match="'walker_2' occurs twice"):
@@ -58,7 +53,7 @@ def test_unknown_keys_and_repeated_names_are_refused() -> None:
         parse_walkers({"path": LINE}, "here")
 
 
-def test_a_path_through_a_wall_is_refused() -> None:
+def test_a_path_through_a_wall_is_refused():
     hall = load_world("hall_12")
     inside = WalkerSpec(name="Ann", path=((0.0, 0.0), (5.0, 0.0)))
     check_walkers(hall, [inside])
@@ -67,7 +62,7 @@ def test_a_path_through_a_wall_is_refused() -> None:
         check_walkers(hall, [inside, outside])
 
 
-def test_a_world_brings_its_people(tmp_path: Path) -> None:
+def test_a_world_brings_its_people(tmp_path):
     source = load_world("hall_12").directory / "world.sdf"
     (tmp_path / "world.sdf").write_text(source.read_text())
     assert load_world(tmp_path).walkers == ()

@@ -1,7 +1,5 @@
 """Slabs carry robots; a slab that does not is named."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -46,9 +44,7 @@ def tiles(height: float) -> str:
 @pytest.mark.parametrize("height", [0.005, 0.006, 0.02, 0.05, 0.1])
 @pytest.mark.parametrize("kind", ["slab", "tiles"])
 @pytest.mark.parametrize("engine", ["planar", "bullet"])
-def test_robots_stand_and_drive_on_a_slab(
-    tmp_path: Path, height: float, kind: str, engine: str
-) -> None:
+def test_robots_stand_and_drive_on_a_slab(tmp_path, height, kind, engine):
     slab = BOX.format("asphalt", f"0 0 {height / 2}", f"9 9 {height}")
     scene = world(tmp_path, (slab if kind == "slab" else tiles(height)) + WALLS)
     assert f"{height:.3f} m high" in scene.notes[-1]
@@ -68,7 +64,7 @@ def test_robots_stand_and_drive_on_a_slab(
 
 
 @pytest.mark.parametrize("height", [0.0, 0.05])
-def test_a_mesh_may_have_floor_and_walls_in_one(height: float) -> None:
+def test_a_mesh_may_have_floor_and_walls_in_one(height):
     floor = trimesh.creation.box((9.0, 9.0, 0.1))
     floor.apply_translation((0.0, 0.0, height - 0.05))
     wall = trimesh.creation.box((0.2, 9.0, 1.0))
@@ -88,7 +84,7 @@ def test_a_mesh_may_have_floor_and_walls_in_one(height: float) -> None:
     assert list(differences(scene, [0.132], (0.005, 0.141), with_physics=True)) == []
 
 
-def test_a_slab_that_is_no_floor_is_named(tmp_path: Path) -> None:
+def test_a_slab_that_is_no_floor_is_named(tmp_path):
     stage = BOX.format("stage", "0 0 0.1", "5 5 0.2")  # most of the start, little of the world
     far = BOX.format("north", "0 15 0.5", "30 0.2 1") + BOX.format("south", "0 -15 0.5", "30 0.2 1")
     (tmp_path / "sites.yaml").write_text("spawn: {x_min: -2, y_min: -2, x_max: 2, y_max: 2}")
@@ -97,7 +93,7 @@ def test_a_slab_that_is_no_floor_is_named(tmp_path: Path) -> None:
         spawn_poses(scene, WAFFLE, 5)
 
 
-def test_a_tilted_or_high_plate_is_no_floor(tmp_path: Path) -> None:
+def test_a_tilted_or_high_plate_is_no_floor(tmp_path):
     plate = BOX.format("table", "0 0 0.5", "9 9 0.05")
     assert not world(tmp_path, plate).notes
     ramp = plate.replace("0 0 0.5 0 0 0", "0 0 0.1 0 0.05 0")
@@ -105,12 +101,12 @@ def test_a_tilted_or_high_plate_is_no_floor(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", world_names())
-def test_worlds_that_ship_stand_on_the_ground(name: str) -> None:
+def test_worlds_that_ship_stand_on_the_ground(name):
     scene = load_world(name)
     assert not any("lowered" in note for note in scene.notes)
 
 
-def test_a_box_is_not_moved_without_a_floor() -> None:
+def test_a_box_is_not_moved_without_a_floor():
     body = Body("b::l", np.eye(4), (Part(Box((1.0, 1.0, 1.0)), np.eye(4)),))
     scene = Scene("s", Path("s.sdf"), (body,))
     assert on_floor(scene) is scene

@@ -1,7 +1,5 @@
 """Worlds in the form that real packages have: includes, meshes, `<state>`, frames, actors."""
 
-from __future__ import annotations
-
 import math
 import shutil
 from pathlib import Path
@@ -44,7 +42,7 @@ def write(folder: Path, inside: str, version: str = "1.7") -> Path:
     return path
 
 
-def test_includes_and_frames(office: Scene) -> None:
+def test_includes_and_frames(office):
     # bay at (10, 0) turned by 90 degrees; the left table 2 m ahead and 1 m to the left of it
     left, right = (body_named(office, f"bay::{side}::top") for side in ("left", "right"))
     np.testing.assert_allclose(place(left), [9.0, 2.0, 0.75], atol=1e-9)
@@ -53,14 +51,14 @@ def test_includes_and_frames(office: Scene) -> None:
     np.testing.assert_allclose(place(leg), [9.0 - 0.3, 2.0 + 0.6, 0.37], atol=1e-9)
 
 
-def test_the_state_has_the_last_word(office: Scene) -> None:
+def test_the_state_has_the_last_word(office):
     barrier, crate = body_named(office, "barrier_0::link"), body_named(office, "crate::link")
     np.testing.assert_allclose(place(barrier), [5.0, -5.0, 0.0])
     assert barrier.world_from_body[1, 0] == pytest.approx(math.sin(0.5))
     np.testing.assert_allclose(place(crate), [3.0, 1.0, 0.25])
 
 
-def test_meshes_are_scaled_and_cut(office: Scene) -> None:
+def test_meshes_are_scaled_and_cut(office):
     (part,) = body_named(office, "barrier_0::link").parts
     assert isinstance(part.shape, Mesh | Hull)
     section = section_between([body_named(office, "barrier_0::link")], 0.0, 0.001)
@@ -71,14 +69,14 @@ def test_meshes_are_scaled_and_cut(office: Scene) -> None:
     assert np.ptp(across) == pytest.approx(4.0, abs=0.01)
 
 
-def test_a_concave_mesh_is_cut_as_it_is(office: Scene) -> None:
+def test_a_concave_mesh_is_cut_as_it_is(office):
     grid = draw_world(office, 0.15)
     inside, corner = (10.0 - 1.0, 1.0), (10.0 - 0.1, 1.0)
     assert grid.cells[grid.cell_of(*inside)] != OCCUPIED
     assert grid.cells[grid.cell_of(*corner)] == OCCUPIED
 
 
-def test_dynamic_models_keep_mass_and_friction(office: Scene) -> None:
+def test_dynamic_models_keep_mass_and_friction(office):
     crate = body_named(office, "crate::link")
     assert (crate.is_static, crate.mass, crate.friction) == (False, 4.0, 0.4)
     assert office.loose == (crate,)
@@ -86,7 +84,7 @@ def test_dynamic_models_keep_mass_and_friction(office: Scene) -> None:
     assert grid.cells[grid.cell_of(3.0, 1.0)] != OCCUPIED  # a map shows what stays
 
 
-def test_looks_are_kept(office: Scene) -> None:
+def test_looks_are_kept(office):
     crate, table = body_named(office, "crate::link"), body_named(office, "bay::left::top")
     assert crate.visuals[0].color == (0.8, 0.2, 0.1, 1.0)
     assert table.visuals[0].color == pytest.approx((0.6, 0.42, 0.25, 1.0))
@@ -95,7 +93,7 @@ def test_looks_are_kept(office: Scene) -> None:
     assert visual.shape.path.name == "barrier.dae"
 
 
-def test_actors_become_walkers_and_vehicles(office: Scene) -> None:
+def test_actors_become_walkers_and_vehicles(office):
     (clerk,), (truck,) = office.walkers, office.vehicles
     assert clerk.path == ((-2.0, 0.0), (-2.0, 4.0))
     assert clerk.speed == pytest.approx(1.0)
@@ -103,12 +101,12 @@ def test_actors_become_walkers_and_vehicles(office: Scene) -> None:
     assert truck.path == ((-8.0, -4.0), (0.0, -4.0))
 
 
-def test_what_is_ignored_is_said(office: Scene) -> None:
+def test_what_is_ignored_is_said(office):
     (note,) = office.notes
     assert note == "office.world: ignored: 2 <light>, 3 <plugin>, 1 <sensor>"
 
 
-def test_all_missing_files_are_listed_at_once(tmp_path: Path) -> None:
+def test_all_missing_files_are_listed_at_once(tmp_path):
     world = write_package(tmp_path)
     models = tmp_path / "office" / "models"
     shutil.rmtree(models / "table")
@@ -129,9 +127,7 @@ def test_all_missing_files_are_listed_at_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "variable", ["GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "IGN_GAZEBO_RESOURCE_PATH"]
 )
-def test_models_are_found_by_the_variables_of_gazebo(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, variable: str
-) -> None:
+def test_models_are_found_by_the_variables_of_gazebo(tmp_path, monkeypatch, variable):
     world = write_package(tmp_path)
     away = tmp_path / "elsewhere"
     shutil.move(tmp_path / "office" / "models", away)
@@ -141,9 +137,7 @@ def test_models_are_found_by_the_variables_of_gazebo(
     assert body_named(load_world(world), "bay::left::top")
 
 
-def test_packages_are_found_by_the_variables_of_ros(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_packages_are_found_by_the_variables_of_ros(tmp_path, monkeypatch):
     mesh = tmp_path / "install" / "share" / "parts" / "meshes" / "box.obj"
     mesh.parent.mkdir(parents=True)
     trimesh.creation.box((1, 1, 1)).export(mesh)
@@ -154,7 +148,7 @@ def test_packages_are_found_by_the_variables_of_ros(
     assert len(read_bodies(world)) == 1
 
 
-def test_a_mesh_in_millimetres_is_refused(tmp_path: Path) -> None:
+def test_a_mesh_in_millimetres_is_refused(tmp_path):
     trimesh.creation.box((4000, 1000, 1000)).export(tmp_path / "big.stl")
     mesh = "<mesh><uri>big.stl</uri>{}</mesh>"
     link = "<link name='l'><collision name='c'><geometry>{}</geometry></collision></link>"
@@ -166,7 +160,7 @@ def test_a_mesh_in_millimetres_is_refused(tmp_path: Path) -> None:
     assert section_between([body], 0.1, 0.1).bounds() == pytest.approx((-2, -0.5, 2, 0.5), abs=0.01)
 
 
-def test_a_damaged_mesh_is_refused(tmp_path: Path) -> None:
+def test_a_damaged_mesh_is_refused(tmp_path):
     (tmp_path / "bad.stl").write_bytes(b"solid nothing\nfacet\n")
     link = (
         "<link name='l'><collision name='c'><geometry><mesh><uri>bad.stl</uri></mesh></geometry>"
@@ -177,18 +171,18 @@ def test_a_damaged_mesh_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("version", ["1.3", "2.0", "9.9", "one", "1", ""])
-def test_a_wrong_version_is_refused(tmp_path: Path, version: str) -> None:
+def test_a_wrong_version_is_refused(tmp_path, version):
     with pytest.raises(WorldError, match=r"expected 1\.4 to 1\.10"):
         read_bodies(write(tmp_path, "", version))
 
 
 @pytest.mark.parametrize("version", ["1.4", "1.5", "1.6", "1.7", "1.8", "1.9", "1.10"])
-def test_every_version_is_read(tmp_path: Path, version: str) -> None:
+def test_every_version_is_read(tmp_path, version):
     model = f"<model name='m'><link name='l'>{BOX}</link></model>"
     assert len(read_bodies(write(tmp_path, model, version))) == 1
 
 
-def test_a_model_inside_a_wall_is_refused(tmp_path: Path) -> None:
+def test_a_model_inside_a_wall_is_refused(tmp_path):
     wall = (
         "<model name='wall'><static>1</static><link name='l'><collision name='c'><geometry>"
         "<box><size>8 2 3</size></box></geometry></collision></link></model>"
@@ -224,13 +218,13 @@ def test_a_model_inside_a_wall_is_refused(tmp_path: Path) -> None:
         ("<include/>", "has no <uri>"),
     ],
 )
-def test_malformed_values_are_refused(tmp_path: Path, inside: str, message: str) -> None:
+def test_malformed_values_are_refused(tmp_path, inside, message):
     with pytest.raises(WorldError, match=r"test\.sdf") as caught:
         load_world(write(tmp_path, inside))
     assert message in str(caught.value)
 
 
-def test_a_model_that_includes_itself_is_refused(tmp_path: Path) -> None:
+def test_a_model_that_includes_itself_is_refused(tmp_path):
     folder = tmp_path / "loop"
     folder.mkdir()
     (folder / "model.sdf").write_text(
@@ -241,7 +235,7 @@ def test_a_model_that_includes_itself_is_refused(tmp_path: Path) -> None:
         load_world(write(tmp_path, "<include><uri>model://loop</uri></include>"))
 
 
-def test_joints_weld_links_and_tie_them_to_the_world(tmp_path: Path) -> None:
+def test_joints_weld_links_and_tie_them_to_the_world(tmp_path):
     links = "".join(
         f"<link name='{n}'><pose>{i} 0 0 0 0 0</pose>{BOX}</link>" for i, n in enumerate("abc")
     )
@@ -255,7 +249,7 @@ def test_joints_weld_links_and_tie_them_to_the_world(tmp_path: Path) -> None:
     assert [body.is_static for body in load_world(write(tmp_path, tied)).bodies] == [True, False]
 
 
-def test_poses_in_degrees_and_quaternions(tmp_path: Path) -> None:
+def test_poses_in_degrees_and_quaternions(tmp_path):
     for pose in (
         "<pose degrees='true'>1 2 3 0 0 90</pose>",
         "<pose rotation_format='quat_xyzw'>1 2 3 0 0 0.70710678 0.70710678</pose>",
@@ -266,7 +260,7 @@ def test_poses_in_degrees_and_quaternions(tmp_path: Path) -> None:
         np.testing.assert_allclose(body.world_from_body[:2, :2], [[0, -1], [1, 0]], atol=1e-7)
 
 
-def test_a_placement_frame_stands_at_the_pose(tmp_path: Path) -> None:
+def test_a_placement_frame_stands_at_the_pose(tmp_path):
     text = (
         "<model name='m' placement_frame='l'><pose>5 0 0 0 0 0</pose>"
         f"<link name='l'><pose>1 0 0 0 0 0</pose>{BOX}</link></model>"
@@ -288,7 +282,7 @@ def test_a_placement_frame_stands_at_the_pose(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_further_shapes(tmp_path: Path, shape: str, reach: float) -> None:
+def test_further_shapes(tmp_path, shape, reach):
     text = f"<collision name='c'><geometry>{shape}</geometry></collision>"
     path = write(tmp_path, f"<model name='m'><link name='l'>{text}</link></model>")
     bounds = section_at(load_world(path), 0.001).bounds()
@@ -302,7 +296,7 @@ def mesh_link(uri: str) -> str:
     )
 
 
-def test_what_gazebo_takes_is_taken(tmp_path: Path) -> None:
+def test_what_gazebo_takes_is_taken(tmp_path):
     """A bare &, no mass, a scale of 0 in a state, a mesh of nothing: said, and gone on with."""
     world = write_package(tmp_path)
     table = tmp_path / "office" / "models" / "table" / "model.config"
@@ -328,7 +322,7 @@ def test_what_gazebo_takes_is_taken(tmp_path: Path) -> None:
     assert "none.obj of ghost::l has no triangles" in notes
 
 
-def test_everything_unusable_is_told_at_once_and_can_be_left_out(tmp_path: Path) -> None:
+def test_everything_unusable_is_told_at_once_and_can_be_left_out(tmp_path):
     (tmp_path / "bad.stl").write_bytes(b"solid nothing\nfacet\n")
     (tmp_path / "broken").mkdir()
     (tmp_path / "broken" / "model.config").write_text("<model")
@@ -354,7 +348,7 @@ def test_everything_unusable_is_told_at_once_and_can_be_left_out(tmp_path: Path)
     assert sum("left out, because it is unusable" in note for note in scene.notes) == 3
 
 
-def test_a_broken_visual_is_a_note_as_nobody_touches_it(tmp_path: Path) -> None:
+def test_a_broken_visual_is_a_note_as_nobody_touches_it(tmp_path):
     box = "<geometry><box><size>1 1 1</size></box></geometry>"
     sphere = "<geometry><sphere><size>1 1 1</size></sphere></geometry>"
     world = tmp_path / "looks.sdf"

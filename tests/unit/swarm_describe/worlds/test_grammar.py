@@ -1,7 +1,5 @@
 """Every element of a world is read, counted, of no account, or named; xacro is expanded."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -34,7 +32,7 @@ def write(folder: Path, inside: str, around: str = "") -> Path:
     return path
 
 
-def test_the_table_is_closed() -> None:
+def test_the_table_is_closed():
     for rule in RULES.values():
         groups = (rule.once, rule.many, rule.noted, rule.quiet)
         assert len(rule.known) == sum(map(len, groups))
@@ -74,7 +72,7 @@ def test_the_table_is_closed() -> None:
         ),
     ],
 )  # fmt: skip
-def test_what_is_not_read_is_told(tmp_path: Path, inside: str, note: str) -> None:
+def test_what_is_not_read_is_told(tmp_path, inside, note):
     notes = "\n".join(read_world(write(tmp_path, inside)).notes)
     assert note in notes
 
@@ -103,22 +101,20 @@ def test_what_is_not_read_is_told(tmp_path: Path, inside: str, note: str) -> Non
         (f"<state><model name='m'>{SHAPE}</model></state>", "", "<geometry> in <model> 'm'"),
     ],
 )
-def test_what_may_be_solid_is_not_lost(
-    tmp_path: Path, inside: str, around: str, message: str
-) -> None:
+def test_what_may_be_solid_is_not_lost(tmp_path, inside, around, message):
     with pytest.raises(WorldError, match=r"w\.sdf") as caught:
         read_world(write(tmp_path, inside, around))
     assert message in str(caught.value)
 
 
-def test_a_group_can_be_left_out_knowingly(tmp_path: Path) -> None:
+def test_a_group_can_be_left_out_knowingly(tmp_path):
     world = write(tmp_path, f"<group>{MODEL}</group>{MODEL.replace(chr(39) + 'm', chr(39) + 'n')}")
     file = read_world(world, skip_broken=True)
     assert [body.name for body in file.bodies] == ["n::l"]
     assert "left out, because it is unusable: <group>" in file.notes[0]
 
 
-def test_a_shape_of_another_program_is_passed_over(tmp_path: Path) -> None:
+def test_a_shape_of_another_program_is_passed_over(tmp_path):
     inside = MODEL.replace("<box>", "<drake:capsule/><box>")
     file = read_world(write(tmp_path, inside))
     assert len(file.bodies[0].parts) == 1
@@ -127,7 +123,7 @@ def test_a_shape_of_another_program_is_passed_over(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("uri", ["http://www.ros.org/wiki/xacro", "http://ros.org/wiki/xacro"])
 @pytest.mark.parametrize("name", ["hall.sdf.xacro", "hall.world.xacro", "hall.sdf", "hall.world"])
-def test_xacro_is_expanded(tmp_path: Path, name: str, uri: str) -> None:
+def test_xacro_is_expanded(tmp_path, name, uri):
     (tmp_path / "more.xacro").write_text(
         f"<r xmlns:xacro='{uri}'><xacro:macro name='wall' params='x'>{MODEL}</xacro:macro></r>"
     )
@@ -151,7 +147,7 @@ def test_xacro_is_expanded(tmp_path: Path, name: str, uri: str) -> None:
         ("<model>", "line"),
     ],
 )
-def test_what_xacro_refuses_is_one_message(tmp_path: Path, more: str, message: str) -> None:
+def test_what_xacro_refuses_is_one_message(tmp_path, more, message):
     path = tmp_path / "hall.sdf.xacro"
     path.write_text(XACRO.format(link=LINK, uri="http://www.ros.org/wiki/xacro", more=more))
     with pytest.raises(WorldError) as caught:

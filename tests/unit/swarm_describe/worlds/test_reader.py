@@ -1,7 +1,5 @@
 """Reading of SDF worlds, and sections through them."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -29,7 +27,7 @@ def box_model(pose: str = "", static: str = "<static>1</static>") -> str:
     return f"<model name='m'>{static}{pose}<link name='l'>{shape}</link></model>"
 
 
-def test_slim_blockage_has_the_walls_of_the_original() -> None:
+def test_slim_blockage_has_the_walls_of_the_original():
     scene = load_world("slim_blockage")
     section = section_at(scene, 0.132)
     extents = {
@@ -45,13 +43,13 @@ def test_slim_blockage_has_the_walls_of_the_original() -> None:
 
 
 @pytest.mark.parametrize("name", world_names())
-def test_every_shipped_world_is_readable(name: str) -> None:
+def test_every_shipped_world_is_readable(name):
     scene = load_world(name)
     assert scene.bodies
     assert scene.sites.stations or scene.sites.places
 
 
-def test_poses_of_model_link_and_collision_add_up(tmp_path: Path) -> None:
+def test_poses_of_model_link_and_collision_add_up(tmp_path):
     link = (
         "<link name='l'><pose>1 0 0 0 0 0</pose><collision name='c'><pose>0 0 5 0 0 0</pose>"
         "<geometry><sphere><radius>2</radius></sphere></geometry></collision></link>"
@@ -68,7 +66,7 @@ def test_poses_of_model_link_and_collision_add_up(tmp_path: Path) -> None:
     assert body.parts[0].shape == Sphere(2.0)
 
 
-def test_shapes_and_mass(tmp_path: Path) -> None:
+def test_shapes_and_mass(tmp_path):
     cylinder = COLLISION.format("<cylinder><radius>0.5</radius><length>2</length></cylinder>")
     mass = "<inertial><mass>7</mass></inertial>"
     text = f"<model name='m'><link name='l'>{mass}{cylinder}</link></model>" + box_model()
@@ -79,7 +77,7 @@ def test_shapes_and_mass(tmp_path: Path) -> None:
     assert square_body.is_static
 
 
-def test_what_is_not_solid_is_ignored(tmp_path: Path) -> None:
+def test_what_is_not_solid_is_ignored(tmp_path):
     text = (
         "<light name='sun'/><plugin name='p' filename='x'/><physics/>"
         "<model name='m'><link name='l'>"
@@ -88,7 +86,7 @@ def test_what_is_not_solid_is_ignored(tmp_path: Path) -> None:
     assert read_bodies(world(tmp_path, text)) == []
 
 
-def test_a_world_without_sites_works(tmp_path: Path) -> None:
+def test_a_world_without_sites_works(tmp_path):
     scene = load_world(world(tmp_path, box_model()))
     assert scene.name == "test"
     assert scene.sites.stations == {}
@@ -106,25 +104,25 @@ def test_a_world_without_sites_works(tmp_path: Path) -> None:
         ("<model name='m'><link name='l'><collision/></link></model>", "no <geometry>"),
     ],
 )
-def test_malformed_worlds_are_refused(tmp_path: Path, inside: str, message: str) -> None:
+def test_malformed_worlds_are_refused(tmp_path, inside, message):
     with pytest.raises(WorldError, match=r"test\.world") as caught:
         read_bodies(world(tmp_path, inside))
     assert message in str(caught.value)
 
 
-def test_a_file_that_is_not_sdf_is_refused(tmp_path: Path) -> None:
+def test_a_file_that_is_not_sdf_is_refused(tmp_path):
     path = tmp_path / "a.sdf"
     path.write_text("<robot/>")
     with pytest.raises(WorldError, match="expected <sdf>"):
         read_bodies(path)
 
 
-def test_an_unknown_world_names_the_closest() -> None:
+def test_an_unknown_world_names_the_closest():
     with pytest.raises(UnknownNameError, match="did you mean 'slim_blockage'"):
         load_world("slim_blokage")
 
 
-def test_a_tilted_box_is_cut_at_the_height_asked_for(tmp_path: Path) -> None:
+def test_a_tilted_box_is_cut_at_the_height_asked_for(tmp_path):
     tilted = box_model(f"<pose>0 0 0 0 {math.pi / 4} 0</pose>").replace("1 2 3", "2 1 2")
     section = section_between(read_bodies(world(tmp_path, tilted)), 0.5, 0.5)
     (polygon,) = section.polygons
@@ -133,7 +131,7 @@ def test_a_tilted_box_is_cut_at_the_height_asked_for(tmp_path: Path) -> None:
     assert polygon[:, 1].max() == pytest.approx(0.5)
 
 
-def test_round_bodies_become_discs(tmp_path: Path) -> None:
+def test_round_bodies_become_discs(tmp_path):
     ball = COLLISION.format("<sphere><radius>1</radius></sphere>")
     post = COLLISION.format("<cylinder><radius>0.2</radius><length>4</length></cylinder>")
     text = f"<model name='m'><link name='l'>{ball}{post}</link></model>"
@@ -142,7 +140,7 @@ def test_round_bodies_become_discs(tmp_path: Path) -> None:
     assert not section_between(read_bodies(world(tmp_path, text)), 2.1, 3.0).names
 
 
-def test_a_lying_cylinder_is_cut_as_a_strip(tmp_path: Path) -> None:
+def test_a_lying_cylinder_is_cut_as_a_strip(tmp_path):
     post = COLLISION.format("<cylinder><radius>0.5</radius><length>4</length></cylinder>")
     pose = f"<pose>0 0 0 {math.pi / 2} 0 0</pose>"
     text = f"<model name='m'>{pose}<link name='l'>{post}</link></model>"
@@ -151,7 +149,7 @@ def test_a_lying_cylinder_is_cut_as_a_strip(tmp_path: Path) -> None:
     assert polygon[:, 0].max() == pytest.approx(0.5, abs=0.01)
 
 
-def test_rotations_are_those_of_sdf() -> None:
+def test_rotations_are_those_of_sdf():
     turn = transform_from_xyz_rpy(0, 0, 0, 0.1, 0.2, 0.3)[:3, :3]
     x = np.array([[1, 0, 0], [0, math.cos(0.1), -math.sin(0.1)], [0, math.sin(0.1), math.cos(0.1)]])
     y = np.array([[math.cos(0.2), 0, math.sin(0.2)], [0, 1, 0], [-math.sin(0.2), 0, math.cos(0.2)]])
@@ -159,7 +157,7 @@ def test_rotations_are_those_of_sdf() -> None:
     np.testing.assert_allclose(turn, z @ y @ x, atol=1e-12)
 
 
-def test_a_hull_is_convex_and_holds_all_points() -> None:
+def test_a_hull_is_convex_and_holds_all_points():
     rng = np.random.default_rng(0)
     points = np.vstack([rng.normal(size=(50, 2)), [[0, 0], [0, 0]]])
     hull = convex_hull(points)

@@ -1,7 +1,5 @@
 """A robot that goes to charge does not bid, and gives back what it has not loaded."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -37,14 +35,12 @@ def bids(courier: Courier, reach: float) -> list[Bid]:
 
 @pytest.mark.parametrize("bids_for_all", [False, True])
 @pytest.mark.parametrize(("reach", "count"), [(math.inf, 1), (20.0, 1), (19.9, 0), (0.0, 0)])
-def test_who_would_have_to_charge_before_the_end_does_not_bid(
-    reach: float, count: int, *, bids_for_all: bool
-) -> None:
+def test_who_would_have_to_charge_before_the_end_does_not_bid(reach, count, *, bids_for_all):
     courier = Courier("r", Pose(0.0, 0.0, 0.0), STATIONS, bids_for_all=bids_for_all)
     assert len(bids(courier, reach)) == count
 
 
-def test_an_order_is_given_back_on_the_way_to_its_origin() -> None:
+def test_an_order_is_given_back_on_the_way_to_its_origin():
     courier = Courier("r", Pose(0.0, 0.0, 0.0), STATIONS)
     courier.receive(Grant("a", "r", ORDER, 1), 1)
     _, goal = courier.tick(1, senses(math.inf))
@@ -57,7 +53,7 @@ def test_an_order_is_given_back_on_the_way_to_its_origin() -> None:
     assert goal is not None
 
 
-def test_goods_are_kept_while_the_robot_is_charged() -> None:
+def test_goods_are_kept_while_the_robot_is_charged():
     courier = Courier("r", Pose(0.0, 0.0, 0.0), STATIONS)
     courier.receive(Grant("a", "r", ORDER, 1), 1)
     courier.tick(1, senses(math.inf))

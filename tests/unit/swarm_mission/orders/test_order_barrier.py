@@ -46,7 +46,7 @@ def test_a_party_may_take_long_to_start():
     assert barrier.is_complete(0, START_PATIENCE + 1.0)
 
 
-def test_a_word_counts_once_and_only_after_the_one_before() -> None:
+def test_a_word_counts_once_and_only_after_the_one_before():
     barrier = OrderBarrier(["courier"])
     assert not barrier.accepts("courier", 1)  # the first was lost: both are repeated
     assert barrier.accepts("courier", 0)

@@ -19,7 +19,7 @@ def load(folder: Path, streams: str, more: str = "") -> Mission:
     return load_mission(str(path))
 
 
-def test_groups_service_and_times_are_read(tmp_path: Path) -> None:
+def test_groups_service_and_times_are_read(tmp_path):
     (tmp_path / "shift.csv").write_text("time,what\n1.5,x\n3,y\n")
     more = "groups: {ins: [a, inner], inner: [b]}\ncapacity: 2\ndispatch: fifo"
     service = "{from: 4, to: {uniform: [1, 3]}}"
@@ -34,7 +34,7 @@ def test_groups_service_and_times_are_read(tmp_path: Path) -> None:
     assert all(order.load_ticks == 40 and 10 <= order.unload_ticks <= 30 for order in orders)
 
 
-def test_groups_of_the_world_are_stations_too(tmp_path: Path) -> None:
+def test_groups_of_the_world_are_stations_too(tmp_path):
     sites = Sites(stations={"a_1": Pose(0, 0, 0), "a_2": Pose(1, 0, 0), "b": Pose(2, 0, 0)},
                   groups={"a": ("a_1", "a_2")})  # fmt: skip
     mission = load(tmp_path, GOOD).with_groups(sites)
@@ -72,9 +72,7 @@ def test_groups_of_the_world_are_stations_too(tmp_path: Path) -> None:
         (GOOD, "start_spread: 3", "'start_spread' is for a route"),
     ],
 )  # fmt: skip
-def test_what_makes_no_sense_is_one_line(
-    tmp_path: Path, streams: str, more: str, message: str
-) -> None:
+def test_what_makes_no_sense_is_one_line(tmp_path, streams, more, message):
     with pytest.raises(ConfigError) as error:
         load(tmp_path, streams, more)
     assert message in str(error.value)
@@ -82,13 +80,13 @@ def test_what_makes_no_sense_is_one_line(
     assert "\n" not in str(error.value)
 
 
-def test_stations_that_do_not_exist_are_refused(tmp_path: Path) -> None:
+def test_stations_that_do_not_exist_are_refused(tmp_path):
     sites = Sites(stations={"a": Pose(0, 0, 0), "bb": Pose(1, 0, 0)})
     with pytest.raises(ConfigError, match="unknown station 'b' in here; did you mean 'a' or 'bb'"):
         load(tmp_path, GOOD).check_stations(sites, "here")
 
 
-def test_orders_that_no_swarm_can_serve_are_refused_before_the_run(tmp_path: Path) -> None:
+def test_orders_that_no_swarm_can_serve_are_refused_before_the_run(tmp_path):
     plan = load(tmp_path, "{from: a, to: b, rate: 400, service: {from: 10, to: 0}}").orders
     assert plan is not None
     with pytest.raises(ConfigError, match=r"a gets 400 orders/h .* busy for 111 %"):
@@ -97,7 +95,7 @@ def test_orders_that_no_swarm_can_serve_are_refused_before_the_run(tmp_path: Pat
         check_demand(plan, lambda a, b: float("inf"), 0.5, 100)
 
 
-def test_the_least_number_of_robots_is_said(tmp_path: Path) -> None:
+def test_the_least_number_of_robots_is_said(tmp_path):
     plan = load(tmp_path, "{from: a, to: b, rate: 240}").orders
     assert plan is not None
     # 30 m there and 30 m back at 0.25 m/s: 240 s for each of 240 orders in 3600 s
@@ -107,7 +105,7 @@ def test_the_least_number_of_robots_is_said(tmp_path: Path) -> None:
     assert remark.startswith("240 orders/h need at least 16 robots by distance alone")
 
 
-def test_a_burst_is_not_refused(tmp_path: Path) -> None:
+def test_a_burst_is_not_refused(tmp_path):
     """It was taken for orders that come like that for ever."""
     shift = "shifts: [{begin: 9, end: 19, every: 0.5}]"
     burst = f"{{from: a, to: b, rate: 60}}\n  - {{from: a, to: b, {shift}}}"
@@ -121,7 +119,7 @@ def test_a_burst_is_not_refused(tmp_path: Path) -> None:
         check_demand(endless, lambda a, b: 30.0, 0.25, 20)
 
 
-def test_balanced_streams_need_no_empty_ways(tmp_path: Path) -> None:
+def test_balanced_streams_need_no_empty_ways(tmp_path):
     both = "{from: a, to: b, rate: 60}\n  - {from: b, to: a, rate: 60}"
     plan = load(tmp_path, both).orders
     assert plan is not None

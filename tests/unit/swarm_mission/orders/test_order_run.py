@@ -24,7 +24,7 @@ def one_stream(
     return OrderPlan(streams=(stream,))
 
 
-def test_lead_times_of_one_robot_between_two_stations_are_those_by_hand() -> None:
+def test_lead_times_of_one_robot_between_two_stations_are_those_by_hand():
     """Grant after 5 ticks, goal after 6; each arrival is answered after 2; 0.05 m in a tick."""
     plan = one_stream(
         Arrivals(listed=(0.0, 1.0, 100.0)),
@@ -62,7 +62,7 @@ def test_lead_times_of_one_robot_between_two_stations_are_those_by_hand() -> Non
     )
 
 
-def test_waiting_times_are_those_of_a_queue_with_one_server() -> None:
+def test_waiting_times_are_those_of_a_queue_with_one_server():
     """Pollaczek and Khinchine: mean wait of Poisson arrivals is rate E[S²] / (2 (1 - load))."""
     rate, load_mean, deviation = 180.0, 4.0, 2.0
     waits = []
@@ -87,7 +87,7 @@ def test_waiting_times_are_those_of_a_queue_with_one_server() -> None:
     assert abs(statistics.fmean(waits) - expected) < half
 
 
-def test_orders_are_the_same_whatever_the_number_of_robots() -> None:
+def test_orders_are_the_same_whatever_the_number_of_robots():
     plan = one_stream(
         Arrivals(shifts=(Shift(rate=200.0, end=200.0),)),
         ServiceTime("triangular", (1.0, 2.0, 4.0)),
@@ -104,7 +104,7 @@ def test_orders_are_the_same_whatever_the_number_of_robots() -> None:
 
 
 @pytest.mark.parametrize("dispatch", ["claim", "nearest", "fifo", "central", f"{__name__}:Last"])
-def test_every_dispatch_serves_all_orders(dispatch: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_dispatch_serves_all_orders(dispatch, monkeypatch):
     import sys
 
     monkeypatch.setitem(sys.modules, __name__, sys.modules.get(__name__) or _this_module())
@@ -121,7 +121,7 @@ def test_every_dispatch_serves_all_orders(dispatch: str, monkeypatch: pytest.Mon
     assert (results["created"], results["done"]) == (10, 10)
 
 
-def test_a_run_is_not_over_before_the_last_robot_has_been_unloaded() -> None:
+def test_a_run_is_not_over_before_the_last_robot_has_been_unloaded():
     for seed in range(60):
         half = ServiceTime("constant", (0.5,))
         plan = one_stream(Arrivals(listed=(0.0,)), half, half)

@@ -11,16 +11,14 @@ from swarm_mission.orders.states import (
 )
 
 
-def test_every_state_has_its_row() -> None:
+def test_every_state_has_its_row():
     assert set(ORDER_TRANSITIONS) == set(OrderState)
     assert set(COURIER_TRANSITIONS) == set(CourierState)
 
 
 @pytest.mark.parametrize("state", OrderState)
 @pytest.mark.parametrize("change", OrderChange)
-def test_an_order_is_granted_from_open_and_loaded_from_granted_only(
-    state: OrderState, change: OrderChange
-) -> None:
+def test_an_order_is_granted_from_open_and_loaded_from_granted_only(state, change):
     row = ORDER_TRANSITIONS[state]
     assert (change in row) == (
         change is OrderChange.DELIVERED

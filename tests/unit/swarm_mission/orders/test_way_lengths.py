@@ -20,7 +20,7 @@ def hall() -> Grid:
     return Grid(cells, 0.05, 0.0, 0.0)
 
 
-def test_a_way_goes_around_a_wall() -> None:
+def test_a_way_goes_around_a_wall():
     ways = WayLengths(STATIONS, hall(), 0.2)
     corners = 2.0 * math.hypot(2.0, 3.0 - 0.7)
     assert ways.between("left", "right") == pytest.approx(corners, rel=0.12)
@@ -28,5 +28,5 @@ def test_a_way_goes_around_a_wall() -> None:
     assert math.isinf(ways.between("left", "shut"))
 
 
-def test_without_a_map_ways_are_straight() -> None:
+def test_without_a_map_ways_are_straight():
     assert WayLengths(STATIONS, None).between("left", "right") == 4.0

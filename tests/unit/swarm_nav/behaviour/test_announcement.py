@@ -1,7 +1,5 @@
 """The beacon says what the robot holds, wants and means to do; its bytes survive the radio."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -95,7 +93,7 @@ def announce(
     return compose_beacon(parts, waffle())
 
 
-def test_a_beacon_carries_the_claims_of_its_tick() -> None:
+def test_a_beacon_carries_the_claims_of_its_tick():
     record = announce(driving())
     assert (record["id"], record["tick"], record["sec"], record["nanosec"]) == (4, 100, 10, 0)
     assert record["radius"] == pytest.approx(RADIUS, abs=1e-3)
@@ -109,7 +107,7 @@ def test_a_beacon_carries_the_claims_of_its_tick() -> None:
     assert record["footprint_size"] == 8
 
 
-def test_the_priority_is_published_and_remembered() -> None:
+def test_the_priority_is_published_and_remembered():
     s = driving()
     record = announce(s)
     published = (int(record["priority"][0]) << 32) | int(record["priority"][1])
@@ -118,7 +116,7 @@ def test_the_priority_is_published_and_remembered() -> None:
     assert s.priority == base_priority(CLASS_HOLDING, 33, 4)
 
 
-def test_who_waits_for_its_turn_ranks_so_while_it_makes_way() -> None:
+def test_who_waits_for_its_turn_ranks_so_while_it_makes_way():
     """It rose above the robot that pushed it, and stayed in its way."""
     told = parts_of(driving(), State.DRIVING, Lease(STATION, 70, 1))
     waits = []
@@ -128,7 +126,7 @@ def test_who_waits_for_its_turn_ranks_so_while_it_makes_way() -> None:
     assert waits == [False, False, True, True, False]
 
 
-def test_a_new_goal_ends_the_waiting_of_a_robot_that_makes_way() -> None:
+def test_a_new_goal_ends_the_waiting_of_a_robot_that_makes_way():
     told = parts_of(driving(), State.DRIVING, Lease(STATION, 70, 1))
     waits = []
     for event in (Event.STATION_TAKEN, Event.PUSHED, Event.FINISHED, Event.GOAL, Event.BEHAVIOR):
@@ -138,7 +136,7 @@ def test_a_new_goal_ends_the_waiting_of_a_robot_that_makes_way() -> None:
     assert waits == [True, True, False, False, True]
 
 
-def test_composing_a_beacon_changes_nothing() -> None:
+def test_composing_a_beacon_changes_nothing():
     s = driving()
     first = announce(s)
     told = parts_of(s, State.DRIVING, Lease(STATION, 70, 1))
@@ -153,19 +151,19 @@ def test_composing_a_beacon_changes_nothing() -> None:
         (State.HOLDING, True, MODE_HOLD),
     ],
 )
-def test_the_mode_follows_the_state(state: State, has_goal: bool, mode: int) -> None:
+def test_the_mode_follows_the_state(state, has_goal, mode):
     record = announce(driving(), state, has_goal)
     assert record["mode"] == mode
     assert np.isnan(record["target"]).all()
 
 
-def test_who_follows_a_higher_robot_ranks_as_it_inherited_also_against_pushers() -> None:
+def test_who_follows_a_higher_robot_ranks_as_it_inherited_also_against_pushers():
     follows, pushed = Donations(lane=9), Donations(station=3, push=9)
     assert (follows.own(5), follows.published(5)) == (9, 9)
     assert (pushed.own(5), pushed.published(5)) == (5, 9)
 
 
-def test_a_yielding_robot_announces_its_refuge_and_what_it_inherited() -> None:
+def test_a_yielding_robot_announces_its_refuge_and_what_it_inherited():
     s, right = driving(), RightOfWay()
     s.donations.yields_for, right.state, s.donations.push = 9, MakingWay.STUCK, 2**50 - 1
     record = announce(s, State.YIELDING, right=right)
@@ -176,7 +174,7 @@ def test_a_yielding_robot_announces_its_refuge_and_what_it_inherited() -> None:
     assert s.priority == 2**50 - 1
 
 
-def test_only_an_active_navigator_says_so() -> None:
+def test_only_an_active_navigator_says_so():
     assert int(announce(driving())["flags"]) & FLAG_ACTIVE
     assert not int(announce(driving(), is_active=False)["flags"]) & FLAG_ACTIVE
 
@@ -196,7 +194,7 @@ def status(  # type: ignore[no-untyped-def]
     return compose_status(parts)
 
 
-def test_the_status_says_what_the_robot_waits_for() -> None:
+def test_the_status_says_what_the_robot_waits_for():
     s = driving()
     shown = status(s, State.HOLDING)
     assert (shown.state, shown.station, shown.queue_place) == ("holding", "loader_1", 2)
@@ -221,7 +219,7 @@ def test_the_status_says_what_the_robot_waits_for() -> None:
     assert status(s, State.DRIVING, is_active=False).state == "inactive"
 
 
-def test_a_robot_calls_others_by_the_names_of_the_run() -> None:
+def test_a_robot_calls_others_by_the_names_of_the_run():
     s = driving()
     s.names = RobotNames(("ann", "bob"), "agv{}")
     s.blocked_ticks, s.blocked_why = 99, "is in the way"
@@ -232,7 +230,7 @@ def test_a_robot_calls_others_by_the_names_of_the_run() -> None:
         assert shown.detail == f"for {name}, which is in the way"
 
 
-def test_a_robot_that_is_driven_by_hand_says_so() -> None:
+def test_a_robot_that_is_driven_by_hand_says_so():
     s = driving()
     told = parts_of(s, State.BEHAVING, Lease())
     for is_by_hand, state in ((True, "driven by hand"), (False, "pausing")):
@@ -241,7 +239,7 @@ def test_a_robot_that_is_driven_by_hand_says_so() -> None:
         assert compose_status(told).state == state
 
 
-def test_a_robot_that_waits_at_the_gate_says_so() -> None:
+def test_a_robot_that_waits_at_the_gate_says_so():
     shown = status(driving(), State.HOLDING, gate=Gate(None, asked_tick=50, first=3))
     assert shown.detail == "parked, waits for Srobot3: the narrow region ahead is full"
     assert int(announce(driving())["gate_tick"]) == 0
@@ -252,25 +250,25 @@ words = st.integers(0, 2**32 - 1)
 
 @settings(max_examples=40, deadline=None)
 @given(st.binary(min_size=BEACON_SIZE, max_size=BEACON_SIZE))
-def test_any_beacon_survives_its_encoding(data: bytes) -> None:
+def test_any_beacon_survives_its_encoding(data):
     record = np.frombuffer(data, BEACON_DTYPE)[0]
     assert deserialize_beacon(serialize_beacon(record)).tobytes() == data
 
 
 @pytest.mark.parametrize("count", [0, 1, 3])
-def test_a_batch_survives_its_encoding(count: int) -> None:
+def test_a_batch_survives_its_encoding(count):
     batch = np.array([announce(driving()) for _ in range(count)], BEACON_DTYPE)
     sec, nanosec, back = deserialize_neighbors(serialize_neighbors(12, 300_000_000, batch))
     assert (sec, nanosec, len(back)) == (12, 300_000_000, count)
     assert back.tobytes() == batch.tobytes()
 
 
-def test_a_beacon_that_is_too_short_is_refused() -> None:
+def test_a_beacon_that_is_too_short_is_refused():
     with pytest.raises(ValueError, match="expected"):
         deserialize_beacon(serialize_beacon(announce(driving()))[: 4 * word_of("sighted_id")])
 
 
-def test_a_beacon_that_was_recorded_before_there_were_sightings_is_read() -> None:
+def test_a_beacon_that_was_recorded_before_there_were_sightings_is_read():
     record = announce(driving())
     record["sighted_id"] = 7  # in what is cut off
     read = deserialize_beacon(serialize_beacon(record)[: 4 + 4 * word_of("sighted_id")])
@@ -279,12 +277,12 @@ def test_a_beacon_that_was_recorded_before_there_were_sightings_is_read() -> Non
     assert read.tobytes() == record.tobytes()
 
 
-def test_a_beacon_has_no_padding() -> None:
+def test_a_beacon_has_no_padding():
     assert BEACON_DTYPE.itemsize == sum(BEACON_DTYPE[name].itemsize for name in BEACON_DTYPE.names)
     assert math.isclose(BEACON_SIZE / 1024, 0.94, abs_tol=0.02)
 
 
-def test_a_beacon_is_packed_in_the_order_of_its_members() -> None:
+def test_a_beacon_is_packed_in_the_order_of_its_members():
     words = blank_beacon(((1.0, 2.0), (3.0, 4.0))).copy()
     pack_head(words, range(1, 28))
     record = record_of(words)
@@ -295,7 +293,7 @@ def test_a_beacon_is_packed_in_the_order_of_its_members() -> None:
     assert not record["held"].any()
 
 
-def test_words_are_those_of_the_beacons_whatever_their_buffer() -> None:
+def test_words_are_those_of_the_beacons_whatever_their_buffer():
     batch = np.frombuffer(np.random.default_rng(0).bytes(3 * BEACON_SIZE + 1), np.uint8)
     for start in (0, 1):  # aligned and not
         beacons = batch[start : start + 3 * BEACON_SIZE].view(BEACON_DTYPE)

@@ -1,7 +1,5 @@
 """Spin, back up, drive on heading and wait on an ideal unicycle."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -39,20 +37,20 @@ def perform(
 
 
 @pytest.mark.parametrize("angle", [1.57, -1.57, 3.0, 7.0, -7.0])
-def test_a_spin_turns_by_its_angle_on_the_spot(angle: float) -> None:
+def test_a_spin_turns_by_its_angle_on_the_spot(angle):
     end, body, _ = perform(Goal(kind=GoalKind.SPIN, angle=angle))
     assert end.code is ErrorCode.NONE
     assert abs(wrap_angle(body.pose.yaw - angle)) < 0.1
     assert body.pose.distance(MIDDLE) < 0.01
 
 
-def test_a_spin_may_take_its_time_allowance_only() -> None:
+def test_a_spin_may_take_its_time_allowance_only():
     end, _, _ = perform(Goal(kind=GoalKind.SPIN, angle=6.0, duration=1.0))
     assert end.code is ErrorCode.SPIN_TIMEOUT
     assert "1.0 s" in end.message
 
 
-def test_backing_up_goes_straight_back() -> None:
+def test_backing_up_goes_straight_back():
     end, body, speeds = perform(Goal(kind=GoalKind.BACKUP, distance=0.3, speed=0.15))
     assert end.code is ErrorCode.NONE
     assert body.pose.x == pytest.approx(2.7, abs=0.06)
@@ -60,7 +58,7 @@ def test_backing_up_goes_straight_back() -> None:
     assert abs(body.pose.yaw) < 0.05
 
 
-def test_who_has_backed_up_does_not_turn_about() -> None:
+def test_who_has_backed_up_does_not_turn_about():
     """It turned by itself, to drive what was left of its path forwards."""
     squad = Squad(HALL, [MIDDLE])
     squad.send(0, kind=GoalKind.BACKUP, distance=0.3, speed=0.1)
@@ -72,7 +70,7 @@ def test_who_has_backed_up_does_not_turn_about() -> None:
     assert max(map(abs, yaws)) < 0.05
 
 
-def test_driving_on_goes_straight_ahead() -> None:
+def test_driving_on_goes_straight_ahead():
     end, body, _ = perform(
         Goal(kind=GoalKind.DRIVE_ON_HEADING, distance=0.5, speed=0.2), Pose(3.0, 3.0, 1.2)
     )
@@ -81,7 +79,7 @@ def test_driving_on_goes_straight_ahead() -> None:
     assert body.pose.yaw == pytest.approx(1.2, abs=0.05)
 
 
-def test_driving_on_in_reverse_goes_straight_back() -> None:
+def test_driving_on_in_reverse_goes_straight_back():
     end, body, speeds = perform(
         Goal(kind=GoalKind.DRIVE_ON_HEADING, distance=0.3, speed=0.15, is_reverse=True)
     )
@@ -91,7 +89,7 @@ def test_driving_on_in_reverse_goes_straight_back() -> None:
 
 
 @pytest.mark.parametrize("kind", [GoalKind.BACKUP, GoalKind.DRIVE_ON_HEADING])
-def test_the_asked_speed_is_not_exceeded(kind: GoalKind) -> None:
+def test_the_asked_speed_is_not_exceeded(kind):
     _, _, speeds = perform(Goal(kind=kind, distance=0.5, speed=0.1))
     assert max(abs(v) for v in speeds) == pytest.approx(0.1, abs=0.01)
 
@@ -103,9 +101,7 @@ def test_the_asked_speed_is_not_exceeded(kind: GoalKind) -> None:
         (GoalKind.DRIVE_ON_HEADING, Pose(5.5, 3.0, 0.0), ErrorCode.DRIVE_COLLISION_AHEAD),
     ],
 )
-def test_a_wall_in_the_way_is_seen_before_the_first_move(
-    kind: GoalKind, pose: Pose, code: ErrorCode
-) -> None:
+def test_a_wall_in_the_way_is_seen_before_the_first_move(kind, pose, code):
     end, body, speeds = perform(Goal(kind=kind, distance=1.0, speed=0.2), pose)
     assert end.code is code
     assert not speeds
@@ -119,19 +115,19 @@ def test_a_wall_in_the_way_is_seen_before_the_first_move(
         (GoalKind.DRIVE_ON_HEADING, ErrorCode.DRIVE_TIMEOUT),
     ],
 )
-def test_a_drive_may_take_its_time_allowance_only(kind: GoalKind, code: ErrorCode) -> None:
+def test_a_drive_may_take_its_time_allowance_only(kind, code):
     end, _, _ = perform(Goal(kind=kind, distance=2.0, speed=0.2, duration=1.0))
     assert end.code is code
 
 
-def test_waiting_takes_as_long_as_asked_and_does_not_move() -> None:
+def test_waiting_takes_as_long_as_asked_and_does_not_move():
     end, body, speeds = perform(Goal(kind=GoalKind.WAIT, duration=2.0))
     assert end.code is ErrorCode.NONE
     assert len(speeds) == pytest.approx(20, abs=1)
     assert body.pose == MIDDLE
 
 
-def test_recoveries_come_in_nav2s_order() -> None:
+def test_recoveries_come_in_nav2s_order():
     s = robot_in(HALL, MIDDLE)
     goals = [recovery_goal(attempt, s) for attempt in range(5)]
     assert [goal and goal.kind for goal in goals] == [
@@ -146,7 +142,7 @@ def test_recoveries_come_in_nav2s_order() -> None:
     assert wait.duration == 5.0
 
 
-def test_a_drive_goes_on_with_the_rest_after_the_robot_made_way() -> None:
+def test_a_drive_goes_on_with_the_rest_after_the_robot_made_way():
     s = robot_in(HALL, MIDDLE)
     body, controller = Unicycle(MIDDLE), Controller(ControllerConfig())
     behavior = Behavior(Goal(kind=GoalKind.DRIVE_ON_HEADING, distance=1.0, speed=0.2), s)
@@ -168,7 +164,7 @@ def test_a_drive_goes_on_with_the_rest_after_the_robot_made_way() -> None:
     assert driven + body.pose.distance(Pose(4.0, 4.0, 0.3)) == pytest.approx(1.0, abs=0.08)
 
 
-def test_a_moving_robot_stops_before_it_backs_up() -> None:
+def test_a_moving_robot_stops_before_it_backs_up():
     s = robot_in(HALL, MIDDLE)
     s.twist = Twist(0.2, 0.0, 0.0)
     behavior = Behavior(Goal(kind=GoalKind.BACKUP, distance=0.3, speed=0.1), s)

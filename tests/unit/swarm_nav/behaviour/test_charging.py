@@ -1,7 +1,5 @@
 """Going to charge and back, on ideal unicycles with ideal batteries."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Sequence
 
@@ -66,7 +64,7 @@ def reached(one: Powered, index: int = 0) -> bool:
     return [end.outcome for end in one.ended(index)] == [Outcome.SUCCEEDED]
 
 
-def test_a_robot_whose_battery_is_low_charges_and_then_reaches_its_goal() -> None:
+def test_a_robot_whose_battery_is_low_charges_and_then_reaches_its_goal():
     one = Powered([START], [0.2])
     one.send(0, GOAL, goal_id=7)
     one.run_until(one.is_charging, 400)
@@ -89,14 +87,14 @@ def test_a_robot_whose_battery_is_low_charges_and_then_reaches_its_goal() -> Non
     assert one.robots[0].status().goals_reached == 1  # the charge is none
 
 
-def test_a_robot_with_enough_goes_straight_to_its_goal() -> None:
+def test_a_robot_with_enough_goes_straight_to_its_goal():
     one = Powered([START], [0.9])
     one.send(0, GOAL)
     one.run_until(lambda: reached(one), 400)
     assert one.charged == []
 
 
-def test_the_way_to_the_station_counts_with_the_threshold() -> None:
+def test_the_way_to_the_station_counts_with_the_threshold():
     # twice the way of 4.5 m takes 2 * 17 s * 1.5 W = 52 J of 720 J: about 0.07
     for share, goes in ((0.35, False), (0.30, True)):
         one = Powered([START], [share], battery__low=0.25)
@@ -104,7 +102,7 @@ def test_the_way_to_the_station_counts_with_the_threshold() -> None:
         assert (one.robots[0].status().station == "charger_1") is goes, share
 
 
-def test_a_robot_without_a_goal_charges_too_and_gives_the_station_back() -> None:
+def test_a_robot_without_a_goal_charges_too_and_gives_the_station_back():
     one = Powered([START], [0.2])
     one.run_until(one.is_charging, 400)
     assert one.robots[0].services.feedback() is None
@@ -114,7 +112,7 @@ def test_a_robot_without_a_goal_charges_too_and_gives_the_station_back() -> None
     assert (status.state, status.station, status.goal_map) == ("idle", "", None)
 
 
-def test_goals_that_come_go_and_change_meanwhile_are_told_of_at_once() -> None:
+def test_goals_that_come_go_and_change_meanwhile_are_told_of_at_once():
     one = Powered([START], [0.2])
     one.send(0, GOAL, goal_id=1)
     one.run_until(one.is_charging, 400)
@@ -136,7 +134,7 @@ def test_goals_that_come_go_and_change_meanwhile_are_told_of_at_once() -> None:
     assert one.shares[0] > 0.6
 
 
-def test_waypoints_go_on_where_they_were() -> None:
+def test_waypoints_go_on_where_they_were():
     one = Powered([START], [0.5], battery__low=0.4)
     one.send(0, NEXT, GOAL, START, kind=GoalKind.WAYPOINTS)
     one.run_until(lambda: len(one.ended(0)) == 1, 2500)
@@ -145,7 +143,7 @@ def test_waypoints_go_on_where_they_were() -> None:
     assert one.ended(0)[0].missed_waypoints == ()
 
 
-def test_a_behaviour_that_an_operator_asks_for_comes_first() -> None:
+def test_a_behaviour_that_an_operator_asks_for_comes_first():
     one = Powered([START], [0.2])
     one.run(60)
     assert one.robots[0].status().station == "charger_1"
@@ -155,7 +153,7 @@ def test_a_behaviour_that_an_operator_asks_for_comes_first() -> None:
     one.run_until(one.is_charging, 400)
 
 
-def test_a_shut_down_robot_does_not_set_off() -> None:
+def test_a_shut_down_robot_does_not_set_off():
     one = Powered([START], [0.2])
     one.run(60)
     one.robots[0].services.deactivate()
@@ -165,7 +163,7 @@ def test_a_shut_down_robot_does_not_set_off() -> None:
     one.run_until(one.is_charging, 400)
 
 
-def test_a_station_without_current_is_left_for_another_one() -> None:
+def test_a_station_without_current_is_left_for_another_one():
     one = Powered([START], [0.4], ("charger_1", "charger_2"), current=("charger_2",))
     one.run(1)
     one.shares[0] = 0.3
@@ -174,7 +172,7 @@ def test_a_station_without_current_is_left_for_another_one() -> None:
     assert one.charged == ["Srobot1"]
 
 
-def test_a_station_that_others_hold_is_passed_over() -> None:
+def test_a_station_that_others_hold_is_passed_over():
     one = Powered(
         [Pose(2.5, 3.0, 0.0), Pose(5.0, 3.0, 0.0)], [0.1, 0.4], ("charger_1", "charger_2"),
         battery=dataclasses.replace(BATTERY, charge_power=1.0),
@@ -185,7 +183,7 @@ def test_a_station_that_others_hold_is_passed_over() -> None:
     assert one.robots[1].status().station == "charger_2"  # farther, and free
 
 
-def test_several_robots_share_one_station_one_after_the_other() -> None:
+def test_several_robots_share_one_station_one_after_the_other():
     poses = [Pose(4.0 + 1.5 * k, 6.0, 0.0) for k in range(4)]
     goals = [Pose(4.0 + 1.5 * k, 10.0, 0.0) for k in range(4)]
     one = Powered(poses, [0.28] * 4)
@@ -196,7 +194,7 @@ def test_several_robots_share_one_station_one_after_the_other() -> None:
     assert min(one.shares) > 0.0
 
 
-def test_a_robot_waits_for_the_station_as_long_as_others_take() -> None:
+def test_a_robot_waits_for_the_station_as_long_as_others_take():
     slow = dataclasses.replace(BATTERY, capacity=2.5)  # 160 s of charging for each
     poses = [Pose(4.0 + 1.5 * k, 6.0, 0.0) for k in range(3)]
     one = Powered(poses, [0.24] * 3, battery=slow, traffic__patience=60.0)
@@ -213,7 +211,7 @@ def test_a_robot_waits_for_the_station_as_long_as_others_take() -> None:
     assert min(one.shares) > 0.1
 
 
-def test_an_empty_robot_says_so_and_stands() -> None:
+def test_an_empty_robot_says_so_and_stands():
     one = Powered([START], [0.02], ())
     one.send(0, GOAL)
     one.run(400)
@@ -223,6 +221,6 @@ def test_an_empty_robot_says_so_and_stands() -> None:
 
 
 @pytest.mark.parametrize(("low", "enough"), [(0.9, 0.3), (0.5, 0.5), (-0.1, 0.5), (0.5, 1.1)])
-def test_impossible_thresholds_are_refused(low: float, enough: float) -> None:
+def test_impossible_thresholds_are_refused(low, enough):
     with pytest.raises(ConfigError, match=r"battery\.(low|enough) is"):
         BatteryConfig(low=low, enough=enough)

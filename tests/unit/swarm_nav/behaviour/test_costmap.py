@@ -1,7 +1,5 @@
 """Costmaps on Nav2's scale."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -24,7 +22,7 @@ def inflated(resolution: float = 0.05) -> np.ndarray:
 
 
 @pytest.mark.parametrize("cells", range(0, 14))
-def test_inflation_follows_nav2s_formula(cells: int) -> None:
+def test_inflation_follows_nav2s_formula(cells):
     distance = 0.05 * cells
     cost = int(inflated()[20, 20 + cells])
     if cells == 0:
@@ -37,17 +35,17 @@ def test_inflation_follows_nav2s_formula(cells: int) -> None:
         assert cost == costmaps.FREE == 0
 
 
-def test_inflation_is_the_same_in_all_directions() -> None:
+def test_inflation_is_the_same_in_all_directions():
     costs = inflated()
     assert np.array_equal(costs, costs.T)
     assert np.array_equal(costs, costs[::-1])
 
 
-def test_nothing_lethal_means_no_cost() -> None:
+def test_nothing_lethal_means_no_cost():
     assert not costmaps.inflate(np.zeros((4, 4), np.bool_), 0.05, 0.1, 0.55, 3.0).any()
 
 
-def test_the_global_costmap_has_walls_obstacles_and_neighbours() -> None:
+def test_the_global_costmap_has_walls_obstacles_and_neighbours():
     s = robot_in(HALL, MIDDLE)
     s.obstacles.points = np.array(((2.025, 2.025),))
     hear(s, beacon(2, 4.0, 3.0, held=[(4.0, 3.0), (4.05, 3.0)]))
@@ -67,7 +65,7 @@ def test_the_global_costmap_has_walls_obstacles_and_neighbours() -> None:
     assert cost(1.0, 5.0) == costmaps.FREE
 
 
-def test_the_local_costmap_rolls_with_the_robot_and_is_unknown_beyond_the_map() -> None:
+def test_the_local_costmap_rolls_with_the_robot_and_is_unknown_beyond_the_map():
     s = robot_in(HALL, Pose(1.0, 3.0, 0.0))
     local = costmaps.compose(s, INSCRIBED_RADIUS, 3.0)
     assert local.cells.shape == (60, 60)
@@ -77,7 +75,7 @@ def test_the_local_costmap_rolls_with_the_robot_and_is_unknown_beyond_the_map() 
     assert (local.cells[30, 9:12] >= costmaps.INSCRIBED).any()
 
 
-def test_unknown_cells_stay_unknown_unless_a_body_would_touch() -> None:
+def test_unknown_cells_stay_unknown_unless_a_body_would_touch():
     cells = HALL.cells.copy()
     cells[60:80, 60:80] = UNKNOWN
     s = robot_in(Grid(cells, 0.05, 0.0, 0.0), MIDDLE)

@@ -1,7 +1,5 @@
 """The brain on ideal unicycles: goals and how they end."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
@@ -28,7 +26,7 @@ def drive_to_the_end(one: Squad, ticks: int = 600) -> GoalEnded:
     return one.ended(0)[-1]
 
 
-def test_a_goal_is_reached_in_place_and_heading() -> None:
+def test_a_goal_is_reached_in_place_and_heading():
     one = squad()
     one.send(0, GOAL, goal_id=7)
     end = drive_to_the_end(one)
@@ -39,21 +37,21 @@ def test_a_goal_is_reached_in_place_and_heading() -> None:
     assert one.robots[0].services.goal_id is None
 
 
-def test_a_tight_heading_tolerance_is_met() -> None:
+def test_a_tight_heading_tolerance_is_met():
     one = squad(goal_checker__yaw_goal_tolerance=0.04)
     one.send(0, GOAL)
     assert drive_to_the_end(one).outcome is Outcome.SUCCEEDED
     assert abs(wrap_angle(one.bodies[0].pose.yaw - GOAL.yaw)) <= 0.045
 
 
-def test_a_goal_beside_a_wall_counts_where_it_could_be_moved_to() -> None:
+def test_a_goal_beside_a_wall_counts_where_it_could_be_moved_to():
     one = squad()
     one.send(0, Pose(4.0, 0.10, 0.0))  # 0.2 m too near: moved to the nearest free place
     assert drive_to_the_end(one).outcome is Outcome.SUCCEEDED
     assert one.distance(0, Pose(4.0, 0.10, 0.0)) < 0.5 + 0.25
 
 
-def test_nobody_starts_before_having_listened() -> None:
+def test_nobody_starts_before_having_listened():
     one = squad()
     one.send(0, GOAL)
     one.run(16)
@@ -63,14 +61,14 @@ def test_nobody_starts_before_having_listened() -> None:
     assert one.distance(0, START) > 0.02
 
 
-def test_a_navigator_that_joins_late_listens_too() -> None:
+def test_a_navigator_that_joins_late_listens_too():
     one = Squad(HALL, [START], first_tick=5000)
     one.send(0, GOAL)
     one.run(16)
     assert one.distance(0, START) == 0.0
 
 
-def test_a_goal_in_the_future_starts_at_its_tick() -> None:
+def test_a_goal_in_the_future_starts_at_its_tick():
     one = squad()
     one.run(30)
     one.send(0, EAST, start_tick=50)
@@ -81,7 +79,7 @@ def test_a_goal_in_the_future_starts_at_its_tick() -> None:
     assert one.events[0] == [StateChanged("driving", 50)]
 
 
-def test_a_robot_pauses_between_a_goal_that_it_reached_and_the_next_one() -> None:
+def test_a_robot_pauses_between_a_goal_that_it_reached_and_the_next_one():
     """It was idle in report and viewer, whose legends call this pausing."""
     one = squad()
     one.run(30)
@@ -98,7 +96,7 @@ def test_a_robot_pauses_between_a_goal_that_it_reached_and_the_next_one() -> Non
     assert one.robots[0].status().state == "driving"
 
 
-def test_a_new_goal_preempts_the_one_in_hand() -> None:
+def test_a_new_goal_preempts_the_one_in_hand():
     one = squad()
     one.send(0, FAR, goal_id=1)
     one.run(60)
@@ -113,7 +111,7 @@ def test_a_new_goal_preempts_the_one_in_hand() -> None:
 
 
 @pytest.mark.parametrize("after", [0, 5, 60])
-def test_a_canceled_goal_ends_and_the_robot_stops(after: int) -> None:
+def test_a_canceled_goal_ends_and_the_robot_stops(after):
     one = squad()
     one.send(0, FAR, goal_id=3)
     one.run(after)
@@ -129,7 +127,7 @@ def test_a_canceled_goal_ends_and_the_robot_stops(after: int) -> None:
 @pytest.mark.parametrize(
     ("goal", "code"), [(Pose(20.0, 2.0, 0.0), 204), (Pose(math.pi, 4.0, 0.0), 206)]
 )
-def test_an_impossible_goal_ends_at_once_with_nav2s_code(goal: Pose, code: int) -> None:
+def test_an_impossible_goal_ends_at_once_with_nav2s_code(goal, code):
     one = Squad(room(8.0, 8.0, (2.0, 3.0, 5.0, 5.0)), [START])
     one.send(0, goal)
     end = drive_to_the_end(one, 40)
@@ -138,7 +136,7 @@ def test_an_impossible_goal_ends_at_once_with_nav2s_code(goal: Pose, code: int) 
     assert one.robots[0].status().goals_failed == 1
 
 
-def test_a_goal_without_a_way_on_the_map_ends_without_a_recovery() -> None:
+def test_a_goal_without_a_way_on_the_map_ends_without_a_recovery():
     split = room(8.0, 8.0, (4.0, 0.0, 4.15, 8.0))
     one = Squad(split, [START], config(progress_checker__number_of_retries=2))
     one.send(0, FAR)
@@ -155,16 +153,14 @@ def test_a_goal_without_a_way_on_the_map_ends_without_a_recovery() -> None:
         (GoalKind.FOLLOW_PATH, ErrorCode.INVALID_PATH),
     ],
 )
-def test_a_goal_without_poses_ends_with_the_code_of_its_action(
-    kind: GoalKind, code: ErrorCode
-) -> None:
+def test_a_goal_without_poses_ends_with_the_code_of_its_action(kind, code):
     one = squad()
     one.send(0, kind=kind)
     end = drive_to_the_end(one, 5)
     assert (end.outcome, end.error_code) == (Outcome.ABORTED, code)
 
 
-def test_waypoints_are_reached_in_turn_and_the_missed_one_is_named() -> None:
+def test_waypoints_are_reached_in_turn_and_the_missed_one_is_named():
     one = Squad(room(8.0, 8.0, (4.0, 4.0, 5.0, 8.0)), [START])
     one.send(0, EAST, Pose(4.5, 6.5, 0.0), Pose(6.0, 5.0, 1.0), kind=GoalKind.WAYPOINTS)
     visited: list[float] = []
@@ -177,7 +173,7 @@ def test_waypoints_are_reached_in_turn_and_the_missed_one_is_named() -> None:
     assert one.distance(0, Pose(6.0, 5.0, 1.0)) < 0.25
 
 
-def test_waypoints_are_repeated_for_each_loop() -> None:
+def test_waypoints_are_repeated_for_each_loop():
     one = squad()
     near = Pose(3.0, 2.0, math.nan)
     one.send(0, near, Pose(2.0, 2.0, math.nan), kind=GoalKind.WAYPOINTS, loops=1)
@@ -193,7 +189,7 @@ def test_waypoints_are_repeated_for_each_loop() -> None:
     assert turns == 3
 
 
-def test_further_loops_begin_at_the_first_waypoint_also_after_a_first_index() -> None:
+def test_further_loops_begin_at_the_first_waypoint_also_after_a_first_index():
     one = squad()
     poses = (Pose(3.0, 2.0, math.nan), Pose(20.0, 2.0, math.nan), Pose(3.0, 3.0, math.nan))
     one.send(0, *poses, kind=GoalKind.WAYPOINTS, loops=1, first_index=2)
@@ -207,7 +203,7 @@ def test_further_loops_begin_at_the_first_waypoint_also_after_a_first_index() ->
     assert [index for index in visited if index != 1] == [2, 0, 2]
 
 
-def test_intermediate_poses_are_driven_through() -> None:
+def test_intermediate_poses_are_driven_through():
     one = squad()
     one.send(0, Pose(4.0, 2.5, 1.0), EAST, kind=GoalKind.THROUGH)
     one.run(40)
@@ -231,7 +227,7 @@ def detour() -> np.ndarray:
     return np.vstack((*pieces, legs[-1]))
 
 
-def test_a_given_path_is_followed_although_a_shorter_one_exists() -> None:
+def test_a_given_path_is_followed_although_a_shorter_one_exists():
     one = squad()
     path = detour()
     one.send(0, kind=GoalKind.FOLLOW_PATH, path_map=path)
@@ -244,7 +240,7 @@ def test_a_given_path_is_followed_although_a_shorter_one_exists() -> None:
     assert worst < 0.12
 
 
-def test_a_given_path_through_a_wall_is_refused() -> None:
+def test_a_given_path_through_a_wall_is_refused():
     one = Squad(room(8.0, 8.0, (4.0, 0.0, 4.15, 5.0)), [START])
     straight = np.linspace((2.0, 2.0), (6.0, 2.0), 60)
     one.send(0, kind=GoalKind.FOLLOW_PATH, path_map=straight)
@@ -263,7 +259,7 @@ def test_a_given_path_through_a_wall_is_refused() -> None:
         (GoalKind.WAIT, {"duration": 2.0}, 0.0),
     ],
 )
-def test_behaviours_are_goals_too(kind: GoalKind, fields: dict, moved: float) -> None:
+def test_behaviours_are_goals_too(kind, fields, moved):
     one = squad()
     one.run(20)
     one.send(0, kind=kind, goal_id=4, **fields)
@@ -272,7 +268,7 @@ def test_behaviours_are_goals_too(kind: GoalKind, fields: dict, moved: float) ->
     assert one.distance(0, START) == pytest.approx(moved, abs=0.07)
 
 
-def test_feedback_counts_down_to_the_goal() -> None:
+def test_feedback_counts_down_to_the_goal():
     one = squad()
     assert one.robots[0].services.feedback() is None
     one.send(0, EAST, goal_id=5)
@@ -289,7 +285,7 @@ def test_feedback_counts_down_to_the_goal() -> None:
     assert later.estimated_time_remaining == pytest.approx(later.distance_remaining / 0.26)
 
 
-def test_plans_can_be_asked_for_without_driving() -> None:
+def test_plans_can_be_asked_for_without_driving():
     robot = squad().robots[0]
     path = robot.services.make_plan(None, [GOAL, FAR])
     assert np.allclose(path[0], (START.x, START.y))

@@ -74,11 +74,11 @@ def go(goal_id: int, kind: GoalKind = GoalKind.NAVIGATE) -> Goal:
     return Goal(kind=kind, goal_id=goal_id, poses_map=(THERE,))
 
 
-def test_without_a_plug_in_the_brain_is_ours() -> None:
+def test_without_a_plug_in_the_brain_is_ours():
     assert type(make_brain(NavConfig(), waffle(), ROOM, Sites(), 1, HERE)) is Navigator
 
 
-def test_a_goal_ends_once() -> None:
+def test_a_goal_ends_once():
     made = adapter()
     assert made.goal_id is None
     assert made.feedback() is None
@@ -94,7 +94,7 @@ def test_a_goal_ends_once() -> None:
     assert (status.state, status.goals_reached, status.goals_failed) == ("idle", 1, 0)
 
 
-def test_a_goal_preempts_the_one_before_and_can_be_canceled() -> None:
+def test_a_goal_preempts_the_one_before_and_can_be_canceled():
     made = adapter()
     made.set_goal(go(1))
     made.set_goal(go(2))
@@ -107,7 +107,7 @@ def test_a_goal_preempts_the_one_before_and_can_be_canceled() -> None:
     assert ended(made.tick(3)) == []
 
 
-def test_other_goals_are_refused() -> None:
+def test_other_goals_are_refused():
     made = adapter()
     made.set_goal(go(3, GoalKind.SPIN))
     (end,) = made.tick(1).events
@@ -117,7 +117,7 @@ def test_other_goals_are_refused() -> None:
     assert not Bold.made.goals
 
 
-def test_it_stands_while_it_is_not_active() -> None:
+def test_it_stands_while_it_is_not_active():
     made = adapter()
     assert made.tick(1).twist == Twist(0.2)
     made.set_goal(go(1))
@@ -129,7 +129,7 @@ def test_it_stands_while_it_is_not_active() -> None:
     assert made.tick(3).twist == Twist(0.2)
 
 
-def test_what_the_node_asks_beside_that_has_an_answer() -> None:
+def test_what_the_node_asks_beside_that_has_an_answer():
     made = adapter()
     assert made.pose_map == made.map_from_odom == HERE
     made.on_initial_pose(Pose(1.5, 1.0, 0.0))
@@ -153,7 +153,7 @@ def test_what_the_node_asks_beside_that_has_an_answer() -> None:
     made.reconfigure(NavConfig())
 
 
-def test_what_it_has_itself_counts() -> None:
+def test_what_it_has_itself_counts():
     made = adapter("Complete")
     made.set_goal(Goal(kind=GoalKind.WAIT, goal_id=4, duration=60.0))
     assert made.goal_id == 4
@@ -167,7 +167,7 @@ def test_what_it_has_itself_counts() -> None:
 
 
 @pytest.mark.parametrize("method", ["on_odom", "set_goal", "status"])
-def test_a_method_that_raises_costs_the_goal(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_method_that_raises_costs_the_goal(method, monkeypatch):
     def fail(*_: object) -> None:
         raise ValueError("out of order")
 

@@ -1,7 +1,5 @@
 """The route: when a plan is due, and where it starts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -44,7 +42,7 @@ def replans(s: RobotState, route: Route, manager: GoalManager, since: int) -> bo
     return route.last_plan_tick == s.tick
 
 
-def test_a_goal_without_a_way_on_the_map_fails_without_a_recovery() -> None:
+def test_a_goal_without_a_way_on_the_map_fails_without_a_recovery():
     s = robot_in(room(8.0, 8.0, (4.0, 0.0, 4.15, 8.0)), Pose(2.0, 4.0, 0.0))
     state_machine = StateMachine(s, HoldingPattern({}, []), arbiter_of(s))
     goal_manager = GoalManager(s, state_machine, Lease(), RightOfWay(), arbiter_of(s))
@@ -57,19 +55,19 @@ def test_a_goal_without_a_way_on_the_map_fails_without_a_recovery() -> None:
     assert "to (6.00, 4.00): every way is closed by walls on this map" in end.message
 
 
-def test_the_first_plan_leads_from_the_robot_to_the_goal() -> None:
+def test_the_first_plan_leads_from_the_robot_to_the_goal():
     s, _, manager = driving()
     assert manager.task.is_planned
     assert np.allclose(s.tube.points[[0, -1]], ((2.0, 4.0), (6.0, 4.0)))
     assert s.counters.replans == 0
 
 
-def test_an_open_way_is_planned_once() -> None:
+def test_an_open_way_is_planned_once():
     assert not replans(*driving(), since=18)
 
 
 @pytest.mark.parametrize("reason", ["robot", "obstacle", "end"])
-def test_a_plan_that_leads_nowhere_is_renewed_after_a_pause(reason: str) -> None:
+def test_a_plan_that_leads_nowhere_is_renewed_after_a_pause(reason):
     s, route, manager = driving()
     s.blocked_ticks = s.retry_ticks if reason == "robot" else 0
     s.obstacle_ticks = s.retry_ticks if reason == "obstacle" else 0
@@ -82,7 +80,7 @@ def test_a_plan_that_leads_nowhere_is_renewed_after_a_pause(reason: str) -> None
 
 
 @pytest.mark.parametrize("reason", ["obstacle", "silent robot"])
-def test_who_waits_in_vain_tries_another_way_and_forgets_after_a_while(reason: str) -> None:
+def test_who_waits_in_vain_tries_another_way_and_forgets_after_a_while(reason):
     s, route, manager = driving()
     patience, pause = s.ticks(BARRED_PATIENCE), s.retry_ticks
     if reason == "obstacle":
@@ -106,7 +104,7 @@ def aside(s: RobotState) -> float:
     return float(np.abs(s.tube.points[:, 1] - 4.0).max())
 
 
-def test_who_waits_for_a_living_robot_keeps_its_way() -> None:
+def test_who_waits_for_a_living_robot_keeps_its_way():
     s, route, manager = driving()
     hear(s, beacon(7, 4.0, 1.0))
     s.blocked_ticks, s.blocked_by = s.ticks(BARRED_PATIENCE), 7
@@ -114,7 +112,7 @@ def test_who_waits_for_a_living_robot_keeps_its_way() -> None:
     assert aside(s) < 0.1
 
 
-def test_robots_take_turns_with_periodic_plans() -> None:
+def test_robots_take_turns_with_periodic_plans():
     s, route, manager = driving()
     period = s.ticks(s.config.planner.replan_period)
     turns = []
@@ -126,7 +124,7 @@ def test_robots_take_turns_with_periodic_plans() -> None:
     assert all((turn + 7 * s.robot_id) % period == 0 for turn in turns)
 
 
-def test_a_plan_back_along_held_space_starts_where_the_robot_can_stop() -> None:
+def test_a_plan_back_along_held_space_starts_where_the_robot_can_stop():
     s, route, manager = driving(1.0)
     s.tube.reset(s.pose)
     s.tube.adopt(np.column_stack((np.arange(2.0, 4.0, 0.05), np.full(40, 4.0))))
@@ -137,7 +135,7 @@ def test_a_plan_back_along_held_space_starts_where_the_robot_can_stop() -> None:
     assert np.allclose(s.tube.points[-1], (1.0, 4.0))
 
 
-def test_a_goal_off_the_map_ends_at_once() -> None:
+def test_a_goal_off_the_map_ends_at_once():
     _, _, manager = driving(50.0)
     events = manager._state_machine.pop_events()
     ends = [event for event in events if isinstance(event, GoalEnded)]

@@ -1,7 +1,5 @@
 """The controller on an ideal unicycle: it stays in its tube and ends where the tube ends."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
@@ -72,14 +70,14 @@ def heading_of(path: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("amplitude", [0.0, 0.15, 0.4])
-def test_a_curved_path_is_followed_within_three_centimetres(amplitude: float) -> None:
+def test_a_curved_path_is_followed_within_three_centimetres(amplitude):
     path = wave(amplitude)
     poses = drive(tube_over(path), Unicycle(Pose(0.0, 0.0, heading_of(path))), 400)
     assert deviations(poses, path).max() < 0.03
     assert math.dist(poses[-1, :2], path[-1]) < 0.05
 
 
-def test_a_long_straight_is_driven_at_full_speed() -> None:
+def test_a_long_straight_is_driven_at_full_speed():
     body = Unicycle(START)
     drive(tube_over(straight(4.0)), body, 60)
     assert body.twist.vx == pytest.approx(0.26, abs=0.005)
@@ -90,9 +88,7 @@ def test_a_long_straight_is_driven_at_full_speed() -> None:
 @given(
     st.floats(0.0, 0.35), st.integers(4, 40), st.floats(0.0, 0.26), st.integers(1, 12),
 )  # fmt: skip
-def test_the_robot_never_leaves_the_held_end_behind(
-    amplitude: float, stop: int, speed: float, withheld: int
-) -> None:
+def test_the_robot_never_leaves_the_held_end_behind(amplitude, stop, speed, withheld):
     path = wave(amplitude)
     tube = tube_over(path, stop=max(2, stop - withheld))
     body = Unicycle(Pose(0.0, 0.0, heading_of(path)))
@@ -114,7 +110,7 @@ def test_the_robot_never_leaves_the_held_end_behind(
 
 
 @pytest.mark.parametrize("yaw", [0.6, 1.6, 3.0, -1.2, -2.9])
-def test_a_large_heading_error_is_turned_away_on_the_spot(yaw: float) -> None:
+def test_a_large_heading_error_is_turned_away_on_the_spot(yaw):
     body = Unicycle(Pose(0.0, 0.0, yaw))
     poses = drive(tube_over(straight()), body, 30)
     turning = np.abs(poses[:, 2]) > 0.42
@@ -124,14 +120,14 @@ def test_a_large_heading_error_is_turned_away_on_the_spot(yaw: float) -> None:
     assert crossings <= 3
 
 
-def test_a_moving_robot_stops_before_it_turns() -> None:
+def test_a_moving_robot_stops_before_it_turns():
     body = Unicycle(Pose(0.0, 0.0, 2.5), Twist(0.26, 0.0, 0.0))
     first = Controller(ControllerConfig()).follow(tube_over(straight()), body.pose, body.twist)
     assert first == Twist()
 
 
 @pytest.mark.parametrize("target", [0.4, 3.1, -2.0])
-def test_turning_to_a_heading_ends_there(target: float) -> None:
+def test_turning_to_a_heading_ends_there(target):
     body, controller = Unicycle(START), Controller(ControllerConfig())
     for _ in range(60):
         body.step(controller.turn_to(target, body.pose, body.twist))
@@ -140,7 +136,7 @@ def test_turning_to_a_heading_ends_there(target: float) -> None:
     assert math.hypot(body.pose.x, body.pose.y) < 1e-6
 
 
-def test_a_sharp_bend_is_turned_where_it_is() -> None:
+def test_a_sharp_bend_is_turned_where_it_is():
     north = np.column_stack((np.full(16, 0.75), np.arange(0.05, 0.85, 0.05)))
     legs = np.vstack((straight(0.8), north))
     tube = tube_over(legs)
@@ -154,7 +150,7 @@ def test_a_sharp_bend_is_turned_where_it_is() -> None:
 @pytest.mark.parametrize("first", [1, 2, 3, 4])
 @pytest.mark.parametrize("back", [1, 2, 3])
 @pytest.mark.parametrize("is_reverse", [False, True])
-def test_a_hook_of_a_point_or_more_is_driven(first: int, back: int, is_reverse: bool) -> None:
+def test_a_hook_of_a_point_or_more_is_driven(first, back, is_reverse):
     along = [*range(first + 1), *range(first - 1, first - back - 1, -1)]
     along += range(first - back + 1, first + 12)
     path = np.column_stack((0.05 * np.array(along), np.linspace(0.0, 0.02, len(along))))
@@ -172,14 +168,14 @@ def test_a_hook_of_a_point_or_more_is_driven(first: int, back: int, is_reverse: 
         [(0.0, 0.0), (0.075, -0.005), (-0.238, 0.004), (0.362, -0.01)],
     ],
 )
-def test_a_turn_back_with_a_short_step_in_it_is_driven(course: list[tuple[float, float]]) -> None:
+def test_a_turn_back_with_a_short_step_in_it_is_driven(course):
     """Of 5,057 random courses the robot stood before a turn back in 78 as they were resampled."""
     tube = tube_over(resampled(np.array(course), 0.05))
     poses = drive(tube, Unicycle(START), 500)
     assert math.dist(poses[-1, :2], tube.points[-1]) < 0.05
 
 
-def test_a_reverse_path_is_driven_backwards() -> None:
+def test_a_reverse_path_is_driven_backwards():
     body = Unicycle(START)
     tube = tube_over(straight(0.6) * (-1.0, 1.0), is_reverse=True)
     speeds = []
@@ -194,13 +190,13 @@ def test_a_reverse_path_is_driven_backwards() -> None:
     assert abs(body.pose.yaw) < 0.05
 
 
-def test_nothing_held_means_standing_still() -> None:
+def test_nothing_held_means_standing_still():
     body = Unicycle(START)
     poses = drive(tube_over(straight(), stop=0), body, 20)
     assert np.abs(poses[:, :2]).max() < 1e-3
 
 
-def test_new_limits_take_effect_at_once() -> None:
+def test_new_limits_take_effect_at_once():
     body, tube = Unicycle(START), tube_over(straight(4.0))
     controller = Controller(ControllerConfig())
     drive(tube, body, 20, controller)
@@ -209,7 +205,7 @@ def test_new_limits_take_effect_at_once() -> None:
     assert body.twist.vx == pytest.approx(0.15, abs=0.005)
 
 
-def test_the_predicted_arc_starts_at_the_robot() -> None:
+def test_the_predicted_arc_starts_at_the_robot():
     controller = Controller(ControllerConfig())
     body = Unicycle(START)
     drive(tube_over(straight()), body, 10, controller)

@@ -1,7 +1,5 @@
 """Rollouts and the choice of the dynamic window against their slow twins."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -39,7 +37,7 @@ def segments_of(path: np.ndarray) -> np.ndarray:
 
 @settings(max_examples=50, deadline=None)
 @given(st.floats(-3.0, 3.0), st.floats(0.0, 0.3), st.floats(-1.8, 1.8))
-def test_a_rollout_follows_the_constant_twist(yaw: float, v: float, w: float) -> None:
+def test_a_rollout_follows_the_constant_twist(yaw, v, w):
     out, track, headings = np.empty((STEPS, 3)), np.empty((STEPS, 3)), np.empty((STEPS, 2))
     kernels.predict(Place(0.1, -0.2, yaw), v, w, out)
     expected = oracle.arc((0.1, -0.2, yaw), v, w, STEPS, kernels.STEP)
@@ -51,9 +49,7 @@ def test_a_rollout_follows_the_constant_twist(yaw: float, v: float, w: float) ->
 
 @settings(max_examples=30, deadline=None)
 @given(st.floats(-0.1, 0.7), st.floats(-0.3, 0.5))
-def test_the_gap_to_a_path_is_that_of_the_segments_beside_its_nearest_point(
-    x: float, y: float
-) -> None:
+def test_the_gap_to_a_path_is_that_of_the_segments_beside_its_nearest_point(x, y):
     path = bend(0.6)
     nearest = int(np.hypot(*(path - (x, y)).T).argmin())
     gap = math.sqrt(kernels.segment_gap(path, segments_of(path), nearest, x, y))
@@ -62,13 +58,13 @@ def test_the_gap_to_a_path_is_that_of_the_segments_beside_its_nearest_point(
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 12), st.floats(-0.3, 0.9), st.floats(-0.5, 0.5))
-def test_the_held_gap_is_that_to_the_held_segments(held: int, x: float, y: float) -> None:
+def test_the_held_gap_is_that_to_the_held_segments(held, x, y):
     path = bend(0.6)
     gap = kernels.held_gap(path, held, x, y)
     assert gap == pytest.approx(oracle.held_gap(path, held, x, y), abs=1e-3)
 
 
-def test_points_in_one_place_have_the_gap_of_that_place() -> None:
+def test_points_in_one_place_have_the_gap_of_that_place():
     assert kernels.held_gap(np.zeros((3, 2)), 2, 0.3, 0.4) == pytest.approx(0.5)
 
 
@@ -78,9 +74,7 @@ def test_points_in_one_place_have_the_gap_of_that_place() -> None:
     st.floats(0.0, 0.26), st.floats(0.0, 0.26), st.floats(-1.82, 1.82), st.integers(0, 12),
     st.floats(0.0, 0.3),
 )  # fmt: skip
-def test_a_twist_stops_inside_where_braking_ends_near_the_held_part(
-    pose: tuple[float, float, float], speed: float, v: float, w: float, held: int, reach: float
-) -> None:
+def test_a_twist_stops_inside_where_braking_ends_near_the_held_part(pose, speed, v, w, held, reach):
     path = bend(0.6)
     stop = oracle.stop_point(pose, speed, v, w, 1.0, kernels.STEP)
     gap = oracle.held_gap(path, held, *stop)
@@ -88,7 +82,7 @@ def test_a_twist_stops_inside_where_braking_ends_near_the_held_part(
     assert kernels.stops_inside(Place(*pose), speed, v, w, 1.0, path, held, reach) == (gap < reach)
 
 
-def test_the_score_of_a_rollout_is_its_mean_squared_gap() -> None:
+def test_the_score_of_a_rollout_is_its_mean_squared_gap():
     headings, track = np.empty((STEPS, 2)), np.empty((STEPS, 3))
     kernels.turning(0.0, 0.0, headings)
     reached = kernels.advance(Place(0.0, 0.1, 0.0), 0.2 * kernels.STEP, headings, EAST, track)
@@ -100,7 +94,7 @@ def test_the_score_of_a_rollout_is_its_mean_squared_gap() -> None:
     assert kernels.gap_cost(track, EAST, segments_of(EAST), 0.0, 0.0) == 0.0
 
 
-def test_arc_length_goes_on_beyond_both_ends() -> None:
+def test_arc_length_goes_on_beyond_both_ends():
     segments = segments_of(EAST)
     assert kernels.arc_length(EAST, segments, 0, -0.02, 0.0) == pytest.approx(-0.02)
     assert kernels.arc_length(EAST, segments, 4, 0.22, 0.03) == pytest.approx(0.22)
@@ -124,9 +118,7 @@ def best(
     st.floats(0.0, 0.26), st.floats(-1.8, 1.8), st.floats(0.0, 0.4), st.floats(-0.3, 0.3),
     st.floats(0.4, 5.0),
 )  # fmt: skip
-def test_the_chosen_twist_lies_in_the_dynamic_window(
-    v: float, w: float, v_limit: float, yaw: float, radius: float
-) -> None:
+def test_the_chosen_twist_lies_in_the_dynamic_window(v, w, v_limit, yaw, radius):
     chosen_v, chosen_w, _ = best(bend(radius), v, w, v_limit, yaw)
     slack = 1e-9
     assert max(0.0, v - 0.1) - slack <= chosen_v <= min(0.26, v + 0.1) + slack
@@ -136,14 +128,14 @@ def test_the_chosen_twist_lies_in_the_dynamic_window(
 
 
 @pytest.mark.parametrize("rate", [1.5, -1.5, 0.2])
-def test_without_an_admissible_twist_the_robot_brakes_within_its_window(rate: float) -> None:
+def test_without_an_admissible_twist_the_robot_brakes_within_its_window(rate):
     held = np.ascontiguousarray(EAST + np.array((0.05, 0.0)))
     v, w, _ = best(held, 0.2, rate, yaw=math.pi)  # driving away from it
     assert v == pytest.approx(0.1)
     assert w == pytest.approx(math.copysign(max(0.0, abs(rate) - 0.32), rate))
 
 
-def test_straight_ahead_means_full_speed_and_no_turning() -> None:
+def test_straight_ahead_means_full_speed_and_no_turning():
     v, w, arc = best(EAST)
     assert v == pytest.approx(0.26)
     assert w == 0.0
@@ -151,13 +143,13 @@ def test_straight_ahead_means_full_speed_and_no_turning() -> None:
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_a_bend_is_followed_to_its_side(side: int) -> None:
+def test_a_bend_is_followed_to_its_side(side):
     path = bend(0.5) * (1, side)
     _, w, _ = best(np.ascontiguousarray(path), w=0.3 * side)
     assert side * w > 0.2
 
 
-def test_off_the_path_the_robot_turns_back_to_it() -> None:
+def test_off_the_path_the_robot_turns_back_to_it():
     _, w, _ = best(np.ascontiguousarray(EAST + np.array((0.0, 0.06))))
     assert w > 0.05
 
@@ -169,9 +161,9 @@ def test_off_the_path_the_robot_turns_back_to_it() -> None:
     st.floats(0.3, 5.0), st.tuples(st.integers(2, 9), st.integers(2, 21)),
 )  # fmt: skip
 def test_the_chosen_twist_is_the_best_of_all_samples(
-    pose: tuple[float, float, float], v: float, w: float, v_limit: float, held: int,
-    radius: float, samples: tuple[int, int],
-) -> None:  # fmt: skip
+    pose, v, w, v_limit, held,
+    radius, samples,
+):  # fmt: skip
     path = bend(radius)
     arc = np.empty((STEPS, 3))
     inside = kernels.StopConstraint(v_limit, held, 0.035)

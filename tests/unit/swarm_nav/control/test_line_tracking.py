@@ -1,7 +1,5 @@
 """The controller of long robots: it tracks the line of a slot, and is DWA elsewhere."""
 
-from __future__ import annotations
-
 import functools
 import math
 
@@ -45,7 +43,7 @@ def follow(pose: Pose, twist: Twist | None = None, held: int | None = None) -> T
     return StraightController(ControllerConfig()).follow(tube, pose, twist or Twist(0.1))
 
 
-def test_on_the_line_it_drives_without_turning() -> None:
+def test_on_the_line_it_drives_without_turning():
     assert slots().is_slot(np.array(((3.6, LINE),))).all()
     twist = follow(Pose(3.6, LINE, 0.0))
     assert twist.vx > 0.1
@@ -53,19 +51,19 @@ def test_on_the_line_it_drives_without_turning() -> None:
 
 
 @pytest.mark.parametrize("offset", [-0.03, 0.03])
-def test_beside_the_line_it_turns_towards_it(offset: float) -> None:
+def test_beside_the_line_it_turns_towards_it(offset):
     assert follow(Pose(3.6, LINE + offset, 0.0)).wz * offset < 0.0
 
 
 @pytest.mark.parametrize("error", [-0.3, 0.3])
-def test_a_wrong_heading_is_corrected_before_it_drives_on(error: float) -> None:
+def test_a_wrong_heading_is_corrected_before_it_drives_on(error):
     twist = follow(Pose(3.6, LINE, error), Twist())
     assert twist.vx == 0.0
     assert -MOST_RATE <= twist.wz <= MOST_RATE
     assert twist.wz * error < 0.0
 
 
-def test_it_comes_to_the_line_and_stops_at_the_end_of_what_is_held() -> None:
+def test_it_comes_to_the_line_and_stops_at_the_end_of_what_is_held():
     controller, body = (
         StraightController(ControllerConfig()),
         Unicycle(Pose(3.6, LINE + 0.02, 0.02)),
@@ -81,7 +79,7 @@ def test_it_comes_to_the_line_and_stops_at_the_end_of_what_is_held() -> None:
     assert math.hypot(body.twist.vx, body.twist.wz) < 0.02
 
 
-def test_in_a_hall_it_is_the_usual_controller() -> None:
+def test_in_a_hall_it_is_the_usual_controller():
     pose, twist = Pose(1.0, LINE + 0.02, 0.1), Twist(0.1)
     tube = tube_through(1.0, 0.8)
     tube.track(pose)

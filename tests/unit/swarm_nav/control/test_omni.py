@@ -1,7 +1,5 @@
 """The controller of omnidirectional drives."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -48,13 +46,13 @@ def ramped(now: Twist, wish: Twist) -> Twist:
     )
 
 
-def test_the_drive_decides_about_the_controller() -> None:
+def test_the_drive_decides_about_the_controller():
     assert type(make_controller(load_robot("turtlebot3_waffle"), CONFIG)) is Controller
     assert type(make_controller(load_robot("linorobot2_4wd"), CONFIG)) is Controller
     assert type(make_controller(load_robot("linorobot2_mecanum"), CONFIG)) is OmniController
 
 
-def test_the_others_see_the_speed_along_the_course() -> None:
+def test_the_others_see_the_speed_along_the_course():
     controller = OmniController(CONFIG)
     assert controller.course(Twist(-0.3, 0.4, 0.1)) == Twist(0.5, 0.0, 0.1)
     assert Controller(CONFIG).course(Twist(-0.3, 0.0, 0.1)) == Twist(-0.3, 0.0, 0.1)
@@ -62,7 +60,7 @@ def test_the_others_see_the_speed_along_the_course() -> None:
 
 @pytest.mark.parametrize("route", ROUTES)
 @pytest.mark.parametrize("yaw", [0.0, 1.0, -2.5])
-def test_a_held_path_is_followed_to_its_end_without_leaving_it(route: str, yaw: float) -> None:
+def test_a_held_path_is_followed_to_its_end_without_leaving_it(route, yaw):
     controller = OmniController(CONFIG)
     pose, twist = Pose(0.0, 0.0, yaw), Twist()
     tube = Tube(pose, 1, 0.35, 0.35)
@@ -81,7 +79,7 @@ def test_a_held_path_is_followed_to_its_end_without_leaving_it(route: str, yaw: 
     assert math.hypot(pose.x - end[0], pose.y - end[1]) < 0.05
 
 
-def test_nothing_moves_without_a_held_path() -> None:
+def test_nothing_moves_without_a_held_path():
     controller = OmniController(CONFIG)
     pose = Pose(0.0, 0.0, 0.0)
     tube = Tube(pose, 1, 0.35, 0.35)
@@ -93,7 +91,7 @@ def test_nothing_moves_without_a_held_path() -> None:
     assert math.hypot(twist.vx, twist.vy) < 1e-6
 
 
-def test_braking_ends_where_the_kernel_says() -> None:
+def test_braking_ends_where_the_kernel_says():
     path = np.array([(0.0, 0.0), (0.0, 1e-9)])
     limits = PlanarLimits(0.4, 0.4, 0.75, 2.5, 2.0, 3.2)
     pose, now = Place(0.0, 0.0, 0.7), PlanarVelocity(0.2, -0.1, 0.0)

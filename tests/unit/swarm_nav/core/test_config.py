@@ -1,9 +1,6 @@
 """Parameters: their names, their checks and what a message about a bad one says."""
 
-from __future__ import annotations
-
 import math
-from typing import Any
 
 import pytest
 
@@ -11,7 +8,7 @@ from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_nav.core.config import NavConfig, config_from_parameters, parameter_values
 
 
-def test_parameters_survive_a_round_trip() -> None:
+def test_parameters_survive_a_round_trip():
     values = parameter_values(NavConfig())
     assert config_from_parameters(values) == NavConfig()
     assert values["max_vel_x"] == 0.26
@@ -19,7 +16,7 @@ def test_parameters_survive_a_round_trip() -> None:
     assert [name for name in values if name.startswith("controller.")] == ["controller.plugin"]
 
 
-def test_a_change_keeps_all_other_values() -> None:
+def test_a_change_keeps_all_other_values():
     base = config_from_parameters({"max_vel_x": 0.15})
     changed = config_from_parameters({"holding.mode": "park"}, base)
     assert changed.controller.max_vel_x == 0.15
@@ -35,7 +32,7 @@ def test_a_change_keeps_all_other_values() -> None:
         ("holding.modes", "holding.mode"),
     ],
 )
-def test_an_unknown_name_is_answered_with_the_closest_one(name: str, closest: str) -> None:
+def test_an_unknown_name_is_answered_with_the_closest_one(name, closest):
     with pytest.raises(UnknownNameError, match=f"unknown parameter '{name}' in x.yaml") as error:
         config_from_parameters({name: 1.0}, where="x.yaml")
     assert f"'{closest}'" in str(error.value)
@@ -52,13 +49,13 @@ def test_an_unknown_name_is_answered_with_the_closest_one(name: str, closest: st
         ("holding.mode", 3, "expected text"),
     ],
 )
-def test_a_wrong_type_is_named(name: str, value: Any, expected: str) -> None:
+def test_a_wrong_type_is_named(name, value, expected):
     with pytest.raises(ConfigError, match=expected) as error:
         config_from_parameters({name: value}, where="x.yaml")
     assert f"'{name}' in x.yaml is {value!r}" in str(error.value)
 
 
-def test_an_integer_is_taken_for_a_float() -> None:
+def test_an_integer_is_taken_for_a_float():
     config = config_from_parameters({"acc_lim_x": 2})
     assert config.controller.acc_lim_x == 2.0
     assert isinstance(config.controller.acc_lim_x, float)
@@ -96,17 +93,17 @@ def test_an_integer_is_taken_for_a_float() -> None:
         ("holding.station_patience", -1.0),
     ],
 )
-def test_an_impossible_value_is_refused_with_its_name(name: str, value: Any) -> None:
+def test_an_impossible_value_is_refused_with_its_name(name, value):
     with pytest.raises(ConfigError, match=name.replace(".", r"\.")):
         config_from_parameters({name: value})
 
 
 @pytest.mark.parametrize("name", ["sim_time", "costmap.local_size"])
-def test_a_value_that_would_exhaust_the_memory_is_refused(name: str) -> None:
+def test_a_value_that_would_exhaust_the_memory_is_refused(name):
     with pytest.raises(ConfigError, match=name.replace(".", r"\.")):
         config_from_parameters({name: 1e7})
 
 
-def test_an_unknown_holding_mode_lists_the_known_ones() -> None:
+def test_an_unknown_holding_mode_lists_the_known_ones():
     with pytest.raises(UnknownNameError, match=r"circuit"):
         config_from_parameters({"holding.mode": "circuits"})

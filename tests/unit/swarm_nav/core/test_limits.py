@@ -1,7 +1,5 @@
 """Every number among the parameters has limits, and within them nothing is endless."""
 
-from __future__ import annotations
-
 import copy
 import math
 
@@ -20,7 +18,7 @@ NUMBERS = {
 
 
 @pytest.mark.parametrize("name", sorted(NUMBERS))
-def test_no_parameter_may_be_absurd(name: str) -> None:
+def test_no_parameter_may_be_absurd(name):
     """`costmap.scan_timeout` of 1e308 s ended the navigator at b11a34e."""
     kind = type(NUMBERS[name])
     for value in (1e308, -1e308, 1e17) if kind is float else (2**62, -(2**62)):
@@ -32,13 +30,13 @@ def test_no_parameter_may_be_absurd(name: str) -> None:
                 config_from_parameters({name: value})
 
 
-def test_every_rule_is_of_a_parameter_and_has_its_default_within() -> None:
+def test_every_rule_is_of_a_parameter_and_has_its_default_within():
     for name, interval in limits.RANGES.items():
         assert NUMBERS[name] in interval
 
 
 @pytest.mark.parametrize("name", [row.name for row in parameter_table().values() if row.is_number])
-def test_a_range_names_no_end_that_is_refused(name: str) -> None:
+def test_a_range_names_no_end_that_is_refused(name):
     """`max_vel_x is 51; it must be from 0 to 50`, and then 0 was refused."""
     row = parameter_table()[name]
     group = copy.copy(getattr(NavConfig(), row.group))

@@ -1,7 +1,5 @@
 """The table of parameters tells what is accepted, and says something about each."""
 
-from __future__ import annotations
-
 import math
 import re
 
@@ -30,13 +28,13 @@ def accepts(row: ParameterRow, value: float) -> bool:
     return True
 
 
-def test_every_parameter_is_in_the_table_with_its_default_and_its_effect() -> None:
+def test_every_parameter_is_in_the_table_with_its_default_and_its_effect():
     assert {name: row.default for name, row in ROWS.items()} == parameter_values(NavConfig())
     assert not [name for name, row in ROWS.items() if not row.effect]
 
 
 @pytest.mark.parametrize("row", NUMBERS)
-def test_the_range_is_what_is_accepted(row: ParameterRow) -> None:
+def test_the_range_is_what_is_accepted(row):
     is_whole = isinstance(row.default, int)
     below = row.low - 1 if is_whole else math.nextafter(row.low, -math.inf)
     above = row.high + 1 if is_whole else math.nextafter(row.high, math.inf)
@@ -51,7 +49,7 @@ def test_the_range_is_what_is_accepted(row: ParameterRow) -> None:
 
 
 @pytest.mark.parametrize("row", NUMBERS)
-def test_the_message_names_the_range_of_the_table(row: ParameterRow) -> None:
+def test_the_message_names_the_range_of_the_table(row):
     """`holding.gate_density` of 1e308 was told to be from -10000."""
     value = 2**62 if isinstance(row.default, int) else 1e308
     with pytest.raises(ConfigError) as caught:
@@ -62,7 +60,7 @@ def test_the_message_names_the_range_of_the_table(row: ParameterRow) -> None:
     assert "-" not in str(caught.value)
 
 
-def test_texts_name_their_choices() -> None:
+def test_texts_name_their_choices():
     for row in ROWS.values():
         if isinstance(row.default, str) and not row.name.endswith(("plugin", "rules")):  # own
             assert row.default in row.choices
@@ -71,7 +69,7 @@ def test_texts_name_their_choices() -> None:
     assert ROWS["holding.mode"].choices == ("circuit", "park", "auto")
 
 
-def test_what_a_range_cannot_say_is_a_constraint() -> None:
+def test_what_a_range_cannot_say_is_a_constraint():
     assert ROWS["costmap.cost_scaling_factor"].constraint == "more than 0"
     assert ROWS["localisation.pf_z"].constraint == "less than 1"
     assert ROWS["localisation.type"].constraint == "one of odometry, amcl"
@@ -79,6 +77,6 @@ def test_what_a_range_cannot_say_is_a_constraint() -> None:
     assert ROWS["max_vel_x"].description == "largest speed forwards [m/s]"
 
 
-def test_a_unit_stands_in_front() -> None:
+def test_a_unit_stands_in_front():
     assert unit_and_effect("[m/s²] of that") == ("m/s²", "of that")
     assert unit_and_effect("variance [rad²] of a turn") == ("", "variance [rad²] of a turn")

@@ -1,7 +1,5 @@
 """Every state with every event: the table decides, and what it does not foresee raises."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest
@@ -37,7 +35,7 @@ FORBIDDEN = {
 @pytest.mark.parametrize(
     ("state", "event"), list(itertools.product(State, Event)), ids=lambda item: item.name
 )
-def test_every_state_answers_every_event_as_the_table_says(state: State, event: Event) -> None:
+def test_every_state_answers_every_event_as_the_table_says(state, event):
     target = TRANSITIONS[state].get(event)
     if target is None:
         with pytest.raises(IllegalTransitionError, match=f"'{event.value}' in state"):
@@ -47,7 +45,7 @@ def test_every_state_answers_every_event_as_the_table_says(state: State, event: 
         assert (state, event) not in FORBIDDEN
 
 
-def test_every_state_is_in_the_table_and_can_be_left_and_reached() -> None:
+def test_every_state_is_in_the_table_and_can_be_left_and_reached():
     assert set(TRANSITIONS) == set(State)
     for state, row in TRANSITIONS.items():
         assert any(target is not state for target in row.values())
@@ -56,19 +54,19 @@ def test_every_state_is_in_the_table_and_can_be_left_and_reached() -> None:
 
 
 @pytest.mark.parametrize("state", State)
-def test_a_goal_can_end_and_a_robot_can_be_pushed_in_every_state(state: State) -> None:
+def test_a_goal_can_end_and_a_robot_can_be_pushed_in_every_state(state):
     assert next_state(state, Event.FINISHED) in (State.IDLE, State.YIELDING)
     assert next_state(state, Event.PUSHED) is State.YIELDING
 
 
 @pytest.mark.parametrize("state", State)
-def test_goals_and_behaviours_are_taken_in_every_state(state: State) -> None:
+def test_goals_and_behaviours_are_taken_in_every_state(state):
     for event in (Event.GOAL, Event.BEHAVIOR):
         assert next_state(state, event) is not State.IDLE
 
 
 @pytest.mark.parametrize(("state", "event"), list(itertools.product(MakingWay, Push)))
-def test_making_way_answers_every_event_as_the_table_says(state: MakingWay, event: Push) -> None:
+def test_making_way_answers_every_event_as_the_table_says(state, event):
     target = MAKING_WAY[state].get(event)
     if target is None:
         with pytest.raises(IllegalTransitionError, match=f"'{event.value}' in state"):
@@ -78,9 +76,7 @@ def test_making_way_answers_every_event_as_the_table_says(state: MakingWay, even
 
 
 @pytest.mark.parametrize("state", MakingWay)
-def test_who_makes_way_can_be_pushed_by_another_one_and_is_free_in_the_end(
-    state: MakingWay,
-) -> None:
+def test_who_makes_way_can_be_pushed_by_another_one_and_is_free_in_the_end(state):
     assert next_state(state, Push.PUSHED) is MakingWay.LEAVING
     ends = Push.OVER if state is MakingWay.RETREATING else Push.RELEASED
     assert next_state(state, ends) is MakingWay.FREE
@@ -88,7 +84,7 @@ def test_who_makes_way_can_be_pushed_by_another_one_and_is_free_in_the_end(
 
 
 @pytest.mark.parametrize("states", [State, MakingWay])
-def test_a_diagram_shows_every_change_once(states: type[State] | type[MakingWay]) -> None:
+def test_a_diagram_shows_every_change_once(states):
     lines = diagram(states).splitlines()
     arrows = [line for line in lines if "-->" in line and "[*]" not in line]
     changes = [

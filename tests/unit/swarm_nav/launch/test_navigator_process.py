@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from swarm_common.process.lifetime import LEASE, SleepWatch
 from swarm_nav.launch.navigator_process import QUEUED, REUNION, StopWatch
 
@@ -26,7 +24,7 @@ def _forgotten_after(clock: Clock, watch: StopWatch, ticked_at: float) -> float 
     return None
 
 
-def test_a_navigator_that_nobody_knows_any_more_after_a_stop_ends() -> None:
+def test_a_navigator_that_nobody_knows_any_more_after_a_stop_ends():
     clock = Clock()
     watch = _watch(clock)
     clock.time += LEASE + 10.0
@@ -35,14 +33,14 @@ def test_a_navigator_that_nobody_knows_any_more_after_a_stop_ends() -> None:
     assert REUNION < after <= REUNION + 0.5
 
 
-def test_ticks_that_were_queued_while_it_was_stopped_do_not_count() -> None:
+def test_ticks_that_were_queued_while_it_was_stopped_do_not_count():
     clock = Clock()
     watch = _watch(clock)
     clock.time += LEASE + 10.0
     assert _forgotten_after(clock, watch, ticked_at=clock.time + 1.0) is not None
 
 
-def test_one_that_gets_ticks_again_goes_on() -> None:
+def test_one_that_gets_ticks_again_goes_on():
     clock = Clock()
     watch = _watch(clock)
     clock.time += LEASE + 10.0
@@ -51,6 +49,6 @@ def test_one_that_gets_ticks_again_goes_on() -> None:
     assert _forgotten_after(clock, watch, ticked_at=clock.time) is None
 
 
-def test_one_that_was_not_stopped_waits_for_ticks_as_long_as_it_takes() -> None:
+def test_one_that_was_not_stopped_waits_for_ticks_as_long_as_it_takes():
     clock = Clock()
     assert _forgotten_after(clock, _watch(clock), ticked_at=0.0) is None

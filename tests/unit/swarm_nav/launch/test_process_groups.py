@@ -1,7 +1,5 @@
 """Which robots share a process, and whom that process announces itself to."""
 
-from __future__ import annotations
-
 import json
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -44,7 +42,7 @@ def ports_in(profile: Path | None) -> list[int]:
     return [int(node.text or 0) for node in ElementTree.parse(profile).iterfind(PORTS)]
 
 
-def test_a_pack_meets_whom_any_of_its_robots_needs(tmp_path: Path) -> None:
+def test_a_pack_meets_whom_any_of_its_robots_needs(tmp_path):
     world = ros_env.world_port()
     peers = [[world, world + 4], [world, world + 4], [world, world + 4], [world, world + 6]]
     first, second = grouping(tmp_path, peers, pack=2).groups
@@ -58,12 +56,12 @@ def test_a_pack_meets_whom_any_of_its_robots_needs(tmp_path: Path) -> None:
     assert newcomers[0] == world + 2 * (3 + 1 + 2)  # after four that were there and two processes
 
 
-def test_a_small_swarm_meets_the_world(tmp_path: Path) -> None:
+def test_a_small_swarm_meets_the_world(tmp_path):
     groups = grouping(tmp_path, [[], []]).groups
     assert [ports_in(group.profile)[0] for group in groups] == [ros_env.world_port()] * 2
 
 
-def test_a_newcomer_meets_everybody(tmp_path: Path) -> None:
+def test_a_newcomer_meets_everybody(tmp_path):
     world = ros_env.world_port()
     swarm = grouping(tmp_path, [[world, world + 4], [world, world + 6]])
     params = tmp_path / "Srobot3.yaml"
@@ -73,21 +71,19 @@ def test_a_newcomer_meets_everybody(tmp_path: Path) -> None:
     assert ports_in(newcomer.profile)[:3] == [world, world + 4, world + 6]
 
 
-def test_a_robot_that_comes_back_meets_whom_it_met_before(tmp_path: Path) -> None:
+def test_a_robot_that_comes_back_meets_whom_it_met_before(tmp_path):
     world = ros_env.world_port()
     swarm = grouping(tmp_path, [[world, world + 4], [world, world + 6]])
     again = swarm.newcomer("Srobot2", str(tmp_path / "Srobot2.yaml"))
     assert ports_in(again.profile)[:2] == [world, world + 6]
 
 
-def test_a_profile_of_the_user_is_left_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_profile_of_the_user_is_left_alone(tmp_path, monkeypatch):
     monkeypatch.setenv(ros_env.PROFILES, "/my/profile.xml")
     (group,) = grouping(tmp_path, [[]]).groups
     assert group.profile is None
 
 
-def test_a_pack_of_none_is_refused(tmp_path: Path) -> None:
+def test_a_pack_of_none_is_refused(tmp_path):
     with pytest.raises(ConfigError, match="pack is 0"):
         grouping(tmp_path, [[]], pack=0)

@@ -1,7 +1,5 @@
 """What is worked out before the fork is what each robot would work out."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -50,7 +48,7 @@ def plans(robot: NodeSettings, grid: Grid) -> list[bytes]:
     return [way.tobytes() for way in ways]
 
 
-def test_ways_are_found_once_and_are_the_same(grid: Grid, robots: list[NodeSettings]) -> None:
+def test_ways_are_found_once_and_are_the_same(grid, robots):
     terrain = terrain_of(robots[0].config, robots[0].spec, grid)
     alone = Terrain(grid, robots[0].config.planner, robots[0].config.costmap, terrain.radius)
     fresh = initial_state(robots[0].config, robots[0].spec, grid, 1, STATIONS["a"]).planner
@@ -69,23 +67,21 @@ def test_ways_are_found_once_and_are_the_same(grid: Grid, robots: list[NodeSetti
     assert terrain._cost_to_go.cache_info().misses == 2, "nobody has had to find them again"
 
 
-def test_few_processes_find_their_own_ways(grid: Grid, robots: list[NodeSettings]) -> None:
+def test_few_processes_find_their_own_ways(grid, robots):
     terrain = terrain_of(robots[0].config, robots[0].spec, grid)
     terrain._cost_to_go.cache_clear()
     prepare(robots, grid, MANY_PROCESSES - 1)
     assert terrain._cost_to_go.cache_info().misses == 0
 
 
-def test_regions_are_found_once(grid: Grid, robots: list[NodeSettings]) -> None:
+def test_regions_are_found_once(grid, robots):
     prepare(robots, grid, 1)
     known = narrow_region.cache_info().misses, single_lanes.cache_info().misses
     prepare(robots, grid, 1)
     assert (narrow_region.cache_info().misses, single_lanes.cache_info().misses) == known
 
 
-def test_costs_of_many_stations_are_not_all_kept(
-    grid: Grid, robots: list[NodeSettings], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_costs_of_many_stations_are_not_all_kept(grid, robots, monkeypatch):
     terrain = terrain_of(robots[0].config, robots[0].spec, grid)
     monkeypatch.setattr(terrain, "most_goals", 2)
     terrain._cost_to_go.cache_clear()
@@ -93,9 +89,7 @@ def test_costs_of_many_stations_are_not_all_kept(
     assert terrain._cost_to_go.cache_info().misses == 1
 
 
-def test_conditions_are_those_of_the_goals_that_are_known(
-    grid: Grid, robots: list[NodeSettings], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_conditions_are_those_of_the_goals_that_are_known(grid, robots, monkeypatch):
     cells = grid.cells.copy()
     cells[30:34, 80:] = OCCUPIED  # a blind aisle for one robot along the lower wall
     cells[:14, 80:] = OCCUPIED
@@ -109,9 +103,7 @@ def test_conditions_are_those_of_the_goals_that_are_known(
     assert alone.findings == (outside,)
 
 
-def test_keepout_zones_are_on_the_shared_map(
-    grid: Grid, robots: list[NodeSettings], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_keepout_zones_are_on_the_shared_map(grid, robots, monkeypatch):
     """The navigators' own terrain is the one that was made before the fork."""
     zone = KeepoutZone("across", ((4.0, 0.0), (4.4, 0.0), (4.4, 4.0), (4.0, 4.0)))
     sites = Sites(stations=STATIONS, zones=Zones(keepout=(zone,)))

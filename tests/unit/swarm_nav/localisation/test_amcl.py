@@ -1,7 +1,5 @@
 """Where a robot thinks it is: in a room whose walls its LiDAR sees, and where it cannot know."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any
@@ -75,7 +73,7 @@ def wrong(pose: Pose, rng: np.random.Generator) -> Pose:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_recovers_from_half_a_metre_and_twenty_degrees(seed: int) -> None:
+def test_recovers_from_half_a_metre_and_twenty_degrees(seed):
     rng = np.random.default_rng(seed)
     robot = localiser(HERE, seed=seed)
     stand(robot, HERE, 1, rng)
@@ -88,7 +86,7 @@ def test_recovers_from_half_a_metre_and_twenty_degrees(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_pose_that_is_wrong_unknowingly_is_found_out_and_corrected(seed: int) -> None:
+def test_a_pose_that_is_wrong_unknowingly_is_found_out_and_corrected(seed):
     rng = np.random.default_rng(seed)
     robot = localiser(wrong(HERE, rng), seed=seed)
     stand(robot, HERE, 60, rng)
@@ -96,7 +94,7 @@ def test_a_pose_that_is_wrong_unknowingly_is_found_out_and_corrected(seed: int) 
     assert not robot.is_lost
 
 
-def test_a_corridor_leaves_the_place_along_it_open_and_the_covariance_says_so() -> None:
+def test_a_corridor_leaves_the_place_along_it_open_and_the_covariance_says_so():
     rng = np.random.default_rng(0)
     pose = Pose(15.0, 1.0, 0.0)
     robot = localiser(pose, CORRIDOR)
@@ -126,7 +124,7 @@ def drive(robot: AmclLocaliser, ticks: int, seed: int, scale: float) -> tuple[li
     return errors, true
 
 
-def test_keeps_track_where_dead_reckoning_drifts_away() -> None:
+def test_keeps_track_where_dead_reckoning_drifts_away():
     start = OdometryLocaliser(HERE)
     errors, true = drive(localiser(HERE), 600, 0, 1.02)
     assert np.median(errors) < 0.02
@@ -138,7 +136,7 @@ def test_keeps_track_where_dead_reckoning_drifts_away() -> None:
     assert start.pose_map.distance(true) > 0.2
 
 
-def test_the_same_seed_gives_the_same_poses_and_robots_do_not_disturb_each_other() -> None:
+def test_the_same_seed_gives_the_same_poses_and_robots_do_not_disturb_each_other():
     first, second, other = (localiser(HERE, seed=seed) for seed in (5, 5, 6))
     drive(first, 60, 1, 1.01)
     drive(other, 60, 1, 1.01)
@@ -148,7 +146,7 @@ def test_the_same_seed_gives_the_same_poses_and_robots_do_not_disturb_each_other
     assert first.particles().tobytes() != other.particles().tobytes()
 
 
-def test_corrections_enter_bit_by_bit() -> None:
+def test_corrections_enter_bit_by_bit():
     rng = np.random.default_rng(2)
     robot = localiser(Pose(HERE.x + 0.06, HERE.y - 0.03, HERE.yaw + 0.1))
     poses = []
@@ -162,7 +160,7 @@ def test_corrections_enter_bit_by_bit() -> None:
     assert poses[-1].distance(HERE) < 0.04
 
 
-def test_a_robot_in_view_is_no_wall() -> None:
+def test_a_robot_in_view_is_no_wall():
     rng = np.random.default_rng(3)
     s = robot_in(ROOM, HERE)
     hear(s, beacon(2, HERE.x + 0.8, HERE.y + 0.4))
@@ -177,7 +175,7 @@ def test_a_robot_in_view_is_no_wall() -> None:
     assert not robot.is_lost
 
 
-def test_the_error_of_the_pose_enters_the_safety_margin_and_never_lowers_it() -> None:
+def test_the_error_of_the_pose_enters_the_safety_margin_and_never_lowers_it():
     rng = np.random.default_rng(4)
     parameters = config(localisation__type="amcl", costmap__scan_timeout=0.0)
     robot = Navigator(parameters, waffle(), ROOM, Sites(), 1, HERE)
@@ -200,7 +198,7 @@ def hear_nothing() -> Any:
     return empty_beacons(0)
 
 
-def test_a_lost_robot_stands_and_says_so_until_a_pose_is_found() -> None:
+def test_a_lost_robot_stands_and_says_so_until_a_pose_is_found():
     rng = np.random.default_rng(5)
     parameters = config(localisation__type="amcl", costmap__scan_timeout=0.0)
     robot = Navigator(parameters, waffle(), ROOM, Sites(), 1, HERE)
@@ -220,7 +218,7 @@ def test_a_lost_robot_stands_and_says_so_until_a_pose_is_found() -> None:
     assert robot.pose_map.distance(HERE) < 0.05
 
 
-def test_dead_reckoning_is_the_default_and_asks_for_nothing() -> None:
+def test_dead_reckoning_is_the_default_and_asks_for_nothing():
     s = robot_in(ROOM, HERE)
     robot = make_localiser(HERE, LocalisationConfig(), waffle(), s.terrain, s.neighbors, 1)
     assert isinstance(robot, OdometryLocaliser)
@@ -244,11 +242,11 @@ def test_dead_reckoning_is_the_default_and_asks_for_nothing() -> None:
         ("update_period", math.nan, "localisation.update_period' in the parameters is nan"),
     ],
 )
-def test_impossible_parameters_are_refused(name: str, value: Any, message: str) -> None:
+def test_impossible_parameters_are_refused(name, value, message):
     with pytest.raises(ConfigError, match=message):
         config(**{f"localisation__{name}": value})
 
 
-def test_an_unknown_type_is_answered_with_those_there_are() -> None:
+def test_an_unknown_type_is_answered_with_those_there_are():
     with pytest.raises(UnknownNameError, match="amcl"):
         config(localisation__type="amlc")

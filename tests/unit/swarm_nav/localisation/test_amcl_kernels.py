@@ -1,7 +1,5 @@
 """The localisation kernels against their slow twins, and what their random numbers are like."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -29,7 +27,7 @@ def field(rng: np.random.Generator) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("skip", [(-9.0, 0.0, 0.9), (-0.7, 0.3, 0.9), (-0.7, 0.6, 0.2)])
-def test_weights_equal_those_of_the_slow_twin(seed: int, skip: tuple[float, float, float]) -> None:
+def test_weights_equal_those_of_the_slow_twin(seed, skip):
     rng = np.random.default_rng(seed)
     log = field(rng)
     particles = rng.uniform((-0.2, 1.2, -4.0), (0.7, 1.8, 4.0), (12, 3))
@@ -50,7 +48,7 @@ def test_weights_equal_those_of_the_slow_twin(seed: int, skip: tuple[float, floa
     assert weights == pytest.approx(expected, rel=1e-3, abs=1e-9)
 
 
-def test_a_scan_is_trusted_less_where_too_few_particles_would_be_left() -> None:
+def test_a_scan_is_trusted_less_where_too_few_particles_would_be_left():
     rng = np.random.default_rng(3)
     particles = rng.uniform((-1.0, 0.5, -4.0), (1.5, 2.5, 4.0), (100, 3))
     weights, scores = np.empty(100), np.empty((100, 40), np.float32)
@@ -71,7 +69,7 @@ def test_a_scan_is_trusted_less_where_too_few_particles_would_be_left() -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_beams_equal_those_of_the_slow_twin(seed: int) -> None:
+def test_beams_equal_those_of_the_slow_twin(seed):
     rng = np.random.default_rng(seed)
     ranges = rng.uniform(0.0, 5.0, 90).astype(np.float32)
     ranges[rng.integers(0, 90, 30)] = rng.choice([np.nan, np.inf, -np.inf], 30)
@@ -85,7 +83,7 @@ def test_beams_equal_those_of_the_slow_twin(seed: int) -> None:
     assert out[:count] == pytest.approx(expected, abs=1e-5)
 
 
-def test_random_numbers_are_uniform_and_normal_and_follow_from_the_counter() -> None:
+def test_random_numbers_are_uniform_and_normal_and_follow_from_the_counter():
     counter = state(7)
     drawn = np.array([kernels.uniform(counter) for _ in range(20_000)])
     normals = np.array([kernels.normal(counter) for _ in range(20_000)])
@@ -95,7 +93,7 @@ def test_random_numbers_are_uniform_and_normal_and_follow_from_the_counter() -> 
     assert kernels.uniform(state(7)) == drawn[0] != kernels.uniform(state(8))
 
 
-def test_particles_move_by_odometry_and_its_noise() -> None:
+def test_particles_move_by_odometry_and_its_noise():
     particles = np.zeros((20_000, 3))
     particles[:, 2] = math.pi / 2
     noise = kernels.Noise(0.02, 0.05, 0.03, 0.0, 0.0)
@@ -109,7 +107,7 @@ def test_particles_move_by_odometry_and_its_noise() -> None:
     assert particles[:, 2].std() == pytest.approx(math.hypot(0.02, 0.03), rel=0.05)
 
 
-def test_the_estimate_is_the_densest_place_and_the_variances_tell_of_others() -> None:
+def test_the_estimate_is_the_densest_place_and_the_variances_tell_of_others():
     rng = np.random.default_rng(0)
     near = rng.normal((1.0, 2.0, math.pi - 0.01), 0.02, (300, 3))
     far = rng.normal((3.0, 2.0, 0.0), 0.02, (100, 3))
@@ -121,7 +119,7 @@ def test_the_estimate_is_the_densest_place_and_the_variances_tell_of_others() ->
     assert out[4] < 0.01
 
 
-def test_few_particles_do_for_a_narrow_cloud_and_many_for_a_wide_one() -> None:
+def test_few_particles_do_for_a_narrow_cloud_and_many_for_a_wide_one():
     rng = np.random.default_rng(0)
     sizes, fresh = kernels.ParticleCounts(50, 1000, 0.05, 2.33), kernels.Fresh(0.0, 0.0, 0.0)
     center = Place(0.0, 0.0, 0.0)
@@ -136,7 +134,7 @@ def test_few_particles_do_for_a_narrow_cloud_and_many_for_a_wide_one() -> None:
     assert kernels.needed(100, 0.05, 2.33) == pytest.approx(1326, rel=0.02)
 
 
-def test_heavy_particles_are_drawn_as_often_as_their_weight_says() -> None:
+def test_heavy_particles_are_drawn_as_often_as_their_weight_says():
     particles = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     out = np.empty((5000, 3))
     count = kernels.resample(

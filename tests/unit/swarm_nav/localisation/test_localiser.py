@@ -1,7 +1,5 @@
 """Dead reckoning from a known pose."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -18,13 +16,13 @@ def close(pose: Pose, x: float, y: float, yaw: float) -> bool:
     return (pose.x, pose.y, pose.yaw) == pytest.approx((x, y, yaw), abs=1e-9)
 
 
-def test_the_first_odometry_ties_the_frames_together() -> None:
+def test_the_first_odometry_ties_the_frames_together():
     localiser = OdometryLocaliser(Pose(2.0, 3.0, math.pi / 2))
     localiser.on_odom(odometry(10.0, -4.0, 1.0))
     assert close(localiser.pose_map, 2.0, 3.0, math.pi / 2)
 
 
-def test_motion_in_odom_is_turned_into_the_map() -> None:
+def test_motion_in_odom_is_turned_into_the_map():
     localiser = OdometryLocaliser(Pose(2.0, 3.0, math.pi / 2))
     localiser.on_odom(odometry(0.0, 0.0, 0.0))
     localiser.on_odom(odometry(1.0, 0.5, 0.2, 10))
@@ -32,7 +30,7 @@ def test_motion_in_odom_is_turned_into_the_map() -> None:
     assert close(localiser.map_from_odom, 2.0, 3.0, math.pi / 2)
 
 
-def test_an_initial_pose_replaces_the_estimate_and_later_motion_adds_to_it() -> None:
+def test_an_initial_pose_replaces_the_estimate_and_later_motion_adds_to_it():
     localiser = OdometryLocaliser(Pose(0.0, 0.0, 0.0))
     localiser.on_odom(odometry(1.0, 0.0, 0.0))
     localiser.on_odom(odometry(2.0, 0.0, 0.3, 10))
@@ -44,12 +42,12 @@ def test_an_initial_pose_replaces_the_estimate_and_later_motion_adds_to_it() -> 
     assert close(localiser.pose_map, expected.x, expected.y, expected.yaw)
 
 
-def test_there_is_one_hypothesis_where_the_robot_is() -> None:
+def test_there_is_one_hypothesis_where_the_robot_is():
     localiser = OdometryLocaliser(Pose(1.0, 2.0, 0.5))
     assert localiser.particles().tolist() == [[1.0, 2.0, 0.5]]
 
 
-def test_the_pose_gets_less_certain_with_the_way_driven_until_one_is_given() -> None:
+def test_the_pose_gets_less_certain_with_the_way_driven_until_one_is_given():
     localiser = OdometryLocaliser(Pose(0.0, 0.0, 0.0))
     localiser.on_odom(odometry(7.0, 0.0, 0.0))
     assert localiser.variances() == pytest.approx((0.05**2, 0.05**2, 0.05**2))

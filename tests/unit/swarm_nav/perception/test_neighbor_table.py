@@ -1,7 +1,5 @@
 """Who is heard, how old that is, and the difference between having left and being gone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -38,7 +36,7 @@ def neighbors() -> NeighborTable:
     return NeighborTable(1, TrafficConfig())
 
 
-def test_rows_are_ordered_by_id_and_hold_the_newest_beacon() -> None:
+def test_rows_are_ordered_by_id_and_hold_the_newest_beacon():
     here = neighbors()
     heard(here, 10, beacon(7, 1.0, 0.0), beacon(3, 2.0, 0.0))
     heard(here, 11, beacon(7, 1.5, 0.0))
@@ -50,7 +48,7 @@ def test_rows_are_ordered_by_id_and_hold_the_newest_beacon() -> None:
     assert here.row(99) is None
 
 
-def test_who_was_last_heard_near_the_edge_of_the_range_may_have_left() -> None:
+def test_who_was_last_heard_near_the_edge_of_the_range_may_have_left():
     here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
     here.refresh(26)
@@ -80,7 +78,7 @@ def telling(robot: int, x: float, other: int, tick: int, at: tuple[float, float]
 
 
 @pytest.mark.parametrize("last_heard", [4.4, 5.5])
-def test_who_fell_silent_near_the_edge_and_is_near_is_gone(last_heard: float) -> None:
+def test_who_fell_silent_near_the_edge_and_is_near_is_gone(last_heard):
     here = neighbors()
     heard(here, 10, beacon(2, last_heard, 0.0, held=[(last_heard, 0.0), (last_heard, 0.1)]))
     here.refresh(27)
@@ -93,7 +91,7 @@ def test_who_fell_silent_near_the_edge_and_is_near_is_gone(last_heard: float) ->
     assert here.gone.tolist() == [False]
 
 
-def test_who_was_seen_elsewhere_later_has_left() -> None:
+def test_who_was_seen_elsewhere_later_has_left():
     """A station counted as occupied for 1,034 s by a robot that had driven away unheard."""
     here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
@@ -106,7 +104,7 @@ def test_who_was_seen_elsewhere_later_has_left() -> None:
     assert here.ids.tolist() == [3]
 
 
-def test_who_was_seen_elsewhere_is_waited_for_there() -> None:
+def test_who_was_seen_elsewhere_is_waited_for_there():
     here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
     here.refresh(27)
@@ -125,9 +123,7 @@ def test_who_was_seen_elsewhere_is_waited_for_there() -> None:
     [(9, (9.0, 3.0)), (10, (9.0, 3.0)), (40, (5.5, 0.1))],
     ids=["before", "at the same time", "at its place"],
 )
-def test_what_others_remember_of_a_robot_does_not_show_that_it_left(
-    tick: int, at: tuple[float, float]
-) -> None:
+def test_what_others_remember_of_a_robot_does_not_show_that_it_left(tick, at):
     here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
     here.refresh(27)
@@ -137,7 +133,7 @@ def test_what_others_remember_of_a_robot_does_not_show_that_it_left(
     assert here.tubes(0).tolist() == [[5.5, 0.0]]
 
 
-def test_who_stood_where_it_was_last_heard_stays_there() -> None:
+def test_who_stood_where_it_was_last_heard_stays_there():
     """It counted as left after a minute if the listener had driven away from it."""
     here = neighbors()
     for tick in range(10, 20):
@@ -147,7 +143,7 @@ def test_who_stood_where_it_was_last_heard_stays_there() -> None:
     assert here.gone.tolist() == [True]
 
 
-def test_who_drove_out_of_range_has_left_if_it_is_not_heard_near_there_for_a_minute() -> None:
+def test_who_drove_out_of_range_has_left_if_it_is_not_heard_near_there_for_a_minute():
     here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0, held=[(5.5, 0.0), (5.9, 0.0)], wanted=[(6.1, 0.0)]))
     here.refresh(27)
@@ -157,7 +153,7 @@ def test_who_drove_out_of_range_has_left_if_it_is_not_heard_near_there_for_a_min
     assert here.ids.tolist() == []
 
 
-def test_what_is_known_of_robots_is_passed_on() -> None:
+def test_what_is_known_of_robots_is_passed_on():
     """Robot 4 never met those that robot 1 met, and is told of each within a round."""
     first, second = neighbors(), NeighborTable(4, TrafficConfig())
     met = [beacon(robot, 1.0, float(robot)) for robot in (200, 2, 90)]
@@ -186,7 +182,7 @@ def test_what_is_known_of_robots_is_passed_on() -> None:
     assert not neighbors().sighted(7).any()
 
 
-def test_who_fell_silent_near_here_and_was_seen_elsewhere_later_has_left() -> None:
+def test_who_fell_silent_near_here_and_was_seen_elsewhere_later_has_left():
     """A robot hung for some seconds, went on unheard, and was an obstacle where it had hung."""
     here = neighbors()
     heard(here, 10, beacon(2, 1.0, 0.0, held=[(1.0, 0.0), (1.2, 0.0)]))
@@ -201,7 +197,7 @@ def test_who_fell_silent_near_here_and_was_seen_elsewhere_later_has_left() -> No
     assert not here.gone[0]
 
 
-def test_a_place_that_was_given_up_in_part_is_compared_as_a_whole() -> None:
+def test_a_place_that_was_given_up_in_part_is_compared_as_a_whole():
     """It stopped at the end of its space; that it was at the beginning before shows nothing."""
     here = neighbors()
     heard(here, 10, beacon(2, 1.0, 0.0, held=[(1.0, 0.0), (1.35, 0.0)]))
@@ -211,7 +207,7 @@ def test_a_place_that_was_given_up_in_part_is_compared_as_a_whole() -> None:
     assert np.allclose(here.tubes(0), [(1.35, 0.0)])
 
 
-def test_that_a_robot_was_taken_out_of_the_world_is_passed_on_and_shows_no_place() -> None:
+def test_that_a_robot_was_taken_out_of_the_world_is_passed_on_and_shows_no_place():
     """The farewell has the pose (0, 0): there it was waited for by who had not heard it."""
     first, here = NeighborTable(3, TrafficConfig()), neighbors()
     listen(here, range(10, 11), 0.0, beacon(2, 5.5, 0.0))
@@ -224,7 +220,7 @@ def test_that_a_robot_was_taken_out_of_the_world_is_passed_on_and_shows_no_place
     assert here.ids.tolist() == [3]
 
 
-def test_who_was_taken_out_of_the_world_and_came_back_is_known_by_its_new_place() -> None:
+def test_who_was_taken_out_of_the_world_and_came_back_is_known_by_its_new_place():
     first, here = NeighborTable(3, TrafficConfig()), neighbors()
     listen(here, range(10, 11), 0.0, beacon(2, 5.5, 0.0))
     listen(first, range(30, 80), 0.0, beacon(2, 0.0, 0.0, flags=FLAG_LEFT))
@@ -237,7 +233,7 @@ def test_who_was_taken_out_of_the_world_and_came_back_is_known_by_its_new_place(
     assert here.tubes(0).tolist() == [[3.0, 1.0]]
 
 
-def test_what_is_known_does_not_depend_on_the_order_of_beacons_or_batches() -> None:
+def test_what_is_known_does_not_depend_on_the_order_of_beacons_or_batches():
     records = [telling(robot, 4.0, 9, 30 + robot % 3, (robot, 2.0)) for robot in (3, 4, 5, 6)]
     records.append(telling(7, 4.0, 3, 12, (5.0, 5.0)))
     seen = []
@@ -255,14 +251,14 @@ def test_what_is_known_does_not_depend_on_the_order_of_beacons_or_batches() -> N
 
 
 @pytest.mark.parametrize("robot", [0x7F, 0x80, 0xFFFF])
-def test_robots_of_any_id_are_passed_on(robot: int) -> None:
+def test_robots_of_any_id_are_passed_on(robot):
     here = neighbors()
     listen(here, range(10, 12), 0.0, telling(3, 4.0, robot, 5, (1.0, 2.0)))
     told = {int(k) for tick in range(2) for k in here.sighted(tick)[:SIGHTINGS]}
     assert told == {3, robot}
 
 
-def test_who_was_taken_out_of_the_world_is_not_waited_for() -> None:
+def test_who_was_taken_out_of_the_world_is_not_waited_for():
     here = neighbors()
     heard(here, 10, beacon(2, 5.5, 0.0))
     here.refresh(27)
@@ -271,7 +267,7 @@ def test_who_was_taken_out_of_the_world_is_not_waited_for() -> None:
     assert here.ids.tolist() == []
 
 
-def test_a_silent_robot_is_not_where_somebody_else_is() -> None:
+def test_a_silent_robot_is_not_where_somebody_else_is():
     here = neighbors()
     heard(here, 10, beacon(2, 1.0, 0.0, held=[(1.0, 0.0), (1.05, 0.0), (1.2, 0.0)]))
     here.refresh(27)
@@ -281,7 +277,7 @@ def test_a_silent_robot_is_not_where_somebody_else_is() -> None:
     assert here.ids.tolist() == [3]
 
 
-def test_who_falls_silent_well_inside_the_range_is_gone_and_stays() -> None:
+def test_who_falls_silent_well_inside_the_range_is_gone_and_stays():
     here = neighbors()
     heard(here, 10, beacon(2, 1.0, 0.0, held=[(1.0, 0.0)], wanted=[(1.05, 0.0), (1.1, 0.0)]))
     here.refresh(26)
@@ -295,7 +291,7 @@ def test_who_falls_silent_well_inside_the_range_is_gone_and_stays() -> None:
     assert here.ids.tolist() == [2]
 
 
-def test_who_is_heard_again_is_not_gone_any_more() -> None:
+def test_who_is_heard_again_is_not_gone_any_more():
     here = neighbors()
     heard(here, 10, beacon(2, 1.0, 0.0))
     here.refresh(100)
@@ -304,14 +300,14 @@ def test_who_is_heard_again_is_not_gone_any_more() -> None:
     assert here.gone.tolist() == [False]
 
 
-def test_stuck_is_what_a_robot_says_of_itself() -> None:
+def test_stuck_is_what_a_robot_says_of_itself():
     here = neighbors()
     heard(here, 1, beacon(2, 1.0, 0.0), beacon(3, 1.0, 2.0, flags=FLAG_STUCK | FLAG_ACTIVE))
     here.refresh(2)
     assert here.stuck.tolist() == [False, True]
 
 
-def test_gone_and_inactive_robots_cannot_be_pushed() -> None:
+def test_gone_and_inactive_robots_cannot_be_pushed():
     here = neighbors()
     heard(here, 1, beacon(2, 1.0, 0.0))
     heard(here, 40, beacon(3, 1.0, 2.0, flags=0), beacon(4, 1.0, 3.0))
@@ -319,7 +315,7 @@ def test_gone_and_inactive_robots_cannot_be_pushed() -> None:
     assert here.immovable.tolist() == here.stuck.tolist() == [True, True, False]
 
 
-def test_priorities_are_put_together_from_both_words() -> None:
+def test_priorities_are_put_together_from_both_words():
     here = neighbors()
     priority = (2 << 48) | (0xFFFFFFFF << 16) | 5
     heard(here, 1, beacon(2, 1.0, 0.0, priority=priority))
@@ -327,14 +323,14 @@ def test_priorities_are_put_together_from_both_words() -> None:
     assert here.priorities.tolist() == [priority]
 
 
-def test_any_number_of_robots_is_remembered() -> None:
+def test_any_number_of_robots_is_remembered():
     here = neighbors()
     heard(here, 1, *(beacon(number, 1.0, 0.0) for number in range(2, 150)))
     here.refresh(2)
     assert here.ids.tolist() == list(range(2, 150))
 
 
-def test_an_empty_batch_is_taken() -> None:
+def test_an_empty_batch_is_taken():
     here = neighbors()
     heard(here, 1, beacon(2, 1.0, 0.0))
     here.receive(np.zeros(0, beacon(1, 0.0, 0.0).dtype), 0.0, 0.0)
@@ -342,7 +338,7 @@ def test_an_empty_batch_is_taken() -> None:
     assert here.ages.tolist() == [2]
 
 
-def test_who_is_silent_for_long_may_be_anywhere_in_the_space_held_and_requested() -> None:
+def test_who_is_silent_for_long_may_be_anywhere_in_the_space_held_and_requested():
     here = neighbors()
     tube = [(1.0 + 0.05 * k, 0.0) for k in range(8)]
     heard(here, 10, beacon(2, 1.0, 0.0, held=tube, wanted=[(1.4, 0.0), (1.45, 0.0)]))
@@ -351,7 +347,7 @@ def test_who_is_silent_for_long_may_be_anywhere_in_the_space_held_and_requested(
     assert len(here.tubes(0)) == 10
 
 
-def test_an_overtaken_beacon_is_dropped() -> None:
+def test_an_overtaken_beacon_is_dropped():
     here = neighbors()
     heard(here, 10, beacon(2, 1.0, 0.0))
     heard(here, 8, beacon(2, 2.0, 0.0))
@@ -360,7 +356,7 @@ def test_an_overtaken_beacon_is_dropped() -> None:
     assert here.beacons[0]["pose"][0] == 1.0
 
 
-def test_what_the_others_have_is_read_from_their_acknowledgements() -> None:
+def test_what_the_others_have_is_read_from_their_acknowledgements():
     here = neighbors()
     heard(
         here, 70_000, acknowledging(2, 69_998), acknowledging(3, 69_000),
@@ -372,7 +368,7 @@ def test_what_the_others_have_is_read_from_their_acknowledgements() -> None:
     assert here.acks.tolist() == [70_100] * 4  # gone: they cannot answer
 
 
-def test_the_nearest_robots_are_acknowledged_and_the_others_in_turn() -> None:
+def test_the_nearest_robots_are_acknowledged_and_the_others_in_turn():
     here = neighbors()
     heard(here, 7, *(beacon(k, 0.1 * k, 0.0) for k in range(2, 72)))
     here.refresh(8)
@@ -388,9 +384,7 @@ def test_the_nearest_robots_are_acknowledged_and_the_others_in_turn() -> None:
     ("distance", "acknowledged", "stands"),
     [(1.5, 70, False), (1.5, 50, True), (5.5, 50, True), (5.7, 50, False)],
 )
-def test_who_is_not_heard_by_a_near_robot_notices(
-    distance: float, acknowledged: int, stands: bool
-) -> None:
+def test_who_is_not_heard_by_a_near_robot_notices(distance, acknowledged, stands):
     here = neighbors()
     for tick in range(50, 101, 10):
         heard(here, tick, acknowledging(2, acknowledged, distance))
@@ -398,7 +392,7 @@ def test_who_is_not_heard_by_a_near_robot_notices(
     assert (here.deaf_neighbor == 2) is stands
 
 
-def test_a_robot_that_does_not_hear_is_noticed_though_another_does() -> None:
+def test_a_robot_that_does_not_hear_is_noticed_though_another_does():
     here = neighbors()
     for tick in range(50, 101, 10):
         heard(here, tick, acknowledging(2, 50, 3.0), acknowledging(3, tick - 1, 3.0))
@@ -406,7 +400,7 @@ def test_a_robot_that_does_not_hear_is_noticed_though_another_does() -> None:
     assert here.deaf_neighbor == 2
 
 
-def test_a_robot_that_is_acknowledged_in_turn_is_heard() -> None:
+def test_a_robot_that_is_acknowledged_in_turn_is_heard():
     """It stood for good in a crowd: one of 49 neighbours had no room for it in each tick."""
     crowd, here = NeighborTable(2, TrafficConfig()), neighbors()
     others = [beacon(robot, 0.05 * robot, 0.0) for robot in range(3, 63)]
@@ -430,9 +424,7 @@ def test_a_robot_that_is_acknowledged_in_turn_is_heard() -> None:
         (HEARD_ENTRIES - 1, 1, False),
     ],
 )
-def test_an_acknowledgement_lasts_for_a_turn_of_a_full_list(
-    listed: int, later: int, known: bool
-) -> None:
+def test_an_acknowledgement_lasts_for_a_turn_of_a_full_list(listed, later, known):
     here = neighbors()
     heard(here, 50, acknowledging(2, 49))
     silent = beacon(2, 1.0, 0.0)
@@ -448,7 +440,7 @@ def acknowledging(robot: int, tick: int, x: float = 1.0) -> np.void:
     return record
 
 
-def test_more_robots_than_the_table_had_rows_are_all_kept() -> None:
+def test_more_robots_than_the_table_had_rows_are_all_kept():
     here = neighbors()
     heard(here, 1, *(beacon(robot, 1.0, 0.01 * robot) for robot in range(90, 1, -1)))
     heard(here, 2, *(beacon(robot, 1.0, 0.01 * robot) for robot in range(3, 91, 3)))
@@ -459,7 +451,7 @@ def test_more_robots_than_the_table_had_rows_are_all_kept() -> None:
     assert here.beacons["pose"][:, 1] == pytest.approx(0.01 * here.ids)
 
 
-def test_a_batch_in_a_foreign_buffer_is_copied() -> None:
+def test_a_batch_in_a_foreign_buffer_is_copied():
     here = neighbors()
     record = beacon(2, 1.0, 0.0)
     batch = np.frombuffer(b"xyz" + record.tobytes(), record.dtype, 1, 3)
@@ -469,7 +461,7 @@ def test_a_batch_in_a_foreign_buffer_is_copied() -> None:
     assert here.beacons.flags.writeable
 
 
-def test_the_highest_of_those_that_were_blocked_for_long_enough_pushes() -> None:
+def test_the_highest_of_those_that_were_blocked_for_long_enough_pushes():
     here = neighbors()
 
     def blocked(robot: int, priority: int, ticks: int, by: int = 1) -> np.void:
@@ -492,7 +484,7 @@ def test_the_highest_of_those_that_were_blocked_for_long_enough_pushes() -> None
 
 
 @pytest.mark.parametrize("own_id", [1, 9])
-def test_of_two_robots_that_inherited_one_rank_the_smaller_id_pushes_at_once(own_id: int) -> None:
+def test_of_two_robots_that_inherited_one_rank_the_smaller_id_pushes_at_once(own_id):
     here = NeighborTable(own_id, TrafficConfig())
     record = beacon(5, 1.0, 0.0, priority=9)
     record["blocked_by"], record["blocked_ticks"] = own_id, 3
@@ -501,7 +493,7 @@ def test_of_two_robots_that_inherited_one_rank_the_smaller_id_pushes_at_once(own
     assert here.highest_pusher(9, 3) == (0 if own_id == 9 else None)
 
 
-def test_earlier_requests_for_the_same_station_count() -> None:
+def test_earlier_requests_for_the_same_station_count():
     here = NeighborTable(5, TrafficConfig())
 
     def asking(robot: int, tick: int, x: float) -> np.void:
@@ -519,7 +511,7 @@ def test_earlier_requests_for_the_same_station_count() -> None:
     assert here.queue(np.array(((3.0, 0.0), (5.0, 0.0))), 12, 0.6)[:2] == (4, 7)
 
 
-def test_the_highest_that_waits_for_a_station_counts() -> None:
+def test_the_highest_that_waits_for_a_station_counts():
     here = neighbors()
 
     def asking(robot: int, tick: int, x: float, priority: int) -> np.void:
@@ -542,7 +534,7 @@ def test_the_highest_that_waits_for_a_station_counts() -> None:
 
 
 @pytest.mark.parametrize("removed", [2, 5, 9])
-def test_who_was_taken_out_of_the_world_is_forgotten_at_once(removed: int) -> None:
+def test_who_was_taken_out_of_the_world_is_forgotten_at_once(removed):
     here = neighbors()
     heard(here, 10, *[beacon(robot, 0.25 * robot, 0.0) for robot in (2, 5, 9)])
     here.refresh(60)
@@ -562,7 +554,7 @@ def test_who_was_taken_out_of_the_world_is_forgotten_at_once(removed: int) -> No
     assert not here.gone[here.row(removed)]
 
 
-def test_points_are_kept_when_what_was_on_the_air_is_not() -> None:
+def test_points_are_kept_when_what_was_on_the_air_is_not():
     here = neighbors()
     past: list[np.ndarray] = []
     tubes = {robot: [(0.1 * k, float(robot)) for k in range(robot)] for robot in (3, 5, 8)}

@@ -1,7 +1,5 @@
 """The obstacle layer: marks, clears, and knows walls and robots."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -39,20 +37,20 @@ def layer() -> ObstacleLayer:
     return ObstacleLayer(CostmapConfig(), LIDAR)
 
 
-def test_an_unexplained_hit_is_marked_where_it_is() -> None:
+def test_an_unexplained_hit_is_marked_where_it_is():
     s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({0: 1.0, 90: 0.8}), MIDDLE, s.terrain, s.neighbors)
     assert sorted(map(tuple, marks.points.round(3).tolist())) == [(3.0, 3.8), (4.0, 3.0)]
 
 
-def test_marks_turn_with_the_robot_and_its_lidar() -> None:
+def test_marks_turn_with_the_robot_and_its_lidar():
     mounted = LidarSpec(0.1, 0.0, 0.1, yaw=math.pi / 2)
     s, marks = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), mounted)
     marks.update(scan({0: 1.0}), Pose(3.0, 3.0, math.pi / 2), s.terrain, s.neighbors)
     assert marks.points.round(3).tolist() == [[2.0, 3.1]]
 
 
-def test_a_ray_that_passes_through_clears_and_one_that_ends_before_does_not() -> None:
+def test_a_ray_that_passes_through_clears_and_one_that_ends_before_does_not():
     s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({0: 1.0, 90: 1.0}), MIDDLE, s.terrain, s.neighbors)
     marks.update(scan({0: 0.5, 90: 2.0}), MIDDLE, s.terrain, s.neighbors)
@@ -61,19 +59,19 @@ def test_a_ray_that_passes_through_clears_and_one_that_ends_before_does_not() ->
 
 
 @pytest.mark.parametrize("distance", [2.6, 3.4])
-def test_a_hit_beyond_the_marking_range_is_not_marked(distance: float) -> None:
+def test_a_hit_beyond_the_marking_range_is_not_marked(distance):
     s, marks = robot_in(room(12.0, 12.0), Pose(6.0, 6.0, 0.0)), layer()
     marks.update(scan({0: distance}), s.pose, s.terrain, s.neighbors)
     assert len(marks.points) == 0
 
 
-def test_mapped_walls_are_not_marked() -> None:
+def test_mapped_walls_are_not_marked():
     s, marks = robot_in(HALL, Pose(1.0, 3.0, 0.0)), layer()
     marks.update(scan({180: 0.93}), s.pose, s.terrain, s.neighbors)
     assert len(marks.points) == 0
 
 
-def test_robots_that_say_where_they_are_are_not_marked_and_clear_old_marks() -> None:
+def test_robots_that_say_where_they_are_are_not_marked_and_clear_old_marks():
     s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.neighbors)
     assert len(marks.points) == 1
@@ -90,7 +88,7 @@ def silent(s: RobotState, ticks: int, **fields: object) -> None:
 
 
 @pytest.mark.parametrize("ticks", [0, 10, 16, 17, 60, 200, 5000])
-def test_however_long_a_robot_is_silent_it_masks_its_own_space_only(ticks: int) -> None:
+def test_however_long_a_robot_is_silent_it_masks_its_own_space_only(ticks):
     s, marks = robot_in(HALL, MIDDLE), layer()
     silent(s, ticks)
     hits = {0: 0.8, 21: 1.0, 339: 1.0, 33: 1.05}  # at 0.2, 0.36, 0.36, and 0.59 m from it
@@ -99,7 +97,7 @@ def test_however_long_a_robot_is_silent_it_masks_its_own_space_only(ticks: int) 
 
 
 @pytest.mark.parametrize("ticks", [10, 17, 60, 200, 5000])
-def test_no_mark_is_erased_because_of_an_old_beacon(ticks: int) -> None:
+def test_no_mark_is_erased_because_of_an_old_beacon(ticks):
     s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({0: 0.9}), MIDDLE, s.terrain, s.neighbors)
     silent(s, ticks)
@@ -116,7 +114,7 @@ def waffles_beacon(**fields: object) -> dict[str, object]:
     return {"footprint": points, "footprint_size": size, **fields}
 
 
-def test_a_silent_robot_is_forgotten_once_its_place_was_seen_empty() -> None:
+def test_a_silent_robot_is_forgotten_once_its_place_was_seen_empty():
     s, marks = robot_in(HALL, MIDDLE), seeing()
     held = [(4.0, 3.0 + 0.05 * k) for k in range(8)]
     silent(s, 101, **waffles_beacon(held=held))
@@ -128,7 +126,7 @@ def test_a_silent_robot_is_forgotten_once_its_place_was_seen_empty() -> None:
     assert s.neighbors.ids.tolist() == []
 
 
-def test_only_the_places_seen_through_are_given_up() -> None:
+def test_only_the_places_seen_through_are_given_up():
     s, marks = robot_in(HALL, MIDDLE), seeing()
     held = [(4.0, 2.8 + 0.2 * k) for k in range(6)]
     silent(s, 101, **waffles_beacon(held=held))
@@ -140,7 +138,7 @@ def test_only_the_places_seen_through_are_given_up() -> None:
     assert len(marks.points) == 0
 
 
-def test_a_place_is_given_up_as_soon_as_no_lidar_can_stand_there() -> None:
+def test_a_place_is_given_up_as_soon_as_no_lidar_can_stand_there():
     s, marks = robot_in(HALL, MIDDLE), seeing()
     held = [(4.0, 3.0), (4.0, 3.06), (4.0, 3.12)]  # bodies there would overlap
     silent(s, 101, **waffles_beacon(held=held))
@@ -151,7 +149,7 @@ def test_a_place_is_given_up_as_soon_as_no_lidar_can_stand_there() -> None:
 
 
 @pytest.mark.parametrize("case", ["other model", "hidden", "far", "not stopped", "lives"])
-def test_what_does_not_show_that_a_place_is_empty(case: str) -> None:
+def test_what_does_not_show_that_a_place_is_empty(case):
     s, marks = robot_in(room(12.0, 6.0), MIDDLE), seeing()
     x = 6.2 if case == "far" else 4.0
     fields = {} if case == "other model" else waffles_beacon()
@@ -165,7 +163,7 @@ def test_what_does_not_show_that_a_place_is_empty(case: str) -> None:
     assert len(s.neighbors.tubes(0)) == 1
 
 
-def test_where_somebody_walked_is_remembered_for_a_while() -> None:
+def test_where_somebody_walked_is_remembered_for_a_while():
     s, marks = robot_in(HALL, MIDDLE), layer()
     for step in range(20):
         s.tick += 1
@@ -179,7 +177,7 @@ def test_where_somebody_walked_is_remembered_for_a_while() -> None:
     assert len(marks.walked(s.tick + WALKED_TICKS)) == 0
 
 
-def test_what_stands_has_not_walked() -> None:
+def test_what_stands_has_not_walked():
     s, marks = robot_in(HALL, MIDDLE), layer()
     for _ in range(20):
         s.tick += 1
@@ -189,14 +187,14 @@ def test_what_stands_has_not_walked() -> None:
     assert len(marks.walked(s.tick)) == 0
 
 
-def test_invalid_ranges_neither_mark_nor_clear() -> None:
+def test_invalid_ranges_neither_mark_nor_clear():
     s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({0: 1.0}), MIDDLE, s.terrain, s.neighbors)
     marks.update(scan({0: math.nan, 90: math.nan, 180: 0.0}), MIDDLE, s.terrain, s.neighbors)
     assert marks.points.round(3).tolist() == [[4.0, 3.0]]
 
 
-def test_a_lidar_that_looks_ahead_only_does_not_clear_behind() -> None:
+def test_a_lidar_that_looks_ahead_only_does_not_clear_behind():
     half = LidarSpec(0.0, 0.0, 0.1, rays=180, angle_min=-math.pi / 2)
     s, marks = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), half)
     ahead = Scan(0, -math.pi / 2, math.pi / 180, 0.12, 3.5, np.full(180, np.inf, np.float32))
@@ -208,7 +206,7 @@ def test_a_lidar_that_looks_ahead_only_does_not_clear_behind() -> None:
     assert len(marks.points) == 1
 
 
-def test_marks_are_rounded_to_cells_and_forgotten_on_request() -> None:
+def test_marks_are_rounded_to_cells_and_forgotten_on_request():
     s, marks = robot_in(HALL, MIDDLE), layer()
     marks.update(scan({ray: 1.0 for ray in range(0, 30)}), MIDDLE, s.terrain, s.neighbors)
     assert np.allclose(marks.points / CELL, np.round(marks.points / CELL))
@@ -218,7 +216,7 @@ def test_marks_are_rounded_to_cells_and_forgotten_on_request() -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_choice_of_hits_equals_its_slow_twin(seed: int) -> None:
+def test_the_choice_of_hits_equals_its_slow_twin(seed):
     rng = np.random.default_rng(seed)
     s = robot_in(HALL, MIDDLE)
     ranges = rng.uniform(0.0, 3.5, 360).astype(np.float32)
@@ -238,7 +236,7 @@ def test_the_choice_of_hits_equals_its_slow_twin(seed: int) -> None:
 
 @settings(max_examples=50, deadline=None)
 @given(st.integers(0, 10_000), st.integers(0, 30), st.integers(0, 30))
-def test_marks_are_the_distinct_cells_of_all_points(seed: int, old: int, new: int) -> None:
+def test_marks_are_the_distinct_cells_of_all_points(seed, old, new):
     rng = np.random.default_rng(seed)
     points = rng.uniform(-0.4, 0.4, (old + new, 2))
     expected = np.unique(np.round(points / 0.05), axis=0) * 0.05

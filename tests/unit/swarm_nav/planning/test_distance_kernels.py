@@ -1,7 +1,5 @@
 """Distance fields and stamps against their slow twins."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -19,25 +17,25 @@ def random_map(seed: int, height: int = 17, width: int = 23) -> np.ndarray:
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (2, 2)])
-def test_the_distance_transform_takes_any_shape(shape: tuple[int, int]) -> None:
+def test_the_distance_transform_takes_any_shape(shape):
     occupied = np.zeros(shape, np.bool_)
     occupied[-1, -1] = True
     assert np.allclose(kernels.face_distance(occupied), oracle.face_distance(occupied))
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_the_distance_to_walls_is_exact_at_their_corners_too(seed: int) -> None:
+def test_the_distance_to_walls_is_exact_at_their_corners_too(seed):
     occupied = random_map(seed)
     occupied[seed % 17, seed % 23] = True
     assert np.allclose(kernels.face_distance(occupied), oracle.face_distance(occupied))
 
 
-def test_a_map_without_walls_is_far_from_any_face() -> None:
+def test_a_map_without_walls_is_far_from_any_face():
     assert kernels.face_distance(np.zeros((7, 9), np.bool_)).min() > math.hypot(7, 9)
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_samples_between_cells_are_bilinear(seed: int) -> None:
+def test_samples_between_cells_are_bilinear(seed):
     rng = np.random.default_rng(seed)
     field = rng.random((6, 8))
     for x, y in rng.uniform((-1.2, 1.8), (-0.4, 2.5), (50, 2)):
@@ -45,7 +43,7 @@ def test_samples_between_cells_are_bilinear(seed: int) -> None:
         assert kernels.sample(field, FRAME, x, y) == pytest.approx(expected, abs=2e-3)
 
 
-def test_a_lattice_is_sampled_at_its_centres() -> None:
+def test_a_lattice_is_sampled_at_its_centres():
     field = np.random.default_rng(0).random((8, 8))
     lattice = np.empty((4, 4))
     kernels.sample_lattice(field, FRAME, lattice, 0.1)
@@ -55,7 +53,7 @@ def test_a_lattice_is_sampled_at_its_centres() -> None:
 
 
 @pytest.mark.parametrize("radius", [0.03, 0.2, 1.5])
-def test_discs_are_stamped_where_cell_centres_lie_inside(radius: float) -> None:
+def test_discs_are_stamped_where_cell_centres_lie_inside(radius):
     rng = np.random.default_rng(3)
     grid = rng.random((12, 15)).astype(np.float32)
     points = rng.uniform((-1.3, 1.7), (0.0, 2.8), (4, 2))
@@ -64,7 +62,7 @@ def test_discs_are_stamped_where_cell_centres_lie_inside(radius: float) -> None:
     assert np.allclose(grid, expected)
 
 
-def test_rows_of_points_are_stamped_with_a_radius_and_a_value_each() -> None:
+def test_rows_of_points_are_stamped_with_a_radius_and_a_value_each():
     rng = np.random.default_rng(4)
     grid = rng.random((12, 15)).astype(np.float32)
     points = rng.uniform((-1.3, 1.7), (0.0, 2.8), (3, 4, 2)).astype(np.float32)

@@ -1,7 +1,5 @@
 """Keepout zones are walls to plan with, which the LiDAR does not see."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -45,7 +43,7 @@ def squad(pose: Pose, grid: Grid = HALL, box: tuple[float, float, float, float] 
     return Squad(grid, [pose], config(), Sites(zones=zones(box)))
 
 
-def test_a_zone_is_planned_with_like_a_wall() -> None:
+def test_a_zone_is_planned_with_like_a_wall():
     walled = terrain(room(8.0, 6.0, BOX))
     marked = terrain(MARKED)
     for name in ("clearance", "base", "lane", "heading", "parking"):
@@ -55,7 +53,7 @@ def test_a_zone_is_planned_with_like_a_wall() -> None:
     assert terrain(HALL).walls is terrain(HALL).field
 
 
-def test_conditions_take_a_zone_for_a_wall() -> None:
+def test_conditions_take_a_zone_for_a_wall():
     robots = [(waffle(), NavConfig())] * 3
     starts, goals = [(1.0, 1.0)] * 3, [[(6.0, 1.0)], [(3.5, 1.0)], [(1.0, 1.0)]]
     for box in (BOX, (3.0, 0.0, 4.0, 6.0), (3.0, 0.0, 4.0, 5.1)):
@@ -64,7 +62,7 @@ def test_conditions_take_a_zone_for_a_wall() -> None:
         assert found.findings
 
 
-def test_the_lidar_explains_hits_by_walls_alone() -> None:
+def test_the_lidar_explains_hits_by_walls_alone():
     s = robot_in(MARKED, Pose(2.0, 2.0, 0.0))
     ranges = np.full(360, np.inf, np.float32)
     ranges[0] = 1.5  # something in the zone
@@ -73,7 +71,7 @@ def test_the_lidar_explains_hits_by_walls_alone() -> None:
     assert len(s.obstacle_points()) == 1
 
 
-def test_the_costmap_shows_a_zone_and_its_inflation() -> None:
+def test_the_costmap_shows_a_zone_and_its_inflation():
     s = robot_in(MARKED, Pose(2.0, 2.0, 0.0))
     costs = costmaps.compose(s, waffle().inscribed_radius, None)
     assert MARKED.keepout is not None
@@ -84,19 +82,19 @@ def test_the_costmap_shows_a_zone_and_its_inflation() -> None:
     assert lethal.any(axis=0).sum() == 10  # 0.5 m of the zone
 
 
-def test_baselines_go_round_a_zone_too() -> None:
+def test_baselines_go_round_a_zone_too():
     there = plain_planner(MARKED, NavConfig(), waffle().circumscribed_radius)
     path = there.plan((2.0, 1.0), (6.0, 1.0), there.no_extra())
     assert path[:, 1].max() > BOX[3]
 
 
-def test_paths_go_round_a_zone() -> None:
+def test_paths_go_round_a_zone():
     path = planner().plan((2.0, 1.0), (6.0, 1.0), planner().no_extra())
     assert min(planner().terrain.clearance(x, y) for x, y in path.tolist()) > 0.238
     assert path[:, 1].max() > 4.5
 
 
-def test_a_goal_in_a_zone_is_refused_with_nav2s_code() -> None:
+def test_a_goal_in_a_zone_is_refused_with_nav2s_code():
     with pytest.raises(PlanError, match=r"\(3.95, 1.00\) lies in a keepout zone") as error:
         planner().plan((2.0, 1.0), (3.95, 1.0), planner().no_extra())  # 0.05 m from free floor
     assert error.value.code is ErrorCode.GOAL_OCCUPIED
@@ -107,7 +105,7 @@ def test_a_goal_in_a_zone_is_refused_with_nav2s_code() -> None:
 
 
 @pytest.mark.parametrize("start", [Pose(3.5, 2.0, 0.0), Pose(3.05, 4.0, 3.0), Pose(3.5, 0.5, 1.5)])
-def test_a_robot_in_a_zone_leaves_it_and_does_not_come_back(start: Pose) -> None:
+def test_a_robot_in_a_zone_leaves_it_and_does_not_come_back(start):
     one = squad(start)
     one.send(0, Pose(6.0, 1.0, 0.0))
     inside = []
@@ -120,13 +118,13 @@ def test_a_robot_in_a_zone_leaves_it_and_does_not_come_back(start: Pose) -> None
     assert inside.index(False) == len(inside) - inside[::-1].index(True)
 
 
-def test_a_robot_in_a_zone_does_not_leave_through_a_wall() -> None:
+def test_a_robot_in_a_zone_does_not_leave_through_a_wall():
     grid = room(8.0, 6.0, (4.0, 0.0, 4.15, 6.0))
     path = planner(zones(BOX).mark(grid)).plan((3.8, 2.0), (1.0, 1.0), planner().no_extra())
     assert path[:, 0].max() < 4.0
 
 
-def test_a_robot_in_a_zone_may_back_out_of_it_but_not_into_it() -> None:
+def test_a_robot_in_a_zone_may_back_out_of_it_but_not_into_it():
     one = squad(Pose(3.9, 1.0, 3.14159))
     one.send(0, kind=GoalKind.BACKUP, distance=0.6, speed=0.2)
     one.run_until(lambda: bool(one.ended(0)), 200)
@@ -138,7 +136,7 @@ def test_a_robot_in_a_zone_may_back_out_of_it_but_not_into_it() -> None:
     assert "keepout zone" in two.ended(0)[0].message
 
 
-def test_a_given_path_into_a_zone_is_refused() -> None:
+def test_a_given_path_into_a_zone_is_refused():
     one = squad(Pose(2.0, 1.0, 0.0))
     points = np.column_stack((np.linspace(2.0, 6.0, 80), np.full(80, 1.0)))
     one.send(0, Pose(6.0, 1.0, 0.0), kind=GoalKind.FOLLOW_PATH, path_map=points)
@@ -147,7 +145,7 @@ def test_a_given_path_into_a_zone_is_refused() -> None:
     assert "leads into a keepout zone" in one.ended(0)[0].message
 
 
-def test_greys_of_a_mask_are_driven_round_where_it_is_short() -> None:
+def test_greys_of_a_mask_are_driven_round_where_it_is_short():
     layer = np.zeros(HALL.cells.shape, np.int8)
     layer[40:80, 60:80] = 99  # from (3, 2) to (4, 4)
     grid = dataclasses.replace(HALL, keepout=layer)
@@ -160,7 +158,7 @@ def test_greys_of_a_mask_are_driven_round_where_it_is_short() -> None:
     assert len(there.plan((1.0, 2.2), (7.0, 2.2), there.no_extra())) > 100
 
 
-def test_nobody_makes_way_into_a_zone() -> None:
+def test_nobody_makes_way_into_a_zone():
     """Refuges, parking places and retreats are all looked for by `nearest`."""
     there = planner()
     extra, lattice = there.no_extra(), there.lattice
@@ -176,7 +174,7 @@ def test_nobody_makes_way_into_a_zone() -> None:
     assert out[-1, 0] > BOX[2]
 
 
-def test_a_mask_that_comes_on_the_way_changes_it() -> None:
+def test_a_mask_that_comes_on_the_way_changes_it():
     mask = dataclasses.replace(HALL, cells=zones(BOX).mark(HALL).keepout)
     one = Squad(HALL, [Pose(1.5, 1.5, 0.0)], config())
     one.send(0, Pose(6.5, 1.5, 0.0))

@@ -1,7 +1,5 @@
 """Long robots: discs that cover their outline, slots on a lattice, and twists beside walls."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math
@@ -57,14 +55,12 @@ def slots(gap: float) -> Slots:
     return found
 
 
-def test_a_robot_that_is_nearly_round_is_planned_with_its_circle() -> None:
+def test_a_robot_that_is_nearly_round_is_planned_with_its_circle():
     assert Oblong.of(waffle()) is None
 
 
 @pytest.mark.parametrize("gap", [LEAST_GAP, WALL_GAP])
-def test_what_is_outside_polygon_and_discs_keeps_the_gap_but_for_the_rim_spacing(
-    gap: float,
-) -> None:
+def test_what_is_outside_polygon_and_discs_keeps_the_gap_but_for_the_rim_spacing(gap):
     discs = cover(outline().corners, gap)
     polygon = shapely.Polygon(outline().corners)
     points = np.random.default_rng(0).uniform(-1.0, 1.0, (8000, 2))
@@ -74,21 +70,21 @@ def test_what_is_outside_polygon_and_discs_keeps_the_gap_but_for_the_rim_spacing
     assert distances[is_outside].min() >= math.sqrt(gap**2 - (RIM_SPACING / 2.0) ** 2)
 
 
-def test_a_gap_between_its_width_and_its_circle_is_a_slot_along_its_line() -> None:
+def test_a_gap_between_its_width_and_its_circle_is_a_slot_along_its_line():
     found = slots(0.9)
     assert found.is_slot(np.array(((4.55, 2.55), (2.0, 2.5)))).tolist() == [True, False]
 
 
 @pytest.mark.parametrize("gap", [0.5, 2.2])
-def test_what_is_too_narrow_or_wide_enough_to_turn_in_is_none(gap: float) -> None:
+def test_what_is_too_narrow_or_wide_enough_to_turn_in_is_none(gap):
     assert not slots(gap).is_slot(np.array(((4.55, 2.55), (4.45, 2.45)))).any()
 
 
-def test_outside_the_map_there_is_no_slot() -> None:
+def test_outside_the_map_there_is_no_slot():
     assert not slots(0.9).is_slot(np.array(((-1.0, 2.5), (4.55, 99.0)))).any()
 
 
-def test_a_course_is_cut_where_it_enters_and_leaves_a_slot() -> None:
+def test_a_course_is_cut_where_it_enters_and_leaves_a_slot():
     course = np.column_stack((np.arange(2.05, 7.0, 0.1), np.full(50, 2.55)))
     pieces = slots(0.9).pieces(course)
     assert [is_straight for _, is_straight in pieces] == [False, True, False]
@@ -96,7 +92,7 @@ def test_a_course_is_cut_where_it_enters_and_leaves_a_slot() -> None:
         assert np.array_equal(one[-1], two[0])
 
 
-def test_a_small_bend_is_turned_on_the_spot_at_a_mouth_only() -> None:
+def test_a_small_bend_is_turned_on_the_spot_at_a_mouth_only():
     found = slots(0.9)
     x = np.arange(2.05, 7.0, 0.05)
     inside = found.is_slot(np.column_stack((x, np.full(len(x), 2.55))))
@@ -112,7 +108,7 @@ def test_a_small_bend_is_turned_on_the_spot_at_a_mouth_only() -> None:
 
 
 @pytest.mark.parametrize(("x", "expected"), [(3.0, 1.0), (3.6, 0.5), (3.68, 0.0)])
-def test_no_twist_takes_the_outline_into_a_wall(x: float, expected: float) -> None:
+def test_no_twist_takes_the_outline_into_a_wall(x, expected):
     terrain, wish = hall(0.5), Twist(0.3)
     field = (terrain.distance, terrain.frame)
     pose = Pose(x, 1.0, 0.0)
@@ -120,7 +116,7 @@ def test_no_twist_takes_the_outline_into_a_wall(x: float, expected: float) -> No
     assert found.vx == pytest.approx(expected * wish.vx)
 
 
-def test_a_thing_that_only_the_lidar_sees_stops_it_too() -> None:
+def test_a_thing_that_only_the_lidar_sees_stops_it_too():
     terrain = hall(0.5)
     field = (terrain.distance, terrain.frame)
     pose = Pose(2.0, 2.5, 0.0)

@@ -1,7 +1,5 @@
 """What a path costs, and whether it clears another robot's way."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
@@ -36,27 +34,25 @@ def line(*corners: tuple[float, float], spacing: float = 0.1) -> FloatArray:
 @pytest.mark.parametrize(
     ("heading", "lane_cost"), [((1.0, 0.0), 0.0), ((0.0, 1.0), 0.5), ((-1.0, 0.0), 1.0)]
 )
-def test_a_metre_costs_more_the_more_it_goes_against_the_lane(
-    heading: tuple[float, float], lane_cost: float
-) -> None:
+def test_a_metre_costs_more_the_more_it_goes_against_the_lane(heading, lane_cost):
     extra = np.full((8, 8), 0.25, np.float32)
     cost = path_cost(line((1.0, 1.0), (3.0, 1.0)), FRAME, layers(1.5, 1.0, heading), extra)
     assert cost == pytest.approx(2.0 * (1.5 + lane_cost + 0.25))
 
 
-def test_walls_and_robots_cost_no_more_than_their_limit() -> None:
+def test_walls_and_robots_cost_no_more_than_their_limit():
     wall = layers(1e9, 0.0, (1.0, 0.0))
     extra = np.full((8, 8), 1e9, np.float32)
     assert path_cost(line((1.0, 1.0), (2.0, 1.0)), FRAME, wall, extra) == pytest.approx(1003.0)
 
 
-def test_points_on_top_of_each_other_cost_nothing() -> None:
+def test_points_on_top_of_each_other_cost_nothing():
     extra = np.zeros((8, 8), np.float32)
     points = np.array(((1.0, 1.0), (1.0, 1.0)))
     assert path_cost(points, FRAME, layers(1.0, 1.0, (1.0, 0.0)), extra) == 0.0
 
 
-def test_the_nearest_point_is_the_first_of_those_as_near() -> None:
+def test_the_nearest_point_is_the_first_of_those_as_near():
     way = np.array(((0.0, 1.0), (2.0, 0.0), (0.0, -1.0)))
     assert nearest_index(way, 0.0, 0.0) == (0, 1.0)
     assert nearest_index(way, 1.5, 0.0) == (1, 0.25)
@@ -76,7 +72,5 @@ WAY = line((0.0, 0.0), (3.0, 0.0))
         (line((1.0, 0.0)), False),  # stays
     ],
 )
-def test_a_path_clears_a_way_by_leaving_it_or_getting_ahead(
-    path: FloatArray, expected: bool
-) -> None:
+def test_a_path_clears_a_way_by_leaving_it_or_getting_ahead(path, expected):
     assert clears(path, WAY, REACH, TOLERANCE, GAIN) is expected

@@ -1,7 +1,5 @@
 """Polylines against their slow twins: resampled, smoothed, lifted off walls, and their corners."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -30,7 +28,7 @@ polylines = st.lists(st.tuples(coordinates, coordinates), min_size=2, max_size=8
 
 @settings(max_examples=60, deadline=None)
 @given(polylines)
-def test_resampling_equals_its_slow_twin(points: np.ndarray) -> None:
+def test_resampling_equals_its_slow_twin(points):
     length = path_length(points)
     tail = length % SPACING
     if length < 2 * SPACING or min(tail, SPACING - tail) < 1e-6 or 0.0 < tail < 0.25 * SPACING:
@@ -40,7 +38,7 @@ def test_resampling_equals_its_slow_twin(points: np.ndarray) -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(polylines)
-def test_a_resampled_path_keeps_its_ends_and_its_spacing(points: np.ndarray) -> None:
+def test_a_resampled_path_keeps_its_ends_and_its_spacing(points):
     path = resampled(points, SPACING)
     assert np.allclose(path[0], points[0])
     assert np.allclose(path[-1], points[-1], atol=0.2 * SPACING + 1e-9)
@@ -49,7 +47,7 @@ def test_a_resampled_path_keeps_its_ends_and_its_spacing(points: np.ndarray) -> 
         assert steps.max() <= 1.2 * SPACING + 1e-9
 
 
-def test_a_straight_path_goes_behind_for_negative_distances() -> None:
+def test_a_straight_path_goes_behind_for_negative_distances():
     path = straight_path(Pose(1.0, 1.0, math.pi / 2), -0.3)
     assert np.allclose(path[-1], (1.0, 0.7))
     assert len(path) == 7
@@ -71,7 +69,7 @@ def smoothed(path: np.ndarray, field: np.ndarray, blocked: np.ndarray, floor: fl
 FREE, OPEN = np.full((40, 40), 5.0), np.zeros((20, 20), np.float32)
 
 
-def test_smoothing_rounds_corners_and_keeps_the_ends() -> None:
+def test_smoothing_rounds_corners_and_keeps_the_ends():
     path = corner_path()
     smooth = smoothed(path, FREE, OPEN, 0.3)
     assert np.allclose(smooth[[0, -1]], path[[0, -1]])
@@ -83,7 +81,7 @@ def test_smoothing_rounds_corners_and_keeps_the_ends() -> None:
     assert sharpest(smooth) < 0.4 * sharpest(path)
 
 
-def test_smoothing_is_a_moving_average_where_nothing_is_near() -> None:
+def test_smoothing_is_a_moving_average_where_nothing_is_near():
     path = np.random.default_rng(0).random((30, 2)) * 0.02 + corner_path()[:30]
     once = np.empty_like(path)
     walls = path_kernels.WallClearance(kernels.Field(FREE, FINE), 0.3)
@@ -94,7 +92,7 @@ def test_smoothing_is_a_moving_average_where_nothing_is_near() -> None:
         assert np.allclose(once[4:-4, axis], expected)
 
 
-def test_smoothing_does_not_enter_what_others_hold() -> None:
+def test_smoothing_does_not_enter_what_others_hold():
     blocked = OPEN.copy()
     blocked[6:, :14] = 1e9  # the inside of the corner
     smooth = smoothed(corner_path(), FREE, blocked, 0.3)
@@ -102,7 +100,7 @@ def test_smoothing_does_not_enter_what_others_hold() -> None:
     assert max(values) == 0.0
 
 
-def test_smoothing_does_not_come_nearer_to_a_wall_than_the_clearance() -> None:
+def test_smoothing_does_not_come_nearer_to_a_wall_than_the_clearance():
     occupied = np.zeros((40, 40), np.bool_)
     occupied[16:, :24] = True
     field = distance_cells(occupied) * 0.05
@@ -112,7 +110,7 @@ def test_smoothing_does_not_come_nearer_to_a_wall_than_the_clearance() -> None:
     assert after >= min(0.3, before) - 1e-3
 
 
-def test_lifting_moves_inner_points_off_the_wall() -> None:
+def test_lifting_moves_inner_points_off_the_wall():
     occupied = np.zeros((40, 60), np.bool_)
     occupied[0, :] = True
     field = distance_cells(occupied) * 0.05
@@ -124,21 +122,19 @@ def test_lifting_moves_inner_points_off_the_wall() -> None:
     assert gaps[1:-1].min() > 0.299
 
 
-def test_a_value_outside_the_grid_is_closed() -> None:
+def test_a_value_outside_the_grid_is_closed():
     assert path_kernels.cell_value(OPEN, COARSE, -0.01, 0.5) > 1e8
 
 
 @settings(max_examples=60, deadline=None)
 @given(polylines, st.floats(0.1, 1.5))
-def test_corners_equal_their_slow_twin(points: np.ndarray, angle: float) -> None:
+def test_corners_equal_their_slow_twin(points, angle):
     assert path_kernels.corners(points, angle).tolist() == oracle.corners(points, angle)
 
 
 @settings(max_examples=60, deadline=None)
 @given(polylines, st.sampled_from((0.2, 0.05)))
-def test_between_two_corners_no_step_of_a_path_leads_back(
-    points: np.ndarray, spacing: float
-) -> None:
+def test_between_two_corners_no_step_of_a_path_leads_back(points, spacing):
     path = path_kernels.thinned(resampled(points, spacing), 0.6 * spacing)
     assert np.array_equal(path[[0, -1]], points[[0, -1]])
     inner = np.diff(path, axis=0)[:-1]
@@ -151,7 +147,7 @@ def test_between_two_corners_no_step_of_a_path_leads_back(
 
 @settings(max_examples=60, deadline=None)
 @given(polylines)
-def test_the_ends_replace_what_is_near_them(points: np.ndarray) -> None:
+def test_the_ends_replace_what_is_near_them(points):
     ends = np.array(((0.0, 0.0), (1.0, 1.0)))
     walls = path_kernels.WallClearance(kernels.Field(FREE, FINE), 0.3)
     course = path_kernels.with_ends(points, ends, 0.5, walls)
@@ -161,9 +157,7 @@ def test_the_ends_replace_what_is_near_them(points: np.ndarray) -> None:
 
 
 @pytest.mark.parametrize("is_last", [False, True])
-def test_an_end_of_a_path_stays_where_the_straight_way_past_it_leads_into_a_wall(
-    is_last: bool,
-) -> None:
+def test_an_end_of_a_path_stays_where_the_straight_way_past_it_leads_into_a_wall(is_last):
     occupied = np.zeros((40, 40), np.bool_)
     occupied[16:, :24] = True  # its corner is at (1.2, 0.8)
     walls = path_kernels.WallClearance(
@@ -180,7 +174,7 @@ def test_an_end_of_a_path_stays_where_the_straight_way_past_it_leads_into_a_wall
     assert [1.35, 0.5] not in path_kernels.with_ends(points, ends, 0.1, free).tolist()
 
 
-def test_a_drivable_path_is_resampled_smoothed_lifted_and_resampled() -> None:
+def test_a_drivable_path_is_resampled_smoothed_lifted_and_resampled():
     course = np.array(((0.3, 0.5), (1.5, 0.5), (1.5, 1.5)))
     walls = path_kernels.WallClearance(kernels.Field(FREE, FINE), 0.3)
     others = path_kernels.Blocked(OPEN, COARSE)

@@ -1,7 +1,5 @@
 """The global planner: shortest ways, walls, tolerance and Nav2's error codes."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -33,13 +31,13 @@ def plan(planner: Planner, start: tuple[float, float], goal: tuple[float, float]
     return planner.plan(start, goal, planner.no_extra())
 
 
-def test_a_way_across_an_open_hall_is_straight() -> None:
+def test_a_way_across_an_open_hall_is_straight():
     path = plan(planner_for(room(16.0, 16.0)), (5.0, 8.0), (11.0, 8.6))
     assert path_length(path) == pytest.approx(math.hypot(6.0, 0.6), rel=0.02)
     assert np.allclose(path[[0, -1]], ((5.0, 8.0), (11.0, 8.6)))
 
 
-def test_a_plan_through_points_meets_each_once() -> None:
+def test_a_plan_through_points_meets_each_once():
     planner = planner_for(room(16.0, 16.0))
     points = [(5.0, 8.0), (9.0, 8.0), (9.0, 12.0)]
     path = planner.plan_through(points)
@@ -48,12 +46,12 @@ def test_a_plan_through_points_meets_each_once() -> None:
     assert planner.plan_through(points[:1]).shape == (0, 2)
 
 
-def test_points_of_a_path_are_evenly_spaced() -> None:
+def test_points_of_a_path_are_evenly_spaced():
     steps = np.hypot(*np.diff(plan(planner_for(ROOM), (1.0, 1.0), (5.0, 1.0)), axis=0).T)
     assert steps.max() < 1.25 * SPACING
 
 
-def test_robots_wait_where_it_is_allowed_and_nobody_needs_the_place() -> None:
+def test_robots_wait_where_it_is_allowed_and_nobody_needs_the_place():
     planner = planner_for(ROOM)
     taken, allowed = planner.no_extra(), np.zeros(planner.lattice.base.shape, np.uint8)
     taken[2, 3:5], allowed[2, 4:6] = 1.0, 2
@@ -70,9 +68,7 @@ inside = st.tuples(st.floats(0.4, 5.6), st.floats(0.4, 3.6))
 
 @settings(max_examples=40, deadline=None)
 @given(inside, inside)
-def test_every_path_keeps_the_robot_off_walls(
-    start: tuple[float, float], goal: tuple[float, float]
-) -> None:
+def test_every_path_keeps_the_robot_off_walls(start, goal):
     planner = planner_for(ROOM)
     ends = min(planner.terrain.clearance(*start), planner.terrain.clearance(*goal))
     if ends < BODY + 0.06:
@@ -84,14 +80,14 @@ def test_every_path_keeps_the_robot_off_walls(
 
 @settings(max_examples=30, deadline=None)
 @given(inside)
-def test_a_goal_near_a_wall_is_moved_by_at_most_the_tolerance(goal: tuple[float, float]) -> None:
+def test_a_goal_near_a_wall_is_moved_by_at_most_the_tolerance(goal):
     planner = planner_for(ROOM)
     path = plan(planner, (1.0, 1.0), goal)
     assert math.dist(path[-1], goal) <= NavConfig().planner.tolerance
     assert planner.terrain.clearance(*path[-1]) > BODY
 
 
-def test_without_tolerance_a_goal_at_a_wall_is_occupied() -> None:
+def test_without_tolerance_a_goal_at_a_wall_is_occupied():
     strict = planner_for(ROOM, config(planner__tolerance=0.05))
     with pytest.raises(PlanError, match=r"no place within 0\.05 m has room .*on this map") as error:
         plan(strict, (1.0, 1.0), (5.0, 0.12))
@@ -107,15 +103,13 @@ def test_without_tolerance_a_goal_at_a_wall_is_occupied() -> None:
         ((1.0, 1.0), (5.0, 1.0), ErrorCode.NO_VALID_PATH, "closed by walls on this map"),
     ],
 )
-def test_a_refusal_names_nav2s_code_and_the_reason(
-    start: tuple[float, float], goal: tuple[float, float], code: ErrorCode, reason: str
-) -> None:
+def test_a_refusal_names_nav2s_code_and_the_reason(start, goal, code, reason):
     with pytest.raises(PlanError, match=reason) as error:
         plan(planner_for(SPLIT), start, goal)
     assert error.value.code is code
 
 
-def test_a_goal_that_the_map_alone_closes_off_is_final_and_named_as_given() -> None:
+def test_a_goal_that_the_map_alone_closes_off_is_final_and_named_as_given():
     planner = planner_for(SPLIT)
     beside = (2.95, 1.0)  # too near to the wall: it is moved
     with pytest.raises(PlanError, match=r"to \(2.95, 1.00\)") as error:
@@ -131,21 +125,21 @@ def test_a_goal_that_the_map_alone_closes_off_is_final_and_named_as_given() -> N
     assert not error.value.is_final
 
 
-def test_a_robot_in_a_pocket_may_still_recover() -> None:
+def test_a_robot_in_a_pocket_may_still_recover():
     pocket = room(6.0, 4.0, (1.0, 0.0, 1.15, 1.0), (0.0, 0.95, 1.15, 1.1))
     with pytest.raises(PlanError, match="walls on this map") as error:
         plan(planner_for(pocket), (0.5, 0.5), (4.0, 2.0))
     assert not error.value.is_final
 
 
-def test_a_goal_deep_in_a_thick_wall_is_occupied() -> None:
+def test_a_goal_deep_in_a_thick_wall_is_occupied():
     planner = planner_for(room(6.0, 4.0, (2.0, 0.0, 4.0, 2.8)))
     with pytest.raises(PlanError) as error:
         plan(planner, (1.0, 1.0), (3.0, 1.0))
     assert error.value.code is ErrorCode.GOAL_OCCUPIED
 
 
-def test_extra_costs_lead_around_a_crowd() -> None:
+def test_extra_costs_lead_around_a_crowd():
     planner = planner_for(room(8.0, 6.0))
     extra = planner.no_extra()
     extra[20:40, 35:45] = 30.0
@@ -154,7 +148,7 @@ def test_extra_costs_lead_around_a_crowd() -> None:
     assert not inside.any()
 
 
-def test_closed_cells_are_no_way_through() -> None:
+def test_closed_cells_are_no_way_through():
     planner = planner_for(ROOM)
     extra = planner.no_extra()
     extra[:, 20:22] = WALL
@@ -163,7 +157,7 @@ def test_closed_cells_are_no_way_through() -> None:
     assert error.value.code is ErrorCode.NO_VALID_PATH
 
 
-def test_unknown_space_is_a_wall_unless_allowed() -> None:
+def test_unknown_space_is_a_wall_unless_allowed():
     cells = room(6.0, 4.0).cells.copy()
     cells[:, 50:53] = UNKNOWN
     grid = Grid(cells, 0.05, 0.0, 0.0)
@@ -172,7 +166,7 @@ def test_unknown_space_is_a_wall_unless_allowed() -> None:
         plan(planner_for(grid, config(planner__allow_unknown=False)), (1.0, 1.0), (5.0, 1.0))
 
 
-def test_the_nearest_place_is_none_out_of_reach() -> None:
+def test_the_nearest_place_is_none_out_of_reach():
     planner = planner_for(ROOM)
     places = np.zeros(planner.lattice.base.shape, np.uint8)
     places[10, 50] = 1
@@ -182,7 +176,7 @@ def test_the_nearest_place_is_none_out_of_reach() -> None:
     assert np.allclose(path[-1], (5.05, 1.05))
 
 
-def test_a_start_outside_other_discs_is_preferred() -> None:
+def test_a_start_outside_other_discs_is_preferred():
     planner = planner_for(ROOM)
     extra = planner.no_extra()
     row, column = divmod(planner.lattice.node_of(1.0, 1.0) or 0, extra.shape[1])
@@ -192,7 +186,7 @@ def test_a_start_outside_other_discs_is_preferred() -> None:
     assert extra.ravel()[node] == 0.0
 
 
-def test_plans_are_equal_in_every_process() -> None:
+def test_plans_are_equal_in_every_process():
     planner = planner_for(ROOM)
     first = plan(planner, (1.0, 1.0), (5.0, 1.0))
     again = plan(planner_for(ROOM), (1.0, 1.0), (5.0, 1.0))

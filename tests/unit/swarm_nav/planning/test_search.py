@@ -1,7 +1,5 @@
 """Graph search against Dijkstra over an explicit table of edges."""
 
-from __future__ import annotations
-
 import heapq
 
 import numpy as np
@@ -50,7 +48,7 @@ class Maze:
 
 
 @pytest.mark.parametrize("seed", range(25))
-def test_astar_finds_the_cheapest_path(seed: int) -> None:
+def test_astar_finds_the_cheapest_path(seed):
     maze = Maze(seed)
     best = oracle.distances(maze.edges(), maze.start)
     path, _ = maze.astar()
@@ -63,7 +61,7 @@ def test_astar_finds_the_cheapest_path(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_the_cost_to_go_is_exact_without_other_robots(seed: int) -> None:
+def test_the_cost_to_go_is_exact_without_other_robots(seed):
     maze = Maze(seed)
     table = maze.edges(with_others=False)
     cost = maze.cost_to_go().ravel()
@@ -75,7 +73,7 @@ def test_the_cost_to_go_is_exact_without_other_robots(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_the_heuristic_is_admissible_and_consistent(seed: int) -> None:
+def test_the_heuristic_is_admissible_and_consistent(seed):
     maze = Maze(seed)
     cost = maze.cost_to_go().ravel().astype(np.float64)
     is_open = maze.base.ravel() < kernels.WALL
@@ -85,7 +83,7 @@ def test_the_heuristic_is_admissible_and_consistent(seed: int) -> None:
                 assert cost[node] <= price + cost[other] + 1e-4
 
 
-def test_without_other_robots_only_the_path_is_expanded() -> None:
+def test_without_other_robots_only_the_path_is_expanded():
     maze = Maze(4, 40, 40)
     maze.extra[:] = 0.0
     path, expansions = maze.astar()
@@ -93,7 +91,7 @@ def test_without_other_robots_only_the_path_is_expanded() -> None:
     assert expansions <= 3 * len(path)
 
 
-def test_moves_do_not_cut_corners_of_walls() -> None:
+def test_moves_do_not_cut_corners_of_walls():
     base = np.ones((5, 5), np.float32)
     base[2, 2] = kernels.WALL
     for row, column in np.ndindex(5, 5):
@@ -111,7 +109,7 @@ def test_moves_do_not_cut_corners_of_walls() -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_the_nearest_open_node_is_within_two_cells(seed: int) -> None:
+def test_the_nearest_open_node_is_within_two_cells(seed):
     maze = Maze(seed)
     rng = np.random.default_rng(seed)
     height, width = maze.base.shape
@@ -129,7 +127,7 @@ def test_the_nearest_open_node_is_within_two_cells(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_the_nearest_place_is_the_cheapest_to_reach(seed: int) -> None:
+def test_the_nearest_place_is_the_cheapest_to_reach(seed):
     maze = Maze(seed)
     places = (np.random.default_rng(seed).random(maze.base.shape) < 0.1).astype(np.uint8)
     maze.astar()  # leaves traces in the work arrays
@@ -147,7 +145,7 @@ def test_the_nearest_place_is_the_cheapest_to_reach(seed: int) -> None:
 
 @settings(max_examples=50, deadline=None)
 @given(st.lists(st.one_of(st.floats(0.0, 100.0), st.none()), max_size=60))
-def test_the_heap_gives_back_the_smallest_key_first(actions: list[float | None]) -> None:
+def test_the_heap_gives_back_the_smallest_key_first(actions):
     keys, nodes, size = np.empty(64), np.empty(64, np.int64), 0
     twin: list[float] = []
     for number, key in enumerate(actions):
@@ -160,7 +158,7 @@ def test_the_heap_gives_back_the_smallest_key_first(actions: list[float | None])
         assert size == len(twin)
 
 
-def test_a_trace_runs_from_the_root_to_the_goal() -> None:
+def test_a_trace_runs_from_the_root_to_the_goal():
     parent = np.array((-1, 0, 1, 2), np.int64)
     path = np.empty(4, np.int64)
     assert kernels.trace_back(parent, 3, path) == 4

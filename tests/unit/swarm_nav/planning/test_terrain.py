@@ -1,7 +1,5 @@
 """Lanes, parking places and clearances that follow from a map alone."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -30,18 +28,18 @@ def plan(grid: Grid, start: tuple[float, float], goal: tuple[float, float]) -> n
     return planner.plan(start, goal, planner.no_extra())
 
 
-def test_the_clearance_ends_at_the_face_of_a_wall() -> None:
+def test_the_clearance_ends_at_the_face_of_a_wall():
     here = terrain(room(6.0, 4.0))
     assert here.clearance(1.025, 2.025) == pytest.approx(0.975, abs=0.011)
     assert here.clearance(3.0, 0.02) == pytest.approx(0.0, abs=0.011)
 
 
-def test_equal_maps_share_one_terrain() -> None:
+def test_equal_maps_share_one_terrain():
     assert terrain(room(3.0, 3.0)) is terrain(room(3.0, 3.0))
     assert terrain(room(3.0, 3.0)) is not terrain(room(3.0, 3.1))
 
 
-def test_both_directions_keep_right_in_a_corridor() -> None:
+def test_both_directions_keep_right_in_a_corridor():
     corridor = room(12.0, 1.8)
     middle = slice(40, -40)
     east = plan(corridor, (0.6, 0.9), (11.4, 0.9))[middle]
@@ -62,7 +60,7 @@ def slanted_corridor(angle: float) -> Grid:
 
 
 @pytest.mark.parametrize("degrees", [17, 30, 45, 110])
-def test_lanes_follow_a_slanted_wall(degrees: int) -> None:
+def test_lanes_follow_a_slanted_wall(degrees):
     angle = math.radians(degrees)
     grid = slanted_corridor(angle)
     direction = np.array((math.cos(angle), math.sin(angle)))
@@ -74,7 +72,7 @@ def test_lanes_follow_a_slanted_wall(degrees: int) -> None:
         assert (side * offset).min() > 0.2
 
 
-def test_around_an_island_the_wall_on_the_right_is_the_nearer_one() -> None:
+def test_around_an_island_the_wall_on_the_right_is_the_nearer_one():
     path = plan(room(8.0, 8.0, (3.0, 3.0, 5.0, 5.0)), (1.5, 4.0), (6.5, 4.0))
     middle = path[np.abs(path[:, 0] - 4.0) < 0.5, 1]
     if middle[0] > 4.0:  # clockwise, with the island on the right
@@ -83,21 +81,21 @@ def test_around_an_island_the_wall_on_the_right_is_the_nearer_one() -> None:
         assert middle.max() < 1.5
 
 
-def test_a_wide_hall_has_no_lanes() -> None:
+def test_a_wide_hall_has_no_lanes():
     lattice = terrain(room(12.0, 12.0)).lattice
     middle = (slice(50, 70), slice(50, 70))
     assert not lattice.lane[middle].any()
     assert (lattice.base[middle] == 1.0).all()
 
 
-def test_nodes_end_where_the_robot_does_not_fit() -> None:
+def test_nodes_end_where_the_robot_does_not_fit():
     lattice = terrain(room(6.0, 4.0)).lattice
     closed = lattice.base >= WALL
     assert (lattice.clearance[closed] < 0.238 + 0.036).all()
     assert (lattice.clearance[~closed] >= 0.238 + 0.034).all()
 
 
-def test_robots_park_in_halls_and_on_wide_median_strips_only() -> None:
+def test_robots_park_in_halls_and_on_wide_median_strips_only():
     hall = terrain(room(12.0, 12.0)).lattice
     assert hall.parking[60, 60] == 1
     assert hall.parking[60, 8] == 0
@@ -109,7 +107,7 @@ def test_robots_park_in_halls_and_on_wide_median_strips_only() -> None:
     assert np.abs(parked - 1.5).max() < 0.3
 
 
-def test_a_heavier_lane_weight_makes_the_wrong_side_dearer() -> None:
+def test_a_heavier_lane_weight_makes_the_wrong_side_dearer():
     grid = room(12.0, 1.8)
     body = waffle().circumscribed_radius
     light, heavy = (
@@ -119,7 +117,7 @@ def test_a_heavier_lane_weight_makes_the_wrong_side_dearer() -> None:
     assert heavy == pytest.approx(6.0 * light)
 
 
-def test_every_station_of_the_factory_hall_is_reached_from_every_other() -> None:
+def test_every_station_of_the_factory_hall_is_reached_from_every_other():
     grid = load_map(map_path("slim_blockage"))
     sites = load_sites(find_world("slim_blockage", "sites.yaml"))
     stations = list(sites.stations.values())
@@ -133,7 +131,7 @@ def test_every_station_of_the_factory_hall_is_reached_from_every_other() -> None
             assert np.isfinite(cost[row, column])
 
 
-def test_costs_of_driving_look_at_each_node_about_once_however_large_the_hall() -> None:
+def test_costs_of_driving_look_at_each_node_about_once_however_large_the_hall():
     """Beyond 64 m rounding made nodes cheaper than themselves: up to 40 s in a hall of 130 m."""
     racks = [(x, y, x + 12.0, y + 1.2) for x in range(9, 60, 16) for y in range(6, 89, 4)]
     here = terrain(room(130.0, 95.0, *racks))
@@ -145,7 +143,7 @@ def test_costs_of_driving_look_at_each_node_about_once_however_large_the_hall() 
     assert reached <= taken < 1.01 * reached
 
 
-def test_costs_that_somebody_holds_are_not_worked_out_again() -> None:
+def test_costs_that_somebody_holds_are_not_worked_out_again():
     """A hundred robots in a large hall worked them out for each other, in turn."""
     here = terrain(room(5.0, 5.0))
     node = here.lattice.node_of(2.5, 2.5)

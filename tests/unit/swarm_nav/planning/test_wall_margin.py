@@ -1,7 +1,5 @@
 """Every way keeps the nodes' margin from walls: smooth or plain, also where nodes are taken."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -94,7 +92,7 @@ def check(
 
 @pytest.mark.parametrize("is_smooth", [False, True])
 @pytest.mark.parametrize("count", [20, pytest.param(2000, marks=pytest.mark.long)])
-def test_a_way_keeps_the_margin_of_the_nodes(is_smooth: bool, count: int) -> None:
+def test_a_way_keeps_the_margin_of_the_nodes(is_smooth, count):
     @settings(max_examples=count, deadline=None)
     @given(boxes, inside, inside, st.lists(beside, max_size=3))
     def keeps(
@@ -119,10 +117,7 @@ def test_a_way_keeps_the_margin_of_the_nodes(is_smooth: bool, count: int) -> Non
     (1.67, 1.73, 0.45, 0.26), (0.34, 3.04), (3.15, 2.91), [(0.41, 1.7)]
 )  # 0.256 m from the corner when the way began at its second node
 def test_a_robot_beside_a_corner_whose_nodes_are_taken_does_not_cut_it(
-    box: tuple[float, float, float, float],
-    from_corner: tuple[float, float],
-    goal: tuple[float, float],
-    others: list[tuple[float, float]],
-) -> None:
+    box, from_corner, goal, others
+):
     start = np.array(box[:2]) + offset(*from_corner)
     check([box], (float(start[0]), float(start[1])), goal, [offset(*o) for o in others], False)

@@ -1,7 +1,5 @@
 """The held tube: bookkeeping of claim and request."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -19,7 +17,7 @@ def tube_along_x(length: float = 2.0, confirmations: int = 3) -> Tube:
     return tube
 
 
-def test_a_new_tube_holds_the_place_under_the_robot_only() -> None:
+def test_a_new_tube_holds_the_place_under_the_robot_only():
     tube = Tube(HOME, 3, 0.35, 0.35)
     held, wanted, intent = tube.publish(HOME, 0)
     assert held.tolist() == [[0.0, 0.0]]
@@ -28,7 +26,7 @@ def test_a_new_tube_holds_the_place_under_the_robot_only() -> None:
     assert tube.is_complete
 
 
-def test_space_is_confirmed_after_it_was_requested_in_every_one_of_m_beacons() -> None:
+def test_space_is_confirmed_after_it_was_requested_in_every_one_of_m_beacons():
     tube = tube_along_x()
     for _ in range(3):
         assert tube.span[2] == -1
@@ -37,7 +35,7 @@ def test_space_is_confirmed_after_it_was_requested_in_every_one_of_m_beacons() -
 
 
 @pytest.mark.parametrize("change", ["withdraw", "adopt", "cut", "release", "reset"])
-def test_a_withdrawn_or_changed_request_starts_the_count_again(change: str) -> None:
+def test_a_withdrawn_or_changed_request_starts_the_count_again(change):
     tube = tube_along_x()
     tube.stop = 1
     for _ in range(3):
@@ -61,14 +59,14 @@ def test_a_withdrawn_or_changed_request_starts_the_count_again(change: str) -> N
         assert tube.span[2] == -1
 
 
-def test_a_withdrawal_lasts_for_one_beacon() -> None:
+def test_a_withdrawal_lasts_for_one_beacon():
     tube = tube_along_x()
     tube.withdraw()
     assert len(tube.publish(HOME, 0)[1]) == 0
     assert len(tube.publish(HOME, 0)[1]) == 7
 
 
-def test_a_plan_continues_from_the_stop_point_and_keeps_what_is_held() -> None:
+def test_a_plan_continues_from_the_stop_point_and_keeps_what_is_held():
     tube = tube_along_x()
     tube.stop = 5
     tube.tail = tube.near = 2
@@ -78,7 +76,7 @@ def test_a_plan_continues_from_the_stop_point_and_keeps_what_is_held() -> None:
     assert tube.stop_point == pytest.approx((0.25, 0.0))
 
 
-def test_cutting_gives_up_what_is_not_held() -> None:
+def test_cutting_gives_up_what_is_not_held():
     tube = tube_along_x()
     tube.stop = 5
     tube.cut()
@@ -86,7 +84,7 @@ def test_cutting_gives_up_what_is_not_held() -> None:
     assert tube.is_complete
 
 
-def test_releasing_shrinks_and_never_grows() -> None:
+def test_releasing_shrinks_and_never_grows():
     tube = tube_along_x()
     tube.near, tube.stop = 2, 9
     tube.release_beyond(5)
@@ -95,7 +93,7 @@ def test_releasing_shrinks_and_never_grows() -> None:
     assert tube.stop == 5
 
 
-def test_the_beacon_has_the_held_path_and_fits_its_arrays() -> None:
+def test_the_beacon_has_the_held_path_and_fits_its_arrays():
     tube = tube_along_x(6.0)
     tube.tail, tube.near, tube.stop = 3, 3, 19
     held, wanted, intent = tube.publish(Pose(0.16, 0.01, 0.0), 0)
@@ -107,7 +105,7 @@ def test_the_beacon_has_the_held_path_and_fits_its_arrays() -> None:
     assert np.allclose(np.diff(intent, axis=0), (0.1, 0.0))
 
 
-def test_a_robot_that_was_pushed_out_of_its_space_announces_where_it_is() -> None:
+def test_a_robot_that_was_pushed_out_of_its_space_announces_where_it_is():
     tube = tube_along_x()
     tube.stop = 5
     for aside, is_out in ((TOLERANCE - 0.001, False), (TOLERANCE + 0.001, True)):
@@ -117,7 +115,7 @@ def test_a_robot_that_was_pushed_out_of_its_space_announces_where_it_is() -> Non
     assert held[0] == pytest.approx((0.1, aside))
 
 
-def test_a_robot_that_stands_on_its_stop_holds_that_place_only() -> None:
+def test_a_robot_that_stands_on_its_stop_holds_that_place_only():
     tube = tube_along_x()
     tube.stop = tube.near = 5
     tube.record_rest(Pose(0.21, 0.01, 0.0), is_standing=True)
@@ -130,7 +128,7 @@ def test_a_robot_that_stands_on_its_stop_holds_that_place_only() -> None:
     assert np.allclose(tube.publish(Pose(0.23, 0.01, 0.0), 0)[0], ((0.25, 0.0),))
 
 
-def test_a_place_that_is_put_anew_is_a_point_of_the_held_path() -> None:
+def test_a_place_that_is_put_anew_is_a_point_of_the_held_path():
     tube = tube_along_x()
     tube.tail, tube.near, tube.stop = 1, 3, 5
     tube.shrink_to_place(Pose(0.16, 0.03, 0.0))
@@ -139,7 +137,7 @@ def test_a_place_that_is_put_anew_is_a_point_of_the_held_path() -> None:
     assert np.allclose(tube.points, ((0.16, 0.0),))
 
 
-def test_the_nearest_point_is_that_of_the_path_also_while_it_follows_the_robot() -> None:
+def test_the_nearest_point_is_that_of_the_path_also_while_it_follows_the_robot():
     tube = tube_along_x()
     tube.stop = 5
     for x, near in ((0.02, 0), (0.03, 1), (0.07, 1), (0.08, 2)):
@@ -151,13 +149,13 @@ def test_the_nearest_point_is_that_of_the_path_also_while_it_follows_the_robot()
         tube.follow_robot(tail)
 
 
-def test_what_is_held_never_outgrows_the_beacon() -> None:
+def test_what_is_held_never_outgrows_the_beacon():
     tube = tube_along_x()
     tube.near = tube.stop = 20  # it stands, and does not give up what is behind it
     assert tube.span[1] == HELD_POINTS - 2
 
 
-def test_the_longest_claim_that_parameters_allow_fits_the_beacon() -> None:
+def test_the_longest_claim_that_parameters_allow_fits_the_beacon():
     longest = TrafficConfig(held_length=0.8, wanted_length=0.4)
     tube = Tube(HOME, 3, longest.held_length, longest.wanted_length)
     tube.adopt(np.column_stack((np.arange(0.0, 3.0, 0.05), np.zeros(60))))
@@ -167,7 +165,7 @@ def test_the_longest_claim_that_parameters_allow_fits_the_beacon() -> None:
     assert len(wanted) == WANTED_POINTS
 
 
-def test_the_robots_index_follows_it_but_not_across_a_loop() -> None:
+def test_the_robots_index_follows_it_but_not_across_a_loop():
     out_and_back = np.column_stack((np.r_[0:1:20j, 1:0:20j], np.zeros(40)))
     tube = Tube(HOME, 3, 0.35, 0.35)
     tube.adopt(out_and_back)
@@ -175,7 +173,7 @@ def test_the_robots_index_follows_it_but_not_across_a_loop() -> None:
     assert tube.near == 4
 
 
-def test_corners_are_where_the_path_bends_more_than_the_limit() -> None:
+def test_corners_are_where_the_path_bends_more_than_the_limit():
     tube = Tube(HOME, 3, 0.35, 0.35)
     east = np.column_stack((np.arange(0.0, 0.5, 0.05), np.zeros(10)))
     north = np.column_stack((np.full(5, 0.45), np.arange(0.05, 0.3, 0.05)))
@@ -186,13 +184,13 @@ def test_corners_are_where_the_path_bends_more_than_the_limit() -> None:
     assert tube.next_corner() == len(tube.points) - 1
 
 
-def test_the_length_ahead_starts_at_the_robot() -> None:
+def test_the_length_ahead_starts_at_the_robot():
     tube = tube_along_x(1.0)
     tube.near = 4
     assert tube.length_ahead() == pytest.approx(0.75)
 
 
-def test_padding_cuts_at_the_capacity() -> None:
+def test_padding_cuts_at_the_capacity():
     block, size = padded(np.ones((5, 2)), 3)
     assert (block.shape, size) == ((3, 2), 3)
     block, size = padded(np.ones((1, 2)), 3)
@@ -200,7 +198,7 @@ def test_padding_cuts_at_the_capacity() -> None:
     assert block[1:].tolist() == [[0.0, 0.0], [0.0, 0.0]]
 
 
-def test_the_number_of_confirmations_is_a_parameter() -> None:
+def test_the_number_of_confirmations_is_a_parameter():
     tube = tube_along_x(confirmations=5)
     for count in range(5):
         assert tube.span[2] == -1, count
@@ -209,7 +207,7 @@ def test_the_number_of_confirmations_is_a_parameter() -> None:
 
 
 @pytest.mark.parametrize("count", [50, 64, 65, 150])
-def test_requests_are_remembered_with_their_ticks_until_one_changes(count: int) -> None:
+def test_requests_are_remembered_with_their_ticks_until_one_changes(count):
     tube = tube_along_x()
     for tick in range(count):
         tube.stop = min(tick // 10, 3)
@@ -222,7 +220,7 @@ def test_requests_are_remembered_with_their_ticks_until_one_changes(count: int) 
     assert len(tube.requests) == 0
 
 
-def test_what_is_published_has_zeros_behind_it() -> None:
+def test_what_is_published_has_zeros_behind_it():
     tube = Tube(HOME, 3, 0.35, 0.35)
     tube.adopt(np.column_stack((np.arange(0.0, 4.0, 0.05), np.zeros(80))))
     tube.stop = 30
@@ -234,7 +232,7 @@ def test_what_is_published_has_zeros_behind_it() -> None:
     assert not tube.published.any()
 
 
-def test_more_requests_than_are_remembered_push_out_the_oldest() -> None:
+def test_more_requests_than_are_remembered_push_out_the_oldest():
     tube = Tube(HOME, 3, 0.35, 0.35)
     for tick in range(40):
         tube.publish(HOME, tick)

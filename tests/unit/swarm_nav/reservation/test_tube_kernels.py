@@ -1,7 +1,5 @@
 """Rules G1 to G5 of the reservation protocol against their slow twin."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -68,13 +66,13 @@ def other(x: float, y: float = 0.0, **changes: object) -> oracle.Other:
     return oracle.Other(**(values | changes))
 
 
-def test_nobody_near_lets_the_tube_grow_over_all_that_is_confirmed() -> None:
+def test_nobody_near_lets_the_tube_grow_over_all_that_is_confirmed():
     assert grow(STRAIGHT, (0, 7, 7), me(), []) == (7, kernels.REACHED, -1)
     assert grow(STRAIGHT, (0, 7, 4), me(), []) == (4, kernels.UNCONFIRMED, -1)
     assert grow(STRAIGHT, (0, 7, -1), me(), []) == (0, kernels.UNCONFIRMED, -1)
 
 
-def test_g2_a_held_tube_is_kept_at_the_sum_of_both_radii() -> None:
+def test_g2_a_held_tube_is_kept_at_the_sum_of_both_radii():
     stop, reason, row = grow(STRAIGHT, (0, 7, 7), me(), [other(0.8)])
     assert (stop, reason, row) == (4, kernels.ROBOT, 0)
     assert 0.8 - STRAIGHT[stop, 0] >= REACH > 0.8 - STRAIGHT[stop + 1, 0]
@@ -85,22 +83,22 @@ def test_g2_a_held_tube_is_kept_at_the_sum_of_both_radii() -> None:
     [(100, 50, 5, True), (50, 100, 5, False), (70, 70, 5, True), (70, 70, 12, False)],
 )
 def test_g2_a_request_yields_to_the_higher_priority_and_then_to_the_smaller_id(
-    mine: int, theirs: int, my_id: int, may: bool
-) -> None:
+    mine, theirs, my_id, may
+):
     contested = other(1.2, priority=theirs, wanted=[(0.9, 0.0), (0.85, 0.0)])
     stop, _, _ = grow(STRAIGHT, (0, 7, 7), me(priority=mine, id=my_id), [contested])
     assert (stop == 7) == may
 
 
 @pytest.mark.parametrize("age", [1, 2, 5, 16])
-def test_g2_the_age_of_a_beacon_does_not_matter(age: int) -> None:
+def test_g2_the_age_of_a_beacon_does_not_matter(age):
     wanted = [(0.9, 0.0), (0.85, 0.0)]
     lower, higher = (other(1.2, age=age, priority=p, wanted=wanted) for p in (1, 900))
     assert grow(STRAIGHT, (0, 7, 7), me(), [lower])[0] == 7
     assert grow(STRAIGHT, (0, 7, 7), me(), [higher])[0] < 7
 
 
-def test_g2_only_the_part_of_a_request_before_my_held_tube_counts() -> None:
+def test_g2_only_the_part_of_a_request_before_my_held_tube_counts():
     wanted = [(0.25, 0.3 + 0.05 * k) for k in range(6)]  # first point lies within my reach
     contested = other(0.25, 0.9, priority=900, wanted=wanted[::-1])
     through_me = other(0.25, 0.9, priority=900, wanted=wanted)
@@ -111,7 +109,7 @@ def test_g2_only_the_part_of_a_request_before_my_held_tube_counts() -> None:
     assert grow(STRAIGHT, path, me(published=[(0.0, -2.0)]), [contested])[0] == 0
 
 
-def test_g3_space_is_taken_only_when_every_robot_in_hearing_has_acknowledged_the_request() -> None:
+def test_g3_space_is_taken_only_when_every_robot_in_hearing_has_acknowledged_the_request():
     for acknowledged in (-1, 0, 3, 6, 7):
         near = other(1.5, 1.0, acknowledged=acknowledged)
         stop, reason, _ = grow(STRAIGHT, (0, 7, 7), me(), [other(0.0, 1.0, id=2), near])
@@ -119,7 +117,7 @@ def test_g3_space_is_taken_only_when_every_robot_in_hearing_has_acknowledged_the
         assert reason == (kernels.REACHED if stop == 7 else kernels.UNCONFIRMED)
 
 
-def test_g3_who_is_out_of_hearing_or_gone_need_not_acknowledge() -> None:
+def test_g3_who_is_out_of_hearing_or_gone_need_not_acknowledge():
     within = other(0.0, 5.5, acknowledged=-1)
     assert grow(STRAIGHT, (0, 7, 7), me(), [within]) == (0, kernels.UNCONFIRMED, -1)
     far = other(0.0, 5.6, acknowledged=-1)
@@ -129,14 +127,14 @@ def test_g3_who_is_out_of_hearing_or_gone_need_not_acknowledge() -> None:
 
 
 @pytest.mark.parametrize("ticks", [0, 2, 3, 50])
-def test_g5_a_blocked_higher_robots_way_is_kept_clear(ticks: int) -> None:
+def test_g5_a_blocked_higher_robots_way_is_kept_clear(ticks):
     way = [(0.3, 1.2 - 0.1 * k) for k in range(20)]
     entitled = other(0.3, 1.2, priority=900, blocked=ticks, intent=way, wanted=[])
     stop, reason, _ = grow(STRAIGHT, (0, 7, 7), me(published=[(0.0, -1.0)]), [entitled])
     assert (reason == kernels.RIGHT_OF_WAY) == (ticks >= 3 and stop < 7)
 
 
-def test_g5_spares_who_makes_way_who_is_inside_and_who_is_higher() -> None:
+def test_g5_spares_who_makes_way_who_is_inside_and_who_is_higher():
     crossing = [(0.6, 0.4 - 0.1 * k) for k in range(8)]
     entitled = other(0.6, 1.2, priority=900, blocked=9, intent=crossing)
     assert grow(STRAIGHT, (0, 7, 7), me(), [entitled])[1] == kernels.RIGHT_OF_WAY
@@ -145,7 +143,7 @@ def test_g5_spares_who_makes_way_who_is_inside_and_who_is_higher() -> None:
     assert grow(STRAIGHT + np.array((0.1, 0.0)), (0, 7, 7), me(), [entitled])[0] == 7
 
 
-def test_a_gone_robot_keeps_all_that_it_held_and_requested() -> None:
+def test_a_gone_robot_keeps_all_that_it_held_and_requested():
     wanted = [(0.95 - 0.05 * k, 0.0) for k in range(4)]
     gone = other(1.0, age=40, is_gone=True, priority=0, wanted=wanted)
     stop, reason, _ = grow(STRAIGHT, (0, 15, 15), me(), [gone])
@@ -154,14 +152,14 @@ def test_a_gone_robot_keeps_all_that_it_held_and_requested() -> None:
     assert stop == 4
 
 
-def test_who_stands_in_what_a_gone_robot_requested_may_leave_it() -> None:
+def test_who_stands_in_what_a_gone_robot_requested_may_leave_it():
     gone = other(-0.9, age=40, is_gone=True, priority=900, wanted=[(-0.4, 0.0), (-0.35, 0.0)])
     assert grow(STRAIGHT, (0, 7, 7), me(), [gone])[0] == 7
     ahead = other(0.9, age=40, is_gone=True, priority=900, wanted=[(0.4, 0.0), (0.35, 0.0)])
     assert grow(STRAIGHT, (0, 7, 7), me(), [ahead])[0] == 0
 
 
-def test_who_makes_way_may_pass_by_the_slack_but_not_more() -> None:
+def test_who_makes_way_may_pass_by_the_slack_but_not_more():
     near = other(0.3, REACH - 0.015)
     nearer = other(0.3, REACH - 0.025)
     assert grow(STRAIGHT, (0, 12, 12), me(), [near])[0] < 12
@@ -169,14 +167,14 @@ def test_who_makes_way_may_pass_by_the_slack_but_not_more() -> None:
     assert grow(STRAIGHT, (0, 12, 12), me(yields_for=9), [nearer])[0] < 12
 
 
-def test_a_tube_that_is_already_too_near_may_grow_away_only() -> None:
+def test_a_tube_that_is_already_too_near_may_grow_away_only():
     behind = other(-0.5)
     assert grow(STRAIGHT, (0, 7, 7), me(), [behind])[0] == 7
     ahead = other(0.5)
     assert grow(STRAIGHT, (0, 7, 7), me(), [ahead])[0] == 0
 
 
-def test_an_obstacle_ends_the_tube_and_may_be_left() -> None:
+def test_an_obstacle_ends_the_tube_and_may_be_left():
     wall = np.array(((0.8, 0.0),))
     stop, reason, _ = grow(STRAIGHT, (0, 7, 7), me(), [], wall)
     assert (stop, reason) == (6, kernels.OBSTACLE)
@@ -206,9 +204,9 @@ neighbor = st.builds(
     st.sampled_from((0, 3)), st.integers(0, 7), st.lists(point, max_size=2), st.integers(0, 14),
 )  # fmt: skip
 def test_growth_equals_its_slow_twin(
-    others: list[oracle.Other], priority: int, yields_for: int, stop: int,
-    obstacles: list[tuple[float, float]], confirmed: int,
-) -> None:  # fmt: skip
+    others, priority, yields_for, stop,
+    obstacles, confirmed,
+):  # fmt: skip
     others = sorted(others, key=lambda o: o.id)
     for one in others:
         one.age = 20 + one.age if one.is_gone else one.age

@@ -1,7 +1,5 @@
 """Which part of a held tube is given up when a radius has grown."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -32,17 +30,15 @@ def by_hand(other: tuple[float, float], radius: float) -> int:
 
 @pytest.mark.parametrize("other", [(3.0, 4.4), (3.7, 4.3), (3.0, 4.9), (2.3, 4.3), (7.0, 7.0)])
 @pytest.mark.parametrize("radius", [RADIUS, RADIUS + 0.1, RADIUS + 0.3])
-def test_the_first_point_that_is_too_near_is_found(
-    other: tuple[float, float], radius: float
-) -> None:
+def test_the_first_point_that_is_too_near_is_found(other, radius):
     assert overlap(beacon(7, *other), radius) == by_hand(other, radius)
 
 
-def test_a_robot_whose_place_overlaps_already_may_drive_away() -> None:
+def test_a_robot_whose_place_overlaps_already_may_drive_away():
     assert overlap(beacon(7, 1.8, 4.0), RADIUS + 0.2) == STOP + 1
 
 
-def test_a_silent_robot_takes_nothing() -> None:
+def test_a_silent_robot_takes_nothing():
     near = beacon(7, 3.0, 4.2)
     assert overlap(near) <= STOP
     assert overlap(near, tick=50) == STOP + 1

@@ -26,7 +26,7 @@ class Graph:
         self.sent.append(data)
 
 
-def test_what_a_release_says_is_obeyed_once_also_if_it_comes_too_late(monkeypatch) -> None:
+def test_what_a_release_says_is_obeyed_once_also_if_it_comes_too_late(monkeypatch):
     """A mask for a corridor was lost with its tick: the robot drove straight, 2.9 m beside it."""
     monkeypatch.setattr(courier_link, "SoleTopic", lambda *_: None)
     node: Any = Graph()

@@ -1,7 +1,5 @@
 """The claim: when the held space grows, shrinks and is given up."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -27,14 +25,14 @@ def on_a_path(held: int = 0) -> tuple[RobotState, Arbiter]:
     return s, Arbiter(s, SingleLanes())
 
 
-def test_requested_space_that_nobody_holds_is_taken() -> None:
+def test_requested_space_that_nobody_holds_is_taken():
     s, reservation = on_a_path()
     reservation.extend()
     assert s.tube.stop > 0
     assert s.has_grown
 
 
-def test_a_whole_path_that_is_held_does_not_grow() -> None:
+def test_a_whole_path_that_is_held_does_not_grow():
     """A robot without a refuge said so in one tick of ten, and did not look for one in between."""
     s, reservation = on_a_path()
     reservation.extend()
@@ -43,14 +41,14 @@ def test_a_whole_path_that_is_held_does_not_grow() -> None:
     assert not s.has_grown
 
 
-def test_nothing_is_taken_while_the_robot_listens() -> None:
+def test_nothing_is_taken_while_the_robot_listens():
     s, reservation = on_a_path()
     s.listening_since = s.tick - s.config.traffic.listen_ticks + 1
     reservation.extend()
     assert s.tube.stop == 0
 
 
-def test_a_robot_ahead_blocks_and_is_named() -> None:
+def test_a_robot_ahead_blocks_and_is_named():
     s, reservation = on_a_path()
     for count in (1, 2):
         hear(s, beacon(7, 2.6, 4.0))
@@ -62,7 +60,7 @@ def test_a_robot_ahead_blocks_and_is_named() -> None:
     assert (s.blocked_by, s.blocked_ticks) == (0, 0)
 
 
-def test_held_space_ends_before_what_the_lidar_sees_in_it() -> None:
+def test_held_space_ends_before_what_the_lidar_sees_in_it():
     s, _ = on_a_path(held=30)
     s.obstacles.points = np.array(((3.0, 4.0),))
     guard(s)
@@ -71,14 +69,14 @@ def test_held_space_ends_before_what_the_lidar_sees_in_it() -> None:
     assert s.obstacle_ticks == 1
 
 
-def test_what_the_robot_already_stands_beside_does_not_hold_it() -> None:
+def test_what_the_robot_already_stands_beside_does_not_hold_it():
     s, _ = on_a_path(held=30)
     s.obstacles.points = np.array(((1.8, 4.0),))
     guard(s)
     assert s.tube.stop == 30
 
 
-def test_a_radius_that_grows_gives_up_what_is_too_near_to_others() -> None:
+def test_a_radius_that_grows_gives_up_what_is_too_near_to_others():
     s, _ = on_a_path(held=30)
     s.is_corrected = True
     reach = s.radius + 0.285
@@ -93,7 +91,7 @@ def test_a_radius_that_grows_gives_up_what_is_too_near_to_others() -> None:
     assert gaps.min() >= s.radius + 0.285 - GROWTH_SLACK
 
 
-def test_the_announced_margin_grows_in_steps_and_shrinks_late() -> None:
+def test_the_announced_margin_grows_in_steps_and_shrinks_late():
     s, _ = on_a_path()
     least = s.radius
     arbiter_of(s).announce_margin(0.0)
@@ -107,7 +105,7 @@ def test_the_announced_margin_grows_in_steps_and_shrinks_late() -> None:
     assert s.radius == least
 
 
-def test_a_claim_without_motion_is_dropped_after_a_while() -> None:
+def test_a_claim_without_motion_is_dropped_after_a_while():
     s, _ = on_a_path(held=5)
     unused = DropUnused(s)
     patience = s.ticks(s.config.traffic.stuck_time)
@@ -118,7 +116,7 @@ def test_a_claim_without_motion_is_dropped_after_a_while() -> None:
     assert len(s.tube.points) == 1
 
 
-def test_a_claim_in_use_is_kept() -> None:
+def test_a_claim_in_use_is_kept():
     s, _ = on_a_path(held=20)
     unused = DropUnused(s)
     for _ in range(100):
@@ -127,7 +125,7 @@ def test_a_claim_in_use_is_kept() -> None:
         assert unused.propose(s) is None
 
 
-def test_a_retracted_claim_is_what_stopping_needs_and_asks_for_nothing() -> None:
+def test_a_retracted_claim_is_what_stopping_needs_and_asks_for_nothing():
     s, reservation = on_a_path(held=30)
     s.twist = Twist(0.26)
     reservation.retract()
@@ -139,7 +137,7 @@ def test_a_retracted_claim_is_what_stopping_needs_and_asks_for_nothing() -> None
     assert len(s.tube.points) == 1
 
 
-def test_who_is_not_heard_for_a_moment_keeps_path_and_request() -> None:
+def test_who_is_not_heard_for_a_moment_keeps_path_and_request():
     """A door over a radio with 0.3 s of delay and 30 % of loss: 2 of 12 arrived, now all do."""
     s, reservation = on_a_path(held=10)
     s.neighbors.deaf_neighbor = 7

@@ -1,7 +1,5 @@
 """What is said before a run: how many robots a map has room for, and where it has not."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -31,7 +29,7 @@ def of(grid: Grid, *goals: tuple[Point, ...]) -> Conditions:
     )
 
 
-def test_a_hall_has_room() -> None:
+def test_a_hall_has_room():
     found = of(HALL, (LEFT,), (LEFT,))
     assert found.is_guaranteed
     assert 40 < found.places < 120  # 5.4 m by 5.4 m, about 0.57 m apart
@@ -40,7 +38,7 @@ def test_a_hall_has_room() -> None:
     assert str(found) == said
 
 
-def test_less_than_four_places_for_each_robot_is_said() -> None:
+def test_less_than_four_places_for_each_robot_is_said():
     """8 of 12 places taken: robots that stood between the places had nowhere to make way to."""
     small = room(3.2, 1.85)
     goals = [((1.0, 1.0),)] * 8
@@ -50,20 +48,20 @@ def test_less_than_four_places_for_each_robot_is_said() -> None:
 
 
 @pytest.mark.parametrize(("robots", "holds"), [(3, True), (40, False)])
-def test_beyond_a_door_there_must_be_room_for_all(robots: int, holds: bool) -> None:
+def test_beyond_a_door_there_must_be_room_for_all(robots, holds):
     found = of(CLOSET, (RIGHT,), *[(LEFT,)] * (robots - 1))
     assert found.is_guaranteed is holds
     if not holds:
         assert "robots beyond the single lane around (7.4, 2.1); 40 asked for" in str(found)
 
 
-def test_a_side_of_a_door_where_nobody_goes_needs_no_room() -> None:
+def test_a_side_of_a_door_where_nobody_goes_needs_no_room():
     assert of(CLOSET, *[(LEFT,)] * 20).is_guaranteed
     assert of(DOOR, *[(LEFT, RIGHT)] * 10).is_guaranteed
 
 
 @pytest.mark.parametrize(("count", "holds"), [(1, True), (2, True), (3, False)])
-def test_single_lanes_have_room_for_one_robot_less_than_blind_ends(count: int, holds: bool) -> None:
+def test_single_lanes_have_room_for_one_robot_less_than_blind_ends(count, holds):
     found = of(COMB, *[(tooth,) for tooth in TEETH[:count]])
     assert found.is_guaranteed is holds
     if not holds:
@@ -71,7 +69,7 @@ def test_single_lanes_have_room_for_one_robot_less_than_blind_ends(count: int, h
         assert found.findings[0].endswith("3 have goals there")
 
 
-def test_floor_outside_the_walls_has_no_room() -> None:
+def test_floor_outside_the_walls_has_no_room():
     small = room(2.2, 2.2)
     framed = Grid(np.pad(small.cells, 40), small.resolution, -2.0, -2.0)  # 2 m of free margin
     goals = [((1.0, 1.0),)] * 12
@@ -79,14 +77,14 @@ def test_floor_outside_the_walls_has_no_room() -> None:
     assert not of(framed, *goals).is_guaranteed
 
 
-def test_a_closed_pocket_has_no_room() -> None:
+def test_a_closed_pocket_has_no_room():
     pocket = room(9.0, 4.0, (4.0, 0.0, 4.2, 4.0))
     found = of(pocket, *[(LEFT,)] * 60)
     assert found.findings == (f"room for {found.places // PLACES_PER_ROBOT} robots; 60 asked for",)
     assert found.places == of(room(4.05, 4.0), (LEFT,)).places
 
 
-def test_each_of_two_halls_needs_room_for_its_own_robots() -> None:
+def test_each_of_two_halls_needs_room_for_its_own_robots():
     halls = room(9.0, 4.0, (6.4, 0.0, 6.6, 4.0))  # 6.4 m and 2.4 m long
     left, right = of(halls, (LEFT,)).places, of(halls, (RIGHT,)).places
     assert left > right
@@ -98,14 +96,14 @@ def test_each_of_two_halls_needs_room_for_its_own_robots() -> None:
     assert found.findings == (f"room for {most} robots on {here}; {most + 1} asked for",)
 
 
-def test_who_only_starts_on_a_floor_takes_room_there() -> None:
+def test_who_only_starts_on_a_floor_takes_room_there():
     halls = room(9.0, 4.0, (6.4, 0.0, 6.6, 4.0))
     robots, goals = [(waffle(), NavConfig())] * 20, [(LEFT,)] * 20
     found = conditions(robots, halls, [RIGHT] * 20, goals).findings
     assert any("on the floor around (7.9, 2.1); 20 asked for" in finding for finding in found)
 
 
-def test_a_goal_without_room_or_without_a_way_is_said() -> None:
+def test_a_goal_without_room_or_without_a_way_is_said():
     """They counted for nothing: all robots had "room to reach every known goal"."""
     halls = room(9.0, 4.0, (6.4, 0.0, 6.6, 4.0))
     outside, in_wall = (-50.0, 0.0), (6.5, 0.05)
@@ -117,12 +115,12 @@ def test_a_goal_without_room_or_without_a_way_is_said() -> None:
     )
 
 
-def test_a_robot_stands_beside_a_goal_near_a_wall() -> None:
+def test_a_robot_stands_beside_a_goal_near_a_wall():
     assert of(HALL, ((0.2, 3.0),)).is_guaranteed
 
 
 @pytest.mark.parametrize(("count", "holds"), [(1, True), (2, False)])
-def test_an_aisle_for_small_robots_only_is_a_single_lane(count: int, holds: bool) -> None:
+def test_an_aisle_for_small_robots_only_is_a_single_lane(count, holds):
     """It was no floor at all where a larger robot was in the swarm, and goals in it not seen."""
     grid = room(4.0, 5.0, (0.0, 3.0, 1.7, 5.0), (2.2, 3.0, 4.0, 5.0))  # 0.5 m wide
     small = load_robot("turtlebot3_burger"), NavConfig()

@@ -1,7 +1,5 @@
 """A robot without a goal leaves a narrow region or a dead end once it keeps others out."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -39,7 +37,7 @@ def wait(departure: Departure, s: RobotState, seconds: float) -> bool:
     return leaves
 
 
-def test_who_stands_inside_while_somebody_waits_leaves_for_a_place_outside() -> None:
+def test_who_stands_inside_while_somebody_waits_leaves_for_a_place_outside():
     departure, gate, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
     assert not wait(departure, s, s.config.traffic.wait_time - 0.2)
     assert wait(departure, s, 0.5)
@@ -49,7 +47,7 @@ def test_who_stands_inside_while_somebody_waits_leaves_for_a_place_outside() -> 
 
 
 @pytest.mark.parametrize(("x", "leaves"), [(4.5, True), (6.5, True), (10.0, False)])
-def test_who_has_left_leaves_the_floor_before_the_region_as_well(x: float, leaves: bool) -> None:
+def test_who_has_left_leaves_the_floor_before_the_region_as_well(x, leaves):
     """Twenty that were done stood in the way before an aisle, in the row two_loaders."""
     asking = beacon(2, 7.0, 4.5, gate_tick=50, priority=1 << 40)
     departure, gate, s = idle_robot(asking, x=x, grid=room(18.0, 9.0))
@@ -72,7 +70,7 @@ def test_who_has_left_leaves_the_floor_before_the_region_as_well(x: float, leave
     assert (s.donations.station > 0) is (x == 4.5)
 
 
-def test_where_all_floor_is_before_the_region_only_who_is_inside_leaves() -> None:
+def test_where_all_floor_is_before_the_region_only_who_is_inside_leaves():
     asking = beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40)
     for x in (4.5, 6.5):
         departure, _, s = idle_robot(asking, x=x)
@@ -80,7 +78,7 @@ def test_where_all_floor_is_before_the_region_only_who_is_inside_leaves() -> Non
         assert wait(departure, s, s.config.traffic.wait_time + 0.5) is (x == 4.5)
 
 
-def test_without_floor_wide_enough_to_park_it_leaves_for_a_place_where_others_get_past() -> None:
+def test_without_floor_wide_enough_to_park_it_leaves_for_a_place_where_others_get_past():
     s = robot_in(room(9.0, 2.4), Pose(4.5, 1.2, 0.0))
     assert not s.planner.lattice.parking.any()
     region = np.zeros(s.planner.lattice.base.shape, np.int16)
@@ -91,13 +89,13 @@ def test_without_floor_wide_enough_to_park_it_leaves_for_a_place_where_others_ge
     assert not label_of(region, s.planner.lattice.frame, x, y)
 
 
-def test_nobody_leaves_for_those_who_are_admitted_or_do_not_ask() -> None:
+def test_nobody_leaves_for_those_who_are_admitted_or_do_not_ask():
     for gate_tick in (0, 1):
         departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=gate_tick, priority=1 << 40))
         assert not wait(departure, s, 10.0)
 
 
-def test_outside_or_without_a_region_nobody_leaves() -> None:
+def test_outside_or_without_a_region_nobody_leaves():
     asking = beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40)
     departure, gate, s = idle_robot(asking, x=6.5)
     assert not wait(departure, s, 10.0)
@@ -106,14 +104,14 @@ def test_outside_or_without_a_region_nobody_leaves() -> None:
     assert not wait(departure, s, 10.0)
 
 
-def test_a_goal_or_a_pusher_ends_it_and_time_begins_anew() -> None:
+def test_a_goal_or_a_pusher_ends_it_and_time_begins_anew():
     departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
     assert wait(departure, s, s.config.traffic.wait_time + 0.5)
     assert not leave(departure, s, False)
     assert not wait(departure, s, s.config.traffic.wait_time - 0.2)
 
 
-def test_it_is_over_where_it_wanted_to_go() -> None:
+def test_it_is_over_where_it_wanted_to_go():
     departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
     assert wait(departure, s, s.config.traffic.wait_time + 0.5)
     x, y = s.tube.points[-1]
@@ -122,7 +120,7 @@ def test_it_is_over_where_it_wanted_to_go() -> None:
 
 
 @pytest.mark.parametrize("why", ["blocked_ticks", "obstacle_ticks"])
-def test_a_way_that_is_barred_for_long_is_given_up(why: str) -> None:
+def test_a_way_that_is_barred_for_long_is_given_up(why):
     """Random hall 127: before a dead robot, one stood on its way out for ever, above all others."""
     departure, _, s = idle_robot(beacon(2, 2.0, 4.5, gate_tick=50, priority=1 << 40))
     assert wait(departure, s, s.config.traffic.wait_time + 0.5)
@@ -133,7 +131,7 @@ def test_a_way_that_is_barred_for_long_is_given_up(why: str) -> None:
     assert not leave(departure, s, True)
 
 
-def test_on_large_single_lanes_it_leaves_unasked_and_keeps_its_turn_until_it_is_out() -> None:
+def test_on_large_single_lanes_it_leaves_unasked_and_keeps_its_turn_until_it_is_out():
     """Nobody was heard deep in a blind aisle: 3 of 8 robots got to its end, then never another."""
     departure, lease, s = done_at_station(LONG_AISLE)
     for _ in range(60):
@@ -160,7 +158,7 @@ def test_on_large_single_lanes_it_leaves_unasked_and_keeps_its_turn_until_it_is_
     assert lease.station is None
 
 
-def test_a_region_that_is_all_of_the_floor_does_not_keep_a_robot_on_single_lanes() -> None:
+def test_a_region_that_is_all_of_the_floor_does_not_keep_a_robot_on_single_lanes():
     """It was to leave the region, which it could not, and stood there: 6 of 96 goals in a hall."""
     departure, lease, s = done_at_station(LONG_AISLE)
     departure._gate.region = np.ones(s.planner.lattice.base.shape, np.int16)
@@ -176,9 +174,7 @@ def test_a_region_that_is_all_of_the_floor_does_not_keep_a_robot_on_single_lanes
 
 
 @pytest.mark.parametrize(("station", "leaves"), [((4.5, 8.0), True), ((2.0, 8.0), False)])
-def test_a_region_is_left_for_who_asks_for_a_station_in_it(
-    station: tuple[float, float], leaves: bool
-) -> None:
+def test_a_region_is_left_for_who_asks_for_a_station_in_it(station, leaves):
     """Eight that were done stood in a blind aisle and pushed nobody: random hall 372, 2,826 s."""
     rank = base_priority(CLASS_DRIVING, 5, 2)
     asking = beacon(2, 4.5, 7.0, station=station, station_tick=50, priority=rank)
@@ -193,7 +189,7 @@ def test_a_region_is_left_for_who_asks_for_a_station_in_it(
 
 
 @pytest.mark.parametrize(("gap", "leaves"), [(0.6, True), (1.5, False)])
-def test_who_stands_in_the_way_of_people_leaves_it(gap: float, leaves: bool) -> None:
+def test_who_stands_in_the_way_of_people_leaves_it(gap, leaves):
     """A person was penned in between two robots, on the station of a third, in hall 25."""
     departure, gate, s = idle_robot(x=6.5)
     gate.region = None
@@ -230,7 +226,7 @@ def in_alcove(*others: np.void) -> tuple[Departure, RobotState]:
     return departure, s
 
 
-def test_a_dead_end_is_left_for_who_wants_its_station() -> None:
+def test_a_dead_end_is_left_for_who_wants_its_station():
     """The next robot pushed it, and stood in its way out: 38 of 48 goals in hall 161."""
     asking = beacon(2, 1.85, 5.0, station=STATION, station_tick=50, priority=base_priority(2, 5, 2))
     departure, s = in_alcove(asking)

@@ -1,7 +1,5 @@
 """Entry control: what a narrow region is, who counts, and that it stands below the priorities."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -27,7 +25,7 @@ HALL = room(9.0, 9.0)
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_the_kernels_equal_their_slow_twins(seed: int) -> None:
+def test_the_kernels_equal_their_slow_twins(seed):
     rng = np.random.default_rng(seed)
     region = rng.random((30, 40)) < 0.4
     parts = label(region)
@@ -78,7 +76,7 @@ def region_of(s: RobotState, *stations: tuple[float, float]) -> NDArray[np.int16
     return narrow_region(s.terrain, stations, s.usual_radius)
 
 
-def test_a_hall_alone_has_no_narrow_region() -> None:
+def test_a_hall_alone_has_no_narrow_region():
     s = robot_in(HALL, Pose(4.5, 4.5, 0.0))
     assert region_of(s, (4.5, 4.5)) is None
     assert region_of(s) is None
@@ -107,7 +105,7 @@ def crowd(priority: int, count: int = 12) -> list[np.void]:
     return [beacon(k, 5.2, 0.6 * k - 0.6, priority=driving) for k in range(2, 2 + count)]
 
 
-def test_a_robot_whose_way_leads_in_asks_and_is_admitted_where_there_is_room() -> None:
+def test_a_robot_whose_way_leads_in_asks_and_is_admitted_where_there_is_room():
     gate, s = gate_and_robot()
     ask(gate, s)
     assert gate.asked_tick == s.tick
@@ -117,7 +115,7 @@ def test_a_robot_whose_way_leads_in_asks_and_is_admitted_where_there_is_room() -
     assert gate.announced == NONE
 
 
-def test_a_full_region_is_waited_for_until_room_or_rank_admits() -> None:
+def test_a_full_region_is_waited_for_until_room_or_rank_admits():
     gate, s = gate_and_robot(*crowd(9))
     start = s.tick
     ask(gate, s)
@@ -132,7 +130,7 @@ def test_a_full_region_is_waited_for_until_room_or_rank_admits() -> None:
     assert gate.is_admitted, "nobody ranks above it"
 
 
-def test_the_holder_of_a_lease_enters_with_the_rank_of_who_waits_for_it() -> None:
+def test_the_holder_of_a_lease_enters_with_the_rank_of_who_waits_for_it():
     """Gate and lease waited for each other for ever."""
     gate, s = gate_and_robot(*crowd(7))
     ask(gate, s, priority=5)
@@ -141,14 +139,14 @@ def test_the_holder_of_a_lease_enters_with_the_rank_of_who_waits_for_it() -> Non
     assert gate.is_admitted
 
 
-def test_who_waits_for_a_lease_takes_no_place_at_the_gate() -> None:
+def test_who_waits_for_a_lease_takes_no_place_at_the_gate():
     gate, s = gate_and_robot(*crowd(9))
     ask(gate, s)
     ask(gate, s, has_turn=False)
     assert gate.announced == NONE
 
 
-def test_who_is_blocked_before_the_mouth_takes_no_place() -> None:
+def test_who_is_blocked_before_the_mouth_takes_no_place():
     for blocked, is_admitted in ((0, False), (31, True)):
         others = [
             beacon(k, 4.0, 0.6 * k - 0.6, priority=9 + SENIORITY + 1, gate_tick=ADMITTED,
@@ -160,7 +158,7 @@ def test_who_is_blocked_before_the_mouth_takes_no_place() -> None:
         assert gate.is_admitted is is_admitted
 
 
-def test_who_waits_away_from_the_mouth_is_admitted_where_there_is_room() -> None:
+def test_who_waits_away_from_the_mouth_is_admitted_where_there_is_room():
     """Room was counted where it waits: parked 6 m away it saw none, and the aisle stayed empty."""
     gate, s = gate_and_robot(*crowd(9))
     assert gate.region is not None
@@ -175,7 +173,7 @@ def test_who_waits_away_from_the_mouth_is_admitted_where_there_is_room() -> None
 
 
 @pytest.mark.parametrize(("inside", "is_admitted"), [(5, True), (6, False)])
-def test_who_was_seen_inside_beyond_hearing_takes_a_place(inside: int, is_admitted: bool) -> None:
+def test_who_was_seen_inside_beyond_hearing_takes_a_place(inside, is_admitted):
     """At the mouth of a long aisle only its beginning is heard: 49 robots were in room for 18."""
     gate, s = gate_and_robot()
     assert gate.region is not None
@@ -193,7 +191,7 @@ def test_who_was_seen_inside_beyond_hearing_takes_a_place(inside: int, is_admitt
     assert gate.is_admitted, "nobody has seen them there for a while"
 
 
-def test_who_was_seen_in_another_region_takes_no_place() -> None:
+def test_who_was_seen_in_another_region_takes_no_place():
     gate, s = gate_and_robot()
     assert gate.region is not None
     gate.region[:, 60:80] = 2
@@ -204,7 +202,7 @@ def test_who_was_seen_in_another_region_takes_no_place() -> None:
 
 
 @pytest.mark.parametrize("change", ["density", "region"])
-def test_without_a_gate_nobody_waits_before_it(change: str) -> None:
+def test_without_a_gate_nobody_waits_before_it(change):
     """A robot that waited when the gate was switched off waited for ever."""
     gate, s = gate_and_robot(*crowd(9))
     ask(gate, s)
@@ -218,7 +216,7 @@ def test_without_a_gate_nobody_waits_before_it(change: str) -> None:
     assert not gate.is_closed
 
 
-def test_room_at_the_mouth_is_the_same_wherever_the_robot_asks() -> None:
+def test_room_at_the_mouth_is_the_same_wherever_the_robot_asks():
     """Asked for from 5 m before the mouth, a region had room for one robot, from 1 m for four."""
     areas = []
     for x in (1.0, 4.0):
@@ -232,7 +230,7 @@ def test_room_at_the_mouth_is_the_same_wherever_the_robot_asks() -> None:
     assert areas[0] == areas[1] > 16.0
 
 
-def test_a_corner_is_no_region() -> None:
+def test_a_corner_is_no_region():
     """Any corner within 2 m of two walls counted as narrow, and closed a free station in it."""
     s = robot_in(HALL, Pose(4.5, 4.5, 0.0))
     assert region_of(s, (0.5, 0.5)) is None
@@ -241,7 +239,7 @@ def test_a_corner_is_no_region() -> None:
 AISLES = room(28.0, 4.2, (2.5, 1.4, 25.5, 1.8))  # 1.4 m and 2.4 m wide
 
 
-def test_a_narrow_aisle_is_a_region_where_all_ways_are_narrow() -> None:
+def test_a_narrow_aisle_is_a_region_where_all_ways_are_narrow():
     """Without open floor 4 m wide there was none: 45 robots crowded into one of two lanes."""
     s = robot_in(AISLES, Pose(1.0, 3.0, 0.0))
     region = region_of(s, (14.0, 0.7), (14.0, 3.0))
@@ -251,7 +249,7 @@ def test_a_narrow_aisle_is_a_region_where_all_ways_are_narrow() -> None:
     assert [label_at(region, frame, x, y) for x, y in places] == [1, 1, 0, 0]
 
 
-def test_floor_outside_of_the_walls_is_no_open_floor() -> None:
+def test_floor_outside_of_the_walls_is_no_open_floor():
     """In a hall that lay askew in its map all floor that robots reach was one region."""
     outside = (0.0, 4.2, 28.0, 4.6)
     s = robot_in(room(28.0, 14.0, (2.5, 1.4, 25.5, 1.8), outside), Pose(1.0, 3.0, 0.0))
@@ -262,7 +260,7 @@ def test_floor_outside_of_the_walls_is_no_open_floor() -> None:
     assert [label_at(region, frame, x, y) for x, y in places] == [1, 0, 0]
 
 
-def test_who_stands_beside_the_nodes_of_a_region_is_in_it() -> None:
+def test_who_stands_beside_the_nodes_of_a_region_is_in_it():
     """At a corner two robots waited at the gate in the lanes of those for whom they waited."""
     s = robot_in(AISLES, Pose(1.0, 3.0, 0.0))
     region = region_of(s, (14.0, 0.7))
@@ -279,9 +277,7 @@ def test_who_stands_beside_the_nodes_of_a_region_is_in_it() -> None:
     assert some._part_area == pytest.approx(np.sum(floor & (region == 1)) * lattice.step**2)
 
 
-def test_an_aisle_is_a_region_where_the_narrow_part_around_it_never_is_full(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_aisle_is_a_region_where_the_narrow_part_around_it_never_is_full(monkeypatch):
     walls = [(2.5 + x, 1.4, 25.5 + x, 1.8) for x in (0.0, 29.0)]
     grid = room(58.0, 9.0, *walls, (2.5, 4.2, 29.0, 4.6), (33.0, 4.2, 58.0, 4.6))
     s = robot_in(grid, Pose(1.0, 3.0, 0.0))
@@ -295,20 +291,20 @@ def test_an_aisle_is_a_region_where_the_narrow_part_around_it_never_is_full(
     narrow_region.cache_clear()
 
 
-def test_inside_nothing_is_asked() -> None:
+def test_inside_nothing_is_asked():
     gate, s = gate_and_robot()
     s.pose = Pose(5.2, 4.5, 0.0)
     ask(gate, s)
     assert gate.announced == NONE
 
 
-def test_a_way_to_a_refuge_does_not_ask() -> None:
+def test_a_way_to_a_refuge_does_not_ask():
     gate, s = gate_and_robot()
     ask(gate, s, is_driving=False)
     assert gate.announced == NONE
 
 
-def test_who_need_not_go_in_any_more_stops_waiting() -> None:
+def test_who_need_not_go_in_any_more_stops_waiting():
     gate, s = gate_and_robot(*crowd(9))
     ask(gate, s)
     assert gate.is_closed
@@ -318,7 +314,7 @@ def test_who_need_not_go_in_any_more_stops_waiting() -> None:
     assert gate.announced == NONE
 
 
-def test_the_floor_before_a_region_follows_region_and_depth() -> None:
+def test_the_floor_before_a_region_follows_region_and_depth():
     s = robot_in(room(9.0, 9.0), Pose(4.5, 4.5, 0.0))
     lattice = s.planner.lattice
     gate = Gate(None)

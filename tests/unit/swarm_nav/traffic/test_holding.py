@@ -1,7 +1,5 @@
 """Where a robot waits for its turn."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -40,7 +38,7 @@ def holding(
     return s, here
 
 
-def test_park_drives_to_a_place_off_lanes_and_stations() -> None:
+def test_park_drives_to_a_place_off_lanes_and_stations():
     s, here = holding("park")
     assert not here.is_on_circuit
     assert not here.is_on_circuit
@@ -52,7 +50,7 @@ def test_park_drives_to_a_place_off_lanes_and_stations() -> None:
     assert s.planner.lattice.parking.ravel()[node] == 1
 
 
-def test_a_parking_place_behind_an_obstacle_is_given_up() -> None:
+def test_a_parking_place_behind_an_obstacle_is_given_up():
     s, here = holding("park")
     first = here.target
     s.tick, s.obstacle_ticks = s.tick + 100, s.wait_ticks
@@ -63,7 +61,7 @@ def test_a_parking_place_behind_an_obstacle_is_given_up() -> None:
     assert here.target is not first
 
 
-def test_parked_robots_keep_apart_and_off_each_others_targets() -> None:
+def test_parked_robots_keep_apart_and_off_each_others_targets():
     s = robot_in(HALL, NEAR)
     free = parking_path(s, [STATION])
     assert free is not None
@@ -75,12 +73,12 @@ def test_parked_robots_keep_apart_and_off_each_others_targets() -> None:
     assert math.dist(path[-1], (goal[0] + 0.7, goal[1])) >= 2 * RADIUS + 0.1
 
 
-def test_there_is_no_parking_in_a_narrow_corridor() -> None:
+def test_there_is_no_parking_in_a_narrow_corridor():
     s = robot_in(room(8.0, 1.8), Pose(2.0, 0.9, 0.0))
     assert parking_path(s, []) is None
 
 
-def test_circuit_drives_around_in_the_order_of_its_points() -> None:
+def test_circuit_drives_around_in_the_order_of_its_points():
     s, here = holding("circuit", Pose(6.0, 3.0, 0.0))
     assert here.is_on_circuit
     assert here.is_on_circuit
@@ -89,7 +87,7 @@ def test_circuit_drives_around_in_the_order_of_its_points() -> None:
     assert np.hypot(*np.diff(s.tube.points, axis=0).T).sum() > 2.5
 
 
-def test_the_circuit_goes_on_before_its_plan_ends() -> None:
+def test_the_circuit_goes_on_before_its_plan_ends():
     s, here = holding("circuit", Pose(6.0, 3.0, 0.0))
     s.tube.near = s.tube.stop = len(s.tube.points) - 10
     s.tick += 20
@@ -97,20 +95,20 @@ def test_the_circuit_goes_on_before_its_plan_ends() -> None:
     assert s.tube.length_ahead() > 2.0
 
 
-def test_auto_joins_the_circuit_while_there_is_room_and_parks_otherwise() -> None:
+def test_auto_joins_the_circuit_while_there_is_room_and_parks_otherwise():
     assert holding("auto")[1].is_on_circuit
     crowd = [beacon(k + 2, x, 3.0) for k, x in enumerate((4.0, 5.2, 7.0, 8.5, 9.0))]
     assert not holding("auto", NEAR, True, *crowd)[1].is_on_circuit
 
 
 @pytest.mark.parametrize("mode", ["auto", "circuit"])
-def test_without_a_circuit_a_robot_parks(mode: str) -> None:
+def test_without_a_circuit_a_robot_parks(mode):
     _, here = holding(mode, NEAR, False)
     assert not here.is_on_circuit
     assert here.target is not None
 
 
-def test_a_circuit_that_cannot_be_reached_leads_to_a_parking_place() -> None:
+def test_a_circuit_that_cannot_be_reached_leads_to_a_parking_place():
     walled = room(12.0, 12.0, (0.0, 6.0, 12.0, 6.15))
     ring = ((3.0, 8.0), (9.0, 8.0), (9.0, 10.0))
     s = robot_in(walled, Pose(6.0, 2.8, 0.0), parameters=config(holding__mode="circuit"))
@@ -123,7 +121,7 @@ def test_a_circuit_that_cannot_be_reached_leads_to_a_parking_place() -> None:
     assert here.target is not None
 
 
-def test_leaving_gives_up_the_pattern() -> None:
+def test_leaving_gives_up_the_pattern():
     _, here = holding("park")
     here.leave()
     assert here.target is None

@@ -1,7 +1,5 @@
 """Leases in the order of request."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -35,7 +33,7 @@ def lease_of(s: RobotState, *others: np.void) -> Lease:
     return lease
 
 
-def test_a_lease_is_requested_within_reach_of_the_station_and_keeps_its_tick() -> None:
+def test_a_lease_is_requested_within_reach_of_the_station_and_keeps_its_tick():
     s = robot_in(HALL, Pose(6.0, 1.1 + HoldingConfig().request_distance, 0.0))
     lease = lease_of(s)
     assert lease.tick == 0
@@ -48,7 +46,7 @@ def test_a_lease_is_requested_within_reach_of_the_station_and_keeps_its_tick() -
     assert lease.tick == 150
 
 
-def test_the_place_is_the_number_of_earlier_requests_for_the_same_station() -> None:
+def test_the_place_is_the_number_of_earlier_requests_for_the_same_station():
     s = robot_in(HALL, NEAR, robot_id=5)
     lease = lease_of(
         s,
@@ -62,7 +60,7 @@ def test_the_place_is_the_number_of_earlier_requests_for_the_same_station() -> N
     assert lease.place == 2
 
 
-def test_a_gone_robot_holds_no_lease() -> None:
+def test_a_gone_robot_holds_no_lease():
     s = robot_in(HALL, NEAR, robot_id=5)
     hear(s, waiting(2, 50), tick=60)
     lease = Lease()
@@ -71,7 +69,7 @@ def test_a_gone_robot_holds_no_lease() -> None:
     assert lease.place == 0
 
 
-def test_all_contenders_agree_on_one_order() -> None:
+def test_all_contenders_agree_on_one_order():
     requests = {2: 90, 3: 70, 4: 90, 5: 80}
     places = {}
     for robot, tick in requests.items():
@@ -85,7 +83,7 @@ def test_all_contenders_agree_on_one_order() -> None:
     assert places == {3: 0, 5: 1, 2: 2, 4: 3}
 
 
-def test_who_has_no_turn_inherits_nothing() -> None:
+def test_who_has_no_turn_inherits_nothing():
     """One that had lost its turn kept the priority: it stood in single lanes and was not pushed."""
     s = robot_in(HALL, NEAR, 5, config(holding__approach_slots=1))
     rank = base_priority(CLASS_HOLDING, 0, 7)
@@ -99,7 +97,7 @@ def test_who_has_no_turn_inherits_nothing() -> None:
     assert s.donations.station == 0
 
 
-def test_a_new_target_gives_the_lease_back_and_the_same_one_keeps_it() -> None:
+def test_a_new_target_gives_the_lease_back_and_the_same_one_keeps_it():
     s = robot_in(HALL, NEAR)
     lease = lease_of(s)
     lease.aim(s, STATION)
@@ -111,12 +109,12 @@ def test_a_new_target_gives_the_lease_back_and_the_same_one_keeps_it() -> None:
 
 
 @pytest.mark.parametrize(("place", "slots", "turn"), [(0, 1, True), (1, 1, False), (2, 3, True)])
-def test_as_many_as_there_are_slots_may_approach(place: int, slots: int, turn: bool) -> None:
+def test_as_many_as_there_are_slots_may_approach(place, slots, turn):
     lease = Lease(STATION, 10, place)
     assert lease.is_turn(HoldingConfig(approach_slots=slots)) is turn
 
 
-def test_a_station_behind_a_wall_is_not_near() -> None:
+def test_a_station_behind_a_wall_is_not_near():
     """A robot in the next room would get its turn and then drive a long way through the queue."""
     two_rooms = room(12.0, 12.0, (0.0, 4.0, 11.0, 4.2))
     behind = robot_in(two_rooms, Pose(2.0, 5.0, 0.0))
@@ -129,7 +127,7 @@ def test_a_station_behind_a_wall_is_not_near() -> None:
 
 
 @pytest.mark.parametrize(("ahead", "holds"), [(2, False), (6, False), (30, True)])
-def test_a_long_queue_holds_farther_from_the_station(ahead: int, holds: bool) -> None:
+def test_a_long_queue_holds_farther_from_the_station(ahead, holds):
     s = robot_in(HALL, Pose(6.0, 4.9, 0.0), robot_id=60)
     lease = lease_of(s, *(waiting(robot, 50) for robot in range(1, ahead + 1)))
     assert lease.place == ahead
@@ -139,7 +137,7 @@ def test_a_long_queue_holds_farther_from_the_station(ahead: int, holds: bool) ->
     assert free.ravel()[s.planner.lattice.node_of(*s.stop_point)] == holds
 
 
-def test_who_comes_to_the_tail_of_a_queue_joins_it() -> None:
+def test_who_comes_to_the_tail_of_a_queue_joins_it():
     s = robot_in(HALL, Pose(6.0, 6.0, 0.0), robot_id=60)
     assert lease_of(s).tick == 0
     lease = lease_of(s, *(waiting(robot, 50) for robot in range(1, 41)))
@@ -159,7 +157,7 @@ def in_alcove(robot: int, *others: np.void, pose: Pose) -> tuple[RobotState, Lea
     return s, lease
 
 
-def test_a_dead_end_belongs_to_one_robot() -> None:
+def test_a_dead_end_belongs_to_one_robot():
     first = waiting(2, 50, DEAD_END)
     s, lease = in_alcove(5, first, pose=Pose(0.9, 5.0, 0.0))
     assert lease.place == 1
@@ -171,7 +169,7 @@ def test_a_dead_end_belongs_to_one_robot() -> None:
 
 
 @pytest.mark.parametrize(("ahead", "holds"), [(0, False), (12, True)])
-def test_a_queue_for_a_dead_end_holds_at_a_distance(ahead: int, holds: bool) -> None:
+def test_a_queue_for_a_dead_end_holds_at_a_distance(ahead, holds):
     """Robots without a turn came up to its mouth: a crowd that kept out whose turn it was."""
     others = (waiting(robot, 50, DEAD_END) for robot in range(20, 20 + ahead))
     s, lease = in_alcove(5, *others, pose=Pose(1.5, 5.2, 0.0))
@@ -180,9 +178,7 @@ def test_a_queue_for_a_dead_end_holds_at_a_distance(ahead: int, holds: bool) -> 
 
 
 @pytest.mark.parametrize("following", [(6.0, 2.0), None])
-def test_a_dead_end_is_given_back_once_the_robot_is_out(
-    following: tuple[float, float] | None,
-) -> None:
+def test_a_dead_end_is_given_back_once_the_robot_is_out(following):
     """Given back at the goal, the next robot would meet the one that leaves in the dead end."""
     s, lease = in_alcove(5, pose=Pose(*DEAD_END, 0.0))
     lease.aim(s, None)
@@ -201,7 +197,7 @@ def test_a_dead_end_is_given_back_once_the_robot_is_out(
 
 
 @pytest.mark.parametrize("station", [STATION, DEAD_END])
-def test_a_robot_that_is_served_keeps_its_station(station: tuple[float, float]) -> None:
+def test_a_robot_that_is_served_keeps_its_station(station):
     if station == DEAD_END:
         s, lease = in_alcove(5, pose=Pose(*DEAD_END, 0.0))
     else:
@@ -223,7 +219,7 @@ def test_a_robot_that_is_served_keeps_its_station(station: tuple[float, float]) 
     assert lease.station == (9.0, 9.0)
 
 
-def test_a_robot_that_left_its_station_does_not_keep_it() -> None:
+def test_a_robot_that_left_its_station_does_not_keep_it():
     s = robot_in(HALL, NEAR, robot_id=5)
     lease = lease_of(s)
     lease.aim(s, None)
@@ -247,9 +243,7 @@ def in_aisle(grid: Grid, deep: float, *others: np.void) -> tuple[RobotState, Lea
 
 
 @pytest.mark.parametrize(("grid", "deep", "is_blind"), [(BLIND, 0.6, True), (OPEN, 5.8, False)])
-def test_the_stations_of_a_blind_aisle_share_its_room(
-    grid: Grid, deep: float, is_blind: bool
-) -> None:
+def test_the_stations_of_a_blind_aisle_share_its_room(grid, deep, is_blind):
     """Three at each of two stations did not get out of each other's way in a blind aisle."""
     here = waiting(2, 50, (deep, 4.8)), waiting(3, 60, (deep + 1.5, 4.8))
     s, lease = in_aisle(grid, deep, *here)
@@ -260,7 +254,7 @@ def test_the_stations_of_a_blind_aisle_share_its_room(
     assert in_aisle(grid, deep, here[1])[1].is_turn(s.config.holding)
 
 
-def test_a_small_closed_room_is_no_blind_aisle() -> None:
+def test_a_small_closed_room_is_no_blind_aisle():
     """Its last corner counted as a mouth: one robot at a time drove, and the others parked."""
     closet = room(3.0, 1.65)  # 8 robots started in it
     s = robot_in(closet, Pose(2.4, 0.5, 0.0), robot_id=5)
@@ -273,7 +267,7 @@ def test_a_small_closed_room_is_no_blind_aisle() -> None:
     assert lease.place == 0
 
 
-def test_a_blind_aisle_is_given_back_once_the_robot_is_out() -> None:
+def test_a_blind_aisle_is_given_back_once_the_robot_is_out():
     s, lease = in_aisle(BLIND, 0.6)
     lease.aim(s, (9.0, 2.0))
     lease.update(s)
@@ -284,7 +278,7 @@ def test_a_blind_aisle_is_given_back_once_the_robot_is_out() -> None:
     assert lease.station == (9.0, 2.0)
 
 
-def test_who_leaves_a_blind_aisle_ranks_above_who_goes_in_whoever_asked_first() -> None:
+def test_who_leaves_a_blind_aisle_ranks_above_who_goes_in_whoever_asked_first():
     rank = base_priority(CLASS_HOLDING, 0, 7)
     late = beacon(7, 8.0, 2.0, station=(0.6, 4.8), station_tick=150, priority=rank)
     goes_in, _ = in_aisle(BLIND, 0.6, late)
@@ -319,7 +313,7 @@ def on_the_way(asks: bool, x: float = 2.0) -> np.void:
     return teller
 
 
-def test_a_turn_on_long_single_lanes_is_asked_for_before_they_begin() -> None:
+def test_a_turn_on_long_single_lanes_is_asked_for_before_they_begin():
     s, lease = before_long_aisle()
     assert s.distance_to(*END) > s.config.traffic.radio_range
     assert lease.tick == 100
@@ -327,9 +321,7 @@ def test_a_turn_on_long_single_lanes_is_asked_for_before_they_begin() -> None:
 
 
 @pytest.mark.parametrize(("asks", "x"), [(True, 2.0), (False, 2.0), (True, 10.0)])
-def test_who_asked_and_was_seen_on_single_lanes_out_of_hearing_takes_room(
-    asks: bool, x: float
-) -> None:
+def test_who_asked_and_was_seen_on_single_lanes_out_of_hearing_takes_room(asks, x):
     """Seven robots were in an aisle for one, which is longer than those outside hear."""
     rank = base_priority(CLASS_HOLDING, 0, 7)
     later = beacon(7, 12.0, 2.0, station=END, station_tick=150, priority=rank)
@@ -346,7 +338,7 @@ def test_who_asked_and_was_seen_on_single_lanes_out_of_hearing_takes_room(
     assert s.donations.station > 0
 
 
-def test_who_gets_its_goal_on_single_lanes_holds_them_until_it_is_out() -> None:
+def test_who_gets_its_goal_on_single_lanes_holds_them_until_it_is_out():
     """One that started deep in a blind aisle was pushed back by who came for a station there."""
     rank = base_priority(CLASS_HOLDING, 0, 7)
     s = robot_in(LONG, Pose(2.0, 4.5, 0.0), robot_id=5)
@@ -371,7 +363,7 @@ def test_who_gets_its_goal_on_single_lanes_holds_them_until_it_is_out() -> None:
     assert (lease.station, lease.is_leaving) == (END, False)
 
 
-def test_who_waits_for_long_single_lanes_leaves_room_for_those_before_it() -> None:
+def test_who_waits_for_long_single_lanes_leaves_room_for_those_before_it():
     def too_near(ahead: int) -> bool:
         others = (waiting(robot, 50, END) for robot in range(20, 20 + ahead))
         s, lease = before_long_aisle(*others, x=11.0)
@@ -380,7 +372,7 @@ def test_who_waits_for_long_single_lanes_leaves_room_for_those_before_it() -> No
     assert [too_near(ahead) for ahead in (1, 12)] == [False, True]
 
 
-def test_a_smaller_margin_that_leaves_no_single_lanes_is_taken() -> None:
+def test_a_smaller_margin_that_leaves_no_single_lanes_is_taken():
     """The look-up of lanes that are not there any more ended the process."""
     wider = room(20.0, 9.0, (0.0, 0.0, 8.0, 4.0), (0.0, 5.4, 8.0, 9.0))
     s = robot_in(wider, Pose(18.0, 5.0, math.pi), parameters=config(traffic__safety_margin=0.1))
@@ -396,7 +388,7 @@ THROUGH = room(20.0, 9.0, (4.0, 0.0, 15.0, 4.0), (4.0, 5.0, 15.0, 9.0))  # 1 m w
 AT_WEST_END = (5.0, 4.5)
 
 
-def test_the_queue_for_large_single_lanes_begins_beyond_all_of_their_mouths() -> None:
+def test_the_queue_for_large_single_lanes_begins_beyond_all_of_their_mouths():
     """Nine robots that waited before the far mouth kept in those that came out."""
     s = robot_in(THROUGH, Pose(16.3, 4.5, math.pi), robot_id=60)
     s.tube.adopt(np.column_stack((np.arange(16.3, 5.0, -0.05), np.full(226, 4.5))))
@@ -422,7 +414,7 @@ def watch(s: RobotState, lease: Lease, seconds: float, *marks: tuple[float, floa
 ON_IT, BESIDE_IT = (6.0, 1.1), (6.0, 1.3)
 
 
-def test_what_the_lidar_sees_on_a_station_for_long_bars_it() -> None:
+def test_what_the_lidar_sees_on_a_station_for_long_bars_it():
     s = robot_in(HALL, NEAR, 1, config(holding__station_patience=20.0))
     lease = lease_of(s)
     watch(s, lease, 30.0, BESIDE_IT)
@@ -435,7 +427,7 @@ def test_what_the_lidar_sees_on_a_station_for_long_bars_it() -> None:
     assert not lease.is_barred(s), "it is free again"
 
 
-def test_somebody_who_walks_over_a_station_does_not_bar_it() -> None:
+def test_somebody_who_walks_over_a_station_does_not_bar_it():
     s = robot_in(HALL, NEAR, 1, config(holding__station_patience=20.0))
     lease = lease_of(s)
     for _ in range(30):
@@ -444,7 +436,7 @@ def test_somebody_who_walks_over_a_station_does_not_bar_it() -> None:
         assert not lease.is_barred(s)
 
 
-def test_who_walks_to_and_fro_on_a_station_does_not_bar_it() -> None:
+def test_who_walks_to_and_fro_on_a_station_does_not_bar_it():
     """Somebody penned in between two robots was told to be something that does not move."""
     s = robot_in(HALL, NEAR, 1, config(holding__station_patience=20.0))
     lease = lease_of(s)
@@ -458,7 +450,7 @@ def test_who_walks_to_and_fro_on_a_station_does_not_bar_it() -> None:
     assert lease.is_barred(s), "nobody has walked there for a while"
 
 
-def test_another_try_does_not_wait_anew_for_a_station_that_was_not_seen_free() -> None:
+def test_another_try_does_not_wait_anew_for_a_station_that_was_not_seen_free():
     s = robot_in(HALL, NEAR, 1, config(holding__station_patience=20.0))
     lease = lease_of(s)
     watch(s, lease, 21.0, ON_IT)

@@ -1,7 +1,5 @@
 """The radio's measured round trip, and the ticks by which times grow with it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -18,28 +16,28 @@ def after(trip: int, ticks: int = 600) -> Patience:
 
 
 @pytest.mark.parametrize(("trip", "extra"), [(1, 0), (3, 0), (5, 2), (10, 12), (40, 72)])
-def test_times_grow_by_what_the_round_trips_take_longer(trip: int, extra: int) -> None:
+def test_times_grow_by_what_the_round_trips_take_longer(trip, extra):
     assert after(trip).extra == extra == max(0, int(TRIPS * (trip - USUAL_TRIP)))
 
 
-def test_over_a_dead_radio_times_have_an_end() -> None:
+def test_over_a_dead_radio_times_have_an_end():
     assert after(LONGEST_TRIP).extra < TRIPS * LONGEST_TRIP
     assert after(LONGEST_TRIP + 1).extra == 0
 
 
-def test_a_lost_beacon_or_two_change_nothing() -> None:
+def test_a_lost_beacon_or_two_change_nothing():
     radio = after(2)
     radio.note(10.0)
     assert radio.extra == 0
 
 
-def test_without_neighbours_the_last_measurement_stays() -> None:
+def test_without_neighbours_the_last_measurement_stays():
     radio = after(10)
     radio.note(mean_trip(np.zeros(0, np.int64), 800))
     assert radio.extra == 12
 
 
-def test_acknowledgements_of_now_or_of_long_ago_do_not_count() -> None:
+def test_acknowledgements_of_now_or_of_long_ago_do_not_count():
     acks = np.array((98, 96, 100, 100 - LONGEST_TRIP - 1))
     assert mean_trip(acks, 100) == 3.0
     assert mean_trip(acks[2:], 100) == 0.0

@@ -1,7 +1,5 @@
 """Who ranks above whom, and the chain push, refuge, release, stuck, retreat."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -37,7 +35,7 @@ ticks = st.integers(0, 2**32 - 1)
 ids = st.integers(1, 1000)
 
 
-def test_classes_rank_before_seniority_and_seniority_before_the_id() -> None:
+def test_classes_rank_before_seniority_and_seniority_before_the_id():
     ranked = [
         base_priority(CLASS_DRIVING, 100, 1),
         base_priority(CLASS_DRIVING, 100, 2),
@@ -49,9 +47,7 @@ def test_classes_rank_before_seniority_and_seniority_before_the_id() -> None:
 
 
 @given(ticks, ids, ticks, ids)
-def test_no_two_robots_have_the_same_priority(
-    tick: int, robot: int, other_tick: int, other: int
-) -> None:
+def test_no_two_robots_have_the_same_priority(tick, robot, other_tick, other):
     a, b = (base_priority(CLASS_DRIVING, *pair) for pair in ((tick, robot), (other_tick, other)))
     assert (a == b) == ((tick, robot) == (other_tick, other))
     # sixty robots can inherit from each other below the next one's own priority
@@ -76,7 +72,7 @@ def pushed(
     return s, right
 
 
-def test_a_robot_in_the_way_inherits_says_so_and_drives_to_a_refuge() -> None:
+def test_a_robot_in_the_way_inherits_says_so_and_drives_to_a_refuge():
     s, right = pushed()
     assert right.is_yielding
     assert s.donations.push == HIGH - 1
@@ -89,7 +85,7 @@ def test_a_robot_in_the_way_inherits_says_so_and_drives_to_a_refuge() -> None:
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.26])
-def test_who_makes_way_gives_up_the_held_space_that_leads_the_other_way(speed: float) -> None:
+def test_who_makes_way_gives_up_the_held_space_that_leads_the_other_way(speed):
     s, right = robot_in(HALL, MIDDLE), RightOfWay()
     s.tube.adopt(np.column_stack((np.arange(4.0, 3.0, -0.05), np.full(20, 4.0))))
     s.tube.stop, s.twist = 10, Twist(speed)
@@ -99,7 +95,7 @@ def test_who_makes_way_gives_up_the_held_space_that_leads_the_other_way(speed: f
     assert s.tube.stop == (s.brake_points if speed else 0)
 
 
-def test_who_gives_up_space_does_not_ask_for_it_again() -> None:
+def test_who_gives_up_space_does_not_ask_for_it_again():
     """Where the place that it stands on is its refuge, no other path replaces the old one."""
     s = robot_in(HALL, MIDDLE)
     s.tube.adopt(np.column_stack((np.arange(4.0, 3.0, -0.05), np.full(20, 4.0))))
@@ -111,14 +107,14 @@ def test_who_gives_up_space_does_not_ask_for_it_again() -> None:
     assert s.tube.span[1] == 0
 
 
-def test_who_gets_on_is_not_stuck_though_nobody_pushes_it_now() -> None:
+def test_who_gets_on_is_not_stuck_though_nobody_pushes_it_now():
     s, right = pushed()
     right.state, s.has_grown = MakingWay.STUCK, True
     run(s, right, 1, pushing(3.2, 4.0, blocked_by=0, blocked_ticks=0))
     assert not right.is_stuck
 
 
-def test_where_it_stands_in_the_way_is_no_refuge_though_the_nearest_node_is() -> None:
+def test_where_it_stands_in_the_way_is_no_refuge_though_the_nearest_node_is():
     """Crossing, seed 684: the node 3 cm away was free, the robot was not; both stood for 600 s."""
     s, right = robot_in(HALL, MIDDLE), RightOfWay()
     node = s.planner.lattice.point_of(s.planner.lattice.node_of(4.0, 4.0))
@@ -134,7 +130,7 @@ def test_where_it_stands_in_the_way_is_no_refuge_though_the_nearest_node_is() ->
     assert math.dist(s.tube.points[-1], (s.pose.x, s.pose.y)) > 0.05
 
 
-def test_who_is_still_in_the_way_at_its_refuge_looks_for_one_farther_off() -> None:
+def test_who_is_still_in_the_way_at_its_refuge_looks_for_one_farther_off():
     """Radio, seed 0: by its own reckoning it was out of the way; both waited for 500 s."""
     s, right = pushed()
     first = s.tube.points[-1]
@@ -154,34 +150,34 @@ def test_who_is_still_in_the_way_at_its_refuge_looks_for_one_farther_off() -> No
         {"priority": 1 << DEPTH_BITS},  # of no depth any more
     ],
 )
-def test_nobody_is_pushed_without_cause(changes: dict) -> None:
+def test_nobody_is_pushed_without_cause(changes):
     _, right = pushed(MIDDLE, pushing(3.2, 4.0, **changes))
     assert not right.is_yielding
 
 
 @pytest.mark.parametrize(("ticks_blocked", "is_pushed"), [(3, False), (19, False), (20, True)])
-def test_who_drives_on_is_left_alone_for_a_while(ticks_blocked: int, is_pushed: bool) -> None:
+def test_who_drives_on_is_left_alone_for_a_while(ticks_blocked, is_pushed):
     s, right = robot_in(HALL, MIDDLE), RightOfWay()
     s.twist = Twist(0.2, 0.0, 0.0)
     hear(s, pushing(3.2, 4.0, blocked_ticks=ticks_blocked))
     assert push(right, s) is is_pushed
 
 
-def test_a_gone_robot_pushes_nobody() -> None:
+def test_a_gone_robot_pushes_nobody():
     s, right = robot_in(HALL, MIDDLE), RightOfWay()
     hear(s, pushing(3.2, 4.0), tick=50)
     assert s.neighbors.gone.all()
     assert not push(right, s)
 
 
-def test_of_two_pushers_the_higher_one_counts() -> None:
+def test_of_two_pushers_the_higher_one_counts():
     higher = HIGH + (1 << ID_BITS + DEPTH_BITS)
     s, _ = pushed(MIDDLE, pushing(3.2, 4.0), pushing(4.0, 4.8, 3, priority=higher))
     assert s.donations.yields_for == 3
     assert s.donations.push == higher - 1
 
 
-def test_a_higher_pusher_replaces_a_lower_one() -> None:
+def test_a_higher_pusher_replaces_a_lower_one():
     s, right = pushed()
     higher = HIGH + (1 << ID_BITS + DEPTH_BITS)
     s.tick += 1
@@ -192,7 +188,7 @@ def test_a_higher_pusher_replaces_a_lower_one() -> None:
     assert s.counters.pushes == 2
 
 
-def test_two_robots_pushed_by_one_inherit_the_same_and_are_walls_to_each_other() -> None:
+def test_two_robots_pushed_by_one_inherit_the_same_and_are_walls_to_each_other():
     s, _ = pushed(MIDDLE, pushing(3.2, 4.0), beacon(5, 4.0, 4.6, priority=HIGH - 1))
     assert s.donations.push == s.neighbors.priorities[1] == HIGH - 1
     path = s.tube.points
@@ -207,7 +203,7 @@ def run(s: RobotState, right: RightOfWay, count: int, *others: np.void) -> bool:
     return right.is_yielding
 
 
-def test_a_robot_makes_way_until_nobody_has_pushed_it_for_the_retry_time() -> None:
+def test_a_robot_makes_way_until_nobody_has_pushed_it_for_the_retry_time():
     s, right = pushed()
     away = pushing(3.2, 4.0, blocked_by=0, blocked_ticks=0, intent=[(3.2, 4.0), (3.1, 4.0)])
     away["wanted_size"] = 0
@@ -229,8 +225,8 @@ def test_a_robot_makes_way_until_nobody_has_pushed_it_for_the_retry_time() -> No
     ],
 )
 def test_who_makes_way_drives_on_to_its_refuge_while_the_pusher_comes_and_the_way_is_free(
-    pusher: dict, own: dict, drives_on: bool
-) -> None:
+    pusher, own, drives_on
+):
     """Else it turned back to its own way after a second, to be pushed again two ticks later."""
     s, right = pushed()
     for name, value in own.items():
@@ -249,7 +245,7 @@ def in_a_dead_end() -> tuple[RobotState, RightOfWay]:
     )
 
 
-def test_a_robot_without_a_refuge_says_that_it_is_stuck() -> None:
+def test_a_robot_without_a_refuge_says_that_it_is_stuck():
     s, right = in_a_dead_end()
     assert right.is_yielding
     assert right.is_stuck
@@ -263,9 +259,7 @@ def test_a_robot_without_a_refuge_says_that_it_is_stuck() -> None:
     ("place", "moves", "is_stuck"),
     [(MIDDLE, False, True), (MIDDLE, True, False), (Pose(4.05, 6.05, 0.0), False, False)],
 )
-def test_who_has_no_refuge_is_stuck_until_it_moves_or_stands_in_one(
-    place: Pose, moves: bool, is_stuck: bool
-) -> None:
+def test_who_has_no_refuge_is_stuck_until_it_moves_or_stands_in_one(place, moves, is_stuck):
     s, right = pushed()
     right.state, s.has_grown = MakingWay.STUCK, moves
     s.pose = place
@@ -277,7 +271,7 @@ def test_who_has_no_refuge_is_stuck_until_it_moves_or_stands_in_one(
     assert right.is_stuck == is_stuck
 
 
-def test_who_is_blocked_on_the_way_to_its_refuge_for_long_is_stuck() -> None:
+def test_who_is_blocked_on_the_way_to_its_refuge_for_long_is_stuck():
     s, right = pushed()
     s.priority = s.donations.push
     for _ in range(s.ticks(s.config.traffic.stuck_time) + 2):
@@ -298,9 +292,7 @@ def test_who_is_blocked_on_the_way_to_its_refuge_for_long_is_stuck() -> None:
     ("flags", "priority", "takes"),
     [(FLAG_ACTIVE, 5, True), (FLAG_ACTIVE, HIGH, False), (STUCK, 5, False)],
 )
-def test_in_a_full_room_the_place_of_a_lower_robot_is_a_refuge(
-    flags: int, priority: int, takes: bool
-) -> None:
+def test_in_a_full_room_the_place_of_a_lower_robot_is_a_refuge(flags, priority, takes):
     """No place was free, so nobody moved up, and the pusher came back for ever."""
     way = [(0.4 + 0.1 * k, 0.7) for k in range(7)]
     others = [
@@ -322,7 +314,7 @@ def blocked_by_a_stuck_one(flags: int = STUCK, blocked: int = 20) -> tuple[Robot
     return s, right
 
 
-def test_a_pusher_steps_back_from_a_stuck_robot() -> None:
+def test_a_pusher_steps_back_from_a_stuck_robot():
     s, right = blocked_by_a_stuck_one()
     assert right.is_retreating
     assert s.counters.retreats == 1
@@ -331,12 +323,12 @@ def test_a_pusher_steps_back_from_a_stuck_robot() -> None:
 
 
 @pytest.mark.parametrize(("flags", "blocked"), [(FLAG_ACTIVE, 50), (STUCK, 19)])
-def test_nobody_steps_back_early_or_from_a_robot_that_can_move(flags: int, blocked: int) -> None:
+def test_nobody_steps_back_early_or_from_a_robot_that_can_move(flags, blocked):
     assert not blocked_by_a_stuck_one(flags, blocked)[1].is_yielding
 
 
 @pytest.mark.parametrize(("behind", "steps_back"), [(7, True), (2, False)])
-def test_an_equal_with_a_larger_id_does_not_bar_a_retreat(behind: int, steps_back: bool) -> None:
+def test_an_equal_with_a_larger_id_does_not_bar_a_retreat(behind, steps_back):
     """Two that inherited one priority: the retreat of the highest must not be barred by rank."""
     lane = room(8.0, 4.0, (0.0, 0.0, 6.0, 1.5), (0.0, 2.4, 6.0, 4.0))  # blind to the left
     s, right = robot_in(lane, Pose(2.0, 1.95, 0.0), robot_id=5), RightOfWay()
@@ -348,7 +340,7 @@ def test_an_equal_with_a_larger_id_does_not_bar_a_retreat(behind: int, steps_bac
     assert right.is_retreating is steps_back
 
 
-def test_a_retreat_lasts_for_its_time() -> None:
+def test_a_retreat_lasts_for_its_time():
     s, right = blocked_by_a_stuck_one()
     s.blocked_ticks = 0
     length = s.stuck_ticks
@@ -359,7 +351,7 @@ def test_a_retreat_lasts_for_its_time() -> None:
 
 
 @pytest.mark.parametrize(("blocker", "times"), [(2, 2), (3, 1)])
-def test_each_retreat_from_the_same_robot_is_farther_and_longer(blocker: int, times: int) -> None:
+def test_each_retreat_from_the_same_robot_is_farther_and_longer(blocker, times):
     """Beside a dead robot two others behind the stuck one had to step back before it: no time."""
     s, right = blocked_by_a_stuck_one()
     s.blocked_ticks = 0
@@ -373,7 +365,7 @@ def test_each_retreat_from_the_same_robot_is_farther_and_longer(blocker: int, ti
     assert not run(s, right, 1, stuck)
 
 
-def test_being_pushed_ends_a_retreat() -> None:
+def test_being_pushed_ends_a_retreat():
     s, right = blocked_by_a_stuck_one()
     s.tick += 1
     hear(s, beacon(2, 4.7, 4.0, flags=STUCK), pushing(3.2, 4.0, 3))
@@ -386,7 +378,7 @@ def test_being_pushed_ends_a_retreat() -> None:
 LANE = room(16.0, 4.0, (4.0, 0.0, 12.0, 1.5), (4.0, 2.4, 12.0, 4.0))
 
 
-def test_from_a_single_lane_a_refuge_is_in_the_room_behind_however_far() -> None:
+def test_from_a_single_lane_a_refuge_is_in_the_room_behind_however_far():
     """Random hall 0 with 20 robots: idle ones in an aisle were pushed along it, and stuck."""
     idle = [beacon(robot, 6.5 + robot, 1.95) for robot in (3, 4, 5)]
     s, right = pushed(Pose(6.8, 1.95, 0.0), pushing(6.1, 1.95), *idle, grid=LANE)
@@ -394,7 +386,7 @@ def test_from_a_single_lane_a_refuge_is_in_the_room_behind_however_far() -> None
     assert s.tube.points[-1][0] > 12.0
 
 
-def test_in_a_blind_end_a_robot_looks_for_a_way_out_while_its_pusher_steps_back() -> None:
+def test_in_a_blind_end_a_robot_looks_for_a_way_out_while_its_pusher_steps_back():
     """Random hall 9 with 20 robots: released as soon as it was not pushed, it stayed for ever."""
     s, right = in_a_dead_end()
     s.tick += s.retry_ticks + 2

@@ -1,7 +1,5 @@
 """What the parts of a navigator share: derived facts, new maps, parameters and priorities."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -31,11 +29,11 @@ def on_a_path() -> RobotState:
 
 
 @pytest.mark.parametrize(("seconds", "ticks"), [(0.0, 1), (0.04, 1), (1.0, 10), (2.26, 23)])
-def test_a_duration_is_at_least_one_tick(seconds: float, ticks: int) -> None:
+def test_a_duration_is_at_least_one_tick(seconds, ticks):
     assert ticks_of(seconds) == ticks
 
 
-def test_robots_wait_longer_over_a_slow_radio() -> None:
+def test_robots_wait_longer_over_a_slow_radio():
     s = standing()
     s.radio.extra = 7
     assert (s.retry_ticks, s.wait_ticks, s.stuck_ticks) == (17, 27, 47)
@@ -43,7 +41,7 @@ def test_robots_wait_longer_over_a_slow_radio() -> None:
 
 
 @pytest.mark.parametrize(("speed", "points"), [(0.0, FEWEST_BRAKE_POINTS), (0.26, 2), (1.0, 12)])
-def test_a_robot_keeps_the_points_that_it_needs_to_stop(speed: float, points: int) -> None:
+def test_a_robot_keeps_the_points_that_it_needs_to_stop(speed, points):
     s = standing()
     assert s.config.controller.acc_lim_x == 1.0
     s.twist = Twist(-speed)
@@ -52,19 +50,19 @@ def test_a_robot_keeps_the_points_that_it_needs_to_stop(speed: float, points: in
 
 @pytest.mark.parametrize(("twist", "stands"), [(Twist(0.01), True), (Twist(0.03), False),
                                                (Twist(0.0, 0.0, 0.2), False)])  # fmt: skip
-def test_a_robot_that_turns_does_not_stand(twist: Twist, stands: bool) -> None:
+def test_a_robot_that_turns_does_not_stand(twist, stands):
     s = standing()
     s.twist = twist
     assert s.is_standing is stands
 
 
-def test_tubes_keep_the_sum_of_both_radii() -> None:
+def test_tubes_keep_the_sum_of_both_radii():
     s = standing()
     hear(s, beacon(7, 4.0, 4.0, radius=0.4))
     assert s.reach(0) == pytest.approx(s.radius + 0.4)
 
 
-def test_another_priority_is_requested_anew() -> None:
+def test_another_priority_is_requested_anew():
     s = on_a_path()
     arbiter_of(s).announce_priorities(5, 7)
     assert (s.own_priority, s.priority) == (5, 7)
@@ -75,7 +73,7 @@ def test_another_priority_is_requested_anew() -> None:
     assert len(s.tube.requests) == 1
 
 
-def test_a_new_map_ends_the_path_at_the_stop_point() -> None:
+def test_a_new_map_ends_the_path_at_the_stop_point():
     s = on_a_path()
     s.tube.stop = 7
     arbiter_of(s).load_map(room(6.0, 6.0))
@@ -84,7 +82,7 @@ def test_a_new_map_ends_the_path_at_the_stop_point() -> None:
     assert len(s.tube.points) == 8
 
 
-def test_parameters_reach_every_layer() -> None:
+def test_parameters_reach_every_layer():
     s = on_a_path()
     before = s.terrain
     traffic = dataclasses.replace(s.config.traffic, safety_margin=0.1, held_length=0.2)
@@ -97,7 +95,7 @@ def test_parameters_reach_every_layer() -> None:
     assert s.terrain is not before
 
 
-def test_long_robots_only_are_confined() -> None:
+def test_long_robots_only_are_confined():
     s = robot_in(HALL, Pose(0.1, 0.1, 0.0))
     assert not s.is_confined
     assert (s.obstacle_clearances(np.zeros((3, 2))) == s.obstacle_clearance).all()
@@ -109,7 +107,7 @@ def of_size(radius: float, robot: int = 2) -> np.void:
     return other
 
 
-def test_where_two_robots_pass_is_told_by_the_largest_robot_heard() -> None:
+def test_where_two_robots_pass_is_told_by_the_largest_robot_heard():
     """Small robots queued where two of them pass, which larger ones take for a single lane."""
     aisle = room(12.0, 8.0, (4.0, 0.0, 9.0, 3.2), (4.0, 4.8, 9.0, 8.0))  # 1.6 m wide
     s = robot_in(aisle, Pose(2.0, 4.0, 0.0))
@@ -126,7 +124,7 @@ def test_where_two_robots_pass_is_told_by_the_largest_robot_heard() -> None:
 
 
 @pytest.mark.parametrize("radius", [np.nan, np.inf, 1e30])
-def test_a_body_of_absurd_size_is_no_larger_robot(radius: float) -> None:
+def test_a_body_of_absurd_size_is_no_larger_robot(radius):
     s = standing()
     hear(s, of_size(radius))
     s.record_bodies()
@@ -134,9 +132,7 @@ def test_a_body_of_absurd_size_is_no_larger_robot(radius: float) -> None:
 
 
 @pytest.mark.parametrize(("ahead", "aside", "stop"), [(0.02, 0.0, 2), (0.02, 0.034, 3)])
-def test_a_robot_that_stands_keeps_the_space_that_it_stands_beside(
-    ahead: float, aside: float, stop: int
-) -> None:
+def test_a_robot_that_stands_keeps_the_space_that_it_stands_beside(ahead, aside, stop):
     """After braking without data it may be ahead of the point nearest to it, and aside."""
     s = on_a_path()
     s.tube.stop = 7

@@ -1,7 +1,5 @@
 """The senses: when there is enough to drive on, and when to listen anew."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -25,7 +23,7 @@ def scan(tick: int) -> Scan:
     return Scan(tick, 0.0, math.tau / 360, 0.12, 3.5, np.full(360, 1.0, np.float32))
 
 
-def test_an_empty_batch_is_enough_but_counts_for_one_tick_only() -> None:
+def test_an_empty_batch_is_enough_but_counts_for_one_tick_only():
     s, senses = robot()
     senses.on_scan(scan(s.tick))
     assert not senses.update()
@@ -34,7 +32,7 @@ def test_an_empty_batch_is_enough_but_counts_for_one_tick_only() -> None:
     assert not senses.update()
 
 
-def test_scans_that_stop_coming_stop_the_robot() -> None:
+def test_scans_that_stop_coming_stop_the_robot():
     s, senses = robot()
     senses.on_scan(scan(s.tick))
     timeout = s.ticks(s.config.costmap.scan_timeout)
@@ -45,7 +43,7 @@ def test_scans_that_stop_coming_stop_the_robot() -> None:
 
 
 @pytest.mark.parametrize("is_longer", [False, True])
-def test_after_a_long_silence_only_the_robot_listens_anew(is_longer: bool) -> None:
+def test_after_a_long_silence_only_the_robot_listens_anew(is_longer):
     s, senses = robot()
     for _ in range(s.config.traffic.lost_ticks + is_longer):
         s.tick += 1
@@ -56,7 +54,7 @@ def test_after_a_long_silence_only_the_robot_listens_anew(is_longer: bool) -> No
     assert s.listening_since == (s.tick if is_longer else 0)
 
 
-def test_a_scan_marks_nothing_before_the_robots_around_are_heard() -> None:
+def test_a_scan_marks_nothing_before_the_robots_around_are_heard():
     s, senses = robot()
     s.listening_since = s.tick
     senses.on_scan(scan(s.tick))
@@ -65,7 +63,7 @@ def test_a_scan_marks_nothing_before_the_robots_around_are_heard() -> None:
     assert len(s.obstacles.points) > 0
 
 
-def test_a_robot_that_never_gets_a_scan_stands_and_says_so() -> None:
+def test_a_robot_that_never_gets_a_scan_stands_and_says_so():
     s, senses = robot()
     s.tick += s.ticks(s.config.costmap.scan_timeout) + 1
     senses.on_reception(reception_of(NOBODY))
@@ -73,7 +71,7 @@ def test_a_robot_that_never_gets_a_scan_stands_and_says_so() -> None:
     assert "no scan" in senses.missing
 
 
-def test_a_lost_robot_stands_whatever_it_hears() -> None:
+def test_a_lost_robot_stands_whatever_it_hears():
     s, senses = robot()
     senses.on_scan(scan(s.tick))
     senses.on_reception(reception_of(NOBODY))

@@ -1,7 +1,5 @@
 """Single-lane passages: where they are, and whose turn it is."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -34,7 +32,7 @@ def with_door(width: float = 0.7) -> Grid:
 DOOR = with_door()
 
 
-def test_half_the_width_of_a_corridor_is_found_anywhere_in_it() -> None:
+def test_half_the_width_of_a_corridor_is_found_anywhere_in_it():
     step, half = 0.1, 0.65
     centre = (np.arange(40) + 0.5) * step
     clearance = np.maximum(0.0, half - np.abs(centre - 2.0))[:, None].repeat(60, axis=1)
@@ -46,9 +44,7 @@ def test_half_the_width_of_a_corridor_is_found_anywhere_in_it() -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(width=st.floats(1.0, 1.5), offset=st.floats(0.0, 0.1), is_upright=st.booleans())
-def test_all_of_an_aisle_is_a_single_lane_or_none_of_it(
-    width: float, offset: float, is_upright: bool
-) -> None:
+def test_all_of_an_aisle_is_a_single_lane_or_none_of_it(width, offset, is_upright):
     """An aisle a little too narrow for two was a lane on one side and a room on the other."""
     low = 3.0 + offset
     walls = [(0.0, 0.0, 6.0, low), (0.0, low + width, 6.0, 6.0)]
@@ -60,9 +56,7 @@ def test_all_of_an_aisle_is_a_single_lane_or_none_of_it(
 
 
 @pytest.mark.parametrize(("width", "is_room"), [(0.85, False), (1.05, True)])
-def test_where_two_smooth_paths_do_not_fit_beside_each_other_is_a_single_lane(
-    width: float, is_room: bool
-) -> None:
+def test_where_two_smooth_paths_do_not_fit_beside_each_other_is_a_single_lane(width, is_room):
     """Paths keep 0.3 m from walls: in an aisle of 0.85 m all small robots drove in the middle."""
     grid = room(6.0, 6.0, (0.0, 0.0, 6.0, 2.0), (0.0, 2.0 + width, 6.0, 6.0))
     s = initial_state(NavConfig(), load_robot("turtlebot3_burger"), grid, 1, Pose(3.0, 2.4, 0.0))
@@ -70,7 +64,7 @@ def test_where_two_smooth_paths_do_not_fit_beside_each_other_is_a_single_lane(
     assert bool(passing_areas(*s.passing)[is_open].any()) is is_room
 
 
-def test_a_door_is_a_single_lane_and_a_hall_has_none() -> None:
+def test_a_door_is_a_single_lane_and_a_hall_has_none():
     open_hall, walled = robot_in(HALL, Pose(1, 4, 0)), robot_in(DOOR, Pose(1, 4, 0))
     assert single_lanes(open_hall.terrain, open_hall.radius) is None
     labels = single_lanes(walled.terrain, walled.radius)
@@ -108,7 +102,7 @@ def eastward(priority: int) -> np.void:
         (eastward(9), False),  # it goes the same way
     ],
 )
-def test_who_ranks_below_waits_before_the_mouth(other: np.void, is_waited_for: bool) -> None:
+def test_who_ranks_below_waits_before_the_mouth(other, is_waited_for):
     s = approaching(5)
     hear(s, other)
     last, row = SingleLanes().barrier(s, s.tube.stop + 7)
@@ -116,7 +110,7 @@ def test_who_ranks_below_waits_before_the_mouth(other: np.void, is_waited_for: b
     assert (last < s.tube.stop + 7) == is_waited_for
 
 
-def test_who_makes_way_may_go_anywhere() -> None:
+def test_who_makes_way_may_go_anywhere():
     s = approaching(5)
     s.donations.yields_for = 3
     hear(s, westward(9))
@@ -139,9 +133,7 @@ def leader(x: float, ahead: float = 0.1, priority: int = 128 + OWN_DEPTH) -> np.
         (leader(3.6, priority=128), 0),  # at the end of a chain
     ],
 )
-def test_who_goes_through_behind_a_higher_robot_inherits_its_rank(
-    other: np.void, inherited: int
-) -> None:
+def test_who_goes_through_behind_a_higher_robot_inherits_its_rank(other, inherited):
     s, lanes = approaching(5 + OWN_DEPTH), SingleLanes()
     s.own_priority = s.priority
     hear(s, other)
@@ -149,7 +141,7 @@ def test_who_goes_through_behind_a_higher_robot_inherits_its_rank(
     assert s.donations.lane == inherited
 
 
-def test_who_follows_into_a_blind_end_inherits_nothing() -> None:
+def test_who_follows_into_a_blind_end_inherits_nothing():
     """It would keep the rank, and keep in those that come out."""
     s, lanes = approaching(5 + OWN_DEPTH), SingleLanes()
     s.tube.adopt(np.column_stack((np.arange(2.3, 4.5, 0.05), np.full(44, 4.0))))
@@ -159,7 +151,7 @@ def test_who_follows_into_a_blind_end_inherits_nothing() -> None:
     assert s.donations.lane == 0
 
 
-def test_who_follows_keeps_the_rank_until_it_is_out() -> None:
+def test_who_follows_keeps_the_rank_until_it_is_out():
     s, lanes = approaching(5 + OWN_DEPTH), SingleLanes()
     s.own_priority = s.priority
     hear(s, leader(3.6))
@@ -172,12 +164,12 @@ def test_who_follows_keeps_the_rank_until_it_is_out() -> None:
         assert s.donations.lane == expected
 
 
-def test_without_a_single_lane_nothing_is_in_the_way() -> None:
+def test_without_a_single_lane_nothing_is_in_the_way():
     s = robot_in(HALL, Pose(2.0, 4.0, 0.0))
     assert SingleLanes().barrier(s, 5) == (5, -1)
 
 
-def test_two_doors_near_each_other_are_two_passages() -> None:
+def test_two_doors_near_each_other_are_two_passages():
     """Labels dilated by the mouths made one lane of 45 m² of two doors, which a robot barred."""
     grid = room(8.0, 8.0, (4.0, 0.0, 4.2, 2.9), (4.0, 3.8, 4.2, 4.6), (4.0, 5.5, 4.2, 8.0))
     s = robot_in(grid, Pose(2.3, 3.3, 0.0))

@@ -1,7 +1,5 @@
 """Speed limits: kept inside a zone, braked for before it, and given by Nav2's topic."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -47,9 +45,7 @@ def drive(one: Squad, ticks: int = 1500) -> list[tuple[float, float]]:
 @pytest.mark.parametrize(
     ("limit", "is_percentage", "allowed"), [(0.1, False, 0.1), (50, True, 0.13)]
 )
-def test_a_robot_is_no_faster_than_a_zone_allows(
-    limit: float, is_percentage: bool, allowed: float
-) -> None:
+def test_a_robot_is_no_faster_than_a_zone_allows(limit, is_percentage, allowed):
     sites = Sites(zones=zones(limit, is_percentage=is_percentage))
     one = Squad(HALL, [START], config(), sites)
     one.send(0, GOAL)
@@ -62,7 +58,7 @@ def test_a_robot_is_no_faster_than_a_zone_allows(
 
 
 @pytest.mark.parametrize("limit", [0.1, 0.5])
-def test_a_fast_robot_brakes_before_a_zone(limit: float) -> None:
+def test_a_fast_robot_brakes_before_a_zone(limit):
     spec = fast_robot()
     parameters = config(max_vel_x=1.2, acc_lim_x=0.8)
     one = Squad(room(14.0, 4.0), [START], parameters, Sites(zones=zones(limit)), spec=spec)
@@ -72,7 +68,7 @@ def test_a_fast_robot_brakes_before_a_zone(limit: float) -> None:
     assert max(speed for x, speed in track if x < 3.5) > 0.6
 
 
-def test_a_behaviour_keeps_the_limit_too() -> None:
+def test_a_behaviour_keeps_the_limit_too():
     one = Squad(HALL, [Pose(3.5, 2.0, 0.0)], config(), Sites(zones=zones(0.1)))
     one.send(0, kind=GoalKind.DRIVE_ON_HEADING, distance=2.0, speed=0.25)
     track = drive(one)
@@ -87,9 +83,7 @@ def test_a_behaviour_keeps_the_limit_too() -> None:
     ("limit", "is_percentage", "allowed"),
     [(0.1, False, 0.1), (50.0, True, 0.13), (0.0, True, 0.26)],
 )
-def test_the_topics_limit_counts_everywhere(
-    limit: float, is_percentage: bool, allowed: float
-) -> None:
+def test_the_topics_limit_counts_everywhere(limit, is_percentage, allowed):
     one = Squad(HALL, [START], config())
     one.robots[0].services.on_speed_limit(0.05, is_percentage=False)
     one.robots[0].services.on_speed_limit(limit, is_percentage=is_percentage)
@@ -98,7 +92,7 @@ def test_the_topics_limit_counts_everywhere(
     assert 0.9 * allowed < fastest <= allowed + 1e-6
 
 
-def test_the_lower_of_topic_and_zone_counts() -> None:
+def test_the_lower_of_topic_and_zone_counts():
     s = robot_in(HALL, Pose(5.0, 2.0, 0.0))
     limits = SpeedLimits(zones(0.1))
     wish = Twist(0.26, 0.0, 0.52)
@@ -111,7 +105,7 @@ def test_the_lower_of_topic_and_zone_counts() -> None:
     assert limits.limited(Twist(0.0, 0.0, 1.0), s) == Twist(0.0, 0.0, 1.0)
 
 
-def test_a_robot_that_drives_sideways_brakes_for_what_is_beside_it() -> None:
+def test_a_robot_that_drives_sideways_brakes_for_what_is_beside_it():
     assert load_robot("linorobot2_mecanum").max_vel_y > 0.0
     s = robot_in(HALL, Pose(3.93, 2.0, -math.pi / 2))  # the zone is on its left
     limits = SpeedLimits(zones(0.1))
@@ -119,6 +113,6 @@ def test_a_robot_that_drives_sideways_brakes_for_what_is_beside_it() -> None:
     assert limits.limited(Twist(0.0, -0.2, 0.0), robot_in(HALL, Pose(3.7, 2.0, -1.57))).vy == -0.2
 
 
-def test_without_limits_the_twist_is_left_alone() -> None:
+def test_without_limits_the_twist_is_left_alone():
     wish = Twist(0.26, 0.0, 0.5)
     assert SpeedLimits(Zones()).limited(wish, robot_in(HALL, START)) is wish

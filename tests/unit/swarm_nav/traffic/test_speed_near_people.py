@@ -1,7 +1,5 @@
 """Caution around people, and which marks may be somebody who walks on."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -51,7 +49,7 @@ def watch(s: RobotState, layer: ObstacleLayer, tick: int, x: float, y: float) ->
     return layer.restless_gap(MIDDLE.x, MIDDLE.y, tick)
 
 
-def test_a_thing_that_never_moves_is_restless_only_at_first() -> None:
+def test_a_thing_that_never_moves_is_restless_only_at_first():
     s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     gaps = {tick: watch(s, layer, tick, 5.5, 4.0) for tick in range(0, 200, SCAN_TICKS)}
     assert gaps[0] == pytest.approx(1.25, abs=0.05)
@@ -59,7 +57,7 @@ def test_a_thing_that_never_moves_is_restless_only_at_first() -> None:
     assert all(math.isinf(gap) for tick, gap in gaps.items() if tick >= STILL_TICKS)
 
 
-def test_who_was_seen_moving_stays_restless_for_longer() -> None:
+def test_who_was_seen_moving_stays_restless_for_longer():
     s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     for tick in range(0, 20, SCAN_TICKS):  # walks past at 0.8 m/s and stops
         watch(s, layer, tick, 5.5, 3.0 + 0.08 * tick)
@@ -69,7 +67,7 @@ def test_who_was_seen_moving_stays_restless_for_longer() -> None:
     assert math.isinf(layer.restless_gap(MIDDLE.x, MIDDLE.y, MOVER_TICKS + 4 * STILL_TICKS))
 
 
-def test_what_comes_from_nowhere_and_stands_is_a_thing_sooner() -> None:
+def test_what_comes_from_nowhere_and_stands_is_a_thing_sooner():
     """More of it is seen all the time, as the robot creeps past: that belongs to it."""
     s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     for tick in range(0, 20, SCAN_TICKS):
@@ -84,7 +82,7 @@ def test_what_comes_from_nowhere_and_stands_is_a_thing_sooner() -> None:
     assert math.isinf(gaps[20 + CAME_TICKS + 18])
 
 
-def test_a_thing_does_not_become_a_person_because_one_walks_past() -> None:
+def test_a_thing_does_not_become_a_person_because_one_walks_past():
     s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     box = ranges_to(5.2, 4.0, 0.2)
 
@@ -101,14 +99,14 @@ def test_a_thing_does_not_become_a_person_because_one_walks_past() -> None:
         assert layer.restless_gap(5.0, 4.0, tick) > 0.2
 
 
-def test_who_walks_up_to_the_robot_is_restless_all_the_way() -> None:
+def test_who_walks_up_to_the_robot_is_restless_all_the_way():
     s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     for tick in range(0, 24, SCAN_TICKS):
         x = 6.4 - 0.08 * tick
         assert watch(s, layer, tick, x, 4.0) == pytest.approx(x - 4.0 - 0.25, abs=0.06)
 
 
-def test_nothing_seen_is_nobody() -> None:
+def test_nothing_seen_is_nobody():
     layer = ObstacleLayer(CostmapConfig(), LIDAR)
     assert layer.restless_gap(0.0, 0.0, 5) == math.inf
     layer.clear()
@@ -116,12 +114,12 @@ def test_nothing_seen_is_nobody() -> None:
 
 
 @pytest.mark.parametrize("speed", [0.01, 0.05, 0.1, 0.26])
-def test_speed_and_distance_are_inverse(speed: float) -> None:
+def test_speed_and_distance_are_inverse(speed):
     assert cautious_speed(caution_distance(speed, 1.0), 1.0) == pytest.approx(speed)
     assert cautious_speed(caution_distance(0.0, 1.0) - 0.01, 1.0) == 0.0
 
 
-def test_who_has_walked_out_of_sight_is_forgotten() -> None:
+def test_who_has_walked_out_of_sight_is_forgotten():
     s, layer = robot_in(HALL, MIDDLE), ObstacleLayer(CostmapConfig(), LIDAR)
     for tick in range(0, 20, SCAN_TICKS):
         watch(s, layer, tick, 5.5, 3.0 + 0.08 * tick)
@@ -134,9 +132,7 @@ def test_who_has_walked_out_of_sight_is_forgotten() -> None:
 
 @pytest.mark.parametrize("walking", [0.6, 0.8, 1.0])
 @pytest.mark.parametrize("phase", [0.0, 0.05, 0.1, 0.15, 0.199])
-def test_a_robot_stands_before_a_person_who_comes_at_it_is_there(
-    walking: float, phase: float
-) -> None:
+def test_a_robot_stands_before_a_person_who_comes_at_it_is_there(walking, phase):
     """Head on: sees at 5 Hz, brakes at 1 m/s², is slower than 0.02 m/s before the contact."""
     speed, brakes, step = 0.26, 1.0, 0.01
     gap = 3.0
@@ -153,7 +149,7 @@ def test_a_robot_stands_before_a_person_who_comes_at_it_is_there(
         assert gap > 0.0
 
 
-def test_near_somebody_the_robot_creeps_and_turns_or_does_nothing() -> None:
+def test_near_somebody_the_robot_creeps_and_turns_or_does_nothing():
     s = robot_in(HALL, MIDDLE)
     drive = Twist(0.2, 0.0, 0.4)
     config = s.config.controller
@@ -177,7 +173,7 @@ def test_near_somebody_the_robot_creeps_and_turns_or_does_nothing() -> None:
         assert slow_near_people(turn, people, config) == (turn if gap > 0.1 else Twist())
 
 
-def test_who_walks_by_again_and_again_excuses_a_stuck_robot_only_while_it_is_near() -> None:
+def test_who_walks_by_again_and_again_excuses_a_stuck_robot_only_while_it_is_near():
     """A robot before a crate never tried a recovery while a person paced beside it."""
     one = Squad(HALL, [MIDDLE])
     one.send(0, Pose(7.4, 4.0, 0.0))

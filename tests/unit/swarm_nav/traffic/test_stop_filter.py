@@ -1,7 +1,5 @@
 """The stop filter: whatever a controller wants, braking ends in the robot's own space."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -46,27 +44,25 @@ def share_of(
     return share
 
 
-def test_a_twist_along_the_held_space_passes_unchanged() -> None:
+def test_a_twist_along_the_held_space_passes_unchanged():
     assert share_of((MOST, 0.0, 0.0), now=(MOST, 0.0, 0.0)) == 1.0
 
 
 @pytest.mark.parametrize("wish", [(-MOST, 0.0, 0.0), (0.0, MOST, 0.0), (MOST, 0.0, 0.0)])
-def test_a_robot_that_holds_its_place_only_does_not_leave_it(
-    wish: tuple[float, float, float],
-) -> None:
+def test_a_robot_that_holds_its_place_only_does_not_leave_it(wish):
     x = 0.035 if wish[0] > 0.0 else -0.035
     pose = (x, 0.035 if wish[1] else 0.0, 0.0)
     assert share_of(wish, pose=pose, now=wish, held=0) == 0.0
 
 
-def test_a_robot_beside_its_space_may_only_come_back() -> None:
+def test_a_robot_beside_its_space_may_only_come_back():
     aside = (0.2, 0.08, -math.pi / 2)
     assert share_of((0.1, 0.0, 0.0), pose=aside) == 1.0
     assert share_of((-0.1, 0.0, 0.0), pose=aside) == 0.0
 
 
 @pytest.mark.parametrize("what", ["wall", "hit"])
-def test_a_robot_does_not_brake_into_what_is_ahead(what: str) -> None:
+def test_a_robot_does_not_brake_into_what_is_ahead(what):
     hits = np.array(((0.45, 0.0),)) if what == "hit" else NOTHING
     field = OPEN
     if what == "wall":  # at x = 0.45: distance falls linearly
@@ -80,9 +76,7 @@ def test_a_robot_does_not_brake_into_what_is_ahead(what: str) -> None:
 
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.tuples(speeds, speeds, rates), min_size=10, max_size=60), st.integers(0, 10))
-def test_no_sequence_of_wishes_leads_out_of_the_held_space(
-    wishes: list[tuple[float, float, float]], held: int
-) -> None:
+def test_no_sequence_of_wishes_leads_out_of_the_held_space(wishes, held):
     drive = Drive()
     for wish in wishes:
         share = share_of(wish, now=drive.twist, pose=drive.pose, held=held)
@@ -150,14 +144,14 @@ class Space:
         return float(gap_to_line(self.points, self.tail, self.stop, x, y))
 
 
-def test_the_first_held_point_follows_the_robot() -> None:
+def test_the_first_held_point_follows_the_robot():
     for x, tail in ((0.12, (2, 0.12)), (0.135, (2, 0.135)), (0.15, (3, 0.15))):
         space, drive = Space(AHEAD, 10), Drive(x, 0.01, MOST)
         space.filter(drive, (MOST, 0.0, 0.0))
         assert (space.tail, space.points[space.tail, 0]) == pytest.approx(tail)
 
 
-def test_a_robot_that_backs_gets_no_space_behind_it() -> None:
+def test_a_robot_that_backs_gets_no_space_behind_it():
     space, drive = Space(AHEAD, 10), Drive(0.2)
     space.filter(drive, (0.0, 0.0, 0.0))
     for _ in range(30):
@@ -165,7 +159,7 @@ def test_a_robot_that_backs_gets_no_space_behind_it() -> None:
     assert 0.2 - TOLERANCE - 0.003 < drive.pose[0] < 0.2
 
 
-def test_space_in_which_the_robot_brakes_is_not_given_up() -> None:
+def test_space_in_which_the_robot_brakes_is_not_given_up():
     fast, way = 0.5, 0.125  # [m/s] and the way to stop
     space, drive = Space(AHEAD, 10), Drive(0.3, 0.0, -fast)
     space.filter(drive, (0.0, 0.0, 0.0))
@@ -182,9 +176,7 @@ deeds = st.tuples(speeds, speeds, rates, st.sampled_from((None, None, None, 0, 2
 
 @settings(max_examples=300, deadline=None)
 @given(st.lists(deeds, min_size=20, max_size=80), st.integers(0, 13), st.booleans())
-def test_no_sequence_of_wishes_and_releases_leads_out_of_what_is_left(
-    wishes: list[tuple[float, float, float, int | None]], stop: int, is_omni: bool
-) -> None:
+def test_no_sequence_of_wishes_and_releases_leads_out_of_what_is_left(wishes, stop, is_omni):
     space, drive = Space(BEND, stop), Drive()
     for vx, vy, wz, keep in wishes:
         if keep is not None:

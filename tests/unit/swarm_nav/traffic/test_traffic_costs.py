@@ -1,7 +1,5 @@
 """Other robots and obstacles as costs of the search lattice."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -37,7 +35,7 @@ def cost_at(s: RobotState, costs: np.ndarray, x: float, y: float) -> float:
         ({"flags": FLAG_ACTIVE | FLAG_STUCK}, traffic_costs.BARRED),
     ],
 )
-def test_a_robot_costs_by_what_it_does(fields: dict, cost: float) -> None:
+def test_a_robot_costs_by_what_it_does(fields, cost):
     s = robot(beacon(7, *THERE, **fields))
     costs = traffic_costs.congestion(s)
     assert cost_at(s, costs, *THERE) == pytest.approx(cost)
@@ -45,13 +43,13 @@ def test_a_robot_costs_by_what_it_does(fields: dict, cost: float) -> None:
 
 
 @pytest.mark.parametrize(("mode", "is_wall"), [(MODE_PAUSE, True), (MODE_YIELD, False)])
-def test_a_robot_that_is_served_is_a_wall_for_who_makes_way(mode: int, is_wall: bool) -> None:
+def test_a_robot_that_is_served_is_a_wall_for_who_makes_way(mode, is_wall):
     s = robot(beacon(7, *THERE, mode=mode))
     costs = traffic_costs.refuge_costs(s, np.zeros(1, np.bool_), 0.0)
     assert (cost_at(s, costs, *THERE) >= WALL) == is_wall
 
 
-def test_a_robot_costs_as_far_as_both_tubes_reach() -> None:
+def test_a_robot_costs_as_far_as_both_tubes_reach():
     s = robot(beacon(7, *THERE))
     costs = traffic_costs.congestion(s)
     reach = s.reach(0)
@@ -59,7 +57,7 @@ def test_a_robot_costs_as_far_as_both_tubes_reach() -> None:
     assert cost_at(s, costs, THERE[0] + reach + 0.1, THERE[1]) == 0.0
 
 
-def test_what_a_silent_robot_asked_for_counts_as_held() -> None:
+def test_what_a_silent_robot_asked_for_counts_as_held():
     way = [(5.0, 4.0 + 0.1 * k) for k in range(1, 8)]
     s = robot(beacon(7, *THERE, wanted=way))
     assert cost_at(s, traffic_costs.congestion(s), 5.0, 5.0) == 0.0
@@ -69,13 +67,13 @@ def test_what_a_silent_robot_asked_for_counts_as_held() -> None:
     assert cost_at(gone, traffic_costs.congestion(gone), 5.0, 5.0) > 0.0
 
 
-def test_what_only_the_lidar_sees_costs_most() -> None:
+def test_what_only_the_lidar_sees_costs_most():
     s = robot(beacon(7, *THERE))
     s.obstacles.points = np.array((THERE,))
     assert cost_at(s, traffic_costs.congestion(s), *THERE) == traffic_costs.BARRED
 
 
-def test_where_somebody_walked_lately_costs() -> None:
+def test_where_somebody_walked_lately_costs():
     s = robot()
     let_walk(s, THERE)
     costs = traffic_costs.congestion(s)
@@ -87,13 +85,13 @@ def test_where_somebody_walked_lately_costs() -> None:
     ("priority", "flags", "is_wall"),
     [(9, FLAG_ACTIVE, True), (8, FLAG_ACTIVE, False), (8, FLAG_ACTIVE | FLAG_STUCK, True)],
 )
-def test_who_makes_way_pushes_lower_robots_only(priority: int, flags: int, is_wall: bool) -> None:
+def test_who_makes_way_pushes_lower_robots_only(priority, flags, is_wall):
     s = robot(beacon(7, *THERE, priority=priority, flags=flags))
     costs = traffic_costs.refuge_costs(s, s.neighbors.priorities >= 9, 0.0)
     assert cost_at(s, costs, *THERE) == pytest.approx(WALL if is_wall else traffic_costs.STANDING)
 
 
-def test_a_stamp_raises_and_never_lowers() -> None:
+def test_a_stamp_raises_and_never_lowers():
     s = robot()
     grid = s.planner.no_extra().copy()
     traffic_costs.stamp(grid, s, THERE, 0.5, 2.0)

@@ -1,7 +1,5 @@
 """A record becomes report.json and a bench's line, and both become a record again."""
 
-from __future__ import annotations
-
 import gzip
 import json
 from pathlib import Path
@@ -49,7 +47,7 @@ def record(**changes: Any) -> RunRecord:
     return compose_record(facts, Goals(4, 3, 1, 0), 80.0, VERDICT, **given | changes)
 
 
-def test_throughput_counts_until_the_last_goal_was_settled_not_reached() -> None:
+def test_throughput_counts_until_the_last_goal_was_settled_not_reached():
     found = record()
     assert found.throughput_per_minute == pytest.approx(60.0 * 3 / 80.0)
     assert (found.makespan, found.settled_time) == (None, 80.0)
@@ -59,7 +57,7 @@ def test_throughput_counts_until_the_last_goal_was_settled_not_reached() -> None
     assert finish == {"a": 50.0, "b": None}
 
 
-def test_what_is_under_way_at_the_end_is_missed_unless_goals_have_no_end() -> None:
+def test_what_is_under_way_at_the_end_is_missed_unless_goals_have_no_end():
     facts, goals = {"a": robot((30.0, 30.0))}, Goals(2, 1, 0, 1)
     way = [UnfinishedGoal("a", "dock", "driving")]
     given: dict[str, Any] = {"waits": WAITS, "robots": 1, "seed": 0, "wall_time": 1.0}
@@ -69,7 +67,7 @@ def test_what_is_under_way_at_the_end_is_missed_unless_goals_have_no_end() -> No
     assert (endless.goals_sent, endless.goals_failed, endless.makespan) == (1, 0, None)
 
 
-def test_the_record_of_a_report_says_what_was_reported() -> None:
+def test_the_record_of_a_report_says_what_was_reported():
     report = json.loads(json.dumps(report_of(record())))
     again = record_of(report)
     assert {**report_of(again), **report} == report
@@ -79,19 +77,19 @@ def test_the_record_of_a_report_says_what_was_reported() -> None:
     assert again.per_robot["b"].battery == BATTERY
 
 
-def test_a_line_becomes_the_record_that_it_came_from() -> None:
+def test_a_line_becomes_the_record_that_it_came_from():
     data = json.loads(json.dumps(record().as_json()))
     assert data.pop("schema") == 1
     assert {**record_from_json(data).as_json(), **data} == {"schema": 1, **data}
 
 
-def test_a_line_lacks_what_only_the_report_says() -> None:
+def test_a_line_lacks_what_only_the_report_says():
     names = set(RunRecord.__struct_fields__) - set(record().as_json())
     assert {"processes", "waits", "breaches", "goals", "settled_time"} <= names
 
 
 @pytest.mark.parametrize("name", ["rows", "baselines", "halls"])
-def test_lines_on_disk_are_read(name: str) -> None:
+def test_lines_on_disk_are_read(name):
     with gzip.open(KEPT / f"{name}.jsonl.gz", "rt", encoding="utf-8") as file:
         lines = [json.loads(line) | {"per_robot": {}} for line in file]
     for line in lines:
@@ -102,13 +100,13 @@ def test_lines_on_disk_are_read(name: str) -> None:
 
 
 @given(st.lists(st.floats(0.0, 1e6), min_size=1))
-def test_half_of_the_robots_waited_less_than_the_median(times: list[float]) -> None:
+def test_half_of_the_robots_waited_less_than_the_median(times):
     found = waiting(times)
     assert found.median == pytest.approx(percentiles(times, median=50)["median"])
     assert found.worst == max(times)
 
 
-def test_what_is_not_finite_is_null() -> None:
+def test_what_is_not_finite_is_null():
     data = {"a": float("nan"), "b": [float("inf"), 1.23456], "c": Goals(1, 2, 3, 4)}
     goals = {"sent": 1, "reached": 2, "failed": 3, "pending": 4}
     assert rounded(data) == {"a": None, "b": [None, 1.2346], "c": goals}

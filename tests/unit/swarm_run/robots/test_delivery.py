@@ -1,7 +1,5 @@
 """A goal gets there once and its end is heard, whatever messages are lost."""
 
-from __future__ import annotations
-
 import random
 from itertools import pairwise
 
@@ -26,7 +24,7 @@ SENSELESS = {
 
 @pytest.mark.parametrize("phase", Phase)
 @pytest.mark.parametrize("event", DeliveryEvent)
-def test_every_pair_is_in_the_table_or_refused(phase: Phase, event: DeliveryEvent) -> None:
+def test_every_pair_is_in_the_table_or_refused(phase, event):
     delivery = Delivery(0.0)
     delivery.phase = phase
     if (phase, event) in SENSELESS:
@@ -37,7 +35,7 @@ def test_every_pair_is_in_the_table_or_refused(phase: Phase, event: DeliveryEven
         assert delivery.phase is TRANSITIONS[phase][event][0]
 
 
-def test_an_answered_goal_is_asked_about_once() -> None:
+def test_an_answered_goal_is_asked_about_once():
     delivery = Delivery(0.0)
     assert delivery.hear(DeliveryEvent.ACCEPTANCE, 0.1) is Action.ASK
     assert delivery.look(TASK_TIME, is_busy=True) is Action.NOTHING
@@ -46,14 +44,14 @@ def test_an_answered_goal_is_asked_about_once() -> None:
     assert delivery.look(1e6, is_busy=False) is Action.NOTHING
 
 
-def test_a_robot_that_is_free_is_asked_soon() -> None:
+def test_a_robot_that_is_free_is_asked_soon():
     delivery = Delivery(0.0)
     delivery.hear(DeliveryEvent.ACCEPTANCE, 0.0)
     assert delivery.look(PATIENCE, is_busy=True) is Action.NOTHING
     assert delivery.look(PATIENCE, is_busy=False) is Action.ASK
 
 
-def test_patience_grows_up_to_a_limit() -> None:
+def test_patience_grows_up_to_a_limit():
     delivery = Delivery(0.0)
     times = [t for t in range(2000) if delivery.look(float(t), is_busy=False) is Action.ASK]
     gaps = [after - before for before, after in pairwise(times)]
@@ -62,7 +60,7 @@ def test_patience_grows_up_to_a_limit() -> None:
     assert gaps[-1] == MOST_PATIENCE
 
 
-def test_an_old_answer_says_nothing_about_now() -> None:
+def test_an_old_answer_says_nothing_about_now():
     delivery = Delivery(0.0)
     delivery.look(PATIENCE, is_busy=False)
     delivery.hear(DeliveryEvent.ACCEPTANCE, 4.0)
@@ -116,7 +114,7 @@ class Server:
 
 @pytest.mark.parametrize("refuses", [False, True])
 @pytest.mark.parametrize("seed", range(60))
-def test_whatever_is_lost_the_goal_runs_once_and_its_end_is_heard(seed: int, refuses: bool) -> None:
+def test_whatever_is_lost_the_goal_runs_once_and_its_end_is_heard(seed, refuses):
     server = Server(seed, loss=0.5, refuses=refuses)
     delivery = Delivery(0.0)
     server.post(Action.SEND, 0.0)

@@ -41,20 +41,18 @@ def refusal(start: tuple[float, float], goal: tuple[float, float], shut: slice) 
         ((2.57, 1.0), START, slice(0), 205, False),  # a robot may lose its place, and find it
     ],
 )
-def test_what_the_map_alone_decides_is_not_tried_again(
-    start: tuple[float, float], goal: tuple[float, float], shut: slice, code: int, wanted: bool
-) -> None:
+def test_what_the_map_alone_decides_is_not_tried_again(start, goal, shut, code, wanted):
     error = refusal(start, goal, shut)
     assert error.code == code
     result = NavigateToPose.Result(error_code=int(error.code), error_msg=str(error))
     assert is_for_good(result) is wanted
 
 
-def test_a_refused_goal_is_tried_again() -> None:
+def test_a_refused_goal_is_tried_again():
     assert not is_for_good(None)
 
 
-def test_the_reason_of_a_failed_task_is_that_of_its_result() -> None:
+def test_the_reason_of_a_failed_task_is_that_of_its_result():
     walled = NavigateToPose.Result(error_code=206, error_msg="the goal is occupied")
     assert why_not(walled, TaskResult.FAILED) == "error 206: the goal is occupied"
     assert why_not(NavigateToPose.Result(), TaskResult.CANCELED) == "canceled"

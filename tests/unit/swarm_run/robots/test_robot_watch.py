@@ -1,7 +1,5 @@
 """A robot that is gone is not waited for."""
 
-from __future__ import annotations
-
 import time
 from types import SimpleNamespace
 
@@ -41,7 +39,7 @@ def reasons(watch: RobotWatch, begin: float, end: float) -> list[str]:
     return [watch.look(begin + step) for step in range(int(end - begin) + 1)]
 
 
-def test_a_robot_that_was_removed_is_gone(swarm: SimpleNamespace) -> None:
+def test_a_robot_that_was_removed_is_gone(swarm):
     graph = Graph("Srobot1", "Srobot2")
     watch = RobotWatch(graph, "Srobot1")  # type: ignore[arg-type]
     assert not any(reasons(watch, 100.0, 160.0))
@@ -51,7 +49,7 @@ def test_a_robot_that_was_removed_is_gone(swarm: SimpleNamespace) -> None:
     assert heard[-1] == "Srobot1 is gone: it was removed, or its navigator has ended"
 
 
-def test_a_robot_that_is_restarted_comes_back(swarm: SimpleNamespace) -> None:
+def test_a_robot_that_is_restarted_comes_back(swarm):
     graph = Graph("Srobot1")
     watch = RobotWatch(graph, "Srobot1")  # type: ignore[arg-type]
     watch.look(100.0)
@@ -61,23 +59,23 @@ def test_a_robot_that_is_restarted_comes_back(swarm: SimpleNamespace) -> None:
     assert not any(reasons(watch, 105.0, 120.0))
 
 
-def test_a_robot_that_was_never_there_is_not_the_others(swarm: SimpleNamespace) -> None:
+def test_a_robot_that_was_never_there_is_not_the_others(swarm):
     watch = RobotWatch(Graph("Srobot2"), "Srobot9")  # type: ignore[arg-type]
     assert reasons(watch, 100.0, 110.0)[-1] == ("no robot 'Srobot9' is running; there are Srobot2")
 
 
-def test_the_robots_of_a_swarm_that_starts_are_waited_for(swarm: SimpleNamespace) -> None:
+def test_the_robots_of_a_swarm_that_starts_are_waited_for(swarm):
     watch = RobotWatch(Graph(), "Srobot1")  # type: ignore[arg-type]
     assert not any(reasons(watch, 100.0, 200.0))
 
 
-def test_without_a_swarm_there_is_no_robot(swarm: SimpleNamespace) -> None:
+def test_without_a_swarm_there_is_no_robot(swarm):
     swarm.runs = False
     watch = RobotWatch(Graph(), "Srobot1")  # type: ignore[arg-type]
     assert "no swarm is running in ROS domain 17" in reasons(watch, 100.0, 110.0)[-1]
 
 
-def test_the_swarm_ends_with_its_robots(swarm: SimpleNamespace) -> None:
+def test_the_swarm_ends_with_its_robots(swarm):
     graph = Graph("Srobot1")
     watch = RobotWatch(graph, "Srobot1")  # type: ignore[arg-type]
     now = time.monotonic()

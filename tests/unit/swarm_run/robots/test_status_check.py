@@ -1,7 +1,5 @@
 """Which statuses the operator's side believes."""
 
-from __future__ import annotations
-
 import pytest
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Pose2D
@@ -34,9 +32,7 @@ def door(rejections: Rejections) -> StatusCheck:
 
 
 @pytest.mark.parametrize("ahead", [SLACK + 1, 36_000, 10_000_000])
-def test_a_stamp_of_the_future_is_rejected_and_the_robot_goes_on(
-    door: StatusCheck, rejections: Rejections, ahead: int
-) -> None:
+def test_a_stamp_of_the_future_is_rejected_and_the_robot_goes_on(door, rejections, ahead):
     """At b11a34e its mission counted the goals of all others as failed: they were behind."""
     assert not door.admits("Srobot2", status("Srobot2", 100 + ahead), 50.0)
     assert rejections.counts == {"status": 1}
@@ -44,7 +40,7 @@ def test_a_stamp_of_the_future_is_rejected_and_the_robot_goes_on(
         assert all(door.admits(name, status(name, tick), 50.5) for name in NAMES)
 
 
-def test_no_single_forger_moves_the_time_bit_by_bit(door: StatusCheck) -> None:
+def test_no_single_forger_moves_the_time_bit_by_bit(door):
     tick = 100
     for turn in range(100):
         tick += SLACK
@@ -53,20 +49,20 @@ def test_no_single_forger_moves_the_time_bit_by_bit(door: StatusCheck) -> None:
     assert tick <= 100 + 2 * SLACK + FASTEST * 1.0
 
 
-def test_a_swarm_may_be_fast_paused_or_down_to_one_robot(door: StatusCheck) -> None:
+def test_a_swarm_may_be_fast_paused_or_down_to_one_robot(door):
     assert door.admits("Srobot1", status("Srobot1", 100 + 500), 51.0)  # 50 times real time
     assert door.admits("Srobot1", status("Srobot1", 601), 5000.0)
     for second in range(100):  # alone, the others are dead
         assert door.admits("Srobot1", status("Srobot1", 700 + 400 * second), 5001.0 + second)
 
 
-def test_a_status_of_somebody_else_and_one_without_a_time_are_rejected(door: StatusCheck) -> None:
+def test_a_status_of_somebody_else_and_one_without_a_time_are_rejected(door):
     assert not door.admits("Srobot1", status("Srobot2", 101), 50.1)
     for stamp in (Time(sec=-(2**31)), Time(sec=2**31 - 1), Time(nanosec=2**32 - 1)):
         assert not door.admits("Srobot1", RobotStatus(robot="Srobot1", stamp=stamp), 50.1)
 
 
-def test_a_robot_whose_navigator_was_started_again_is_where_it_was(door: StatusCheck) -> None:
+def test_a_robot_whose_navigator_was_started_again_is_where_it_was(door):
     """A fleet control was told its initial pose, and its next order was refused: 14.7 m off."""
     there, start = Pose2D(x=5.0, y=4.8), Pose2D(x=-5.5, y=-5.5)
     for tick, pose, expected in ((110, there, there), (0, start, there), (0, start, there)):

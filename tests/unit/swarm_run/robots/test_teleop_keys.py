@@ -18,7 +18,7 @@ FULL = Twist(0.26, 0.0, 1.82)
         ("ws", -0.13, 0),
     ],
 )
-def test_a_key_moves_the_robot_at_half_its_speed(typed: str, vx: float, wz: float) -> None:
+def test_a_key_moves_the_robot_at_half_its_speed(typed, vx, wz):
     keys = Keys(FULL)
     keys.press(typed, 10.0)
     wish = keys.wish(10.1)
@@ -26,7 +26,7 @@ def test_a_key_moves_the_robot_at_half_its_speed(typed: str, vx: float, wz: floa
 
 
 @pytest.mark.parametrize("after", ["", " ", "x", "q"])
-def test_without_a_key_the_robot_stops(after: str) -> None:
+def test_without_a_key_the_robot_stops(after):
     keys = Keys(FULL)
     keys.press("w" + after, 10.0)
     later = 10.0 + HOLD if not after else 10.1
@@ -34,7 +34,7 @@ def test_without_a_key_the_robot_stops(after: str) -> None:
     assert keys.is_over == (after == "q")
 
 
-def test_the_speed_has_bounds() -> None:
+def test_the_speed_has_bounds():
     keys = Keys(FULL)
     keys.press("+" * 20 + "w", 0.0)
     assert keys.share == MOST

@@ -1,7 +1,5 @@
 """Building interface packages: skipped where provided, cached by content, tools named."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys
@@ -51,18 +49,13 @@ def builds(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return built
 
 
-def test_second_call_does_nothing(environment: install.Environment, builds: list[str]) -> None:
+def test_second_call_does_nothing(environment, builds):
     assert interfaces_build.ensure_interfaces(quiet=True) == ["demo_msgs"]
     assert interfaces_build.ensure_interfaces(quiet=True) == []
     assert builds == ["demo_msgs"]
 
 
-def test_another_environment_is_served_from_the_cache(
-    environment: install.Environment,
-    builds: list[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_another_environment_is_served_from_the_cache(environment, builds, tmp_path, monkeypatch):
     interfaces_build.ensure_interfaces(quiet=True)
     other = install.Environment(tmp_path / "other", tmp_path / "other" / "site-packages")
     monkeypatch.setattr(install.Environment, "current", lambda: other)
@@ -71,9 +64,7 @@ def test_another_environment_is_served_from_the_cache(
     assert (other.site_packages / "demo_msgs" / "__init__.py").exists()
 
 
-def test_changed_definition_is_built_again(
-    environment: install.Environment, builds: list[str], tmp_path: Path
-) -> None:
+def test_changed_definition_is_built_again(environment, builds, tmp_path):
     interfaces_build.ensure_interfaces(quiet=True)
     folder = tmp_path / "share" / "interfaces" / "demo_msgs"
     (folder / "msg" / "State.msg").write_text("int32 changed\n")
@@ -81,21 +72,14 @@ def test_changed_definition_is_built_again(
     assert builds == ["demo_msgs", "demo_msgs"]
 
 
-def test_removed_installation_is_restored(
-    environment: install.Environment, builds: list[str]
-) -> None:
+def test_removed_installation_is_restored(environment, builds):
     interfaces_build.ensure_interfaces(quiet=True)
     (environment.site_packages / "demo_msgs" / "__init__.py").unlink()
     assert interfaces_build.ensure_interfaces(quiet=True) == ["demo_msgs"]
     assert builds == ["demo_msgs"]
 
 
-def test_package_of_a_full_ros_is_left_alone(
-    environment: install.Environment,
-    builds: list[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_package_of_a_full_ros_is_left_alone(environment, builds, tmp_path, monkeypatch):
     ros = tmp_path / "ros"
     (ros / "python" / "demo_msgs").mkdir(parents=True)
     (ros / "python" / "demo_msgs" / "__init__.py").touch()
@@ -126,12 +110,8 @@ def a_ros(tmp_path: Path, version: str, monkeypatch: pytest.MonkeyPatch) -> Path
     ("version", "is_fit"), [("1.0.1", False), ("1.5.1", True), ("2.0.0", False), ("2.1.0", True)]
 )
 def test_a_package_of_another_release_is_told_of_at_the_start(
-    version: str,
-    is_fit: bool,
-    environment: install.Environment,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    version, is_fit, environment, tmp_path, monkeypatch
+):
     """With 1.5.1 installed, where 2.x was expected, one SpawnEntity ended the world."""
     ros = a_ros(tmp_path, version, monkeypatch)
     if is_fit:
@@ -142,11 +122,8 @@ def test_a_package_of_another_release_is_told_of_at_the_start(
 
 
 def test_a_ros_that_is_sourced_after_our_setup_is_used_or_told_of(
-    environment: install.Environment,
-    builds: list[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    environment, builds, tmp_path, monkeypatch
+):
     """What we had installed was taken for what is imported, and the world ended."""
     monkeypatch.syspath_prepend(str(environment.site_packages))
     monkeypatch.setattr(sys, "prefix", str(environment.prefix))
@@ -163,7 +140,7 @@ def test_a_ros_that_is_sourced_after_our_setup_is_used_or_told_of(
 
 
 @pytest.mark.parametrize(("tool", "package"), [("gcc", "gcc"), ("g++", "g++")])
-def test_missing_compiler_names_the_package(tool: str, package: str, tmp_path: Path) -> None:
+def test_missing_compiler_names_the_package(tool, package, tmp_path):
     for name in {"gcc", "g++"} - {tool}:
         (tmp_path / name).write_text("#!/bin/sh\n")
         (tmp_path / name).chmod(0o755)
@@ -173,11 +150,7 @@ def test_missing_compiler_names_the_package(tool: str, package: str, tmp_path: P
         toolchain.find_toolchain({"PATH": str(tmp_path)})
 
 
-def test_command_ends_with_2_without_a_compiler(
-    environment: install.Environment,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_command_ends_with_2_without_a_compiler(environment, monkeypatch, capsys):
     monkeypatch.setenv("PATH", "")
     monkeypatch.setattr(sys, "argv", ["swarm-setup"])
     with pytest.raises(SystemExit) as end:
@@ -186,9 +159,7 @@ def test_command_ends_with_2_without_a_compiler(
     assert "sudo apt install gcc" in capsys.readouterr().err
 
 
-def test_read_only_environment_is_explained(
-    environment: install.Environment, builds: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_read_only_environment_is_explained(environment, builds, monkeypatch):
     def refuse(*_: object, **__: object) -> None:
         raise PermissionError(13, "Permission denied", str(environment.prefix))
 
@@ -197,7 +168,7 @@ def test_read_only_environment_is_explained(
         interfaces_build.ensure_interfaces(quiet=True)
 
 
-def test_failed_compiler_call_shows_its_output(tmp_path: Path) -> None:
+def test_failed_compiler_call_shows_its_output(tmp_path):
     source = tmp_path / "broken.c"
     source.write_text("int main( {")
     library = Library("demo_msgs", "lib/libx.so", "$ORIGIN", (source,), (), ())
@@ -206,14 +177,14 @@ def test_failed_compiler_call_shows_its_output(tmp_path: Path) -> None:
         build_all([library], tmp_path, tools, jobs=1, done=lambda: None)
 
 
-def test_prefixes_start_with_this_environment(tmp_path: Path) -> None:
+def test_prefixes_start_with_this_environment(tmp_path):
     (tmp_path / "share").mkdir()
     path = os.pathsep.join([str(tmp_path), str(tmp_path / "missing")])
     prefixes = toolchain.ros_prefixes({"AMENT_PREFIX_PATH": path})
     assert prefixes[1:] == (tmp_path,)
 
 
-def test_install_remembers_what_is_there(tmp_path: Path) -> None:
+def test_install_remembers_what_is_there(tmp_path):
     there = install.Environment(tmp_path, tmp_path / "site-packages")
     assert there.installed() == {}
     package = load_package(write_package(tmp_path / "src", "demo_msgs"))
@@ -239,7 +210,7 @@ def test_install_remembers_what_is_there(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_types_are_those_of_jazzy(interface: str, type_name: str, digest: str) -> None:
+def test_types_are_those_of_jazzy(interface, type_name, digest):
     for prefix in toolchain.ros_prefixes(os.environ):
         file = prefix / "share" / f"{interface}.json"
         if file.exists():

@@ -1,7 +1,5 @@
 """Maps drawn from worlds, and the checks at the start."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -31,7 +29,7 @@ def value_at(grid: Grid, x: float, y: float) -> int:
 
 
 @pytest.mark.parametrize("name", world_names())
-def test_the_shipped_map_is_the_one_drawn_from_the_world(name: str) -> None:
+def test_the_shipped_map_is_the_one_drawn_from_the_world(name):
     shipped, drawn = load_map(map_path(name)), draw_world(load_world(name))
     assert np.array_equal(shipped.cells, drawn.cells)
     assert (shipped.origin_x, shipped.origin_y) == (drawn.origin_x, drawn.origin_y)
@@ -39,7 +37,7 @@ def test_the_shipped_map_is_the_one_drawn_from_the_world(name: str) -> None:
     check_sites(load_world(name), load_robot("turtlebot3_waffle"))
 
 
-def test_walls_are_drawn_to_the_cell() -> None:
+def test_walls_are_drawn_to_the_cell():
     grid = load_map(map_path("slim_blockage"))
     assert value_at(grid, -8.325, 0.0) == OCCUPIED  # west wall, inner face at -8.32
     assert value_at(grid, -8.315, 0.0) == FREE
@@ -50,7 +48,7 @@ def test_walls_are_drawn_to_the_cell() -> None:
     assert value_at(grid, -8.9, 0.0) == UNKNOWN
 
 
-def test_a_cell_is_occupied_if_and_only_if_an_obstacle_reaches_into_it() -> None:
+def test_a_cell_is_occupied_if_and_only_if_an_obstacle_reaches_into_it():
     rng = np.random.default_rng(3)
     section = make_section(rng, 5, 2)
     grid = draw_on((200, 200), 0.05, -5.0, -5.0, section)
@@ -75,7 +73,7 @@ def inside(points: np.ndarray, outline: np.ndarray) -> np.ndarray:
     return np.all(sides, axis=0)
 
 
-def test_map_offset_of_one_metre_is_detected() -> None:
+def test_map_offset_of_one_metre_is_detected():
     """The original's map lay about 1 m off in y, so that loader_1 was inside an obstacle."""
     scene, grid = load_world("slim_blockage"), load_map(map_path("slim_blockage"))
     with pytest.raises(MapError, match="would fit if it were moved by") as caught:
@@ -87,19 +85,19 @@ def test_map_offset_of_one_metre_is_detected() -> None:
 
 
 @pytest.mark.parametrize("shift", [(0.2, 0.0), (0.0, -0.3), (-1.0, 0.0)])
-def test_smaller_offsets_are_detected_too(shift: tuple[float, float]) -> None:
+def test_smaller_offsets_are_detected_too(shift):
     scene, grid = load_world("slim_blockage"), load_map(map_path("slim_blockage"))
     moved = replace(grid, origin_x=grid.origin_x + shift[0], origin_y=grid.origin_y + shift[1])
     with pytest.raises(MapError):
         check_map(scene, moved)
 
 
-def test_a_displacement_within_the_tolerance_passes() -> None:
+def test_a_displacement_within_the_tolerance_passes():
     scene, grid = load_world("slim_blockage"), load_map(map_path("slim_blockage"))
     check_map(scene, replace(grid, origin_x=grid.origin_x + 0.06))
 
 
-def test_a_coarser_map_passes_and_a_lacking_wall_does_not() -> None:
+def test_a_coarser_map_passes_and_a_lacking_wall_does_not():
     scene = load_world("slim_blockage")
     check_map(scene, draw_world(scene, resolution=0.1))
     part = replace(scene, bodies=tuple(b for b in scene.bodies if "island_east" not in b.name))
@@ -109,7 +107,7 @@ def test_a_coarser_map_passes_and_a_lacking_wall_does_not() -> None:
         check_map(part, draw_world(scene))
 
 
-def test_a_map_that_is_too_small_is_refused() -> None:
+def test_a_map_that_is_too_small_is_refused():
     scene, grid = load_world("slim_blockage"), load_map(map_path("slim_blockage"))
     with pytest.raises(MapError, match="the map only from"):
         check_map(scene, replace(grid, cells=grid.cells[:150]))
@@ -118,7 +116,7 @@ def test_a_map_that_is_too_small_is_refused() -> None:
 @pytest.mark.parametrize(
     ("x", "message"), [(-8.4, "inside an obstacle"), (-8.2, "m from an obstacle")]
 )
-def test_a_station_inside_a_wall_is_refused(x: float, message: str) -> None:
+def test_a_station_inside_a_wall_is_refused(x, message):
     scene = load_world("slim_blockage")
     bad = replace(scene, sites=Sites(stations={"loader_1": Pose(x, 0.0, 0.0)}))
     with pytest.raises(ConfigError, match="station 'loader_1'") as caught:
@@ -126,7 +124,7 @@ def test_a_station_inside_a_wall_is_refused(x: float, message: str) -> None:
     assert message in str(caught.value)
 
 
-def test_a_circuit_through_a_wall_is_refused() -> None:
+def test_a_circuit_through_a_wall_is_refused():
     scene = load_world("slim_blockage")
     ring = ((0.0, 0.0), (1.0, 0.0), (-4.0, 0.0))
     with pytest.raises(ConfigError, match="corner 3 of circuit 'ring'"):
@@ -135,13 +133,13 @@ def test_a_circuit_through_a_wall_is_refused() -> None:
         )
 
 
-def test_an_empty_world_draws_an_empty_map() -> None:
+def test_an_empty_world_draws_an_empty_map():
     nothing = Section((), np.zeros((0, 3)), ())
     assert not draw_on((4, 4), 0.1, 0.0, 0.0, nothing).cells.any()
     assert section_at(replace(load_world("hall_12"), bodies=()), 0.1).bounds() == (0, 0, 0, 0)
 
 
-def test_a_map_is_checked_at_the_height_of_the_robots_scan(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_map_is_checked_at_the_height_of_the_robots_scan(monkeypatch):
     robot = open_robot("turtlebot3_waffle")
     tall = replace(robot.spec, lidar=replace(robot.spec.lidar, z=0.2))
     heights: list[float] = []
@@ -168,9 +166,7 @@ def test_a_map_is_checked_at_the_height_of_the_robots_scan(monkeypatch: pytest.M
         (True, False, "without LiDARs no robot sees the broken ones: it may hit them"),
     ],
 )
-def test_a_world_says_whose_lidar_does_not_meet_which_robots(
-    broken: bool, with_lidar: bool, end: str
-) -> None:
+def test_a_world_says_whose_lidar_does_not_meet_which_robots(broken, with_lidar, end):
     spot = Pose(3.0, 3.0, 0.0) if broken else None
     robots = (
         RobotEntry("Srobot1", "turtlebot3_burger"),
@@ -186,7 +182,7 @@ def test_a_world_says_whose_lidar_does_not_meet_which_robots(
         assert list(setup.unseen) == (said if broken else [])
 
 
-def test_nothing_is_said_of_a_lone_robot_or_of_robots_that_allow_for_it() -> None:
+def test_nothing_is_said_of_a_lone_robot_or_of_robots_that_allow_for_it():
     for count, margin, expected in ((1, 0.26, 0), (2, 0.26, 1), (2, 0.65, 0)):
         robots = tuple(RobotEntry(f"Srobot{k}", "carrier") for k in range(1, count + 1))
         setup = build.build(
@@ -196,7 +192,7 @@ def test_nothing_is_said_of_a_lone_robot_or_of_robots_that_allow_for_it() -> Non
         assert len([note for note in setup.scene.notes if "0.64 or more" in note]) == expected
 
 
-def test_a_station_without_room_is_refused_with_a_cure_or_noted_if_nobody_goes_there() -> None:
+def test_a_station_without_room_is_refused_with_a_cure_or_noted_if_nobody_goes_there():
     scene = load_world("hall_12")
     tight = Sites(stations={"a": Pose(0.0, 0.0, 0.0), "b": Pose(5.9, 0.0, 0.0)})
     scene = replace(scene, sites=tight)

@@ -1,7 +1,5 @@
 """Robots that are too wide for every way to a station."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from pathlib import Path
@@ -29,7 +27,7 @@ def square(half: float) -> RobotSpec:
     return dataclasses.replace(WAFFLE, model="square", footprint=corners)
 
 
-def test_a_robot_too_wide_for_the_door_is_told_so() -> None:
+def test_a_robot_too_wide_for_the_door_is_told_so():
     scene = load_world("doorway")  # its door is 0.70 m wide
     start = [Pose(-4.0, 0.0, 0.0)]
     check_ways(scene, [WAFFLE], start)
@@ -45,7 +43,7 @@ def test_a_robot_too_wide_for_the_door_is_told_so() -> None:
     assert abs(passage.y) < 0.1
 
 
-def test_a_station_behind_walls_has_no_way_at_all() -> None:
+def test_a_station_behind_walls_has_no_way_at_all():
     scene = load_world("slim_blockage")
     sites = dataclasses.replace(scene.sites, stations={"inside": Pose(6.5, -3.0, 0.0)})
     closed = dataclasses.replace(scene, sites=sites)
@@ -53,7 +51,7 @@ def test_a_station_behind_walls_has_no_way_at_all() -> None:
         check_ways(closed, [BURGER], [Pose(0.0, 0.0, 0.0)])
 
 
-def test_groups_start_where_they_are_told() -> None:
+def test_groups_start_where_they_are_told():
     scene = load_world("slim_blockage")
     area = SpawnArea(4.5, 2.0, 8.5, 4.0, 1.0, 0.5)
     poses = deal_places(scene, [BURGER, WAFFLE, BURGER], [area, "", area], WAFFLE)
@@ -61,21 +59,21 @@ def test_groups_start_where_they_are_told() -> None:
     assert poses[0].yaw == 0.5
 
 
-def test_a_group_that_does_not_fit_is_told_how_many_do() -> None:
+def test_a_group_that_does_not_fit_is_told_how_many_do():
     scene = load_world("slim_blockage")
     area = SpawnArea(4.5, 2.0, 5.5, 3.0)
     with pytest.raises(WorldError, match="has room for 4 robots of model turtlebot3_burger; 5"):
         deal_places(scene, [BURGER] * 5, [area] * 5, WAFFLE)
 
 
-def test_groups_in_each_others_way_are_refused() -> None:
+def test_groups_in_each_others_way_are_refused():
     scene = load_world("slim_blockage")
     areas = [SpawnArea(4.5, 2.0, 8.5, 4.0), SpawnArea(4.6, 2.0, 8.5, 4.0)]
     with pytest.raises(WorldError, match=r"robots 1 and 2 would overlap .*, at \(4\.60, 2\.00\)"):
         deal_places(scene, [BURGER] * 2, areas, BURGER)
 
 
-def test_starts_of_a_fleet_are_checked(tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_starts_of_a_fleet_are_checked(tmp_path_factory):
     path = tmp_path_factory.mktemp("fleet") / "fleet.yaml"
     group = "groups: [{model: turtlebot3_burger, count: 2, start: %s}]"
     path.write_text(group % "{x_min: 0, y_min: 0, x_max: 3, y_max: 3}")
@@ -85,7 +83,7 @@ def test_starts_of_a_fleet_are_checked(tmp_path_factory: pytest.TempPathFactory)
         load_fleet(path)
 
 
-def test_the_document_has_the_widths_that_the_models_need() -> None:
+def test_the_document_has_the_widths_that_the_models_need():
     text = (Path(__file__).parents[4] / "docs" / "robots.md").read_text("utf-8")
     head, _, *rows = text.split("\n\n")[1].splitlines()
     column = [name.strip() for name in head.split("|")].index("door [m]")
@@ -103,7 +101,7 @@ def with_keepout(world: str, *corners: tuple[float, float]) -> Scene:
     return dataclasses.replace(scene, sites=dataclasses.replace(scene.sites, zones=zones))
 
 
-def test_a_station_behind_a_keepout_zone_has_no_way() -> None:
+def test_a_station_behind_a_keepout_zone_has_no_way():
     scene = with_keepout("doorway", (-0.2, -4.0), (0.2, -4.0), (0.2, 4.0), (-0.2, 4.0))
     with pytest.raises(WorldError, match="keepout zones counted as walls: there is no way at all"):
         check_ways(scene, [WAFFLE], [Pose(-4.0, 0.0, 0.0)])
@@ -113,7 +111,7 @@ def test_a_station_behind_a_keepout_zone_has_no_way() -> None:
     assert "keepout zones counted as walls" in str(caught.value)
 
 
-def test_nobody_starts_in_a_keepout_zone() -> None:
+def test_nobody_starts_in_a_keepout_zone():
     box = (-1.0, -0.5), (3.0, -0.5), (3.0, 3.0), (-1.0, 3.0)
     scene = with_keepout("slim_blockage", *box)
     poses = deal_places(scene, [WAFFLE] * 20, [""] * 20, WAFFLE)
@@ -126,7 +124,7 @@ def test_nobody_starts_in_a_keepout_zone() -> None:
         deal_places(with_keepout("pillars", *full), [WAFFLE], [SpawnCircle(0.0, 0.0, 3.0)], WAFFLE)
 
 
-def test_a_station_too_near_to_a_keepout_zone_is_told_so() -> None:
+def test_a_station_too_near_to_a_keepout_zone_is_told_so():
     near = (-7.6, 0.5), (-7.0, 0.5), (-7.0, 1.5), (-7.6, 1.5)
     with pytest.raises(ConfigError, match=r"loader_3.* lies 0\.146 m from a keepout zone"):
         check_sites(with_keepout("slim_blockage", *near), WAFFLE)

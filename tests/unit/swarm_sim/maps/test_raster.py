@@ -1,7 +1,5 @@
 """Connected free space on an occupancy grid."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -22,13 +20,13 @@ def by_hand(cells: np.ndarray, seeds: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_cells_hang_together_by_their_sides(seed: int) -> None:
+def test_cells_hang_together_by_their_sides(seed):
     rng = np.random.default_rng(seed)
     cells = np.where(rng.random((15, 20)) < 0.4, OCCUPIED, FREE).astype(np.int8)
     seeds = rng.integers(-2, 22, (seed % 4, 2))  # some outside, some on walls, or none at all
     assert np.array_equal(connected(cells, seeds), by_hand(cells, seeds))
 
 
-def test_a_corner_is_no_way() -> None:
+def test_a_corner_is_no_way():
     cells = np.array(((FREE, OCCUPIED), (OCCUPIED, FREE)), np.int8)
     assert connected(cells, np.array(((0, 0),))).tolist() == [[True, False], [False, False]]

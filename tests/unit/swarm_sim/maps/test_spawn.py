@@ -1,11 +1,8 @@
 """Spawn places: any number, touching nothing, off stations and circuits."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,7 +32,7 @@ SLIM = load_world("slim_blockage")
 
 
 @pytest.mark.parametrize("count", [*range(1, 101)])
-def test_any_size_spawns_without_touching_anything(count: int) -> None:
+def test_any_size_spawns_without_touching_anything(count):
     """The original fell back to 10 robots where no number from 2 to 10 divides the size."""
     poses = spawn_poses(SLIM, WAFFLE, count)
     assert len(poses) == count
@@ -48,7 +45,7 @@ def test_any_size_spawns_without_touching_anything(count: int) -> None:
 
 
 @pytest.mark.parametrize("count", [60, 80, 97, 100])
-def test_spawn_places_keep_off_stations_and_circuits(count: int) -> None:
+def test_spawn_places_keep_off_stations_and_circuits(count):
     """The original's grid covered unload from 60 robots on and shipping from 80 on."""
     for pose in spawn_poses(SLIM, WAFFLE, count):
         for station in SLIM.sites.stations.values():
@@ -61,7 +58,7 @@ def test_spawn_places_keep_off_stations_and_circuits(count: int) -> None:
 
 
 @pytest.mark.parametrize("count", [7, 11, 97])
-def test_the_same_call_gives_the_same_places(count: int) -> None:
+def test_the_same_call_gives_the_same_places(count):
     assert spawn_poses(SLIM, WAFFLE, count) == spawn_poses(SLIM, WAFFLE, count)
 
 
@@ -69,22 +66,22 @@ def test_the_same_call_gives_the_same_places(count: int) -> None:
     "name", ["hall_12", "corridor", "crossing", "doorway", "u_shape", "pillars"]
 )
 @pytest.mark.parametrize("count", [1, 12, 24])
-def test_small_worlds_have_room(name: str, count: int) -> None:
+def test_small_worlds_have_room(name, count):
     assert len(spawn_poses(load_world(name), WAFFLE, count)) == count
 
 
-def test_robots_start_clear_of_each_other_in_the_engine() -> None:
+def test_robots_start_clear_of_each_other_in_the_engine():
     poses = spawn_poses(SLIM, WAFFLE, 100)
     world = World(SLIM, [WAFFLE] * 100, poses, WorldConfig(engine="planar", with_lidar=False))
     assert world.verdict.min_clearance > 0.2
 
 
-def test_too_many_robots_are_refused_with_the_number_that_fits() -> None:
+def test_too_many_robots_are_refused_with_the_number_that_fits():
     with pytest.raises(WorldError, match=r"room for \d+ robots .* 500 are asked for"):
         spawn_poses(SLIM, WAFFLE, 500)
 
 
-def test_a_world_without_sites_has_places_too() -> None:
+def test_a_world_without_sites_has_places_too():
     bare = replace(SLIM, sites=Sites())
     poses = spawn_poses(bare, WAFFLE, 20)
     assert len(set(poses)) == 20
@@ -94,7 +91,7 @@ def test_a_world_without_sites_has_places_too() -> None:
     assert all(math.hypot(p.x, p.y) < 2.5 for p in spawn_poses(open_field, WAFFLE, 3))
 
 
-def test_the_map_of_an_open_world_reaches_beyond_the_robots() -> None:
+def test_the_map_of_an_open_world_reaches_beyond_the_robots():
     """They stood beside it, and could not be given goals."""
     open_field = replace(SLIM, sites=Sites(), bodies=())
     poses = spawn_poses(open_field, WAFFLE, 20)
@@ -109,7 +106,7 @@ def test_the_map_of_an_open_world_reaches_beyond_the_robots() -> None:
     assert walled.cells.shape == draw_world(inside).cells.shape
 
 
-def test_a_start_beside_the_map_is_refused(tmp_path: Path) -> None:
+def test_a_start_beside_the_map_is_refused(tmp_path):
     world, plan = tmp_path / "field.sdf", tmp_path / "field.yaml"
     box = "<geometry><box><size>1 1 1</size></box></geometry>"
     world.write_text(
@@ -129,7 +126,7 @@ def test_a_start_beside_the_map_is_refused(tmp_path: Path) -> None:
         build(settings)
 
 
-def test_closed_rooms_are_not_used() -> None:
+def test_closed_rooms_are_not_used():
     area = replace(SLIM.sites.spawn, x_min=4.0, y_min=-4.9, x_max=9.4, y_max=-1.0)
     inside = replace(SLIM, sites=replace(SLIM.sites, spawn=area))
     with pytest.raises(WorldError):
@@ -137,13 +134,13 @@ def test_closed_rooms_are_not_used() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2, 7, 20])
-def test_robots_are_dealt_to_several_areas_in_turn(count: int) -> None:
+def test_robots_are_dealt_to_several_areas_in_turn(count):
     poses = spawn_poses(load_world("corridor"), WAFFLE, count, "both_rooms")
     assert len(set(poses)) == count
     assert all((pose.x > 0.0) == bool(index % 2) for index, pose in enumerate(poses))
 
 
-def test_start_areas_that_overlap_are_refused() -> None:
+def test_start_areas_that_overlap_are_refused():
     """Four robots started 0.2 m apart, and three collided in the first tick."""
     areas = tuple(SpawnArea(x, 0.0, x, 0.0, 1.0) for x in (0.0, 0.2))
     field = replace(SLIM, sites=Sites(spawn=SpawnAreas(areas)), bodies=())
@@ -156,7 +153,7 @@ def test_start_areas_that_overlap_are_refused() -> None:
     assert len(spawn_poses(field, WAFFLE, 2)) == 2
 
 
-def test_a_start_near_a_station_is_refused_with_the_reason() -> None:
+def test_a_start_near_a_station_is_refused_with_the_reason():
     sites = Sites(stations={"a": Pose(1.0, 0.0, 0.0)}, spawn=SpawnArea(0.5, 0.0, 0.5, 0.0, 1.0))
     field = replace(SLIM, sites=sites, bodies=())
     with pytest.raises(
@@ -166,7 +163,7 @@ def test_a_start_near_a_station_is_refused_with_the_reason() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 8, 40])
-def test_robots_stand_evenly_on_a_circle_and_face_its_centre(count: int) -> None:
+def test_robots_stand_evenly_on_a_circle_and_face_its_centre(count):
     poses = spawn_poses(load_world("hall_12"), WAFFLE, count, "circle")
     assert len(poses) == count
     for index, pose in enumerate(poses):
@@ -177,7 +174,7 @@ def test_robots_stand_evenly_on_a_circle_and_face_its_centre(count: int) -> None
             assert pose.distance(poses[index - 1]) == pytest.approx(gap)
 
 
-def test_a_circle_that_is_full_or_meets_a_wall_is_refused() -> None:
+def test_a_circle_that_is_full_or_meets_a_wall_is_refused():
     hall = load_world("hall_12")
     with pytest.raises(WorldError, match=r"circle .* room for 44 robots .* 45 are asked for"):
         spawn_poses(hall, WAFFLE, 45, "circle")

@@ -1,7 +1,5 @@
 """What is made of a world is compared with its triangles, and who hides something is named."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 
@@ -45,15 +43,15 @@ def scene_of(*bodies: Body) -> Scene:
 
 
 @pytest.mark.parametrize("world", world_names())
-def test_the_worlds_that_ship_are_as_their_files_have_them(world: str) -> None:
+def test_the_worlds_that_ship_are_as_their_files_have_them(world):
     assert found(load_world(world)) == []
 
 
-def test_a_package_with_meshes_is(tmp_path: Path) -> None:
+def test_a_package_with_meshes_is(tmp_path):
     assert found(load_world(write_package(tmp_path))) == []
 
 
-def test_every_shape_at_every_tilt() -> None:
+def test_every_shape_at_every_tilt():
     rng = np.random.default_rng(3)
     shapes = (Box((0.5, 0.3, 0.2)), Cylinder(0.2, 0.4), Sphere(0.3))
     bodies = []
@@ -67,7 +65,7 @@ def test_every_shape_at_every_tilt() -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_soups(seed: int) -> None:
+def test_soups(seed):
     rng = np.random.default_rng(seed)
     mesh = soup(rng, int(rng.integers(1, 60)))
     bodies = [body_of(double_faced(mesh), "soup::link"), body_of(room(4.0), "room::link")]
@@ -81,7 +79,7 @@ def of_corners(*triangles: list[tuple[float, float, float]]) -> trimesh.Trimesh:
 
 @pytest.mark.parametrize("width", [0.0, 1e-9, 1e-7, 1e-6, 5e-6, 2e-5, 1e-3])
 @pytest.mark.parametrize("slope", [0.0, 0.5, 20.0])
-def test_a_needle_that_pierces_the_plane_is_a_dot(width: float, slope: float) -> None:
+def test_a_needle_that_pierces_the_plane_is_a_dot(width, slope):
     needle = of_corners([(0.0, 0.0, -1.0), (2.0 * slope, 0.0, 1.0), (2.0 * slope, width, 1.0)])
     assert found(scene_of(body_of(needle))) == []
     outlines = section_between([body_of(needle)], 0.132, 0.132).outlines()
@@ -90,7 +88,7 @@ def test_a_needle_that_pierces_the_plane_is_a_dot(width: float, slope: float) ->
 
 
 @pytest.mark.parametrize("size", [2e-6, 1e-4, 5e-4, 1e-3, 3e-3])
-def test_a_tiny_solid_is_there(size: float) -> None:
+def test_a_tiny_solid_is_there(size):
     post = trimesh.creation.box((size, size, 1.0))
     flat = trimesh.creation.box((size, 10.0 * size, 1.0))
     for mesh in (post, flat):
@@ -100,7 +98,7 @@ def test_a_tiny_solid_is_there(size: float) -> None:
 
 @pytest.mark.parametrize("length", [2.0, 40.0, 400.0])
 @pytest.mark.parametrize("depth", [0.1, 0.3])
-def test_a_long_wall_with_a_notch_keeps_it(length: float, depth: float) -> None:
+def test_a_long_wall_with_a_notch_keeps_it(length, depth):
     """Its mean depth over the whole outline is less than a millimetre."""
     half = length / 2.0
     outline = [(-half, 0.0), (half, 0.0), (half, 1.0), (depth, 1.0), (0.0, 1.0 - depth)]
@@ -120,14 +118,14 @@ def test_a_long_wall_with_a_notch_keeps_it(length: float, depth: float) -> None:
         pytest.param(300, 100.0, marks=pytest.mark.long),
     ],
 )
-def test_a_round_solid_of_any_size_is_round(radius: float, sections: int) -> None:
+def test_a_round_solid_of_any_size_is_round(radius, sections):
     mesh = trimesh.creation.cylinder(radius, 1.0, sections=sections)
     assert found(scene_of(body_of(mesh))) == []
     cut = section_between([body_of(mesh)], 0.132, 0.132)
     assert wall_distance(np.array(mesh.vertices[:, :2]), cut).max() < 0.006
 
 
-def test_who_is_left_out_or_invented_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_is_left_out_or_invented_is_named(monkeypatch):
     scene = scene_of(body_of(room(3.0), "room::link"), body_of(trimesh.creation.box((1, 1, 1))))
     assert found(scene) == []
     cut = mesh_section._polygons
@@ -148,7 +146,7 @@ def test_who_is_left_out_or_invented_is_named(monkeypatch: pytest.MonkeyPatch) -
     assert ("room::link", "the LiDAR has more of it") in names
 
 
-def test_bodies_that_the_physics_engine_lacks_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bodies_that_the_physics_engine_lacks_are_named(monkeypatch):
     check_engine(BULLET, "what it feels")
     scene = scene_of(body_of(room(3.0), "room::link"))
     monkeypatch.setattr("swarm_sim.physics.bullet.probe.pieces_of", lambda body: ())
@@ -156,7 +154,7 @@ def test_bodies_that_the_physics_engine_lacks_are_named(monkeypatch: pytest.Monk
     assert (difference.body, difference.what) == ("room::link", "the physics engine lacks it")
 
 
-def test_a_world_is_looked_at_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_world_is_looked_at_once(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     scene = load_world("hall_12")
     checked(scene, SCANS, REACH, with_physics=True)

@@ -1,7 +1,5 @@
 """Commands and odometry."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -14,20 +12,20 @@ from swarm_sim.physics.drive import CommandBuffer, Odometer
 WAFFLE = load_robot("turtlebot3_waffle")
 
 
-def test_commands_are_kept_within_the_limits() -> None:
+def test_commands_are_kept_within_the_limits():
     buffer = CommandBuffer([WAFFLE, WAFFLE])
     targets = buffer.update([Twist(9.0, 0.0, -9.0), Twist(-9.0, 0.0, 0.5)])
     assert targets.tolist() == [[0.26, -1.82, 0.0], [-0.26, 0.5, 0.0]]
 
 
 @pytest.mark.parametrize("twist", [Twist(math.nan), Twist(0.1, 0.0, math.inf)])
-def test_a_command_that_is_not_finite_means_stop(twist: Twist) -> None:
+def test_a_command_that_is_not_finite_means_stop(twist):
     buffer = CommandBuffer([WAFFLE])
     buffer.update([Twist(0.2)])
     assert buffer.update([twist]).tolist() == [[0.0, 0.0, 0.0]]
 
 
-def test_no_command_for_half_a_second_means_stop() -> None:
+def test_no_command_for_half_a_second_means_stop():
     buffer = CommandBuffer([WAFFLE])
     buffer.update([Twist(0.2)])
     speeds = [buffer.update([None])[0, 0] for _ in range(6)]
@@ -36,7 +34,7 @@ def test_no_command_for_half_a_second_means_stop() -> None:
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.3, -1.82])
-def test_odometry_of_an_arc_is_exact(turn: float) -> None:
+def test_odometry_of_an_arc_is_exact(turn):
     odometer = Odometer(1)
     for tick in range(1, 101):
         odometer.update(np.array([[0.026 * tick, 0.0]]), np.array([0.1 * turn * tick]))

@@ -1,7 +1,5 @@
 """Skid-steer and omnidirectional drives in both engines."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -43,9 +41,7 @@ def drive(world: World, seconds: float, twist: Twist) -> None:
     ],
     ids=str,
 )
-def test_robots_move_as_commanded_and_their_odometry_says_so(
-    engine: str, spec: RobotSpec, twist: Twist
-) -> None:
+def test_robots_move_as_commanded_and_their_odometry_says_so(engine, spec, twist):
     world = make_world(engine, spec)
     drive(world, 1.0, twist)
     before = world.ground_truth()[0][0]
@@ -66,7 +62,7 @@ def test_robots_move_as_commanded_and_their_odometry_says_so(
 
 
 @pytest.mark.parametrize("model", ["turtlebot3_waffle", "turtlebot3_burger", "linorobot2_4wd"])
-def test_wheels_and_planar_drive_the_same_path(model: str) -> None:
+def test_wheels_and_planar_drive_the_same_path(model):
     spec = load_robot(model)
     worlds = [make_world(engine, spec) for engine in ENGINES]
     ways, before = [0.0, 0.0], [world.ground_truth()[0][0] for world in worlds]
@@ -88,7 +84,7 @@ def test_wheels_and_planar_drive_the_same_path(model: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_only_omnidirectional_robots_go_sideways(engine: str) -> None:
+def test_only_omnidirectional_robots_go_sideways(engine):
     for spec in (TWO, FOUR):
         world = make_world(engine, spec)
         drive(world, 1.0, Twist(0.0, 0.4, 0.0))
@@ -97,7 +93,7 @@ def test_only_omnidirectional_robots_go_sideways(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_sideways_into_a_wall_is_one_collision(engine: str) -> None:
+def test_sideways_into_a_wall_is_one_collision(engine):
     world = World(
         load_world("hall_12"),
         [MECANUM],
@@ -111,7 +107,7 @@ def test_sideways_into_a_wall_is_one_collision(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_the_wheels_turn_as_the_robot_moves(engine: str) -> None:
+def test_the_wheels_turn_as_the_robot_moves(engine):
     for spec, twist in ((FOUR, Twist(0.3, 0.0, 0.2)), (MECANUM, Twist(0.1, 0.2, 0.3))):
         world = make_world(engine, spec)
         drive(world, 2.0, twist)
@@ -123,7 +119,7 @@ def test_the_wheels_turn_as_the_robot_moves(engine: str) -> None:
         world.close()
 
 
-def test_wheels_and_motion_say_the_same() -> None:
+def test_wheels_and_motion_say_the_same():
     for spec, way in ((TWO, (0.7, 0.0)), (FOUR, (0.7, 0.0)), (MECANUM, (0.7, -0.4))):
         wheels = Wheels(spec)
         assert wheels.travel(wheels.rates(way[0], 0.5, way[1])) == pytest.approx(way)

@@ -1,7 +1,5 @@
 """PyBullet keeps 16 shapes of one call and drops the rest: bodies have all of theirs anyway."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -33,15 +31,13 @@ def row_of(count: int, *, is_static: bool) -> Body:
 
 @pytest.mark.parametrize("is_static", [True, False])
 @pytest.mark.parametrize("count", [1, 16, 17, 33, 200])
-def test_the_engine_has_every_shape_of_a_body(count: int, is_static: bool) -> None:
+def test_the_engine_has_every_shape_of_a_body(count, is_static):
     lacking = probe.lacking(row_of(count, is_static=is_static), 0.0, 0.2, 0.01)
     assert len(lacking) == 0
 
 
 @pytest.mark.parametrize("is_static", [True, False])
-def test_the_check_of_worlds_looks_at_whatever_can_be_touched(
-    is_static: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_check_of_worlds_looks_at_whatever_can_be_touched(is_static, monkeypatch):
     monkeypatch.setattr(collision_shapes, "MOST_SHAPES", 100)  # as before: all in one call
     missed = probe.lacking(row_of(17, is_static=is_static), 0.0, 0.2, 0.01)
     assert missed[:, 0].min() > 4.7  # the last one
@@ -75,16 +71,14 @@ def bumper(folder: Path) -> str:
     )
 
 
-def test_a_marker_without_mass_is_no_hindrance(tmp_path: Path) -> None:
+def test_a_marker_without_mass_is_no_hindrance(tmp_path):
     massless = link("tag", box(0.03, 0.03, 0.001), inertial(0.0, 0.0))
     tag = massless + joint("tag_joint", "base_link", "tag", (0.0, 0.0, 0.16))
     robot = open_robot(own_robot(tmp_path, "", tag))
     assert "link tag has a mass of 0; 0.01 kg are taken" in robot.model.notes
 
 
-def test_a_robot_has_all_of_its_shapes_and_a_trial_says_which_it_lacks(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_robot_has_all_of_its_shapes_and_a_trial_says_which_it_lacks(tmp_path, monkeypatch):
     robot = open_robot(bumper(tmp_path))
     assert robot.spec.circumscribed_radius == pytest.approx(0.7, abs=0.015)
     assert probe.lacking_of_robot(robot.model, robot.spec) is None
@@ -95,6 +89,6 @@ def test_a_robot_has_all_of_its_shapes_and_a_trial_says_which_it_lacks(
 
 
 @pytest.mark.parametrize("is_static", [True, False])
-def test_a_link_of_seventeen_shapes_is_in_map_lidar_and_engine(is_static: bool) -> None:
+def test_a_link_of_seventeen_shapes_is_in_map_lidar_and_engine(is_static):
     scene = Scene("rows", Path("rows.sdf"), (row_of(17, is_static=is_static),))
     assert list(differences(scene, [0.1], (0.01, 0.2), with_physics=True)) == []

@@ -1,7 +1,5 @@
 """Things that can be pushed, forklifts, and concave meshes in both engines."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -46,7 +44,7 @@ def drive(world: World, seconds: float, speed: float) -> None:
         world.step([Twist(speed, 0.0, 0.0)], [None])
 
 
-def test_a_light_box_is_pushed_and_that_is_a_collision() -> None:
+def test_a_light_box_is_pushed_and_that_is_a_collision():
     world = world_of(scene_of(crate(0.8)))
     drive(world, 6.0, 0.26)
     (box,) = world.objects()
@@ -56,7 +54,7 @@ def test_a_light_box_is_pushed_and_that_is_a_collision() -> None:
     world.close()
 
 
-def test_a_heavy_box_stays_and_stops_the_robot() -> None:
+def test_a_heavy_box_stays_and_stops_the_robot():
     world = world_of(scene_of(crate(0.8, mass=200.0, friction=1.0)))
     drive(world, 6.0, 0.26)
     (box,) = world.objects()
@@ -66,7 +64,7 @@ def test_a_heavy_box_stays_and_stops_the_robot() -> None:
 
 
 @pytest.mark.parametrize("engine", ["bullet", "planar"])
-def test_lidars_see_a_box_where_it_is(engine: str) -> None:
+def test_lidars_see_a_box_where_it_is(engine):
     world = world_of(scene_of(crate(1.5)), engine)
     (seen,) = world.observe()
     assert seen.scan is not None
@@ -76,13 +74,13 @@ def test_lidars_see_a_box_where_it_is(engine: str) -> None:
     world.close()
 
 
-def test_a_box_inside_a_wall_is_refused() -> None:
+def test_a_box_inside_a_wall_is_refused():
     wall = Body("wall::link", ORIGIN, (Part(Box((0.2, 4.0, 2.0)), ORIGIN),))
     with pytest.raises(WorldError, match=r"'crate::link' reaches 0\.\d+ m into 'wall::link'"):
         world_of(scene_of(wall, crate(0.1)), x=-2.0)
 
 
-def test_a_box_that_reaches_a_few_centimetres_into_others_is_pushed_out() -> None:
+def test_a_box_that_reaches_a_few_centimetres_into_others_is_pushed_out():
     wall = Body("wall::link", ORIGIN, (Part(Box((0.2, 4.0, 2.0)), ORIGIN),))
     world = world_of(scene_of(wall, crate(0.25)), x=-2.0)
     drive(world, 2.0, 0.0)
@@ -93,7 +91,7 @@ def test_a_box_that_reaches_a_few_centimetres_into_others_is_pushed_out() -> Non
 
 
 @pytest.mark.parametrize("engine", ["bullet", "planar"])
-def test_a_forklift_drives_to_and_fro(engine: str) -> None:
+def test_a_forklift_drives_to_and_fro(engine):
     world = world_of(scene_of(vehicles=(FORKLIFT,)), engine)
     places = []
     for _ in range(200):
@@ -110,7 +108,7 @@ def test_a_forklift_drives_to_and_fro(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ["bullet", "planar"])
-def test_a_forklift_waits_for_a_robot_that_stands_and_turns_round(engine: str) -> None:
+def test_a_forklift_waits_for_a_robot_that_stands_and_turns_round(engine):
     truck = replace(FORKLIFT, path=((3.0, 0.0), (-3.0, 0.0)), patience=2.0)
     world = world_of(scene_of(vehicles=(truck,)), engine)
     places = []
@@ -123,7 +121,7 @@ def test_a_forklift_waits_for_a_robot_that_stands_and_turns_round(engine: str) -
     world.close()
 
 
-def test_a_forklift_gets_away_from_a_robot_that_stands_close_beside_it() -> None:
+def test_a_forklift_gets_away_from_a_robot_that_stands_close_beside_it():
     scene = scene_of(vehicles=(FORKLIFT,))
     beside = 0.5 * FORKLIFT.width + 0.05 + max(y for _, y in SPEC.footprint)
     world = ChangingWorld(scene, [SPEC], [Pose(-5.0, 0.0, 0.0)], WorldConfig(engine="planar"))
@@ -135,7 +133,7 @@ def test_a_forklift_gets_away_from_a_robot_that_stands_close_beside_it() -> None
 
 
 @pytest.mark.parametrize("engine", ["bullet", "planar"])
-def test_lidars_see_a_forklift(engine: str) -> None:
+def test_lidars_see_a_forklift(engine):
     world = world_of(scene_of(vehicles=(replace(FORKLIFT, pause=100.0),)), engine)
     (seen,) = world.observe()
     assert seen.scan is not None
@@ -144,7 +142,7 @@ def test_lidars_see_a_forklift(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ["bullet", "planar"])
-def test_a_robot_in_a_concave_mesh_touches_its_wall_only(engine: str) -> None:
+def test_a_robot_in_a_concave_mesh_touches_its_wall_only(engine):
     outline = shapely.Polygon([(-2, -1), (1, -1), (1, 1), (-2, 1)])
     room = shapely.difference(
         outline, shapely.Polygon([(-2, -0.8), (0.8, -0.8), (0.8, 0.8), (-2, 0.8)])
@@ -161,7 +159,7 @@ def test_a_robot_in_a_concave_mesh_touches_its_wall_only(engine: str) -> None:
     world.close()
 
 
-def test_actors_from_yaml(tmp_path: Path) -> None:
+def test_actors_from_yaml(tmp_path):
     path = tmp_path / "actors.yaml"
     path.write_text("forklifts:\n  - {path: [[0, 0], [5, 0]], length: 3, speed: 0.5}\n")
     (truck,) = load_actors(path).vehicles
@@ -171,7 +169,7 @@ def test_actors_from_yaml(tmp_path: Path) -> None:
         load_actors(path)
 
 
-def test_a_forklift_needs_room_to_turn() -> None:
+def test_a_forklift_needs_room_to_turn():
     hall = load_world("hall_12")
     check_vehicles(hall, [replace(FORKLIFT, path=((-4.0, 0.0), (4.0, 0.0)))])
     with pytest.raises(ConfigError, match="does not fit"):

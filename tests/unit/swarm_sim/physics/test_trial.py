@@ -1,9 +1,6 @@
 """Robots stand on their driven wheels and roll, or are refused with the cause."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -42,7 +39,7 @@ def opened(own: Own, folder: Path) -> Robot:
 
 
 @pytest.mark.parametrize("name", [name for name in TRAITS if " mm " in name])
-def test_wheels_carry_the_robot_however_casters_are_drawn(name: str, tmp_path: Path) -> None:
+def test_wheels_carry_the_robot_however_casters_are_drawn(name, tmp_path):
     made = opened(TRAITS[name](), tmp_path)
     world = World(
         Scene("field", Path("."), ()),
@@ -63,7 +60,7 @@ def test_wheels_carry_the_robot_however_casters_are_drawn(name: str, tmp_path: P
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_every_model_that_ships_passes(name: str) -> None:
+def test_every_model_that_ships_passes(name):
     made = open_robot(name)
     done = check_trial(made.spec, made.model, PERIOD)
     assert done.stands
@@ -113,9 +110,7 @@ def sleepy_wheels() -> Own:
         (slanting(0.06), ("Cause: wheel height", "left_wheel_joint ends 60 mm", "wheels: {left")),
     ],
 )
-def test_what_does_not_drive_is_refused_with_cause_and_cure(
-    own: Own, words: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_what_does_not_drive_is_refused_with_cause_and_cure(own, words, tmp_path):
     made = opened(own, tmp_path)
     with pytest.raises(RobotModelError, match="does not drive") as caught:
         World(
@@ -129,7 +124,7 @@ def test_what_does_not_drive_is_refused_with_cause_and_cure(
 
 
 @pytest.mark.parametrize("own", [heavy_behind(-0.149), heavy_behind(-0.19), of_lead()])
-def test_inertias_that_follow_from_the_shapes_cure_it(own: Own, tmp_path: Path) -> None:
+def test_inertias_that_follow_from_the_shapes_cure_it(own, tmp_path):
     made = opened(Own(own.urdf, LIMITS + "inertia: shapes\n"), tmp_path)
     done = check_trial(made.spec, made.model, PERIOD)
     assert done.stands
@@ -137,15 +132,13 @@ def test_inertias_that_follow_from_the_shapes_cure_it(own: Own, tmp_path: Path) 
     assert done.turns
 
 
-def test_a_caster_too_deep_for_a_spring_is_named(tmp_path: Path) -> None:
+def test_a_caster_too_deep_for_a_spring_is_named(tmp_path):
     made = opened(deep_caster(), tmp_path)
     with pytest.raises(RobotModelError, match="link caster reaches 35 mm below the driven wheels"):
         check_trial(made.spec, made.model, PERIOD)
 
 
-def test_two_wheels_that_are_to_roll_sideways_are_refused_with_what_they_were_taken_for(
-    tmp_path: Path,
-) -> None:
+def test_two_wheels_that_are_to_roll_sideways_are_refused_with_what_they_were_taken_for(tmp_path):
     own = Own(sprung(0.0).urdf, LIMITS + "drive: omni\n")
     made = opened(own, tmp_path)
     with pytest.raises(RobotModelError) as caught:
@@ -158,7 +151,7 @@ def test_two_wheels_that_are_to_roll_sideways_are_refused_with_what_they_were_ta
 
 
 @pytest.mark.parametrize("make", [mecanum_by_controller, on_rollers, inboard_tyres])
-def test_drives_of_others_pass(make: Callable[[], Own], tmp_path: Path) -> None:
+def test_drives_of_others_pass(make, tmp_path):
     made = opened(make(), tmp_path)
     done = check_trial(made.spec, made.model, PERIOD)
     assert done.turned == pytest.approx(done.turn, rel=0.02)
@@ -167,14 +160,14 @@ def test_drives_of_others_pass(make: Callable[[], Own], tmp_path: Path) -> None:
         assert done.side > 0.3
 
 
-def test_a_radius_that_is_too_small_is_blamed_as_well_as_the_caster(tmp_path: Path) -> None:
+def test_a_radius_that_is_too_small_is_blamed_as_well_as_the_caster(tmp_path):
     own = Own(sprung(0.0).urdf, LIMITS + "wheel_radius: 0.025\n")
     made = opened(own, tmp_path)
     with pytest.raises(RobotModelError, match=r"the wheels' radius, 0.025 m \(robot.yaml\)"):
         check_trial(made.spec, made.model, PERIOD)
 
 
-def test_a_model_is_tried_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_model_is_tried_once(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     first = opened(sprung(0.001), tmp_path)
     known = check_trial(first.spec, first.model, PERIOD)

@@ -1,7 +1,5 @@
 """People among robots: they stop for nobody, but do not step into a robot that stands."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from pathlib import Path
@@ -40,7 +38,7 @@ def run(world: World, seconds: float, *twists: Twist) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_walker_goes_round_its_loop_at_its_speed(engine: str) -> None:
+def test_a_walker_goes_round_its_loop_at_its_speed(engine):
     square = ((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0))
     walker = WalkerSpec(name="Ann", path=square, speed=1.0, start=1.0, pause=0.0)
     world = make_world(engine, [Pose(9.0, 9.0, 0.0)], walker)
@@ -54,7 +52,7 @@ def test_a_walker_goes_round_its_loop_at_its_speed(engine: str) -> None:
     world.close()
 
 
-def test_pauses_and_starts_follow_the_seed() -> None:
+def test_pauses_and_starts_follow_the_seed():
     walker = msgspec.structs.replace(ANN, start=None, pause=2.0)
     tracks = []
     for seed in (1, 1, 2):
@@ -67,7 +65,7 @@ def test_pauses_and_starts_follow_the_seed() -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_walker_waits_for_a_robot_that_stands_then_turns_round(engine: str) -> None:
+def test_a_walker_waits_for_a_robot_that_stands_then_turns_round(engine):
     world = make_world(engine, [Pose(0.5, 0.0, 0.0)], ANN)
     places = np.array(run(world, 7.0, Twist()))[:, 0, 0]
     gap = 0.5 - WAFFLE.circumscribed_radius - 0.25 - places.max()
@@ -78,7 +76,7 @@ def test_a_walker_waits_for_a_robot_that_stands_then_turns_round(engine: str) ->
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_walker_does_not_stop_for_a_robot_that_drives(engine: str) -> None:
+def test_a_walker_does_not_stop_for_a_robot_that_drives(engine):
     world = make_world(engine, [Pose(0.0, -0.85, math.pi / 2)], ANN)
     run(world, 6.0, Twist(0.26))
     verdict = world.verdict
@@ -90,7 +88,7 @@ def test_a_walker_does_not_stop_for_a_robot_that_drives(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_robot_that_drives_into_a_pausing_walker_collides_with_it(engine: str) -> None:
+def test_a_robot_that_drives_into_a_pausing_walker_collides_with_it(engine):
     walker = msgspec.structs.replace(ANN, pause=100.0, start=3.9)
     world = make_world(engine, [Pose(2.0, -1.5, math.pi / 2)], walker)
     run(world, 8.0, Twist(0.26))
@@ -101,7 +99,7 @@ def test_a_robot_that_drives_into_a_pausing_walker_collides_with_it(engine: str)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_walker_beside_a_robot_that_stands_walks_on(engine: str) -> None:
+def test_a_walker_beside_a_robot_that_stands_walks_on(engine):
     """One that came near before the walker got there does not hold it up from leaving."""
     world = make_world(engine, [Pose(-2.0, 0.46, 0.0)], msgspec.structs.replace(ANN, start=1.0))
     places = np.array(run(world, 9.0, Twist()))[:, 0, 0]
@@ -110,7 +108,7 @@ def test_a_walker_beside_a_robot_that_stands_walks_on(engine: str) -> None:
     world.close()
 
 
-def test_lidars_see_walkers_where_they_are() -> None:
+def test_lidars_see_walkers_where_they_are():
     quiet = dataclasses.replace(WAFFLE.lidar, sigma=0.0)
     spec = dataclasses.replace(WAFFLE, lidar=quiet)
     walker = WalkerSpec(name="Ann", path=((2.0, -1.0), (2.0, 1.0)), start=1.0, pause=0.0)
@@ -125,7 +123,7 @@ def test_lidars_see_walkers_where_they_are() -> None:
         world.step([None, None], [None, None])
 
 
-def test_walkers_make_no_difference_between_runs_of_a_seed() -> None:
+def test_walkers_make_no_difference_between_runs_of_a_seed():
     hashes = []
     for _ in range(2):
         world = make_world("planar", [Pose(0.0, -0.6, math.pi / 2)], ANN, seed=5)
@@ -134,7 +132,7 @@ def test_walkers_make_no_difference_between_runs_of_a_seed() -> None:
     assert hashes[0] == hashes[1]
 
 
-def test_walkers_start_away_from_robots() -> None:
+def test_walkers_start_away_from_robots():
     walkers = Walkers([msgspec.structs.replace(ANN, start=2.0)], [WAFFLE], [Pose(0, 0, 0)], 0)
     assert math.hypot(*walkers.discs[0, :2]) >= 0.25 + 0.238 + 0.4 - 1e-3
     crowd = [Pose(x, 0.0, 0.0) for x in np.arange(-2.0, 2.1, 0.5)]

@@ -1,12 +1,10 @@
-from pathlib import Path
-
 import numpy as np
 
 from swarm_common.files.journal import Journal, read_journal
 from swarm_sim.ros.trace import Trace
 
 
-def test_a_line_a_second_with_the_smallest_clearance_since(tmp_path: Path) -> None:
+def test_a_line_a_second_with_the_smallest_clearance_since(tmp_path):
     trace = Trace(Journal(tmp_path / "world.jsonl"), ["Srobot1", "Srobot2"])
     for tick in range(21):
         clearance = 0.0123 if tick == 7 else np.inf
@@ -20,7 +18,7 @@ def test_a_line_a_second_with_the_smallest_clearance_since(tmp_path: Path) -> No
     assert lines[2]["yaw"] == [0, -3142]
 
 
-def test_a_journal_that_is_cut_off_reads_up_to_there(tmp_path: Path) -> None:
+def test_a_journal_that_is_cut_off_reads_up_to_there(tmp_path):
     path = tmp_path / "a.jsonl"
     journal = Journal(path)
     journal.write(t=1.0)
@@ -30,7 +28,7 @@ def test_a_journal_that_is_cut_off_reads_up_to_there(tmp_path: Path) -> None:
     assert read_journal(tmp_path / "none.jsonl") == []
 
 
-def test_a_closed_journal_drops_lines(tmp_path: Path) -> None:
+def test_a_closed_journal_drops_lines(tmp_path):
     journal = Journal(tmp_path / "a.jsonl")
     journal.close()
     journal.write(t=1.0)

@@ -1,7 +1,5 @@
 """Polygon kernels against shapely."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,7 @@ from tests.oracles import polygons as oracle
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_distance_equals_that_of_shapely(seed: int) -> None:
+def test_distance_equals_that_of_shapely(seed):
     rng = np.random.default_rng(seed)
     for _ in range(10):
         a = convex_hull(rng.normal(size=(6, 2)))
@@ -22,7 +20,7 @@ def test_distance_equals_that_of_shapely(seed: int) -> None:
         assert overlap(a, b) == (expected == 0.0)
 
 
-def test_edge_cases() -> None:
+def test_edge_cases():
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     assert distance(square, np.add(square, [1.0, 0.0])) == 0.0  # they share an edge
     assert distance(square, np.add(square, [1.0, 1.0])) == 0.0  # they share a corner

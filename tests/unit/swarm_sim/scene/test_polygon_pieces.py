@@ -1,7 +1,5 @@
 """Convex pieces cover their polygon, however thin its triangles are."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import shapely
@@ -51,16 +49,16 @@ def check(polygon: shapely.Polygon) -> None:
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_crossing_triangles_are_covered(seed: int) -> None:
+def test_crossing_triangles_are_covered(seed):
     for polygon in crossing_triangles(seed, 40):
         check(polygon)
 
 
-def test_slivers_are_not_joined_to_rings_that_overlap_themselves() -> None:
+def test_slivers_are_not_joined_to_rings_that_overlap_themselves():
     check(shapely.from_wkt(SLIVERS))
 
 
-def test_a_ring_of_cells_is_not_joined_to_one_that_goes_round_twice() -> None:
+def test_a_ring_of_cells_is_not_joined_to_one_that_goes_round_twice():
     angles = np.linspace(0.0, 2.0 * np.pi, 25)[:-1]
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
     check(shapely.Polygon(3.0 * circle, [0.999 * 3.0 * circle]))

@@ -1,9 +1,5 @@
 """Reading of robot descriptions."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -34,7 +30,7 @@ URDF = """<robot name="r">
 </robot>"""
 
 
-def test_fixed_links_are_folded_into_their_parent() -> None:
+def test_fixed_links_are_folded_into_their_parent():
     base, wheel = parse_urdf(URDF, "here").groups
     assert [type(part.shape) for part in base.parts] == [Box, Sphere]
     np.testing.assert_allclose(base.parts[1].body_from_part[:3, 3], [1, 0, 1])
@@ -62,14 +58,14 @@ def test_fixed_links_are_folded_into_their_parent() -> None:
         ("<sphere ", "<capsule ", "capsule"),
     ],
 )
-def test_malformed_descriptions_are_refused(old: str, new: str, message: str) -> None:
+def test_malformed_descriptions_are_refused(old, new, message):
     with pytest.raises(RobotModelError, match="here") as caught:
         parse_urdf(URDF.replace(old, new), "here")
     assert message in str(caught.value)
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_descriptions_agree_with_robot_yaml(name: str) -> None:
+def test_descriptions_agree_with_robot_yaml(name):
     spec, model = load_robot(name), open_robot(name).model
     scan = model.fixed[spec.lidar.frame]
     np.testing.assert_allclose(scan[:3, 3], [spec.lidar.x, spec.lidar.y, spec.lidar.z], atol=1e-9)
@@ -86,13 +82,13 @@ def test_descriptions_agree_with_robot_yaml(name: str) -> None:
     assert max(track) - min(track) == pytest.approx(spec.wheel_separation)
 
 
-def test_a_waffle_at_its_scan_height_is_its_puck() -> None:
+def test_a_waffle_at_its_scan_height_is_its_puck():
     section = section_between(open_robot("turtlebot3_waffle").model.bodies(), 0.132, 0.132)
     np.testing.assert_allclose(section.discs, [[-0.064, 0.0, 0.055]])
     assert not section.polygons
 
 
-def test_a_burger_is_above_a_waffles_scan_plane_and_a_waffle_below_a_burgers() -> None:
+def test_a_burger_is_above_a_waffles_scan_plane_and_a_waffle_below_a_burgers():
     waffle, burger = load_robot("turtlebot3_waffle"), load_robot("turtlebot3_burger")
     model = open_robot("turtlebot3_burger").model
     assert burger.circumscribed_radius == pytest.approx(0.124, abs=5e-4)
@@ -105,14 +101,14 @@ def test_a_burger_is_above_a_waffles_scan_plane_and_a_waffle_below_a_burgers() -
 
 
 @pytest.mark.parametrize("name", ["turtlebot3_waffle", "turtlebot3_burger"])
-def test_other_readers_accept_the_description(name: str) -> None:
+def test_other_readers_accept_the_description(name):
     text = open_robot(name).urdf
     assert "xacro" not in text.split("<robot", 1)[1]
     for link in ("base_footprint", "base_link", "wheel_left_link", "base_scan", "imu_link"):
         assert f'<link name="{link}"' in text
 
 
-def test_a_folder_without_a_description_is_refused(tmp_path: Path) -> None:
+def test_a_folder_without_a_description_is_refused(tmp_path):
     (tmp_path / "robot.yaml").write_text("drive: differential\n")
     with pytest.raises(RobotModelError, match="there is no description beside it"):
         open_robot(tmp_path)

@@ -1,7 +1,5 @@
 """Variances of odometry against the scatter of many robots' readings."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -37,7 +35,7 @@ def scatter(errors: SensorErrors, twist: Twist) -> tuple[float, float, float]:
 
 @pytest.mark.parametrize("errors", [GYRO, WHEELS])
 @pytest.mark.parametrize("twist", [Twist(0.2, 0.0, 0.0), Twist(0.15, 0.0, 0.3)])
-def test_variances_are_those_of_the_readings(errors: SensorErrors, twist: Twist) -> None:
+def test_variances_are_those_of_the_readings(errors, twist):
     drift = Drift(errors, SPEC)
     for _ in range(TICKS):
         drift.add(twist)
@@ -50,7 +48,7 @@ def test_variances_are_those_of_the_readings(errors: SensorErrors, twist: Twist)
     assert drift.of_twist[2] == pytest.approx(rate, rel=0.35)
 
 
-def test_sensors_that_do_not_err_have_the_least_variance() -> None:
+def test_sensors_that_do_not_err_have_the_least_variance():
     drift = Drift(IDEAL, SPEC)
     drift.add(Twist(0.2, 0.0, 0.5))
     assert drift.of_pose == drift.of_twist == (LEAST, LEAST, LEAST)

@@ -1,7 +1,5 @@
 """The LiDAR against its slow twin, its noise, and what it can see."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -43,7 +41,7 @@ def make_section(rng: np.random.Generator, boxes: int, discs: int) -> Section:
         LidarSpec(0.0, 0.0, 0.1, rays=1),
     ],
 )
-def test_ranges_equal_those_of_the_slow_twin(seed: int, spec: LidarSpec) -> None:
+def test_ranges_equal_those_of_the_slow_twin(seed, spec):
     rng = np.random.default_rng(seed)
     world = make_section(rng, 4, 3)
     group = LidarGroup(spec, [0, 1], world, [NOTHING, NOTHING])
@@ -64,7 +62,7 @@ def test_ranges_equal_those_of_the_slow_twin(seed: int, spec: LidarSpec) -> None
 
 
 @pytest.mark.parametrize("yaw", [0.0, math.pi / 2, math.pi, -math.pi / 2, 2 * math.pi, 1.0])
-def test_rays_along_the_axes_hit_the_walls_of_a_room(yaw: float) -> None:
+def test_rays_along_the_axes_hit_the_walls_of_a_room(yaw):
     room = load_world("hall_12")
     spec = LidarSpec(0.0, 0.0, 0.1, range_max=20.0)
     group = LidarGroup(spec, [0], section_at(room, 0.1), [NOTHING])
@@ -80,7 +78,7 @@ def test_rays_along_the_axes_hit_the_walls_of_a_room(yaw: float) -> None:
     np.testing.assert_allclose(ranges, expected, rtol=1e-9)
 
 
-def test_a_waffle_sees_only_the_puck_of_another_waffle() -> None:
+def test_a_waffle_sees_only_the_puck_of_another_waffle():
     spec = load_robot("turtlebot3_waffle")
     spec = replace(spec, lidar=replace(spec.lidar, sigma=0.0))
     poses = [Pose(0.0, 0.0, 0.0), Pose(1.5, 0.0, math.pi)]
@@ -93,7 +91,7 @@ def test_a_waffle_sees_only_the_puck_of_another_waffle() -> None:
     assert set(hits) == {359, 0, 1}
 
 
-def test_noise_depends_on_seed_robot_and_tick_only() -> None:
+def test_noise_depends_on_seed_robot_and_tick_only():
     scene, spec = load_world("hall_12"), load_robot("turtlebot3_waffle")
     poses = [Pose(4.0, 0.0, 0.0), Pose(-4.0, 0.0, 0.0)]
 
@@ -108,7 +106,7 @@ def test_noise_depends_on_seed_robot_and_tick_only() -> None:
     assert not np.array_equal(first_scan(1, 1), first_scan(2, 1))
 
 
-def test_noise_is_normal_with_the_stated_deviation() -> None:
+def test_noise_is_normal_with_the_stated_deviation():
     world = Section(
         (np.array([[2.0, -50.0], [3.0, -50.0], [3.0, 50.0], [2.0, 50.0]]),), np.zeros((0, 3)), ()
     )
@@ -121,7 +119,7 @@ def test_noise_is_normal_with_the_stated_deviation() -> None:
     assert np.mean(np.abs(errors) > 0.02) == pytest.approx(0.0455, abs=0.004)
 
 
-def test_out_of_range_measurements_follow_rep_117() -> None:
+def test_out_of_range_measurements_follow_rep_117():
     wall = np.array([[0.05, -1.0], [0.06, -1.0], [0.06, 1.0], [0.05, 1.0]])
     spec = LidarSpec(0.0, 0.0, 0.1, rays=4, angle_increment=math.pi / 2, sigma=0.0)
     group = LidarGroup(spec, [0], Section((wall,), np.zeros((0, 3)), ()), [NOTHING])
@@ -130,7 +128,7 @@ def test_out_of_range_measurements_follow_rep_117() -> None:
     assert ranges[2] == np.inf
 
 
-def test_scans_come_at_the_rate_of_the_lidar() -> None:
+def test_scans_come_at_the_rate_of_the_lidar():
     scene, spec = load_world("hall_12"), load_robot("turtlebot3_waffle")
     world = World(scene, [spec], [Pose(0.0, 0.0, 0.0)], WorldConfig(engine="planar"))
     due = []

@@ -1,7 +1,5 @@
 """Odometry that drifts and IMUs, and LiDARs that miss: how much, and always alike."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from pathlib import Path
@@ -46,26 +44,26 @@ def drift(error: SensorErrors, speed: float, rate: float, ticks: int, seed: int 
     return np.array([(pose.x, pose.y, pose.yaw) for pose in poses])
 
 
-def test_ideal_sensors_hand_on_what_they_get_bit_by_bit() -> None:
+def test_ideal_sensors_hand_on_what_they_get_bit_by_bit():
     sensors = MotionSensors([WAFFLE], [IDEAL], 3)
     travels, yaws, twists = np.array([[1.0, 0.0]]), np.array([0.3]), np.array([[0.2, 0.1, 0.0]])
     assert sensors.update(0, travels, yaws, twists) == (travels, yaws)
     assert sensors.twists(twists) is twists
 
 
-def test_wheels_of_a_wrong_size_are_off_by_a_share_of_the_way() -> None:
+def test_wheels_of_a_wrong_size_are_off_by_a_share_of_the_way():
     ends = drift(errors(odometry={"wheel_bias": 0.01}), 0.2, 0.0, 500)
     assert ends[:, 0].mean() == pytest.approx(10.0, abs=0.02)
     assert ends[:, 0].std() == pytest.approx(10.0 * 0.01 / math.sqrt(2.0), rel=0.15)
 
 
-def test_slip_grows_with_the_root_of_the_way() -> None:
+def test_slip_grows_with_the_root_of_the_way():
     short, long = (drift(errors(odometry={"slip": 0.02}), 0.2, 0.0, n) for n in (100, 400))
     assert short[:, 0].std() == pytest.approx(0.02 * math.sqrt(2.0 / 2.0), rel=0.15)
     assert long[:, 0].std() == pytest.approx(2.0 * short[:, 0].std(), rel=0.2)
 
 
-def test_a_heading_from_wheels_drifts_with_the_way_and_one_from_a_gyro_with_time() -> None:
+def test_a_heading_from_wheels_drifts_with_the_way_and_one_from_a_gyro_with_time():
     by_wheels = drift(errors(odometry={"wheel_bias": 0.005, "heading": "wheels"}), 0.2, 0.0, 500)
     expected = 10.0 * 0.005 * math.sqrt(2.0) / WAFFLE.wheel_separation
     assert by_wheels[:, 2].std() == pytest.approx(expected, rel=0.15)
@@ -75,13 +73,13 @@ def test_a_heading_from_wheels_drifts_with_the_way_and_one_from_a_gyro_with_time
     assert noisy[:, 2].std() == pytest.approx(0.01 * math.sqrt(50.0), rel=0.15)
 
 
-def test_the_same_seed_errs_alike_and_another_one_does_not() -> None:
+def test_the_same_seed_errs_alike_and_another_one_does_not():
     error = WAFFLE.sensors
     first, second, other = (drift(error, 0.2, 0.1, 50, seed) for seed in (1, 1, 2))
     assert first.tobytes() == second.tobytes() != other.tobytes()
 
 
-def test_an_imu_at_rest_feels_gravity_and_one_that_drives_a_curve_the_pull_aside() -> None:
+def test_an_imu_at_rest_feels_gravity_and_one_that_drives_a_curve_the_pull_aside():
     sensors = MotionSensors([WAFFLE], [IDEAL], 0)
     twists = np.array([[0.2, 0.5, 0.0]])
     assert sensors.imu(0, 0).acceleration == (0.0, 0.0, GRAVITY)
@@ -99,20 +97,20 @@ def ranges(error: LidarErrors, tick: int = 0, seed: int = 0) -> np.ndarray:
     return group.scan(np.array([[0.0, 0.0, 0.0]]), seed, tick)[0]
 
 
-def test_rays_drop_out_as_often_as_said_and_are_not_a_number_then() -> None:
+def test_rays_drop_out_as_often_as_said_and_are_not_a_number_then():
     missing = np.concatenate([np.isnan(ranges(LidarErrors(dropout=0.1), t)) for t in range(60)])
     assert missing.mean() == pytest.approx(0.1, abs=0.01)
     assert np.isnan(ranges(LidarErrors(dropout=0.1), 7)).tolist() == missing[2520:2880].tolist()
 
 
-def test_noise_grows_with_the_range() -> None:
+def test_noise_grows_with_the_range():
     scans = np.array([ranges(LidarErrors(sigma_share=0.02), tick) for tick in range(300)])
     for ray, true in ((0, 2.0), (45, 2.0 * math.sqrt(2.0))):
         assert scans[:, ray].mean() == pytest.approx(true, abs=0.02)
         assert scans[:, ray].std() == pytest.approx(math.hypot(0.01, 0.02 * true), rel=0.15)
 
 
-def test_each_ray_of_a_turning_lidar_is_taken_at_its_own_time() -> None:
+def test_each_ray_of_a_turning_lidar_is_taken_at_its_own_time():
     spec = dataclasses.replace(LidarSpec(0.0, 0.0, 0.1), sigma=0.0)
     group = LidarGroup(spec, [0], BOX, [NOTHING], 0, LidarErrors(ray_time=True))
     group.note(np.array([[0.5, 0.0, 3.0]]), 0)
@@ -136,7 +134,7 @@ def run(config: WorldConfig, ticks: int, scene: Scene) -> tuple[Pose, Pose]:
 
 
 @pytest.mark.parametrize("engine", ["planar", "bullet"])
-def test_a_world_is_ideal_unless_it_is_to_be_realistic(engine: str) -> None:
+def test_a_world_is_ideal_unless_it_is_to_be_realistic(engine):
     scene = Scene("floor", Path("floor.sdf"), ())
     exact, true = run(WorldConfig(engine=engine), 60, scene)
     assert exact.distance(true) < 0.01
@@ -147,6 +145,6 @@ def test_a_world_is_ideal_unless_it_is_to_be_realistic(engine: str) -> None:
     assert off.distance(true) > 0.03
 
 
-def test_a_world_refuses_errors_that_cannot_be() -> None:
+def test_a_world_refuses_errors_that_cannot_be():
     with pytest.raises(SwarmError, match=r"sensors.imu.gyro_bias is -1"):
         WorldConfig(sensors={"imu": {"gyro_bias": -1}})

@@ -1,7 +1,5 @@
 """The radio: range, loss and delay, independent of the order of arrival."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -22,7 +20,7 @@ def beacons(count: int) -> BeaconArray:
 
 @pytest.mark.parametrize("loss", [0.0, 0.2, 1.0])
 @pytest.mark.parametrize("seed", [0, 7])
-def test_who_hears_whom_equals_the_slow_twin(seed: int, loss: float) -> None:
+def test_who_hears_whom_equals_the_slow_twin(seed, loss):
     rng = np.random.default_rng(seed)
     radio = Radio(RadioConfig(range=3.0, loss=loss), 12, seed)
     sent = beacons(12)
@@ -38,13 +36,13 @@ def test_who_hears_whom_equals_the_slow_twin(seed: int, loss: float) -> None:
             assert np.array_equal(received, sent[expected])
 
 
-def test_nothing_is_heard_at_the_first_tick() -> None:
+def test_nothing_is_heard_at_the_first_tick():
     radio = Radio(RadioConfig(), 2, 0)
     assert len(radio.heard(0)) == 0
 
 
 @pytest.mark.parametrize(("delay", "ticks"), [(0.0, 1), (0.1, 2), (0.25, 4)])
-def test_a_beacon_takes_one_tick_and_the_delay(delay: float, ticks: int) -> None:
+def test_a_beacon_takes_one_tick_and_the_delay(delay, ticks):
     radio = Radio(RadioConfig(delay=delay), 2, 0)
     positions = np.zeros((2, 2))
     sent = beacons(2)
@@ -55,7 +53,7 @@ def test_a_beacon_takes_one_tick_and_the_delay(delay: float, ticks: int) -> None
     assert heard == [int(tick == ticks) for tick in range(6)]
 
 
-def test_the_share_of_lost_messages_is_the_one_asked_for() -> None:
+def test_the_share_of_lost_messages_is_the_one_asked_for():
     radio = Radio(RadioConfig(loss=0.2), 20, 5)
     sent = list(beacons(20))
     positions = np.zeros((20, 2))
@@ -70,12 +68,12 @@ def test_the_share_of_lost_messages_is_the_one_asked_for() -> None:
     "values",
     [{"range": 0.0}, {"loss": 1.5}, {"loss": -0.1}, {"delay": -1.0}, {"range": float("nan")}],
 )
-def test_impossible_values_are_refused(values: dict[str, float]) -> None:
+def test_impossible_values_are_refused(values):
     with pytest.raises(ConfigError, match=r"radio\."):
         RadioConfig(**values)
 
 
-def test_words_are_drawn_as_the_slow_hash_does() -> None:
+def test_words_are_drawn_as_the_slow_hash_does():
     words = np.empty((30, 3), np.uint64)
     radio_kernels.draw((7, 73, 12_345), words)
     expected = hash_words(7, 73, 12_345, np.arange(30)[:, None], np.arange(3))

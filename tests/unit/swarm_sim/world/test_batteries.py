@@ -1,7 +1,5 @@
 """Energy over simulated time: against hand-computed figures and a slow twin."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from pathlib import Path
@@ -41,7 +39,7 @@ def share(batteries: Batteries, robot: int = 0) -> float:
     return batteries.readings(0)[robot].share
 
 
-def test_standing_and_driving_take_what_the_model_says() -> None:
+def test_standing_and_driving_take_what_the_model_says():
     batteries = Batteries([BATTERY], [], 0)
     pass_time(batteries, 600, [(0.0, 0.0)])  # 60 s at 5 W: 300 J of 3600 J
     assert share(batteries) == pytest.approx(1.0 - 300.0 / 3600.0)
@@ -54,7 +52,7 @@ def test_standing_and_driving_take_what_the_model_says() -> None:
     assert (verdict.charges, verdict.charging_time, verdict.empty_at) == (0, 0.0, None)
 
 
-def test_charge_is_that_of_a_slow_twin() -> None:
+def test_charge_is_that_of_a_slow_twin():
     rng = np.random.default_rng(3)
     specs = [dataclasses.replace(BATTERY, capacity=c, initial=(0.5, 0.5)) for c in (0.3, 1.0, 2.0)]
     batteries = Batteries([specs[0], None, *specs[1:]], [CHARGER], 0)
@@ -82,7 +80,7 @@ def test_charge_is_that_of_a_slow_twin() -> None:
     assert found == pytest.approx([c / s.joules for c, s in zip(charge, specs, strict=True)])
 
 
-def test_a_station_charges_the_nearest_that_stands_until_it_is_full() -> None:
+def test_a_station_charges_the_nearest_that_stands_until_it_is_full():
     half = dataclasses.replace(BATTERY, initial=(0.5, 0.5))
     batteries = Batteries([half, half], [CHARGER], 0)
     places = [(2.3, 0.0), (2.0, 0.5)]
@@ -102,7 +100,7 @@ def test_a_station_charges_the_nearest_that_stands_until_it_is_full() -> None:
     assert (verdict.charges, verdict.charging_time) == (1, pytest.approx(60.0))
 
 
-def test_an_empty_battery_stops_and_silences_its_robot_for_good() -> None:
+def test_an_empty_battery_stops_and_silences_its_robot_for_good():
     tiny = dataclasses.replace(BATTERY, capacity=5.0 / 3600.0)  # 5 J: a second of standing
     batteries = Batteries([tiny, BATTERY], [CHARGER], 0)
     pass_time(batteries, 9, [(0.0, 0.0)] * 2)
@@ -120,7 +118,7 @@ def test_an_empty_battery_stops_and_silences_its_robot_for_good() -> None:
     assert verdict.empty_at == pytest.approx(1.0)
 
 
-def test_charges_at_the_start_follow_seed_and_robot_alone() -> None:
+def test_charges_at_the_start_follow_seed_and_robot_alone():
     ranged = dataclasses.replace(BATTERY, initial=(0.4, 0.8))
     few, many = Batteries([ranged] * 3, [], 7), Batteries([None, *[ranged] * 30], [], 7)
     shares = [share(many, robot) for robot in range(1, 31)]
@@ -130,7 +128,7 @@ def test_charges_at_the_start_follow_seed_and_robot_alone() -> None:
     assert share(Batteries([ranged], [], 8)) != share(few)
 
 
-def test_the_world_drives_the_batteries_of_robots_that_have_one() -> None:
+def test_the_world_drives_the_batteries_of_robots_that_have_one():
     tiny = dataclasses.replace(BATTERY, capacity=10.0 / 3600.0)
     specs = [dataclasses.replace(WAFFLE, battery=tiny), WAFFLE]
     sites = Sites(stations={"c": FAR}, charging=("c",))

@@ -1,7 +1,5 @@
 """Robots that come, go and are put elsewhere: the others do not feel it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -43,9 +41,7 @@ def turning(world: ChangingWorld, ticks: int) -> list[np.ndarray]:
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("realistic", [False, True])
-def test_who_comes_and_goes_far_away_changes_nothing_for_the_others(
-    engine: str, realistic: bool
-) -> None:
+def test_who_comes_and_goes_far_away_changes_nothing_for_the_others(engine, realistic):
     poses = (Pose(-4.5, 0.0, 1.5), Pose(-4.0, 2.0, 2.0))
     runs = []
     for changes in (False, True):
@@ -72,7 +68,7 @@ def test_who_comes_and_goes_far_away_changes_nothing_for_the_others(
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_newcomer_drives_is_seen_and_meets_others(engine: str) -> None:
+def test_a_newcomer_drives_is_seen_and_meets_others(engine):
     world = make_world(engine, Pose(0.0, 0.0, 0.0))
     turning(world, 1)
     robot = world.add("Srobot2", 2, BURGER.spec, BURGER.model, Pose(1.0, 0.0, math.pi))
@@ -91,7 +87,7 @@ def test_a_newcomer_drives_is_seen_and_meets_others(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_who_was_taken_out_is_neither_met_nor_seen_nor_driven(engine: str) -> None:
+def test_who_was_taken_out_is_neither_met_nor_seen_nor_driven(engine):
     world = make_world(engine, Pose(0.0, 0.0, 0.0), Pose(1.2, 0.0, 0.0))
     distance = world.verdict.robots["Srobot2"].distance
     world.remove(1, 2)
@@ -107,7 +103,7 @@ def test_who_was_taken_out_is_neither_met_nor_seen_nor_driven(engine: str) -> No
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_being_put_elsewhere_is_no_way_driven_and_odometry_does_not_notice(engine: str) -> None:
+def test_being_put_elsewhere_is_no_way_driven_and_odometry_does_not_notice(engine):
     world = make_world(engine, Pose(0.0, 0.0, 0.3))
     for _ in range(10):
         world.step([Twist(0.2)], [None])
@@ -126,7 +122,7 @@ def test_being_put_elsewhere_is_no_way_driven_and_odometry_does_not_notice(engin
     world.close()
 
 
-def test_the_same_changes_give_the_same_run_bit_for_bit() -> None:
+def test_the_same_changes_give_the_same_run_bit_for_bit():
     hashes = set()
     for _ in range(2):
         world = make_world("bullet", Pose(-2.0, 0.0, 0.0), Pose(2.0, 0.0, 1.0))
@@ -140,7 +136,7 @@ def test_the_same_changes_give_the_same_run_bit_for_bit() -> None:
     assert len(hashes) == 1
 
 
-def test_everybody_is_told_that_a_robot_was_taken_out() -> None:
+def test_everybody_is_told_that_a_robot_was_taken_out():
     radio = RadioConfig(range=2.0, loss=1.0, delay=0.2)
     world = make_world("planar", Pose(-5.0, 0.0, 0.0), Pose(5.0, 0.0, 1.0), radio=radio)
     beacons = empty_beacons(2)
@@ -157,7 +153,7 @@ def test_everybody_is_told_that_a_robot_was_taken_out() -> None:
     assert told[0] == 4  # a tick, and the delay of two
 
 
-def test_room_is_asked_for() -> None:
+def test_room_is_asked_for():
     world = make_world("planar", Pose(0.0, 0.0, 0.0))
     spec = WAFFLE.spec
     check_robot_place(world, spec, Pose(2.0, 0.0, 0.0))
@@ -172,7 +168,7 @@ def test_room_is_asked_for() -> None:
 
 
 @pytest.mark.parametrize("part", ["held", "wanted"])
-def test_space_that_another_robot_may_drive_into_is_not_free(part: str) -> None:
+def test_space_that_another_robot_may_drive_into_is_not_free(part):
     world = make_world("planar", Pose(0.0, 0.0, 0.0))
     (beacon,) = empty_beacons(1)
     beacon["id"], beacon["radius"] = 1, 0.27

@@ -1,7 +1,5 @@
 """Things that come, go and are put elsewhere while the world runs, and what is refused."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -100,7 +98,7 @@ def drive(world: ChangingWorld, seconds: float, speed: float) -> None:
 
 
 @pytest.mark.parametrize("engine", ["planar", "bullet"])
-def test_a_thing_is_seen_touched_moved_and_gone(engine: str, tmp_path: Path) -> None:
+def test_a_thing_is_seen_touched_moved_and_gone(engine, tmp_path):
     world = make_world(tmp_path, engine, lidar=True)
     objects = ObjectRegistry(world)
     assert put(objects, 1.2, 0.0) == "crate"
@@ -124,7 +122,7 @@ def test_a_thing_is_seen_touched_moved_and_gone(engine: str, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("engine", ["planar", "bullet"])
-def test_a_static_thing_stands(engine: str, tmp_path: Path) -> None:
+def test_a_static_thing_stands(engine, tmp_path):
     world = make_world(tmp_path, engine)
     objects = ObjectRegistry(world)
     put(objects, 0.8, 0.0, model(CRATE, "block", "<static>true</static>"))
@@ -135,7 +133,7 @@ def test_a_static_thing_stands(engine: str, tmp_path: Path) -> None:
     world.close()
 
 
-def test_things_that_can_be_pushed_stand_on_others_and_fall_when_these_go(tmp_path: Path) -> None:
+def test_things_that_can_be_pushed_stand_on_others_and_fall_when_these_go(tmp_path):
     world = make_world(tmp_path, "bullet")
     objects = ObjectRegistry(world)
     put(objects, 3.0, 0.0, name="lower")
@@ -148,9 +146,7 @@ def test_things_that_can_be_pushed_stand_on_others_and_fall_when_these_go(tmp_pa
     world.close()
 
 
-def test_sdf_models_count_from_their_own_frame(
-    objects: ObjectRegistry, world: ChangingWorld
-) -> None:
+def test_sdf_models_count_from_their_own_frame(objects, world):
     link = CRATE.replace('<link name="l">', '<link name="l"><pose>0 0 0.2 0 0 0</pose>')
     put(objects, 2.0, 1.0, model(link, extra="<pose>9 9 9 0 0 0</pose>"), z=0.0)
     assert objects.place_of("crate")[:3, 3].tolist() == [2.0, 1.0, 0.0]
@@ -158,7 +154,7 @@ def test_sdf_models_count_from_their_own_frame(
     np.testing.assert_allclose(body.parts[0].body_from_part[:3, 3], (0.0, 0.0, 0.2))
 
 
-def test_urdf_files_and_model_folders(objects: ObjectRegistry, tmp_path: Path) -> None:
+def test_urdf_files_and_model_folders(objects, tmp_path):
     (tmp_path / "parcel.urdf").write_text(urdf(), encoding="utf-8")
     folder = tmp_path / "models" / "bin"
     folder.mkdir(parents=True)
@@ -172,7 +168,7 @@ def test_urdf_files_and_model_folders(objects: ObjectRegistry, tmp_path: Path) -
     assert put(objects, 2.0, -1.0, urdf(), "box") == "box"
 
 
-def test_what_is_a_robot_is_no_thing(tmp_path: Path, objects: ObjectRegistry) -> None:
+def test_what_is_a_robot_is_no_thing(tmp_path, objects):
     wheels = urdf(extra='<joint name="j" type="continuous"/>')
     (tmp_path / "cart.urdf").write_text(wheels, encoding="utf-8")
     for uri in (WAFFLE, "turtlebot9", str(tmp_path / "cart.urdf"), ""):
@@ -181,9 +177,7 @@ def test_what_is_a_robot_is_no_thing(tmp_path: Path, objects: ObjectRegistry) ->
     assert refused(lambda: put(objects, 2.0, 0.0, wheels)).reason is Reason.BAD_FORMAT
 
 
-def test_bad_input_changes_nothing(
-    objects: ObjectRegistry, world: ChangingWorld, tmp_path: Path
-) -> None:
+def test_bad_input_changes_nothing(objects, world, tmp_path):
     mesh = "<link name='l'><collision name='c'><geometry><mesh><uri>model://no/a.stl</uri></mesh>"
     mesh += "</geometry></collision></link>"
     plane = CRATE.replace("<box><size>0.4 0.4 0.4</size></box>", "<plane/>")
@@ -224,9 +218,7 @@ def test_bad_input_changes_nothing(
     world.step([None], [None])
 
 
-def test_the_space_that_a_robot_holds_is_taken(
-    objects: ObjectRegistry, world: ChangingWorld
-) -> None:
+def test_the_space_that_a_robot_holds_is_taken(objects, world):
     beacon = np.zeros(1, BEACON_DTYPE)[0]
     beacon["radius"], beacon["held_size"] = 0.29, 2
     beacon["held"][:2] = (0.0, 0.0), (2.0, 0.0)
@@ -237,9 +229,7 @@ def test_the_space_that_a_robot_holds_is_taken(
     assert put(objects, 2.6, 0.0) == "crate"
 
 
-def test_all_go_home_unless_something_is_there(
-    world: ChangingWorld, objects: ObjectRegistry
-) -> None:
+def test_all_go_home_unless_something_is_there(world, objects):
     robots = RobotRegistry(world, draw_world(world.scene, 0.2), [Pose(0.0, 0.0, 0.0)], "")
     objects.move("old::l", upright(3.0, 3.0, 0.2, 0.0))
     put(objects, 0.1, 3.0, name="usurper")

@@ -1,9 +1,5 @@
 """Descriptions of things that come at run time: read as worlds are, refused with the cause."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 from swarm_sim.world.object_source import is_object, read_object
@@ -20,12 +16,12 @@ XACRO = (
 )
 
 
-def test_text_is_read_as_gazebo_reads_it(tmp_path: Path) -> None:
+def test_text_is_read_as_gazebo_reads_it(tmp_path):
     text = MODEL.replace("<link", "<!-- a -- b --><gz:x/><link", 1)
     assert len(read_object("", text, tmp_path).parts) == 1
 
 
-def test_a_thing_in_xacro(tmp_path: Path) -> None:
+def test_a_thing_in_xacro(tmp_path):
     path = tmp_path / "crate.sdf.xacro"
     path.write_text(XACRO)
     assert is_object(str(path), "", False, tmp_path)
@@ -44,7 +40,7 @@ def test_a_thing_in_xacro(tmp_path: Path) -> None:
         (MODEL + MODEL, "outermost elements: <sdf>, <sdf>"),
     ],
 )
-def test_the_cause_is_told(tmp_path: Path, text: str, message: str) -> None:
+def test_the_cause_is_told(tmp_path, text, message):
     with pytest.raises(RefusedError) as caught:
         read_object("", text, tmp_path)
     assert caught.value.reason is Reason.BAD_MODEL

@@ -1,10 +1,7 @@
 """Who may come, go and be put elsewhere, and what is refused."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
@@ -45,7 +42,7 @@ def refused(do: Callable[[], object]) -> RefusedError:
     return caught.value
 
 
-def test_a_robot_gets_the_next_number_and_a_place_of_its_own(robots: RobotRegistry) -> None:
+def test_a_robot_gets_the_next_number_and_a_place_of_its_own(robots):
     first = spawn(robots, "", False, BURGER, FREE)
     second = spawn(robots, "", False, WAFFLE, None)
     assert (first.name, first.number, first.index) == ("Srobot3", 3, 2)
@@ -57,7 +54,7 @@ def test_a_robot_gets_the_next_number_and_a_place_of_its_own(robots: RobotRegist
     assert spawn(robots, "", False, WAFFLE, None).name == "Srobot5"  # numbers are not used twice
 
 
-def test_a_robot_comes_back_with_the_battery_that_its_fleet_gave_it() -> None:
+def test_a_robot_comes_back_with_the_battery_that_its_fleet_gave_it():
     battery = parse_battery({name: BATTERY[name] for name in BATTERY if name != "initial"}, "")
     entries = (RobotEntry("Srobot1", WAFFLE, battery=battery), RobotEntry("Srobot2", WAFFLE))
     stage = build(Settings(world="slim_blockage", robots=entries, engine="planar"))
@@ -78,7 +75,7 @@ def test_a_robot_comes_back_with_the_battery_that_its_fleet_gave_it() -> None:
     assert stage.world.verdict.robots["Srobot3"].battery is None
 
 
-def test_a_name_can_come_back_with_the_same_model_only(robots: RobotRegistry) -> None:
+def test_a_name_can_come_back_with_the_same_model_only(robots):
     robots.remove("Srobot2")
     error = refused(lambda: spawn(robots, "Srobot2", False, BURGER, FREE))
     assert error.reason is Reason.NAME_TAKEN
@@ -88,7 +85,7 @@ def test_a_name_can_come_back_with_the_same_model_only(robots: RobotRegistry) ->
     assert robots.robots == ["Srobot1", "Srobot2"]
 
 
-def test_a_robot_that_does_not_drive_does_not_come(tmp_path: Path) -> None:
+def test_a_robot_that_does_not_drive_does_not_come(tmp_path):
     robots = (RobotEntry("Srobot1", WAFFLE),)
     stage = build(Settings(world="hall_12", robots=robots, engine="bullet"))
     robots = RobotRegistry(stage.world, stage.grid, stage.poses_map, "")
@@ -103,11 +100,11 @@ def test_a_robot_that_does_not_drive_does_not_come(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["Hans", "Srobot", "Srobot0", "Srobot99999", "robot1", "/Srobot5"])
-def test_names_that_no_robot_may_have(robots: RobotRegistry, name: str) -> None:
+def test_names_that_no_robot_may_have(robots, name):
     assert refused(lambda: spawn(robots, name, True, WAFFLE, FREE)).reason is Reason.NAME_INVALID
 
 
-def test_own_names_go_on_by_the_pattern_of_the_run() -> None:
+def test_own_names_go_on_by_the_pattern_of_the_run():
     entries = tuple(RobotEntry(name, WAFFLE) for name in ("amr_beta", "amr_alpha"))
     settings = Settings(world="slim_blockage", robots=entries, engine="planar", pattern="agv{:02}")
     stage = build(settings)
@@ -125,7 +122,7 @@ def test_own_names_go_on_by_the_pattern_of_the_run() -> None:
 
 
 @pytest.mark.parametrize("name", ["walker_1", "slim_blockage"])
-def test_no_robot_is_called_like_something_of_the_world(name: str) -> None:
+def test_no_robot_is_called_like_something_of_the_world(name):
     people = find_world("slim_blockage", "people.yaml")
     entries = (RobotEntry(name, WAFFLE),)
     settings = Settings(world="slim_blockage", robots=entries, engine="planar", actors=str(people))
@@ -133,7 +130,7 @@ def test_no_robot_is_called_like_something_of_the_world(name: str) -> None:
         build(settings)
 
 
-def test_bad_input_changes_nothing(robots: RobotRegistry, tmp_path: Path) -> None:
+def test_bad_input_changes_nothing(robots, tmp_path):
     broken = tmp_path / "broken.urdf"
     broken.write_text("<robot", encoding="utf-8")
     cases: list[tuple[Callable[[], object], Reason, str]] = [
@@ -174,11 +171,11 @@ def test_bad_input_changes_nothing(robots: RobotRegistry, tmp_path: Path) -> Non
     assert robots.robots == ["Srobot1", "Srobot2"]
 
 
-def test_another_name_will_do_if_it_may(robots: RobotRegistry) -> None:
+def test_another_name_will_do_if_it_may(robots):
     assert spawn(robots, "Srobot2", True, WAFFLE, FREE).name == "Srobot3"
 
 
-def test_all_go_home(robots: RobotRegistry) -> None:
+def test_all_go_home(robots):
     robots.move("Srobot1", FREE)
     spawn(robots, "", False, WAFFLE, Pose(-1.4, -0.6, 0.0))  # where Srobot1 was
     error = refused(robots.send_home)

@@ -1,7 +1,5 @@
 """A robot that is told to drive and never moves is named, once."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +12,7 @@ from swarm_sim.world.standstill import Standstill
 from swarm_sim.world.world import World, WorldConfig
 
 
-def test_it_is_told_once_and_only_of_those_that_stand() -> None:
+def test_it_is_told_once_and_only_of_those_that_stand():
     watch = Standstill(2)
     for _ in range(100):
         watch.observe(np.array([[0.3, 0.0, 0.0], [0.0, 0.0, -0.3]]))
@@ -25,14 +23,14 @@ def test_it_is_told_once_and_only_of_those_that_stand() -> None:
     assert not list(watch.new(np.array([3.0, 0.01, 0.0])))
 
 
-def test_a_robot_that_turns_is_not_meant() -> None:
+def test_a_robot_that_turns_is_not_meant():
     watch = Standstill(1)
     for _ in range(1000):
         watch.observe(np.array([[0.0, 1.0, 0.0]]))
     assert not list(watch.new(np.zeros(1)))
 
 
-def test_the_world_says_what_it_was_taken_for() -> None:
+def test_the_world_says_what_it_was_taken_for():
     spec = load_robot("turtlebot3_burger")
     wall = np.eye(4)
     wall[:3, 3] = (0.14, 0.0, 0.5)

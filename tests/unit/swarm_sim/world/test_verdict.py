@@ -1,7 +1,5 @@
 """Collision episodes, clearances and the hash of the trajectories."""
 
-from __future__ import annotations
-
 import json
 import math
 
@@ -22,7 +20,7 @@ def feed(judge: Judge, tick: int, *touches: Touch) -> None:
     judge.observe(0.1 * tick, 0.01, touches, POSES, FAR)
 
 
-def test_one_episode_counts_once_and_ends_after_half_a_second() -> None:
+def test_one_episode_counts_once_and_ends_after_half_a_second():
     judge = make_judge()
     meeting = Touch(0, 1, "", 1.0, 2.0, 4)
     for tick in range(3):
@@ -41,7 +39,7 @@ def test_one_episode_counts_once_and_ends_after_half_a_second() -> None:
     assert verdict.min_clearance == 0.0
 
 
-def test_obstacles_count_apart() -> None:
+def test_obstacles_count_apart():
     judge = make_judge()
     feed(judge, 0, Touch(1, -1, "wall", 0, 0, 0), Touch(1, -1, "post", 0, 0, 1))
     feed(judge, 1, Touch(1, -1, "wall", 0, 0, 0))
@@ -55,7 +53,7 @@ def approach(judge: Judge, tick: int, *approaches: NearPair) -> None:
     judge.observe(0.1 * tick, 0.01, [], POSES, FAR, approaches)
 
 
-def test_a_near_miss_is_one_episode_with_its_closest_place() -> None:
+def test_a_near_miss_is_one_episode_with_its_closest_place():
     judge = make_judge()
     for tick, gap in enumerate([0.02, 0.01, 0.025]):
         poses = np.array([[float(tick), 0.0, 0.0], [0.0, 1.0, 0.0]])
@@ -73,7 +71,7 @@ def test_a_near_miss_is_one_episode_with_its_closest_place() -> None:
     assert verdict.as_json()["close_calls"][0]["robots"] == ("a", "b")
 
 
-def test_an_approach_that_ends_or_begins_with_contact_is_no_near_miss() -> None:
+def test_an_approach_that_ends_or_begins_with_contact_is_no_near_miss():
     judge = make_judge()
     approach(judge, 0, NearPair(0, 1, "", 0.01))
     feed(judge, 1, Touch(0, 1, "", 0.0, 0.0, 3))
@@ -86,7 +84,7 @@ def test_an_approach_that_ends_or_begins_with_contact_is_no_near_miss() -> None:
     assert judge.verdict(1.1).near_misses == 1
 
 
-def test_distance_and_clearance() -> None:
+def test_distance_and_clearance():
     judge = make_judge()
     moved = np.array([[0.3, 0.4, 0.0], [0.0, 0.0, 1.0]])
     judge.observe(0.0, 0.01, [], moved, np.array([[0.5, 0.2], [np.inf, np.inf]]))
@@ -97,7 +95,7 @@ def test_distance_and_clearance() -> None:
     assert verdict.robots["b"].min_clearance == math.inf
 
 
-def test_json_has_no_infinity() -> None:
+def test_json_has_no_infinity():
     data = json.loads(json.dumps(make_judge().verdict(0.0).as_json(), allow_nan=False))
     assert data["min_clearance"] is None
     assert data["robots"]["a"] == {
@@ -108,7 +106,7 @@ def test_json_has_no_infinity() -> None:
     }
 
 
-def test_the_hash_tells_trajectories_apart() -> None:
+def test_the_hash_tells_trajectories_apart():
     hashes = []
     for offset in (0.0, 0.0, 1e-15):
         judge = make_judge()

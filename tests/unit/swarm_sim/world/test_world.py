@@ -1,7 +1,5 @@
 """The world as a whole: driving, contacts, sensing and determinism in both engines."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -43,9 +41,7 @@ def drive(world: World, seconds: float, *twists: Twist) -> None:
 @pytest.mark.parametrize(
     ("v", "w"), [(0.26, 0.0), (0.05, 0.0), (-0.15, 0.0), (0.0, 1.0), (0.0, -1.82), (0.2, 0.5)]
 )
-def test_speed_and_turn_are_within_one_percent(
-    engine: str, v: float, w: float, spec: RobotSpec
-) -> None:
+def test_speed_and_turn_are_within_one_percent(engine, v, w, spec):
     v, w = v * spec.max_vel_x / 0.26, w * spec.max_vel_theta / 1.82
     world = make_world(engine, FIELD, Pose(0.0, 0.0, 0.3), spec=spec)
     command = Twist(v, 0.0, w)
@@ -63,7 +59,7 @@ def test_speed_and_turn_are_within_one_percent(
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_speeds_change_no_faster_than_the_acceleration_limits(engine: str) -> None:
+def test_speeds_change_no_faster_than_the_acceleration_limits(engine):
     world = make_world(engine, FIELD, Pose(0.0, 0.0, 0.0))
     speeds = []
     for twist in [Twist(0.26)] * 4 + [Twist()] * 4:
@@ -74,7 +70,7 @@ def test_speeds_change_no_faster_than_the_acceleration_limits(engine: str) -> No
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_odometry_stays_true_over_a_long_drive(engine: str) -> None:
+def test_odometry_stays_true_over_a_long_drive(engine):
     start = Pose(1.0, -2.0, 0.7)
     world = make_world(engine, FIELD, start)
     rng = np.random.default_rng(4)
@@ -92,7 +88,7 @@ def test_odometry_stays_true_over_a_long_drive(engine: str) -> None:
     world.close()
 
 
-def test_planar_and_bullet_drive_the_same_path() -> None:
+def test_planar_and_bullet_drive_the_same_path():
     """Within 2 cm and 0.02 rad over 40 s of changing commands."""
     rng = np.random.default_rng(1)
     commands = [Twist(rng.uniform(0, 0.26), 0.0, rng.uniform(-1, 1)) for _ in range(20)]
@@ -108,7 +104,7 @@ def test_planar_and_bullet_drive_the_same_path() -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_blind_robot_driven_into_a_wall_is_one_collision(engine: str) -> None:
+def test_a_blind_robot_driven_into_a_wall_is_one_collision(engine):
     world = make_world(engine, HALL, Pose(5.4, 0.0, 0.1))
     drive(world, 6.0, Twist(0.26))
     verdict = world.verdict
@@ -123,7 +119,7 @@ def test_a_blind_robot_driven_into_a_wall_is_one_collision(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_blind_robot_driven_into_another_is_one_collision(engine: str) -> None:
+def test_a_blind_robot_driven_into_another_is_one_collision(engine):
     world = make_world(engine, HALL, Pose(0.0, 0.0, 0.0), Pose(0.8, 0.05, 1.0))
     drive(world, 6.0, Twist(0.26), Twist())
     verdict = world.verdict
@@ -137,9 +133,7 @@ def test_a_blind_robot_driven_into_another_is_one_collision(engine: str) -> None
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("specs", [(WAFFLE, BURGER), (BURGER, WAFFLE)], ids=["wb", "bw"])
-def test_a_burger_and_a_waffle_pass_and_meet_with_their_own_bodies(
-    engine: str, specs: tuple[RobotSpec, RobotSpec]
-) -> None:
+def test_a_burger_and_a_waffle_pass_and_meet_with_their_own_bodies(engine, specs):
     config = WorldConfig(engine=engine, with_lidar=False)
     aside = 0.153 + 0.089 + 0.02  # half widths, and 2 cm
     for offset, expected in ((aside, 0), (0.2, 1)):
@@ -156,7 +150,7 @@ def test_a_burger_and_a_waffle_pass_and_meet_with_their_own_bodies(
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_two_collisions_with_a_pause_between_count_twice(engine: str) -> None:
+def test_two_collisions_with_a_pause_between_count_twice(engine):
     world = make_world(engine, HALL, Pose(5.7, 0.0, 0.0))
     for _ in range(2):
         drive(world, 2.5, Twist(0.26))
@@ -166,7 +160,7 @@ def test_two_collisions_with_a_pause_between_count_twice(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_passing_closely_is_no_collision(engine: str) -> None:
+def test_passing_closely_is_no_collision(engine):
     world = make_world(engine, HALL, Pose(-1.0, 0.0, 0.0), Pose(1.0, 0.34, math.pi))
     drive(world, 7.0, Twist(0.26), Twist(0.26))
     verdict = world.verdict
@@ -176,7 +170,7 @@ def test_passing_closely_is_no_collision(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_the_ground_and_standing_still_are_no_collisions(engine: str) -> None:
+def test_the_ground_and_standing_still_are_no_collisions(engine):
     world = make_world(engine, HALL, Pose(0.0, 0.0, 0.0), Pose(5.7, 0.0, 0.0))
     drive(world, 3.0, Twist(), Twist())
     assert world.verdict.collisions == ()
@@ -207,14 +201,14 @@ def run(engine: str, seed: int) -> tuple[str, float]:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_the_same_seed_gives_the_same_run_bit_for_bit(engine: str) -> None:
+def test_the_same_seed_gives_the_same_run_bit_for_bit(engine):
     first = run(engine, 3)
     assert run(engine, 3) == first
     assert run(engine, 4)[1] != first[1]
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_actuation_noise_follows_the_seed_and_odometry_tells_it(engine: str) -> None:
+def test_actuation_noise_follows_the_seed_and_odometry_tells_it(engine):
     start, ends = Pose(0.0, 0.0, 0.0), []
     for seed in (1, 1, 2):
         config = WorldConfig(engine=engine, with_lidar=False, actuation_noise=0.02)
@@ -228,7 +222,7 @@ def test_actuation_noise_follows_the_seed_and_odometry_tells_it(engine: str) -> 
     assert 1e-4 < ends[0].distance(ends[2]) < 0.2
 
 
-def test_worlds_of_one_process_do_not_disturb_each_other() -> None:
+def test_worlds_of_one_process_do_not_disturb_each_other():
     alone = make_world("bullet", FIELD, Pose(0.0, 0.0, 0.0))
     drive(alone, 2.0, Twist(0.2, 0.0, 0.3))
     pair = [make_world("bullet", FIELD, Pose(0.0, 0.0, 0.0)) for _ in range(2)]
@@ -240,7 +234,7 @@ def test_worlds_of_one_process_do_not_disturb_each_other() -> None:
         world.close()
 
 
-def test_closed_worlds_leave_nothing_behind() -> None:
+def test_closed_worlds_leave_nothing_behind():
     process = psutil.Process()
 
     def cycle(count: int) -> None:
@@ -256,7 +250,7 @@ def test_closed_worlds_leave_nothing_behind() -> None:
     assert process.memory_info().rss - memory < 30e6
 
 
-def test_impossible_settings_are_refused() -> None:
+def test_impossible_settings_are_refused():
     with pytest.raises(UnknownNameError, match="did you mean 'bullet'"):
         WorldConfig(engine="bulet")
     with pytest.raises(ConfigError, match="actuation_noise"):
@@ -269,7 +263,7 @@ def test_impossible_settings_are_refused() -> None:
         World(FIELD, [WAFFLE], [Pose(0, 0, 0)] * 2)
 
 
-def test_a_robot_without_the_wheels_that_it_names_is_refused() -> None:
+def test_a_robot_without_the_wheels_that_it_names_is_refused():
     from dataclasses import replace
 
     lame = replace(WAFFLE, wheels_left=("front_left", "rear_left"))

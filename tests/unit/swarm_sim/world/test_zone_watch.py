@@ -1,7 +1,5 @@
 """Ground truth about zones, by hand-made poses."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from swarm_common.model.zones import KeepoutZone, SpeedZone, Zones
@@ -23,7 +21,7 @@ def watched(*states: tuple[float, float, float, float]) -> ZoneVerdict:
     return watch.verdict
 
 
-def test_it_is_the_footprint_that_must_stay_out() -> None:
+def test_it_is_the_footprint_that_must_stay_out():
     outside, touching = 2.0 - REAR + 0.01, 2.0 - REAR - 0.01
     assert watched((outside, 1.0, 0.0, 0.2)).keepout_entries == 0
     found = watched((outside, 1.0, 0.0, 0.2), (touching, 1.0, 0.0, 0.2), (touching, 1.0, 0.0, 0.0))
@@ -31,13 +29,13 @@ def test_it_is_the_footprint_that_must_stay_out() -> None:
     assert found.first == f"Srobot1 came into a keepout zone, at ({touching:.2f}, 1.00), t = 0.2 s"
 
 
-def test_an_entry_counts_once_each_time() -> None:
+def test_an_entry_counts_once_each_time():
     inside, outside = (1.0, 1.0, 0.0, 0.0), (4.0, 1.0, 0.0, 0.0)
     found = watched(inside, inside, outside, inside)
     assert (found.keepout_entries, found.keepout_time) == (2, 0.3)
 
 
-def test_speed_counts_where_the_centre_is() -> None:
+def test_speed_counts_where_the_centre_is():
     found = watched((4.9, 1, 0, 0.26), (5.1, 1, 0, 0.1), (5.2, 1, 0, 0.12), (5.3, 1, 0, 0.12),
                     (7.1, 1, 0, 0.26))  # fmt: skip
     assert (found.speed_violations, found.speed_violation_time) == (1, 0.2)

@@ -29,7 +29,7 @@ MARKS = [
 ]
 
 
-def test_a_link_brings_back_camera_robot_and_time() -> None:
+def test_a_link_brings_back_camera_robot_and_time():
     place = Viewpoint("Srobot3", np.array([[1.0, 2.0, 3.0], [4.0, 5.5, 0.0]]), 12.3, True)
     again = place_of(*(value for _, value in place.pairs()))
     assert (again.robot, again.time, again.is_dark) == ("Srobot3", 12.3, True)
@@ -38,12 +38,12 @@ def test_a_link_brings_back_camera_robot_and_time() -> None:
 
 
 @pytest.mark.parametrize("camera", ["", "1,2", "1,2,3,4,5,x", "1,2,3,1,2,3", "nan,0,0,0,0,1"])
-def test_what_is_no_camera_is_left_out(camera: str) -> None:
+def test_what_is_no_camera_is_left_out(camera):
     assert place_of("", camera, "", "").camera is None
     assert place_of("", "", "inf", "").time is None
 
 
-def test_marks_are_on_the_time_line_where_they_happened() -> None:
+def test_marks_are_on_the_time_line_where_they_happened():
     text = strip_html(MARKS, 0.0, 100.0, 42.0, is_live=False)
     assert "collisions 1" in text
     assert "near misses 0" in text
@@ -57,13 +57,13 @@ def test_marks_are_on_the_time_line_where_they_happened() -> None:
     assert "Live" in strip_html(MARKS, 0.0, 100.0, 42.0, is_live=True)
 
 
-def test_a_time_of_which_nothing_is_known_is_hatched() -> None:
+def test_a_time_of_which_nothing_is_known_is_hatched():
     text = strip_html(MARKS, 0.0, 100.0, 42.0, is_live=True, gaps=[(30.0, 50.0)])
     assert "30.0 s to 50.0 s: not known" in text
     assert "left:30.00%;width:20.00%" in text
 
 
-def test_the_past_steps_over_what_is_not_known() -> None:
+def test_the_past_steps_over_what_is_not_known():
     history, swarm = History(), Swarm()
     for tick in (*range(0, 101), *range(500, 601)):
         if tick == 500:
@@ -91,14 +91,14 @@ def test_the_past_steps_over_what_is_not_known() -> None:
     assert past.time == pytest.approx(50.0)
 
 
-def test_the_next_mark_is_no_goal() -> None:
+def test_the_next_mark_is_no_goal():
     assert next_mark(MARKS, 0.0, 1) is MARKS[1]
     assert next_mark(MARKS, 10.0, 1) is MARKS[2]
     assert next_mark(MARKS, 20.0, -1) is MARKS[1]
     assert next_mark(MARKS, 10.0, -1) is None
 
 
-def test_messages_of_the_page_are_read_with_care() -> None:
+def test_messages_of_the_page_are_read_with_care():
     assert parse('{"kind": "seek", "value": 3.5, "count": 1}') == ("seek", 3.5)
     for text in ("", "[]", "{", '{"kind": 3}', "[" * 1000, '{"kind":"' + "x" * LONGEST + '"}'):
         assert parse(text) is None
@@ -129,7 +129,7 @@ class Robot:
         self.given_back += 1
 
 
-def test_a_robot_stops_half_a_second_after_the_last_key() -> None:
+def test_a_robot_stops_half_a_second_after_the_last_key():
     robot = Robot()
     driving = Driving(robot)
     driving.begin("Srobot1", lambda _: None, lambda: None)
@@ -143,7 +143,7 @@ def test_a_robot_stops_half_a_second_after_the_last_key() -> None:
     assert len(robot.wishes) == 4
 
 
-def test_a_robot_that_takes_itself_back_is_driven_no_more() -> None:
+def test_a_robot_that_takes_itself_back_is_driven_no_more():
     robot, ended = Robot(), []
     driving = Driving(robot)
     driving.begin("Srobot1", lambda _: None, lambda: ended.append(True))
@@ -154,7 +154,7 @@ def test_a_robot_that_takes_itself_back_is_driven_no_more() -> None:
     assert robot.given_back == 0
 
 
-def test_a_page_says_that_the_swarm_is_starting_until_it_lives() -> None:
+def test_a_page_says_that_the_swarm_is_starting_until_it_lives():
     said = [[], [KernelsCompiled(34, 118), KernelsCompiled(35, 118)], [], [], []]
     swarm, notice = Swarm(), Notice(lambda: said.pop(0))
     assert notice.text(swarm, is_paused=False) == "The swarm is starting."

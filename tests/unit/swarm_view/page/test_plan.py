@@ -31,7 +31,7 @@ STATES = {
 }
 
 
-def test_the_longest_chain_ends_with_its_head() -> None:
+def test_the_longest_chain_ends_with_its_head():
     assert longest_chain(STATES) == ["a", "b", "c"]
     assert longest_chain({}) == []
 
@@ -44,13 +44,11 @@ def test_the_longest_chain_ends_with_its_head() -> None:
         ("d", "e", "e is waiting: for d, which is in the way; 1 robot behind it, in a circle."),
     ],
 )
-def test_a_chain_leads_to_its_head_and_says_what_that_one_does(
-    robot: str, head: str, sentence: str
-) -> None:
+def test_a_chain_leads_to_its_head_and_says_what_that_one_does(robot, head, sentence):
     assert head_of_chain(robot, STATES) == (head, sentence)
 
 
-def test_only_what_is_new_is_sent(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_what_is_new_is_sent(monkeypatch):
     calls: list[str] = []
     monkeypatch.setattr(plan, "run_script", lambda _, source: calls.append(source))
     swarm = Swarm()
@@ -84,7 +82,7 @@ def test_only_what_is_new_is_sent(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(calls) == 2
 
 
-def test_an_object_has_its_turned_outline() -> None:
+def test_an_object_has_its_turned_outline():
     marker = Marker(type=Marker.CUBE, action=Marker.ADD, ns="object")
     marker.scale.x, marker.scale.y = 2.0, 1.0
     marker.pose.position.x = 5.0

@@ -35,7 +35,7 @@ class Camera:
 
 
 @pytest.mark.parametrize("late", [0, 1, 5, 50])
-def test_a_robot_that_has_driven_is_in_the_middle(late: int) -> None:
+def test_a_robot_that_has_driven_is_in_the_middle(late):
     camera = Camera(late)
     chase, drawn = Chase(camera, camera.look), []
     for frame in range(1000):
@@ -50,7 +50,7 @@ def test_a_robot_that_has_driven_is_in_the_middle(late: int) -> None:
     assert max(off) < 0.03
 
 
-def test_a_page_that_loads_slowly_is_not_its_reader() -> None:
+def test_a_page_that_loads_slowly_is_not_its_reader():
     camera = Camera(2)
     chase, first = Chase(camera, camera.look), (np.array([1.0, 2.0, 0.0]), np.array([1, -7, 16.0]))
     chase.expect(*first)
@@ -64,7 +64,7 @@ def test_a_page_that_loads_slowly_is_not_its_reader() -> None:
 
 
 @pytest.mark.parametrize("late", [0, 2, 5])
-def test_a_reader_turns_the_view_of_a_robot_that_drives(late: int) -> None:
+def test_a_reader_turns_the_view_of_a_robot_that_drives(late):
     camera = Camera(late)
     chase, step = Chase(camera, camera.look), 0.26 * FRAME
     for frame in range(1000):

@@ -31,7 +31,7 @@ def marker(number: int, x: float, size: float = 0.4, action: int = Marker.ADD) -
     return item
 
 
-def test_movers_come_move_change_and_go() -> None:
+def test_movers_come_move_change_and_go():
     shown: list[Handle] = []
     scene = SimpleNamespace(add_mesh_simple=lambda name, *_, **__: Handle(shown, name))
     scenery = Scenery(SimpleNamespace(scene=scene))  # type: ignore[arg-type]
@@ -67,7 +67,7 @@ class Sheet:
         self.drawn[name] = properties
 
 
-def test_walls_are_cut_where_they_would_hide_robots() -> None:
+def test_walls_are_cut_where_they_would_hide_robots():
     sheet = Sheet()
     scenery = Scenery(SimpleNamespace(scene=sheet))  # type: ignore[arg-type]
     scenery.draw_markers([upright(2.0, 1.0), upright(0.3, 0.15), upright(0.4, 2.0)])
@@ -85,7 +85,7 @@ def test_walls_are_cut_where_they_would_hide_robots() -> None:
     assert all(sheet.drawn[name]["opacity"] is None for name in cut)
 
 
-def test_stations_lie_below_the_marks_of_robots() -> None:
+def test_stations_lie_below_the_marks_of_robots():
     station = upright(0.02, 0.01)
     station.ns = "station"
     sheet = Sheet()

@@ -18,9 +18,7 @@ def hall(width: float, depth: float) -> Raster:
 
 @pytest.mark.parametrize("view", [View.TOP, View.HALL])
 @pytest.mark.parametrize("size", [(17, 13), (40, 8), (6, 60)])
-def test_all_of_a_hall_is_seen_as_large_as_the_free_part_allows(
-    view: View, size: tuple[int, int]
-) -> None:
+def test_all_of_a_hall_is_seen_as_large_as_the_free_part_allows(view, size):
     raster = hall(*size)
     camera = whole(raster, view, 1.3, *SIZE)
     (x, y), (width, depth) = raster.origin, raster.size
@@ -33,7 +31,7 @@ def test_all_of_a_hall_is_seen_as_large_as_the_free_part_allows(
     assert ((pixels.max(axis=0) - pixels.min(axis=0)) / free).max() > 0.85
 
 
-def test_a_camera_projects_what_is_right_to_the_right() -> None:
+def test_a_camera_projects_what_is_right_to_the_right():
     camera = Camera(np.array([0.0, -5.0, 5.0]), np.zeros(3), 1.0, *SIZE)
     pixels, depths = camera.project(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
     np.testing.assert_allclose(pixels[0], [800.0, 450.0])
@@ -44,14 +42,14 @@ def test_a_camera_projects_what_is_right_to_the_right() -> None:
     assert pixels[1][0] - 800.0 == pytest.approx(metre, rel=0.05)
 
 
-def test_a_robots_eye_looks_ahead() -> None:
+def test_a_robots_eye_looks_ahead():
     target, position = eye_of(np.array([1.0, 2.0, 0.5 * np.pi]), 0.3)
     np.testing.assert_allclose(position[:2], [1.0, 2.3], atol=1e-9)
     assert target[1] > position[1]
     assert target[2] < position[2]
 
 
-def test_labels_in_one_place_do_not_pile_up() -> None:
+def test_labels_in_one_place_do_not_pile_up():
     camera = Camera(np.array([0.0, -1e-3, 10.0]), np.zeros(3), 1.0, *SIZE)
     wishes = [
         LabelWish(
@@ -74,7 +72,7 @@ def test_labels_in_one_place_do_not_pile_up() -> None:
         assert abs(tops[a][0] - tops[b][0]) > 7.0 * min(len(placed[a].text), len(placed[b].text))
 
 
-def test_labels_leave_the_marks_of_robots_in_sight() -> None:
+def test_labels_leave_the_marks_of_robots_in_sight():
     camera = Camera(np.array([0.0, -1e-3, 10.0]), np.zeros(3), 1.0, *SIZE)
     wish = LabelWish("a", ("Srobot1 waiting", "1"), np.zeros(3), 0.3)
     alone = arrange([wish], camera)["a"]
@@ -88,7 +86,7 @@ def test_labels_leave_the_marks_of_robots_in_sight() -> None:
     assert crowded.text == "1"
 
 
-def test_labels_far_apart_are_all_shown_in_full() -> None:
+def test_labels_far_apart_are_all_shown_in_full():
     camera = Camera(np.array([0.0, -1e-3, 10.0]), np.zeros(3), 1.0, *SIZE)
     wishes = [
         LabelWish(f"{i}", (f"robot {i}", "x"), np.array([2.0 * i, 0.0, 0.0])) for i in (-2, 0, 2)
@@ -97,6 +95,6 @@ def test_labels_far_apart_are_all_shown_in_full() -> None:
     assert [label.text for label in placed.values()] == ["robot -2", "robot 0", "robot 2"]
 
 
-def test_a_label_behind_the_camera_is_not_shown() -> None:
+def test_a_label_behind_the_camera_is_not_shown():
     camera = Camera(np.array([0.0, -5.0, 1.0]), np.zeros(3), 1.0, *SIZE)
     assert arrange([LabelWish("a", ("a",), np.array([0.0, -9.0, 0.0]))], camera) == {}

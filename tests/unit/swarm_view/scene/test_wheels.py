@@ -71,7 +71,7 @@ def mesh_of() -> Callable[[str], RobotMesh]:
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_wheels_turn_as_those_of_the_world(name: str, mesh_of: Callable[[str], RobotMesh]) -> None:
+def test_wheels_turn_as_those_of_the_world(name, mesh_of):
     wheels, mesh = Wheels(load_robot(name)), mesh_of(name)
     for motion in ([0.2, 0.0, 0.0], [0.0, 0.0, 0.7], [0.1, 0.0, -0.4]):
         drawn = sorted(float(wheel.turns @ motion) for wheel in mesh.wheels)
@@ -81,7 +81,7 @@ def test_wheels_turn_as_those_of_the_world(name: str, mesh_of: Callable[[str], R
         assert sorted(drawn) == pytest.approx(sorted(wheels.rates(0.1, -0.4, 0.3)), rel=0.02)
 
 
-def test_a_way_is_seen_from_the_robot() -> None:
+def test_a_way_is_seen_from_the_robot():
     before = np.array([[1.0, 2.0, np.pi / 2], [0.0, 0.0, 3.1]])
     after = np.array([[1.0, 2.5, np.pi / 2], [0.0, 0.0, -3.1]])
     ways = rolled(before, after)
@@ -89,7 +89,7 @@ def test_a_way_is_seen_from_the_robot() -> None:
     assert ways[1] == pytest.approx([0.0, 0.0, 2.0 * np.pi - 6.2])
 
 
-def test_a_nearby_robots_wheels_are_where_they_belong(mesh_of: Callable[[str], RobotMesh]) -> None:
+def test_a_nearby_robots_wheels_are_where_they_belong(mesh_of):
     scene, mesh = Scene(), mesh_of(WAFFLE)
     bodies = Bodies(scene, "/r", mesh, np.array([0, 2]), 8)  # type: ignore[arg-type]
     poses = np.array([[0.0, 0.0, 0.0], [9.0, 9.0, 0.0], [1.0, 2.0, np.pi / 2]])
@@ -110,7 +110,7 @@ def test_a_nearby_robots_wheels_are_where_they_belong(mesh_of: Callable[[str], R
     assert spoke[1:] == pytest.approx([np.cos(0.1 / 0.033), -np.sin(0.1 / 0.033)], abs=1e-3)
 
 
-def test_only_robots_near_a_camera_cost_more(mesh_of: Callable[[str], RobotMesh]) -> None:
+def test_only_robots_near_a_camera_cost_more(mesh_of):
     scene = Scene()
     fleet = DrawnFleet(scene)  # type: ignore[arg-type]
     names = [f"Srobot{i}" for i in range(1, 41)]
@@ -133,7 +133,7 @@ def test_only_robots_near_a_camera_cost_more(mesh_of: Callable[[str], RobotMesh]
     assert all(batch.is_removed for batch in scene.batches.values())
 
 
-def test_no_part_of_a_robot_is_moved_twice(mesh_of: Callable[[str], RobotMesh]) -> None:
+def test_no_part_of_a_robot_is_moved_twice(mesh_of):
     for name in robot_names():
         mesh = mesh_of(name)
         for glb in (mesh.glb, mesh.body or mesh.glb, *(wheel.glb for wheel in mesh.wheels)):
@@ -142,7 +142,7 @@ def test_no_part_of_a_robot_is_moved_twice(mesh_of: Callable[[str], RobotMesh]) 
                 np.testing.assert_array_equal(graph[node][0], np.eye(4), name)
 
 
-def test_from_afar_robots_are_simpler_and_as_large(mesh_of: Callable[[str], RobotMesh]) -> None:
+def test_from_afar_robots_are_simpler_and_as_large(mesh_of):
     for name in robot_names():
         mesh = mesh_of(name)
         vertices, faces = mesh.shape
@@ -152,7 +152,7 @@ def test_from_afar_robots_are_simpler_and_as_large(mesh_of: Callable[[str], Robo
         np.testing.assert_allclose(vertices.max(axis=0), whole[1], atol=0.003)
 
 
-def test_what_hangs_on_a_swivel_or_off_the_ground_is_no_wheel() -> None:
+def test_what_hangs_on_a_swivel_or_off_the_ground_is_no_wheel():
     def link(name: str, radius: float) -> str:
         visual = f"<visual><geometry><sphere radius='{radius}'/></geometry></visual>"
         return f"<link name='{name}'>{visual}</link>"

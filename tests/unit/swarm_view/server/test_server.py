@@ -4,8 +4,6 @@ With raw clients, as a browser that was led here by another page (DNS rebinding,
 websockets), another program of this machine, and one that was given the link.
 """
 
-from __future__ import annotations
-
 import contextlib
 import socket
 import time
@@ -48,7 +46,7 @@ def status(port: int, target: str, *headers: str, is_websocket: bool = False) ->
 
 
 @pytest.mark.parametrize("name", ["127.0.0.1", "localhost", "LOCALHOST", "[::1]"])
-def test_its_own_names_with_the_token(server: Server, name: str) -> None:
+def test_its_own_names_with_the_token(server, name):
     host, target = f"Host: {name}:{server.port}", f"/?token={token(server)}"
     origin = f"Origin: http://{name}:{server.port}"
     assert status(server.port, target, host) == 200
@@ -61,16 +59,14 @@ def test_its_own_names_with_the_token(server: Server, name: str) -> None:
     ["evil.example", "127.0.0.1.evil.example", "localhost.evil.example", "10.0.0.1", "", "::1"],
 )
 @pytest.mark.parametrize("is_websocket", [False, True])
-def test_a_name_of_somebody_else_that_leads_here(
-    server: Server, name: str, is_websocket: bool
-) -> None:
+def test_a_name_of_somebody_else_that_leads_here(server, name, is_websocket):
     """DNS rebinding: Host and Origin agree, as the browser believes the other page's name."""
     headers = (f"Host: {name}:{server.port}", f"Origin: http://{name}:{server.port}")
     for target in ("/", f"/?token={token(server)}"):
         assert status(server.port, target, *headers, is_websocket=is_websocket) == 403
 
 
-def test_another_port_is_another_server(server: Server) -> None:
+def test_another_port_is_another_server(server):
     target = f"/?token={token(server)}"
     for host in ("127.0.0.1", f"127.0.0.1:{server.port + 1}", "localhost"):
         assert status(server.port, target, f"Host: {host}") == 403
@@ -81,7 +77,7 @@ def test_another_port_is_another_server(server: Server) -> None:
     ["http://evil.example", "null", "", "https://127.0.0.1:{port}", "http://127.0.0.1:1",
      "http://127.0.0.1:{port}.evil.example", "http://127.0.0.1:{port}@evil.example"],
 )  # fmt: skip
-def test_a_page_of_another_origin(server: Server, origin: str) -> None:
+def test_a_page_of_another_origin(server, origin):
     host = f"Host: 127.0.0.1:{server.port}"
     line = f"Origin: {origin.format(port=server.port)}"
     target = f"/?token={token(server)}"
@@ -89,7 +85,7 @@ def test_a_page_of_another_origin(server: Server, origin: str) -> None:
     assert status(server.port, target, host, line) == 403
 
 
-def test_a_websocket_without_origin(server: Server) -> None:
+def test_a_websocket_without_origin(server):
     target, host = f"/?token={token(server)}", f"Host: 127.0.0.1:{server.port}"
     assert status(server.port, target, host, is_websocket=True) == 403
 
@@ -97,7 +93,7 @@ def test_a_websocket_without_origin(server: Server) -> None:
 @pytest.mark.parametrize(
     "query", ["", "?token=", "?token=guess", "?robot=Srobot1", "?token=%C3%A9"]
 )
-def test_without_the_token_there_is_nothing_to_see_nor_to_do(server: Server, query: str) -> None:
+def test_without_the_token_there_is_nothing_to_see_nor_to_do(server, query):
     host, origin = (f"{word}127.0.0.1:{server.port}" for word in ("Host: ", "Origin: http://"))
     assert status(server.port, f"/{query}", host) == 403
     assert status(server.port, f"/{query}", host, origin, is_websocket=True) == 403
@@ -108,7 +104,7 @@ def test_without_the_token_there_is_nothing_to_see_nor_to_do(server: Server, que
     ["Host: evil.example", "Origin: http://evil.example", " Host: evil.example", "Host : a",
      "X: 1\nHost: evil.example", "Upgrade: h2c"],
 )  # fmt: skip
-def test_what_two_readers_could_read_in_two_ways(server: Server, more: str) -> None:
+def test_what_two_readers_could_read_in_two_ways(server, more):
     host, origin = (f"{word}127.0.0.1:{server.port}" for word in ("Host: ", "Origin: http://"))
     target = f"/?token={token(server)}"
     assert status(server.port, target, host, origin, more, is_websocket=True) in (0, 403)
@@ -116,7 +112,7 @@ def test_what_two_readers_could_read_in_two_ways(server: Server, more: str) -> N
 
 @pytest.mark.parametrize("is_websocket", [False, True])
 @pytest.mark.parametrize("key", ["", "X-Swarm-Key: guess"])
-def test_the_inner_port_takes_only_the_gate(server: Server, key: str, is_websocket: bool) -> None:
+def test_the_inner_port_takes_only_the_gate(server, key, is_websocket):
     port = server.viser.get_port()
     headers = [f"Host: 127.0.0.1:{port}", f"Origin: http://127.0.0.1:{port}"]
     headers += [key] if key else []
@@ -124,7 +120,7 @@ def test_the_inner_port_takes_only_the_gate(server: Server, key: str, is_websock
     assert status(port, f"/?token={token(server)}", *headers, is_websocket=is_websocket) == 403
 
 
-def test_who_has_the_link_gets_the_scene(server: Server) -> None:
+def test_who_has_the_link_gets_the_scene(server):
     link = urlsplit(server.url("Srobot1"))
     protocol = f"viser-v{viser.__version__}"
     with connect(
@@ -138,7 +134,7 @@ def test_who_has_the_link_gets_the_scene(server: Server) -> None:
         assert len(data) > 8
 
 
-def test_every_server_has_a_token_of_its_own() -> None:
+def test_every_server_has_a_token_of_its_own():
     urls = []
     for _ in range(2):
         server = Server("127.0.0.1", 0)
@@ -148,7 +144,7 @@ def test_every_server_has_a_token_of_its_own() -> None:
     assert min(len(url) for url in urls) >= 16
 
 
-def test_connections_without_a_request_end_with_the_server() -> None:
+def test_connections_without_a_request_end_with_the_server():
     """Browsers open some ahead; left alone they outlive the event loop as unclosed sockets."""
     server = Server("127.0.0.1", 0)
     with socket.create_connection(("127.0.0.1", server.port), timeout=5.0) as idle:
@@ -162,7 +158,7 @@ def test_connections_without_a_request_end_with_the_server() -> None:
             assert idle.recv(1) == b""
 
 
-def test_names_on_other_hosts() -> None:
+def test_names_on_other_hosts():
     assert "evil.example" not in names_of("0.0.0.0")
     assert {"127.0.0.1", "localhost", "[::1]", socket.gethostname()} <= names_of("0.0.0.0")
     assert "[fe80::1]" in names_of("fe80::1")

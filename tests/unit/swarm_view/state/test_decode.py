@@ -10,7 +10,7 @@ from swarm_view.state import decode
 
 @pytest.mark.parametrize("robot", ["Srobot1", "Srobot10", "Srobot100", "r"])
 @pytest.mark.parametrize("station", ["", "loader_1", "ä"])
-def test_a_status_is_read_as_the_ros_serialiser_writes_it(robot: str, station: str) -> None:
+def test_a_status_is_read_as_the_ros_serialiser_writes_it(robot, station):
     status = RobotStatus(robot=robot, state="driving", detail="to " + station, station=station)
     status.pose.x, status.pose.y, status.pose.theta = 1.0, 2.0, 0.5
     status.goal.x, status.goal.y, status.goal.theta = 3.0, 4.0, -0.5

@@ -29,7 +29,7 @@ def texts(history: History, kind: Kind) -> list[tuple[float, str]]:
     return [(round(mark.time, 1), mark.text) for mark in history.marks if mark.kind is kind]
 
 
-def test_collisions_and_near_misses_are_marked_when_they_happen() -> None:
+def test_collisions_and_near_misses_are_marked_when_they_happen():
     history = History()
     poses = np.array([[0.0, 0.0, 0.0], [0.4, 0.0, 0.0], [5.0, 0.0, 0.0]])
     history.add_poses(40, ["Srobot1", "Srobot2", "Srobot3"], poses)
@@ -43,7 +43,7 @@ def test_collisions_and_near_misses_are_marked_when_they_happen() -> None:
     assert texts(history, Kind.COLLISION)[1][1] == "2 x robot touches the world"
 
 
-def test_a_wait_of_more_than_a_minute_is_one_mark_from_its_beginning() -> None:
+def test_a_wait_of_more_than_a_minute_is_one_mark_from_its_beginning():
     history = History()
     for tick in range(0, 1500, 5):
         state = "driving" if tick < 100 or tick >= 1200 else "waiting" if tick % 2 else "yielding"
@@ -54,7 +54,7 @@ def test_a_wait_of_more_than_a_minute_is_one_mark_from_its_beginning() -> None:
     assert (mark.time, mark.end) == pytest.approx((10.0, 119.5))
 
 
-def test_a_state_that_began_before_the_viewer_came_lasts_at_least_so_long() -> None:
+def test_a_state_that_began_before_the_viewer_came_lasts_at_least_so_long():
     history = History()
     history.add_status("Srobot1", said(470, "idle"))
     since = history.state_since("Srobot1", 91.0)
@@ -66,7 +66,7 @@ def test_a_state_that_began_before_the_viewer_came_lasts_at_least_so_long() -> N
     assert history.saw_begin("Srobot2", 60.0)
 
 
-def test_goals_and_faults_are_marked() -> None:
+def test_goals_and_faults_are_marked():
     history = History()
     history.add_status("Srobot1", said(0, "driving", station="loader_1"))
     history.add_status("Srobot1", said(10, "idle", goals_reached=1))
@@ -78,7 +78,7 @@ def test_goals_and_faults_are_marked() -> None:
     assert history.span == (0.0, 4.0)
 
 
-def test_states_and_places_of_the_past_are_known() -> None:
+def test_states_and_places_of_the_past_are_known():
     history = History()
     for tick in range(101):
         history.add_poses(tick, ["Srobot1"], np.array([[0.1 * tick, 0.0, 0.0]]))
@@ -104,7 +104,7 @@ def test_states_and_places_of_the_past_are_known() -> None:
     assert np.diff(way[:, 0]).min() >= 0.25
 
 
-def test_curves_over_time() -> None:
+def test_curves_over_time():
     history = History()
     for tick in range(0, 1201, 10):
         reached = tick // 100
@@ -122,7 +122,7 @@ def test_curves_over_time() -> None:
     assert gaps[0] == pytest.approx(0.2)
 
 
-def test_what_happened_while_no_page_was_open_is_not_on_the_line() -> None:
+def test_what_happened_while_no_page_was_open_is_not_on_the_line():
     history = History()
     history.interrupt()  # the first page opens late, too
     history.add_verdict(verdict(100, robots=1))

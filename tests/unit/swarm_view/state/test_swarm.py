@@ -39,13 +39,13 @@ def swarm() -> Swarm:
     return watch(feed, now, known)
 
 
-def test_robots_are_known_in_the_order_of_their_numbers(swarm: Swarm) -> None:
+def test_robots_are_known_in_the_order_of_their_numbers(swarm):
     assert swarm.names == [f"Srobot{i}" for i in range(1, 13)]
     assert len(swarm.track.latest) == 12
     assert swarm.tick > 0
 
 
-def test_messages_become_what_is_drawn(swarm: Swarm) -> None:
+def test_messages_become_what_is_drawn(swarm):
     assert swarm.map is not None
     assert {marker.ns for marker in swarm.markers} >= {"body", "station", "circuit"}
     assert set(swarm.states) == set(swarm.names)
@@ -58,14 +58,14 @@ def test_messages_become_what_is_drawn(swarm: Swarm) -> None:
     assert swarm.pose_at("Srobot99", 0) is None
 
 
-def test_layers_that_nobody_shows_are_forgotten(swarm: Swarm) -> None:
+def test_layers_that_nobody_shows_are_forgotten(swarm):
     kept = topics.of_layer("Srobot1", Layer.SCAN)
     swarm.drop_layers({kept})
     assert swarm.layer("Srobot1", Layer.SCAN)[0] > 0
     assert swarm.layer("Srobot2", Layer.SCAN)[0] == 0
 
 
-def test_the_panel_says_what_is_known(swarm: Swarm) -> None:
+def test_the_panel_says_what_is_known(swarm):
     text = verdict_html(swarm, True, "7 %")
     assert "(paused)" in text
     assert "66 reached, 0 tries failed" in text
@@ -80,7 +80,7 @@ def test_the_panel_says_what_is_known(swarm: Swarm) -> None:
     assert "Srobot1 &larr; Srobot2" in stations_html(swarm.states)
 
 
-def test_a_robot_says_for_whom_it_waits_and_that_one_for_whom(swarm: Swarm) -> None:
+def test_a_robot_says_for_whom_it_waits_and_that_one_for_whom(swarm):
     def waits(robot: str, other: str) -> ReportedState:
         return replace(swarm.states[robot], state="waiting", detail=f"for {other}, which turns")
 
@@ -99,11 +99,11 @@ def test_a_robot_says_for_whom_it_waits_and_that_one_for_whom(swarm: Swarm) -> N
     assert LOOKS["waiting"].meaning not in text  # one reason, the robot's own
 
 
-def test_topics_of_a_robot_can_be_copied() -> None:
+def test_topics_of_a_robot_can_be_copied():
     assert "data-swarm-copy='/Srobot3/cmd_vel'" in topics_html("Srobot3")
 
 
-def test_without_ground_truth_the_statuses_say_where_robots_are() -> None:
+def test_without_ground_truth_the_statuses_say_where_robots_are():
     now = [0.0]
     feed = MovingFeed(3, clock=lambda: now[0])
     feed.want({f"/{name}/status" for name in feed.names})
@@ -113,7 +113,7 @@ def test_without_ground_truth_the_statuses_say_where_robots_are() -> None:
     assert known.track.latest.shape == (3, 3)
 
 
-def test_robots_come_and_go() -> None:
+def test_robots_come_and_go():
     now = [0.0]
     feed = MovingFeed(4, clock=lambda: now[0])
     feed.want(set(feed.topics()))
@@ -133,7 +133,7 @@ def test_robots_come_and_go() -> None:
     assert len(known.track.latest) == len(known.states) == len(known.trails.segments()) == 0
 
 
-def test_a_robot_is_drawn_from_its_description(swarm: Swarm) -> None:
+def test_a_robot_is_drawn_from_its_description(swarm):
     mesh = robot_mesh(swarm.descriptions["Srobot1"])
     assert mesh.glb[:4] == b"glTF"
     assert 0.15 < radius_of(mesh) < 0.35
@@ -141,7 +141,7 @@ def test_a_robot_is_drawn_from_its_description(swarm: Swarm) -> None:
     assert mesh.links["base_scan"][2, 3] == pytest.approx(0.132)
 
 
-def test_a_robot_without_visuals_is_drawn_all_the_same() -> None:
+def test_a_robot_without_visuals_is_drawn_all_the_same():
     mesh = robot_mesh("<robot name='r'><link name='base'/></robot>")
     assert radius_of(mesh) > 0.1
     assert np.allclose(mesh.links["base"], np.eye(4))
@@ -149,7 +149,7 @@ def test_a_robot_without_visuals_is_drawn_all_the_same() -> None:
 
 @settings(deadline=None)
 @given(data=st.binary(max_size=400))
-def test_what_cannot_be_read_is_not_drawn_and_ends_nothing(data: bytes) -> None:
+def test_what_cannot_be_read_is_not_drawn_and_ends_nothing(data):
     known = Swarm()
     names = ("status", "robot_description", "scan", "beacon", "plan", "particle_cloud")
     topics = ["/map", "/sim/tf", "/sim/scene", "/sim/movers", "/sim/verdict"]

@@ -8,7 +8,7 @@ def poses(*rows: tuple[float, float, float]) -> np.ndarray:
     return np.array(rows, float).reshape(-1, 3)
 
 
-def test_robots_glide_to_the_newest_pose() -> None:
+def test_robots_glide_to_the_newest_pose():
     track = Track()
     track.add(poses((0, 0, 0)), 0.0)
     for k in range(1, 30):
@@ -19,14 +19,14 @@ def test_robots_glide_to_the_newest_pose() -> None:
     assert track.at(9.0)[0, 0] == pytest.approx(2.9)
 
 
-def test_yaw_takes_the_short_way() -> None:
+def test_yaw_takes_the_short_way():
     track = Track()
     track.add(poses((0, 0, 3.1)), 0.0)
     track.add(poses((0, 0, -3.1)), 0.1)
     assert abs(track.at(0.15)[0, 2]) > 3.1
 
 
-def test_who_is_put_elsewhere_jumps() -> None:
+def test_who_is_put_elsewhere_jumps():
     track = Track()
     track.add(poses((0, 0, 0), (0, 0, 0)), 0.0)
     track.add(poses((2 * JUMP, 0, 0), (0.1, 0, 0)), 0.1)
@@ -35,7 +35,7 @@ def test_who_is_put_elsewhere_jumps() -> None:
     assert shown[1, 0] < 0.1
 
 
-def test_another_number_of_robots_begins_anew() -> None:
+def test_another_number_of_robots_begins_anew():
     track = Track()
     track.add(poses((0, 0, 0)), 0.0)
     track.add(poses((1, 0, 0), (2, 0, 0)), 0.1)
@@ -43,7 +43,7 @@ def test_another_number_of_robots_begins_anew() -> None:
     assert track.at(0.1)[1, 0] == 2.0
 
 
-def test_trails_are_polylines_without_jumps() -> None:
+def test_trails_are_polylines_without_jumps():
     trails = Trails(length=4, spacing=0.1)
     assert trails.segments().shape == (0, 2, 2)
     for x in (0.0, 0.05, 0.2, 0.4, 5.0, 5.2):

@@ -1,11 +1,8 @@
 """A child process that cannot be started."""
 
-from __future__ import annotations
-
 import errno
 import os
 import subprocess
-from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
@@ -14,9 +11,7 @@ from swarm_commander.run.processes.launch import ProcessChild
 from swarm_commander.run.processes.supervisor import ProcessSpec
 
 
-def test_a_user_who_may_have_no_more_processes_is_told_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_user_who_may_have_no_more_processes_is_told_so(tmp_path, monkeypatch):
     """It was "cannot go on: [Errno 11] Resource temporarily unavailable"."""
 
     def refuse(*_: Any, **__: Any) -> NoReturn:

@@ -57,7 +57,7 @@ def case() -> Case:
     return Case()
 
 
-def test_a_dead_navigator_is_started_anew(case: Case) -> None:
+def test_a_dead_navigator_is_started_anew(case):
     assert case.supervisor.on_death("Srobot1") == 1.0
     case.turn(0.5)
     assert case.told == []
@@ -68,7 +68,7 @@ def test_a_dead_navigator_is_started_anew(case: Case) -> None:
     assert not case.supervisor.on_active("Srobot2"), "which was never down"
 
 
-def test_one_that_is_wanted_anew_is_killed_first_and_its_deaths_do_not_count(case: Case) -> None:
+def test_one_that_is_wanted_anew_is_killed_first_and_its_deaths_do_not_count(case):
     for _ in range(5):
         case.supervisor.on_death("Srobot1")
         case.turn(60.0)
@@ -82,7 +82,7 @@ def test_one_that_is_wanted_anew_is_killed_first_and_its_deaths_do_not_count(cas
     assert case.supervisor.on_death("Srobot1") is not None
 
 
-def test_one_that_others_have_forgotten_begins_anew_even_if_nobody_is_restarted() -> None:
+def test_one_that_others_have_forgotten_begins_anew_even_if_nobody_is_restarted():
     case = Case(restarts=False)
     assert case.supervisor.on_death("Srobot1") is None
     assert case.supervisor.on_death("Srobot2", begins_anew=True) == 0.0
@@ -90,7 +90,7 @@ def test_one_that_others_have_forgotten_begins_anew_even_if_nobody_is_restarted(
     assert case.told == [StartNavigator("Srobot2", "2.yaml")]
 
 
-def test_one_that_stays_down_may_be_wanted_again(case: Case) -> None:
+def test_one_that_stays_down_may_be_wanted_again(case):
     case.supervisor.given_up.add("Srobot1")
     case.supervisor.restart("Srobot1")
     case.turn(0.0)
@@ -98,7 +98,7 @@ def test_one_that_stays_down_may_be_wanted_again(case: Case) -> None:
     assert case.supervisor.given_up == set()
 
 
-def test_a_fork_server_that_does_not_answer_is_noticed(case: Case) -> None:
+def test_a_fork_server_that_does_not_answer_is_noticed(case):
     case.supervisor.kill("Srobot1")
     case.turn(ANSWER_LIMIT + 0.1)
     assert case.supervisor.is_fork_server_deaf()
@@ -106,7 +106,7 @@ def test_a_fork_server_that_does_not_answer_is_noticed(case: Case) -> None:
     assert not case.supervisor.is_fork_server_deaf()
 
 
-def test_one_that_hangs_when_it_is_started_anew_is_noticed_once(case: Case) -> None:
+def test_one_that_hangs_when_it_is_started_anew_is_noticed_once(case):
     case.supervisor.on_death("Srobot1")
     case.turn(1.0)
     case.fork("Srobot1")
@@ -117,9 +117,7 @@ def test_one_that_hangs_when_it_is_started_anew_is_noticed_once(case: Case) -> N
     assert case.supervisor.overdue() == []
 
 
-def test_stragglers_of_the_start_are_noticed_when_the_others_have_long_been_active(
-    case: Case,
-) -> None:
+def test_stragglers_of_the_start_are_noticed_when_the_others_have_long_been_active(case):
     names = ["Srobot1", "Srobot2"]
     assert case.supervisor.stragglers(0, names) == []
     case.clock.now += 10.0 * HANGING
@@ -130,9 +128,7 @@ def test_stragglers_of_the_start_are_noticed_when_the_others_have_long_been_acti
     assert case.supervisor.stragglers(1, names[1:]) == []
 
 
-def test_when_the_fork_server_ends_all_navigators_are_down_and_none_is_started_twice(
-    case: Case,
-) -> None:
+def test_when_the_fork_server_ends_all_navigators_are_down_and_none_is_started_twice(case):
     case.supervisor.on_death("Srobot1")
     case.supervisor.given_up.add("Srobot2")
     assert case.supervisor.on_fork_server_end() == ["Srobot1"]
@@ -140,14 +136,14 @@ def test_when_the_fork_server_ends_all_navigators_are_down_and_none_is_started_t
     assert case.told == []
 
 
-def test_who_was_taken_out_is_not_started(case: Case) -> None:
+def test_who_was_taken_out_is_not_started(case):
     case.supervisor.on_death("Srobot1")
     case.supervisor.remove("Srobot1")
     case.turn(60.0)
     assert case.told == []
 
 
-def test_silence_counts_from_the_last_word_and_not_while_we_slept() -> None:
+def test_silence_counts_from_the_last_word_and_not_while_we_slept():
     clock = Clock()
     beats = Heartbeats(clock)
     assert beats.silence("world") == 0.0, "it was never heard"
@@ -161,12 +157,12 @@ def test_silence_counts_from_the_last_word_and_not_while_we_slept() -> None:
     assert beats.silence("world") == 0.0, "what it said meanwhile is not read yet"
 
 
-def test_figures_of_a_new_navigator_are_added_to_those_of_the_last() -> None:
+def test_figures_of_a_new_navigator_are_added_to_those_of_the_last():
     meters = Meters()
     assert [meters.count("a", value) for value in (1.0, 3.0, 0.0, 2.0, 1.0)] == [1, 3, 3, 5, 6]
 
 
-def test_goals_of_a_robot_that_is_found_again_are_not_missed() -> None:
+def test_goals_of_a_robot_that_is_found_again_are_not_missed():
     statistics = RunStatistics.of(["Srobot1"], True)
     statistics.apply(MissionLoaded(3))
     statistics.apply(GoalSent("Srobot1", "a"))

@@ -1,7 +1,7 @@
 from swarm_commander.run.processes.restarts import MOST, WINDOW, Restarts
 
 
-def test_a_dead_process_is_started_anew_after_a_pause() -> None:
+def test_a_dead_process_is_started_anew_after_a_pause():
     restarts = Restarts()
     assert restarts.on_death("Srobot1", 10.0) == 1.0
     assert restarts.pop_due(10.9) == []
@@ -10,7 +10,7 @@ def test_a_dead_process_is_started_anew_after_a_pause() -> None:
     assert restarts.total == 1
 
 
-def test_pauses_double_and_after_five_times_it_stays_down() -> None:
+def test_pauses_double_and_after_five_times_it_stays_down():
     restarts, now, pauses = Restarts(), 0.0, []
     while (pause := restarts.on_death("Srobot1", now)) is not None:
         pauses.append(pause)
@@ -21,7 +21,7 @@ def test_pauses_double_and_after_five_times_it_stays_down() -> None:
     assert restarts.on_death("Srobot2", now) == 1.0, "each has its own count"
 
 
-def test_old_restarts_do_not_count() -> None:
+def test_old_restarts_do_not_count():
     restarts = Restarts()
     for number in range(3 * MOST):
         now = number * WINDOW / MOST * 1.2
@@ -29,14 +29,14 @@ def test_old_restarts_do_not_count() -> None:
         restarts.pop_due(now + 60.0)
 
 
-def test_nothing_is_started_unless_it_is_allowed() -> None:
+def test_nothing_is_started_unless_it_is_allowed():
     restarts = Restarts(is_allowed=False)
     assert restarts.on_death("Srobot1", 0.0) is None
     restarts.on_request("Srobot1", 1.0)
     assert restarts.pop_due(1.0) == ["Srobot1"], "but its user may"
 
 
-def test_what_nobody_wants_any_more_is_not_started() -> None:
+def test_what_nobody_wants_any_more_is_not_started():
     restarts = Restarts()
     restarts.on_death("Srobot1", 0.0)
     restarts.forget("Srobot1")

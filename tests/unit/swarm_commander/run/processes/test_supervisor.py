@@ -49,7 +49,7 @@ class History:
         return {name: child.calls for name, child in self.children.items() if child.calls}
 
 
-def test_nothing_happens_while_all_run() -> None:
+def test_nothing_happens_while_all_run():
     history = History()
     assert history.supervisor.poll() == []
     assert not history.supervisor.all_gone
@@ -57,7 +57,7 @@ def test_nothing_happens_while_all_run() -> None:
     assert history.supervisor.pid("viewer") is None
 
 
-def test_an_end_that_nobody_asked_for_is_told_once_and_its_group_is_swept() -> None:
+def test_an_end_that_nobody_asked_for_is_told_once_and_its_group_is_swept():
     history = History()
     assert history.end("world", -11) == [Exit("world", -11, expected=False)]
     assert history.supervisor.poll() == []
@@ -65,7 +65,7 @@ def test_an_end_that_nobody_asked_for_is_told_once_and_its_group_is_swept() -> N
     assert history.supervisor.pid("world") is None
 
 
-def test_processes_are_stopped_one_after_the_other_in_the_given_order() -> None:
+def test_processes_are_stopped_one_after_the_other_in_the_given_order():
     history = History()
     history.supervisor.stop(["world", "mission"])
     history.supervisor.poll()
@@ -78,7 +78,7 @@ def test_processes_are_stopped_one_after_the_other_in_the_given_order() -> None:
     assert history.supervisor.all_gone
 
 
-def test_a_process_that_does_not_end_is_killed_after_its_grace() -> None:
+def test_a_process_that_does_not_end_is_killed_after_its_grace():
     history = History()
     history.supervisor.stop(["world"])
     for now in (0.0, 4.9):
@@ -92,7 +92,7 @@ def test_a_process_that_does_not_end_is_killed_after_its_grace() -> None:
     assert history.end("world", -9) == [Exit("world", -9, expected=True, killed=True)]
 
 
-def test_a_second_wish_to_stop_does_not_begin_again() -> None:
+def test_a_second_wish_to_stop_does_not_begin_again():
     history = History()
     history.supervisor.stop(["world"])
     history.supervisor.poll()
@@ -104,7 +104,7 @@ def test_a_second_wish_to_stop_does_not_begin_again() -> None:
     assert history.calls() == {"world": ["terminate", "kill"]}
 
 
-def test_killing_spares_only_the_gone() -> None:
+def test_killing_spares_only_the_gone():
     history = History()
     history.end("mission", 0)
     history.supervisor.kill()
@@ -114,7 +114,7 @@ def test_killing_spares_only_the_gone() -> None:
     assert history.supervisor.all_gone
 
 
-def test_a_process_that_runs_is_not_started_twice_but_one_that_has_ended_is_restarted() -> None:
+def test_a_process_that_runs_is_not_started_twice_but_one_that_has_ended_is_restarted():
     history = History()
     with pytest.raises(ValueError, match="started before"):
         history.supervisor.start(ProcessSpec("world", ("world",)))
@@ -125,6 +125,6 @@ def test_a_process_that_runs_is_not_started_twice_but_one_that_has_ended_is_rest
     assert history.supervisor.pid("world") == 4
 
 
-def test_every_state_has_a_way_to_its_end() -> None:
+def test_every_state_has_a_way_to_its_end():
     for state in ChildState:
         assert state is ChildState.GONE or ChildState.GONE in TRANSITIONS[state].values()

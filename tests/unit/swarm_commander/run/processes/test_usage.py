@@ -13,7 +13,7 @@ from swarm_commander.run.processes.usage import MEMORY_SAMPLES, Usage, UsageMete
 SIZE = 40_000_000  # [bytes]
 
 
-def test_the_memory_of_a_process_that_has_ended_is_what_it_was() -> None:
+def test_the_memory_of_a_process_that_has_ended_is_what_it_was():
     """A run that ended by itself said "world 0.0 MB": the world had ended, unwaited for."""
     pid = os.fork()
     if not pid:
@@ -32,7 +32,7 @@ def test_the_memory_of_a_process_that_has_ended_is_what_it_was() -> None:
         os.waitpid(pid, 0)
 
 
-def test_a_page_that_several_processes_share_counts_once() -> None:
+def test_a_page_that_several_processes_share_counts_once():
     shared = bytearray(os.urandom(1)) * SIZE
     children = []
     for _ in range(3):
@@ -58,7 +58,7 @@ def test_a_page_that_several_processes_share_counts_once() -> None:
     assert len(shared) == SIZE
 
 
-def test_memory_is_read_seldom_and_right_after_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memory_is_read_seldom_and_right_after_the_start(monkeypatch):
     """Reading it at every sample took 1 % of a core."""
     read: list[int] = []
 

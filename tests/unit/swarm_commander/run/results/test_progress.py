@@ -23,14 +23,14 @@ def swarm(count: int) -> RunStatistics:
     return statistics
 
 
-def test_each_robot_of_a_small_swarm_has_a_line() -> None:
+def test_each_robot_of_a_small_swarm_has_a_line():
     lines = [str(line) for line in status_table(swarm(5))]
     words = ["Srobot2", "holding", "0", "s", "loader_1", "1", "goal", "for", "Srobot2"]
     assert lines[1].split() == words
     assert len(lines) == 5
 
 
-def test_twenty_robots_have_a_line_each_where_the_screen_has_room() -> None:
+def test_twenty_robots_have_a_line_each_where_the_screen_has_room():
     statistics = swarm(20)
     statistics.sim_time = 75.0
     statistics.robots["Srobot7"].since = 12.0
@@ -53,7 +53,7 @@ def reported(robot: str, time: float, state: str) -> StatusReported:
     )
 
 
-def test_a_line_shows_the_battery_of_a_robot_that_has_one() -> None:
+def test_a_line_shows_the_battery_of_a_robot_that_has_one():
     statistics = swarm(2)
     for name, battery in (("Srobot1", 0.634), ("Srobot2", None)):
         event = msgspec.structs.replace(reported(name, 1.0, "charging"), battery=battery)
@@ -63,14 +63,14 @@ def test_a_line_shows_the_battery_of_a_robot_that_has_one() -> None:
     assert "%" not in without
 
 
-def test_the_time_in_a_state_begins_when_it_is_entered() -> None:
+def test_the_time_in_a_state_begins_when_it_is_entered():
     statistics = swarm(1)
     for time, state in ((1.0, "waiting"), (2.0, "waiting"), (3.0, "driving"), (4.0, "driving")):
         statistics.apply(reported("Srobot1", time, state))
         assert statistics.robots["Srobot1"].since == (1.0 if state == "waiting" else 3.0)
 
 
-def test_a_removed_robot_is_gone_since_it_went_and_an_idle_one_idle_since_it_came() -> None:
+def test_a_removed_robot_is_gone_since_it_went_and_an_idle_one_idle_since_it_came():
     statistics = RunStatistics.of(["Srobot1"], has_mission=False)
     statistics.apply(RobotSpawned("Srobot2", 2, "waffle", (0.0, 0.0, 0.0), 30.0))
     for robot in statistics.robots:
@@ -82,14 +82,14 @@ def test_a_removed_robot_is_gone_since_it_went_and_an_idle_one_idle_since_it_cam
     assert " ".join(str(status_table(statistics)[1]).split()[:4]) == "Srobot2 gone 11 s"
 
 
-def test_a_pause_is_said() -> None:
+def test_a_pause_is_said():
     statistics = swarm(2)
     statistics.is_paused = True
     assert summary_line("running", statistics).startswith("paused | ")
 
 
 @pytest.mark.parametrize(("count", "first"), [(13, "Srobot1-2 "), (100, "Srobot1-10 ")])
-def test_a_large_swarm_has_a_line_per_group(count: int, first: str) -> None:
+def test_a_large_swarm_has_a_line_per_group(count, first):
     statistics = swarm(count)
     statistics.robots["Srobot3"].died = True
     lines = [str(line) for line in status_table(statistics)]
@@ -99,20 +99,20 @@ def test_a_large_swarm_has_a_line_per_group(count: int, first: str) -> None:
     assert max(map(len, lines)) < 100
 
 
-def test_missed_goals_stand_apart_from_what_follows() -> None:
+def test_missed_goals_stand_apart_from_what_follows():
     statistics = swarm(100)
     statistics.robots["Srobot5"].failed = 3
     assert "9 goals, 3 missed  3 holding" in str(status_table(statistics)[0])
 
 
-def test_a_hundred_robots_with_ten_at_a_line() -> None:
+def test_a_hundred_robots_with_ten_at_a_line():
     line = str(status_table(swarm(100))[0])
     assert line.split("  ")[0] == "Srobot1-10"
     assert "dhw.dhw.dh  9 goals" in line
     assert line.endswith("3 holding, 2 waiting")
 
 
-def test_the_legend_has_the_letters_that_are_seen() -> None:
+def test_the_legend_has_the_letters_that_are_seen():
     statistics = swarm(100)
     assert str(status_table(statistics)[-1]) == "d driving  h holding  w waiting  . idle"
     statistics.robots["Srobot1"].state = ""
@@ -120,7 +120,7 @@ def test_the_legend_has_the_letters_that_are_seen() -> None:
     assert str(status_table(statistics)[-1]).endswith(". idle  - inactive  X dead")
 
 
-def test_the_first_lines_are_broken_between_their_parts() -> None:
+def test_the_first_lines_are_broken_between_their_parts():
     statistics = swarm(100)
     statistics.total = 800
     lines = packed(summary_line("starting navigators", statistics).split(" | "), 80)
@@ -135,7 +135,7 @@ def progress(*, is_terminal: bool) -> tuple[Progress, io.StringIO, list[float]]:
     return Progress(console, swarm(100), lambda: now[0]), output, now
 
 
-def test_a_log_file_gets_a_plain_line_now_and_then() -> None:
+def test_a_log_file_gets_a_plain_line_now_and_then():
     shown, output, now = progress(is_terminal=False)
     shown.start()
     for second in range(11):
@@ -149,7 +149,7 @@ def test_a_log_file_gets_a_plain_line_now_and_then() -> None:
 
 
 @pytest.mark.parametrize("is_terminal", [True, False])
-def test_many_breaches_are_counted_not_printed(is_terminal: bool) -> None:
+def test_many_breaches_are_counted_not_printed(is_terminal):
     shown, output, _ = progress(is_terminal=is_terminal)
     shown.start()
     for number in range(300):
@@ -162,7 +162,7 @@ def test_many_breaches_are_counted_not_printed(is_terminal: bool) -> None:
     assert ("and 292 more missed goals" if is_terminal else "more missed goals follow") in text
 
 
-def test_a_first_start_says_that_it_compiles_and_how_far_it_is() -> None:
+def test_a_first_start_says_that_it_compiles_and_how_far_it_is():
     stream = io.StringIO()
     now = iter(range(0, 100, 10))
     progress = Progress(Console(file=stream, width=200), swarm(2), lambda: float(next(now)))

@@ -77,7 +77,7 @@ def report_of(statistics: RunStatistics, verdict: dict[str, Any] | None = None) 
     )
 
 
-def test_the_report_has_what_tools_outside_rely_on() -> None:
+def test_the_report_has_what_tools_outside_rely_on():
     report = report_of(
         statistics_of(goal("Srobot1", "reached", 50.0), goal("Srobot2", "failed", 80.0))
     )
@@ -102,21 +102,21 @@ def test_the_report_has_what_tools_outside_rely_on() -> None:
     ]
 
 
-def test_inputs_turned_away_by_all_processes_are_summed_by_kind() -> None:
+def test_inputs_turned_away_by_all_processes_are_summed_by_kind():
     """A forged input leaves a trace."""
     events = (say.InputsRejected({"odom": 2, "goal": 1}, {}), say.InputsRejected({"goal": 40}, {}))
     assert report_of(statistics_of(*events))["rejected"] == {"goal": 41, "odom": 2}
     assert report_of(statistics_of())["rejected"] == {}
 
 
-def test_the_document_names_every_field() -> None:
+def test_the_document_names_every_field():
     text = (Path(__file__).resolve().parents[5] / "docs" / "report.md").read_text("utf-8")
     report = report_of(statistics_of())
     for part in (report, report["robots"]["Srobot1"], report["breaches"], report["goals"]):
         assert [name for name in part if f"`{name}`" not in text] == []
 
 
-def test_waits_and_counters_are_summed_over_the_robots() -> None:
+def test_waits_and_counters_are_summed_over_the_robots():
     counts = {"pushes": 3, "retreats": 1, "deadlocks_resolved": 2, "replans": 7}
     report = report_of(
         statistics_of(
@@ -130,7 +130,7 @@ def test_waits_and_counters_are_summed_over_the_robots() -> None:
     assert report["robots"]["Srobot2"]["wait_time"] == 8.0
 
 
-def test_fairness_is_the_longest_over_the_median_time_of_a_goal() -> None:
+def test_fairness_is_the_longest_over_the_median_time_of_a_goal():
     times = [("Srobot1", 20.0), ("Srobot1", 30.0), ("Srobot2", 90.0)]
     events = [goal(robot, "reached", time) for robot, time in times]
     report = report_of(statistics_of(*events, goal("Srobot2", "failed", 500.0)))
@@ -142,7 +142,7 @@ def test_fairness_is_the_longest_over_the_median_time_of_a_goal() -> None:
 CRASH = {"robots": ["Srobot2"], "obstacle": "wall_3", "x": 1.234, "y": 5.0, "sim_time": 7.25}
 
 
-def test_breaches_are_told_with_robots_place_and_time() -> None:
+def test_breaches_are_told_with_robots_place_and_time():
     events = (say.CollisionBegan(Collision.from_json(CRASH)), goal("Srobot1", "failed", 80.0))
     driving = status("Srobot2", state="waiting", detail="for Srobot1", goal_map=(1.0, 2.0))
     sent = say.GoalSent("Srobot2", "loader_4")
@@ -156,7 +156,7 @@ def test_breaches_are_told_with_robots_place_and_time() -> None:
     assert breach_lines(breaches, had_to_finish=True) == [*told, rest]
 
 
-def test_the_verdict_knows_collisions_that_nobody_reported() -> None:
+def test_the_verdict_knows_collisions_that_nobody_reported():
     report = report_of(statistics_of(), VERDICT | {"collisions": [CRASH, CRASH]})
     assert len(report["breaches"]["collisions"]) == 2
     crashes = {**report["breaches"], "collisions": [CRASH] * 12}
@@ -164,7 +164,7 @@ def test_the_verdict_knows_collisions_that_nobody_reported() -> None:
     assert lines[-1] == "and 2 more collisions; all are in the report"
 
 
-def test_a_report_without_a_verdict_says_what_is_unknown() -> None:
+def test_a_report_without_a_verdict_says_what_is_unknown():
     progress = say.WorldProgress(40.0, 2.0, say.CollisionCounts(1, 2))
     report = report_of(statistics_of(progress), {})
     assert report["sim_time"] == 40.0
@@ -175,13 +175,13 @@ def test_a_report_without_a_verdict_says_what_is_unknown() -> None:
     assert report["throughput_per_minute"] == 0.0
 
 
-def test_a_report_is_strict_json(tmp_path: Path) -> None:
+def test_a_report_is_strict_json(tmp_path):
     report = report_of(statistics_of(), {**VERDICT, "min_clearance": math.inf})
     write_report(tmp_path / "report.json", report)
     assert json.loads((tmp_path / "report.json").read_text(encoding="utf-8")) == report
 
 
-def test_an_unreadable_verdict_is_an_empty_one(tmp_path: Path) -> None:
+def test_an_unreadable_verdict_is_an_empty_one(tmp_path):
     assert load_verdict(tmp_path / "none.json") == {}
     (tmp_path / "half.json").write_text('{"sim_', encoding="utf-8")
     assert load_verdict(tmp_path / "half.json") == {}
@@ -204,17 +204,13 @@ SENT = say.GoalSent("Srobot1", "a")
     ],
 )
 def test_the_exit_code_follows_from_the_report(
-    events: list[say.Event],
-    verdict: dict[str, Any],
-    is_unfinished: bool,
-    component_failed: bool,
-    code: int,
-) -> None:
+    events, verdict, is_unfinished, component_failed, code
+):
     report = report_of(statistics_of(*events), VERDICT | verdict)
     assert code == exit_code(report, is_unfinished=is_unfinished, component_failed=component_failed)
 
 
-def test_goals_of_the_mission_that_were_never_sent_are_pending() -> None:
+def test_goals_of_the_mission_that_were_never_sent_are_pending():
     events = (SENT, goal("Srobot1", "reached", 1.0), say.MissionLoaded(6))
     assert report_of(statistics_of(*events))["goals"] == {
         "sent": 1, "reached": 1, "failed": 0, "pending": 5
@@ -229,12 +225,12 @@ def test_goals_of_the_mission_that_were_never_sent_are_pending() -> None:
         ((5, 3, 2, 0), "3 of 5, 2 missed"),
     ],
 )
-def test_the_summary_says_what_became_of_all_goals(goals: tuple[int, ...], text: str) -> None:
+def test_the_summary_says_what_became_of_all_goals(goals, text):
     names = ("sent", "reached", "failed", "pending")
     assert goals_text(dict(zip(names, goals, strict=True))) == text
 
 
-def test_without_a_mission_goals_are_what_the_robots_report() -> None:
+def test_without_a_mission_goals_are_what_the_robots_report():
     statistics = statistics_of(
         status("Srobot1", goals_reached=2, goal_map=(1.0, 2.0), sim_time=9.0),
         status("Srobot2", goals_reached=1, goals_failed=1, sim_time=12.0),
@@ -250,7 +246,7 @@ def test_without_a_mission_goals_are_what_the_robots_report() -> None:
     assert statistics.last_goal_time == 12.0
 
 
-def test_a_goal_from_outside_that_is_tried_again_is_missed_once() -> None:
+def test_a_goal_from_outside_that_is_tried_again_is_missed_once():
     """`swarm-commander` by hand tries a goal four times; its robot counts each try."""
     events, now = [], 10.0
     for tries in range(4):
@@ -269,7 +265,7 @@ def test_a_goal_from_outside_that_is_tried_again_is_missed_once() -> None:
     assert report_of(much_later)["goals"] == {"sent": 2, "reached": 0, "failed": 1, "pending": 1}
 
 
-def test_goals_from_outside_are_told_and_timed_as_those_of_a_mission() -> None:
+def test_goals_from_outside_are_told_and_timed_as_those_of_a_mission():
     why = "missed its goal: error 208: no path"
     there, then = (1.0, 2.0), (-4.0, 0.5)
     statistics = statistics_of(
@@ -286,7 +282,7 @@ def test_goals_from_outside_are_told_and_timed_as_those_of_a_mission() -> None:
     ]
 
 
-def test_terminal_and_page_say_the_same_of_robots_and_makespan() -> None:
+def test_terminal_and_page_say_the_same_of_robots_and_makespan():
     newcomer = say.RobotSpawned("Srobot3", 3, "waffle", (0.0, 0.0, 0.0), 1.0)
     open_one = status("Srobot1", goal_map=(1.0, 2.0), goals_reached=1, sim_time=9.0)
     report = report_of(statistics_of(newcomer, open_one, has_mission=False))
@@ -298,7 +294,7 @@ def test_terminal_and_page_say_the_same_of_robots_and_makespan() -> None:
     assert merits(report)["makespan"] == "goals are open"
 
 
-def test_there_is_no_guarantee_if_a_lidar_looks_over_broken_robots() -> None:
+def test_there_is_no_guarantee_if_a_lidar_looks_over_broken_robots():
     room = say.ConditionsChecked("all 2 robots have room", True, 40, 2, [])
     for unseen in ([], ["the LiDAR of a waffle does not meet a carrier"]):
         for events in (
@@ -309,11 +305,11 @@ def test_there_is_no_guarantee_if_a_lidar_looks_over_broken_robots() -> None:
             assert (found["guaranteed"], found["findings"]) == (not unseen, unseen)
 
 
-def test_events_that_do_not_count_are_ignored() -> None:
+def test_events_that_do_not_count_are_ignored():
     assert statistics_of(say.WorldBuilt([]), say.MissionDone()).sent == 0
 
 
-def test_a_dead_robot_neither_holds_nor_is_active() -> None:
+def test_a_dead_robot_neither_holds_nor_is_active():
     statistics = statistics_of(
         say.NavigatorActive("Srobot1", 1),
         say.NavigatorActive("Srobot2", 2),
@@ -329,7 +325,7 @@ def test_a_dead_robot_neither_holds_nor_is_active() -> None:
     assert summary_line("running", statistics).startswith("running | active 1/2 | goals 0 | ")
 
 
-def test_batteries_are_told_of_the_robots_that_have_one() -> None:
+def test_batteries_are_told_of_the_robots_that_have_one():
     battery = {"least": 0.0, "final": 0.5, "charges": 2, "charging_time": 41.25,
                "energy_used": 0.75, "empty_at": 12.5}  # fmt: skip
     robots = {"Srobot1": {**VERDICT["robots"]["Srobot1"], "battery": battery}}
@@ -345,7 +341,7 @@ def test_batteries_are_told_of_the_robots_that_have_one() -> None:
     assert "empty batteries" not in [*summary_table(report_of(statistics_of()), 0).columns[0].cells]
 
 
-def test_the_table_shows_the_report() -> None:
+def test_the_table_shows_the_report():
     console = Console(width=100, record=True, file=None, quiet=False)
     with console.capture() as captured:
         console.print(summary_table(report_of(statistics_of()), 1))

@@ -25,9 +25,7 @@ def swarm(count: int) -> RunStatistics:
 
 @pytest.mark.parametrize(("width", "height"), [(80, 24), (160, 50), (60, 16)])
 @pytest.mark.parametrize("count", [5, 20, 100])
-def test_the_link_stays_in_sight_and_every_robot_is_represented(
-    width: int, height: int, count: int
-) -> None:
+def test_the_link_stays_in_sight_and_every_robot_is_represented(width, height, count):
     file = io.StringIO()
     console = Console(file=file, width=width, height=height, force_terminal=True)
     progress = Progress(console, swarm(count), lambda: 0.0)
@@ -42,14 +40,14 @@ def test_the_link_stays_in_sight_and_every_robot_is_represented(
     assert count in (rows, letters)
 
 
-def test_the_longest_stops_have_a_row_of_their_own_where_the_screen_is_small() -> None:
+def test_the_longest_stops_have_a_row_of_their_own_where_the_screen_is_small():
     lines = [line.plain for line in status_table(swarm(100), room=20, screen_width=80)]
     rows = [line.split()[0] for line in lines if " s  " in line]
     assert rows[:3] == ["Srobot2", "Srobot4", "Srobot6"]
     assert len(lines) == 20
 
 
-def test_reasons_are_cut_between_words_at_the_true_width() -> None:
+def test_reasons_are_cut_between_words_at_the_true_width():
     narrow, wide = (
         status_table(swarm(2), screen_width=width)[1].plain.split("goals  ")[1]
         for width in (80, 160)
@@ -62,7 +60,7 @@ def test_reasons_are_cut_between_words_at_the_true_width() -> None:
     assert cut("before something", 8) == ""
 
 
-def test_a_first_start_has_a_bar_and_an_estimate() -> None:
+def test_a_first_start_has_a_bar_and_an_estimate():
     now = [0.0]
     progress = Progress(Console(file=io.StringIO(), force_terminal=True), swarm(1), lambda: now[0])
     progress.compiling(20, 120)

@@ -21,9 +21,7 @@ LATE = STEER_LIMIT + 1.0
         (LATE, LATE, 60.0, False),  # its client has said how long
     ],
 )
-def test_only_silence_of_both_clocks_ends_it(
-    simulated: float, wall: float, allowance: float, ends: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_silence_of_both_clocks_ends_it(simulated, wall, allowance, ends, monkeypatch):
     reasons: list[str] = []
     served = Tasks.__new__(Tasks)
     served._services = SimpleNamespace(end_teleop=reasons.append)  # type: ignore[assignment]

@@ -1,7 +1,5 @@
 """A costmap's topics: composed for listeners only, whole or in parts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -63,7 +61,7 @@ class Bench:
         return self.publishers[name].sent
 
 
-def test_nothing_is_composed_for_nobody_or_between_two_periods() -> None:
+def test_nothing_is_composed_for_nobody_or_between_two_periods():
     bench = Bench()
     bench.publish(2, costmap())
     assert (bench.composed, bench.topics.is_wanted) == (0, False)
@@ -75,14 +73,14 @@ def test_nothing_is_composed_for_nobody_or_between_two_periods() -> None:
 
 
 @pytest.mark.parametrize("listened", ["costmap", RAW, UPDATES, RAW_UPDATES])
-def test_only_what_is_listened_to_is_sent(listened: str) -> None:
+def test_only_what_is_listened_to_is_sent(listened):
     bench = Bench(listened)
     bench.publish(2, costmap())
     bench.publish(4, costmap((1, 2)))
     assert [name for name in bench.publishers if bench.sent(name)] == [listened]
 
 
-def test_an_update_is_the_smallest_rectangle_of_what_has_changed() -> None:
+def test_an_update_is_the_smallest_rectangle_of_what_has_changed():
     bench = Bench(UPDATES, RAW_UPDATES)
     for tick, now in (
         (2, costmap((0, 0))),
@@ -98,7 +96,7 @@ def test_an_update_is_the_smallest_rectangle_of_what_has_changed() -> None:
     assert raw.header.frame_id == occupancy.header.frame_id == "map"
 
 
-def test_a_window_that_has_moved_is_no_update_but_the_next_change_is() -> None:
+def test_a_window_that_has_moved_is_no_update_but_the_next_change_is():
     bench = Bench(RAW_UPDATES)
     for tick, now in (
         (2, costmap((0, 0))),
@@ -110,7 +108,7 @@ def test_a_window_that_has_moved_is_no_update_but_the_next_change_is() -> None:
     assert (update.x, update.y, update.size_x, update.size_y) == (2, 1, 2, 1)
 
 
-def test_changes_are_not_told_against_what_nobody_heard() -> None:
+def test_changes_are_not_told_against_what_nobody_heard():
     bench = Bench(RAW_UPDATES)
     bench.publish(2, costmap())
     bench.publishers[RAW_UPDATES].listeners = 0
@@ -121,7 +119,7 @@ def test_changes_are_not_told_against_what_nobody_heard() -> None:
     assert bench.sent(RAW_UPDATES) == []
 
 
-def test_costmaps_of_two_sizes_have_no_changes_in_common() -> None:
+def test_costmaps_of_two_sizes_have_no_changes_in_common():
     small = Costmap(np.zeros((2, 2), np.uint8), 0.5, 0.0, 0.0)
     assert changed_window(costmap(), small) is None
     assert changed_window(costmap(), costmap()) is None

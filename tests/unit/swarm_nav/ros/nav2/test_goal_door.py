@@ -1,7 +1,5 @@
 """The door of goals: any request becomes a goal on the map at hand, or is rejected."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any
@@ -73,9 +71,7 @@ durations = st.builds(
 
 @settings(deadline=None)  # the first message loads its type
 @given(x=numbers, y=numbers, z=numbers, w=numbers)
-def test_any_pose_becomes_a_goal_near_the_map_or_is_rejected(
-    x: float, y: float, z: float, w: float
-) -> None:
+def test_any_pose_becomes_a_goal_near_the_map_or_is_rejected(x, y, z, w):
     request = ACTIONS[GoalKind.NAVIGATE].Goal(pose=place(x, y, z=z, w=w))
     try:
         goal = goal_of(GoalKind.NAVIGATE, request)
@@ -89,9 +85,7 @@ def test_any_pose_becomes_a_goal_near_the_map_or_is_rejected(
 
 @settings(deadline=None)  # the first message loads its type
 @given(x=numbers, speed=numbers, angle=numbers, duration=durations)
-def test_any_behaviour_is_of_the_size_of_the_map_or_is_rejected(
-    x: float, speed: float, angle: float, duration: Duration
-) -> None:
+def test_any_behaviour_is_of_the_size_of_the_map_or_is_rejected(x, speed, angle, duration):
     """BackUp and DriveOnHeading of 1e9 m ended the navigator at b11a34e (MemoryError)."""
     for kind in (GoalKind.BACKUP, GoalKind.DRIVE_ON_HEADING, GoalKind.SPIN, GoalKind.WAIT):
         request = ACTIONS[kind].Goal()
@@ -119,7 +113,7 @@ def behaviour(kind: GoalKind, x: float, speed: float) -> Goal:
     return goal_of(kind, request)
 
 
-def test_signs_say_where_to_drive_as_nav2_reads_them() -> None:
+def test_signs_say_where_to_drive_as_nav2_reads_them():
     """A negative way at a negative speed was driven ahead."""
     for x, speed, is_reverse in ((0.3, 0.1, False), (-0.3, -0.1, True)):
         goal = behaviour(GoalKind.DRIVE_ON_HEADING, x, speed)
@@ -131,14 +125,14 @@ def test_signs_say_where_to_drive_as_nav2_reads_them() -> None:
 
 
 @pytest.mark.parametrize("points", [[(0.0, 0.0), (1e9, 0.0)], [(0.0, 0.0), (900.0, 0.0)] * 500])
-def test_a_path_longer_than_any_on_the_map_is_rejected(points: list[tuple[float, float]]) -> None:
+def test_a_path_longer_than_any_on_the_map_is_rejected(points):
     request = ACTIONS[GoalKind.FOLLOW_PATH].Goal()
     request.path.poses = [place(x, y) for x, y in points]
     with pytest.raises(RejectedError):
         goal_of(GoalKind.FOLLOW_PATH, request)
 
 
-def test_more_poses_than_anybody_means_are_rejected() -> None:
+def test_more_poses_than_anybody_means_are_rejected():
     follow = ACTIONS[GoalKind.FOLLOW_PATH].Goal()
     follow.path.poses = [place(0.0)] * (MOST_POINTS + 1)
     through = ACTIONS[GoalKind.THROUGH].Goal(poses=[place(0.0)] * (MOST_POSES + 1))
@@ -152,7 +146,7 @@ def test_more_poses_than_anybody_means_are_rejected() -> None:
             goal_of(kind, request)
 
 
-def test_a_place_off_the_map_is_the_planners_to_refuse_an_absurd_one_the_doors() -> None:
+def test_a_place_off_the_map_is_the_planners_to_refuse_an_absurd_one_the_doors():
     near = Pose(-10.0 - AROUND + 1.0, 0.0, 0.0)
     assert REACH.check(near) == near
     assert not REACH.has(near)
@@ -167,7 +161,7 @@ def test_a_place_off_the_map_is_the_planners_to_refuse_an_absurd_one_the_doors()
      ("navigate.xml", 101),
      (start_text(100 + MOST_DELAY), 100 + MOST_DELAY)],
 )  # fmt: skip
-def test_a_goal_begins_when_it_is_asked_to_and_not_at_its_stamp(tree: str, begins: int) -> None:
+def test_a_goal_begins_when_it_is_asked_to_and_not_at_its_stamp(tree, begins):
     for kind, poses in ((GoalKind.NAVIGATE, "pose"), (GoalKind.THROUGH, "poses")):
         stamped = place(1.0)
         for stamp in (0, 130, WALL_CLOCK):
@@ -177,7 +171,7 @@ def test_a_goal_begins_when_it_is_asked_to_and_not_at_its_stamp(tree: str, begin
             assert start_tick(goal_of(kind, request), 100) == begins
 
 
-def test_a_start_more_than_a_day_ahead_is_refused() -> None:
+def test_a_start_more_than_a_day_ahead_is_refused():
     with pytest.raises(RejectedError, match="begin"):
         start_tick(Goal(kind=GoalKind.NAVIGATE, start_tick=101 + MOST_DELAY), 100)
 
@@ -200,13 +194,13 @@ def changed(**values: Any) -> OccupancyGrid:
     [{"resolution": 0.0}, {"resolution": math.nan}, {"resolution": -0.05}, {"resolution": 1e9},
      {"x": math.nan}, {"y": 1e308}, {"width": 0}, {"width": 2**32 - 1}, {"height": 1}],
 )  # fmt: skip
-def test_a_map_that_makes_no_sense_is_rejected(values: dict[str, Any]) -> None:
+def test_a_map_that_makes_no_sense_is_rejected(values):
     """One with a resolution of 0 or NaN ended every navigator at once."""
     with pytest.raises(RejectedError):
         grid_from_msg(changed(**values))
 
 
-def test_the_digest_of_a_map_is_that_of_its_message_and_no_others() -> None:
+def test_the_digest_of_a_map_is_that_of_its_message_and_no_others():
     again = grid_msg(GRID, 77)
     assert message_digest(again) == map_digest(GRID)
     other = Grid(GRID.cells.copy(), GRID.resolution, GRID.origin_x, GRID.origin_y)
@@ -218,7 +212,7 @@ def test_the_digest_of_a_map_is_that_of_its_message_and_no_others() -> None:
 
 @settings(deadline=None)  # the first message loads its type
 @given(data=st.binary(max_size=400))
-def test_any_bytes_become_a_message_or_are_rejected(data: bytes) -> None:
+def test_any_bytes_become_a_message_or_are_rejected(data):
     for head in (b"", b"\x00\x01\x00\x00", b"\x00\x00\x00\x00"):
         for kind in (PoseStamped, OccupancyGrid):
             try:

@@ -1,7 +1,5 @@
 """Nav2's requests and results on the way to and from the brain, without a graph."""
 
-from __future__ import annotations
-
 import pytest
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import (
@@ -87,7 +85,7 @@ def waypoints(first: int, loops: int = 0, poses: tuple[Pose, ...] = POSES) -> Go
 
 
 @pytest.mark.parametrize("code", ErrorCode)
-def test_every_code_is_the_constant_of_nav2s_action(code: ErrorCode) -> None:
+def test_every_code_is_the_constant_of_nav2s_action(code):
     assert int(code) == NAV2[code]
 
 
@@ -100,31 +98,29 @@ def test_every_code_is_the_constant_of_nav2s_action(code: ErrorCode) -> None:
         (ValueError("x is nan"), PLAN.NO_VALID_PATH, THROUGH.NO_VALID_PATH),
     ],
 )
-def test_a_plan_that_fails_has_the_code_of_the_action_that_asked(
-    error: PlanError | ValueError, one: int, through: int
-) -> None:
+def test_a_plan_that_fails_has_the_code_of_the_action_that_asked(error, one, through):
     assert plan_error_code(error, is_through=False) == one
     assert plan_error_code(error, is_through=True) == through
 
 
-def test_a_plan_through_no_poses_has_a_code_of_its_own() -> None:
+def test_a_plan_through_no_poses_has_a_code_of_its_own():
     error = PlanError(ErrorCode.NO_VIAPOINTS_GIVEN, "")
     assert plan_error_code(error, is_through=True) == THROUGH.NO_VIAPOINTS_GIVEN
 
 
-def test_waypoints_keep_all_poses_and_the_index_of_the_first_one() -> None:
+def test_waypoints_keep_all_poses_and_the_index_of_the_first_one():
     goal = waypoints(2, loops=3)
     assert [(pose.x, pose.y) for pose in goal.poses_map] == [(1.0, 2.0), (3.0, 4.0), (5.0, 6.0)]
     assert (goal.goal_id, goal.first_index, goal.loops) == (7, 2, 3)
     assert waypoints(2, poses=()).first_index == 0
 
 
-def test_a_first_index_behind_the_last_pose_is_refused() -> None:
+def test_a_first_index_behind_the_last_pose_is_refused():
     with pytest.raises(ValueError, match="goal_index is 3; there are 3 poses"):
         waypoints(3)
 
 
-def test_a_missed_waypoint_is_told_with_its_index_its_pose_and_its_reason() -> None:
+def test_a_missed_waypoint_is_told_with_its_index_its_pose_and_its_reason():
     missed = ((1, ErrorCode.GOAL_OCCUPIED), (2, ErrorCode.FAILED_TO_MAKE_PROGRESS))
     ended = GoalEnded(7, Outcome.SUCCEEDED, 50, missed_waypoints=missed)
     result = result_msg(waypoints(1), ended, 10, is_asked=False)
@@ -132,7 +128,7 @@ def test_a_missed_waypoint_is_told_with_its_index_its_pose_and_its_reason() -> N
     assert [one.goal.pose.position.x for one in result.missed_waypoints] == [3.0, 5.0]
 
 
-def test_a_goal_that_is_aborted_has_a_code() -> None:
+def test_a_goal_that_is_aborted_has_a_code():
     """Preempted, or of a navigator that was deactivated, it had 0, which is success."""
     ended = GoalEnded(7, Outcome.CANCELED, 50, message="preempted by a new goal")
     for kind, code in UNKNOWN_CODES.items():
@@ -143,17 +139,17 @@ def test_a_goal_that_is_aborted_has_a_code() -> None:
 
 
 @pytest.mark.parametrize("text", ["abc", "-5", "1.5", "", "1 2", "9" * 13, "\u0663"])
-def test_a_start_that_is_no_tick_is_refused(text: str) -> None:
+def test_a_start_that_is_no_tick_is_refused(text):
     """It began at once, or never."""
     with pytest.raises(RejectedError, match="expected start_at_tick and the number of a control"):
         start_in(f"start_at_tick {text}")
 
 
-def test_a_start_is_a_tick_and_a_behaviour_tree_of_nav2_begins_at_once() -> None:
+def test_a_start_is_a_tick_and_a_behaviour_tree_of_nav2_begins_at_once():
     assert [start_in(text) for text in ("start_at_tick 1200", "", "/a/b.xml")] == [1200, 0, 0]
 
 
-def test_a_speed_limit_is_that_of_nav2_or_says_why_not() -> None:
+def test_a_speed_limit_is_that_of_nav2_or_says_why_not():
     assert speed_limit_in(SpeedLimit(percentage=True, speed_limit=40.0)) == (40.0, True)
     assert speed_limit_in(SpeedLimit(speed_limit=0.0)) == (0.0, False)
     for percentage, limit, said in ((True, 140.0, "140 %"), (False, -1.0, "-1 m/s")):

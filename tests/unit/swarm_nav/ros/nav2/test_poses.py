@@ -1,7 +1,5 @@
 """Poses in the frames of a robot's tree, and in no others."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from types import SimpleNamespace
@@ -53,18 +51,18 @@ def stamped(frame: str, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> PoseS
         (stamped("optical", 0.5, 0.0, 2.0), (3.5, 6.2, 0.0)),
     ],
 )
-def test_goals_are_brought_to_map(message: PoseStamped, wanted: tuple[float, ...]) -> None:
+def test_goals_are_brought_to_map(message, wanted):
     pose = pose_in_map(BRAIN, "Srobot1", LINKS, message)
     assert (pose.x, pose.y, pose.yaw) == pytest.approx(wanted)
 
 
 @pytest.mark.parametrize("frame", ["base", "world", "Srobot2/base_link", "Srobot1/map", "Map"])
-def test_other_frames_are_refused_with_the_known_ones(frame: str) -> None:
+def test_other_frames_are_refused_with_the_known_ones(frame):
     with pytest.raises(UnknownFrameError, match="known: map, odom, base_footprint, base_link, rea"):
         pose_in_map(BRAIN, "Srobot1", LINKS, stamped(frame))
 
 
-def test_a_robot_tells_its_fixed_links() -> None:
+def test_a_robot_tells_its_fixed_links():
     """base_link of this robot lies behind the axle; wheels turn and are no frames of goals."""
     links = frames_from_parameter(frames_parameter(fixed_frames(FRONT)))
     assert links["base_link"][:3] == pytest.approx((-0.15, 0.0, 0.06))
@@ -74,5 +72,5 @@ def test_a_robot_tells_its_fixed_links() -> None:
     assert "left_wheel" not in links
 
 
-def test_shipped_robots_tell_them_too() -> None:
+def test_shipped_robots_tell_them_too():
     assert fixed_frames("turtlebot3_waffle")["base_link"][2, 3] == pytest.approx(0.01)

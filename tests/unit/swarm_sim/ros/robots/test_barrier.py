@@ -140,7 +140,7 @@ def test_free_run_does_not_wait_for_a_robot_that_has_answered_once():
     assert (barrier.late_ticks, barrier.answering) == (0, 0)
 
 
-def test_a_newcomer_is_waited_for_with_patience_and_not_late() -> None:
+def test_a_newcomer_is_waited_for_with_patience_and_not_late():
     barrier = Barrier(1, 15.0)
     barrier.open(0.0)
     barrier.answer(0)
@@ -165,7 +165,7 @@ def test_a_newcomer_is_waited_for_with_patience_and_not_late() -> None:
     assert barrier.late_ticks == 1
 
 
-def test_who_was_taken_out_is_not_waited_for_until_it_is_welcome_again() -> None:
+def test_who_was_taken_out_is_not_waited_for_until_it_is_welcome_again():
     barrier = Barrier(2, 15.0)
     barrier.lose(1)
     barrier.open(0.0)
@@ -179,7 +179,7 @@ def test_who_was_taken_out_is_not_waited_for_until_it_is_welcome_again() -> None
     assert barrier.missing() == [1]
 
 
-def test_a_late_robot_that_keeps_up_is_waited_for_again_unless_it_is_dead() -> None:
+def test_a_late_robot_that_keeps_up_is_waited_for_again_unless_it_is_dead():
     barrier = started()
     barrier.open(10.0)
     assert complete(barrier, 10.0, 15.1)
@@ -190,7 +190,7 @@ def test_a_late_robot_that_keeps_up_is_waited_for_again_unless_it_is_dead() -> N
     assert list(barrier.missing()) == []
 
 
-def test_silence_of_a_host_is_waited_for_once_and_not_anew_in_each_tick() -> None:
+def test_silence_of_a_host_is_waited_for_once_and_not_anew_in_each_tick():
     barrier = started()
     barrier.record_silence(0, since=10.0)
     barrier.record_silence(1, since=10.0)

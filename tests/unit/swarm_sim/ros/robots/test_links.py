@@ -1,7 +1,5 @@
 """Which messages of a robot count as its answer to the tick in hand, on a node without a graph."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
@@ -96,7 +94,7 @@ def _no_graph(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("free_run", [False, True])
-def test_command_and_beacon_of_the_tick_in_hand_are_the_answer(free_run: bool) -> None:
+def test_command_and_beacon_of_the_tick_in_hand_are_the_answer(free_run):
     robot = Robot(free_run)
     robot.link.open(7)
     robot.command(7, SLOW)
@@ -107,7 +105,7 @@ def test_command_and_beacon_of_the_tick_in_hand_are_the_answer(free_run: bool) -
     assert robot.link.fresh_command() == SLOW
 
 
-def test_in_lockstep_the_late_answer_to_the_last_tick_is_no_command() -> None:
+def test_in_lockstep_the_late_answer_to_the_last_tick_is_no_command():
     robot = Robot(free_run=False)
     robot.link.open(7)
     robot.link.open(8)
@@ -121,7 +119,7 @@ def test_in_lockstep_the_late_answer_to_the_last_tick_is_no_command() -> None:
     assert robot.answers == 1
 
 
-def test_in_free_run_a_command_of_any_stamp_is_executed() -> None:
+def test_in_free_run_a_command_of_any_stamp_is_executed():
     robot = Robot(free_run=True)
     robot.link.open(8)
     robot.command(3, FAST)
@@ -132,7 +130,7 @@ def test_in_free_run_a_command_of_any_stamp_is_executed() -> None:
     assert robot.link.fresh_command() is None
 
 
-def test_a_command_that_is_no_number_is_none() -> None:
+def test_a_command_that_is_no_number_is_none():
     robot = Robot(free_run=True)
     robot.link.open(8)
     robot.command(8, Twist(float("nan"), 0.0, 0.0))
@@ -140,7 +138,7 @@ def test_a_command_that_is_no_number_is_none() -> None:
     assert robot.rejections.counts == {"cmd_vel": 1}
 
 
-def test_what_is_no_answer_of_the_robot_is_turned_away_and_counted() -> None:
+def test_what_is_no_answer_of_the_robot_is_turned_away_and_counted():
     """A future stamp kept a late robot from being waited for again."""
     robot = Robot(free_run=False)
     robot.link.open(8)
@@ -155,7 +153,7 @@ def test_what_is_no_answer_of_the_robot_is_turned_away_and_counted() -> None:
 
 
 @pytest.mark.parametrize("name", ["cmd_vel", "beacon"])
-def test_a_robots_navigator_commands_it_in_free_run_any_node_of_the_robot(name: str) -> None:
+def test_a_robots_navigator_commands_it_in_free_run_any_node_of_the_robot(name):
     lockstep = Robot(free_run=False).topics[f"/Srobot1/{name}"]
     free_run = Robot(free_run=True).topics[f"/Srobot1/{name}"]
     who = ("/Srobot1/navigator", "/Srobot1/velocity_smoother", "/Srobot2/navigator", "/teleop")

@@ -1,7 +1,5 @@
 """When an answer is asked for again: RFC 6298, with our limits."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -17,7 +15,7 @@ def answered(trip: RoundTrip, now: float, times: list[float]) -> float:
     return now
 
 
-def test_the_equations_of_the_rfc() -> None:
+def test_the_equations_of_the_rfc():
     trip = RoundTrip(0.0)
     assert trip.limit == FIRST
     answered(trip, 0.0, [0.1])
@@ -28,7 +26,7 @@ def test_the_equations_of_the_rfc() -> None:
 
 
 @pytest.mark.parametrize("time", [0.002, 0.015, 0.08, 0.3])
-def test_the_limit_follows_the_link(time: float) -> None:
+def test_the_limit_follows_the_link(time):
     """A period of 0.25 s is 100 times too long on one link, and too short on the other."""
     trip = RoundTrip(LEAST)
     jitter = np.random.default_rng(1).uniform(0.8, 1.2, 200)
@@ -37,7 +35,7 @@ def test_the_limit_follows_the_link(time: float) -> None:
     assert trip.limit < max(3.0 * time, 2 * LEAST)
 
 
-def test_each_repeat_doubles_the_limit_until_an_answer_comes_at_the_first_time() -> None:
+def test_each_repeat_doubles_the_limit_until_an_answer_comes_at_the_first_time():
     trip = RoundTrip(LEAST)
     now = answered(trip, 0.0, [0.02] * 50)
     trip.send(now)
@@ -56,7 +54,7 @@ def test_each_repeat_doubles_the_limit_until_an_answer_comes_at_the_first_time()
     assert trip.limit < 0.1
 
 
-def test_a_link_that_becomes_slower_than_its_limit_is_learned() -> None:
+def test_a_link_that_becomes_slower_than_its_limit_is_learned():
     trip = RoundTrip(LEAST)
     now = answered(trip, 0.0, [0.005] * 50)
     for _ in range(20):
@@ -70,7 +68,7 @@ def test_a_link_that_becomes_slower_than_its_limit_is_learned() -> None:
     assert trip.due_at - now > 0.15
 
 
-def test_repeats_that_were_not_needed_lengthen_the_limit() -> None:
+def test_repeats_that_were_not_needed_lengthen_the_limit():
     """On a busy machine every tenth answer takes long; nothing is lost."""
     trip, now, repeats = RoundTrip(LEAST), 0.0, 0
     for turn in range(1000):
@@ -84,7 +82,7 @@ def test_repeats_that_were_not_needed_lengthen_the_limit() -> None:
     assert repeats < 150  # of 900; 180 if only answers that came in time counted
 
 
-def test_hurrying_is_no_repeat() -> None:
+def test_hurrying_is_no_repeat():
     trip = RoundTrip(LEAST)
     now = answered(trip, 0.0, [0.02] * 50)
     limit = trip.limit
@@ -99,7 +97,7 @@ def test_hurrying_is_no_repeat() -> None:
     assert not trip.is_hurried
 
 
-def test_on_one_host_nothing_is_repeated_earlier_than_ever() -> None:
+def test_on_one_host_nothing_is_repeated_earlier_than_ever():
     trip = RoundTrip(0.25)
     answered(trip, 0.0, [0.001] * 100)
     assert trip.limit == 0.25

@@ -1,7 +1,5 @@
 """Models that hold their reader up, kill it or are too large end with an answer."""
 
-from __future__ import annotations
-
 import os
 import time
 from pathlib import Path
@@ -69,19 +67,19 @@ def answers(loader: ModelLoader, count: int, limit: float = 60.0) -> list[Model 
         ("<a>" * 100_000 + "</a>" * 100_000, "outermost"),
     ],
 )
-def test_what_is_too_large_is_refused(text: str, words: str) -> None:
+def test_what_is_too_large_is_refused(text, words):
     error = refusal(request(text=text))
     assert words in str(error)
     assert len(str(error)) <= 2 * LONGEST_MESSAGE
 
 
 @pytest.mark.parametrize("uri", ["x" * 5000, "file:///" + "x" * 300, "model://" + "../" * 1000])
-def test_uris_that_are_no_files_are_refused(uri: str) -> None:
+def test_uris_that_are_no_files_are_refused(uri):
     assert refusal(request(uri)).reason in (Reason.NO_MODEL, Reason.BAD_MODEL)
 
 
 @pytest.mark.parametrize("suffix", [".sdf", ".urdf", ""])
-def test_a_fifo_and_a_device_are_no_models(tmp_path: Path, suffix: str) -> None:
+def test_a_fifo_and_a_device_are_no_models(tmp_path, suffix):
     fifo = tmp_path / f"pipe{suffix}"
     os.mkfifo(fifo)
     for uri in (str(fifo), f"file://{fifo}", "/dev/zero"):
@@ -94,7 +92,7 @@ def test_a_fifo_and_a_device_are_no_models(tmp_path: Path, suffix: str) -> None:
     assert "bytes" in str(refusal(request(str(large))))
 
 
-def test_messages_are_fit_to_be_shown() -> None:
+def test_messages_are_fit_to_be_shown():
     text = shown("a\x1b[2J" + "x" * 10_000_000 + "\0end")
     assert text.isprintable()
     assert text.startswith("a?[2J")
@@ -102,7 +100,7 @@ def test_messages_are_fit_to_be_shown() -> None:
     assert len(text) < 2 * LONGEST_MESSAGE
 
 
-def test_the_reader_answers_in_order_and_outlives_what_is_refused() -> None:
+def test_the_reader_answers_in_order_and_outlives_what_is_refused():
     loader = ModelLoader()
     try:
         asked = [
@@ -126,7 +124,7 @@ def test_the_reader_answers_in_order_and_outlives_what_is_refused() -> None:
         loader.close()
 
 
-def test_a_model_that_takes_for_ever_costs_only_its_reader(tmp_path: Path) -> None:
+def test_a_model_that_takes_for_ever_costs_only_its_reader(tmp_path):
     mesh = tmp_path / "pipe.stl"
     os.mkfifo(mesh)
     stuck = tmp_path / "stuck.sdf"
@@ -143,7 +141,7 @@ def test_a_model_that_takes_for_ever_costs_only_its_reader(tmp_path: Path) -> No
         loader.close()
 
 
-def test_too_many_at_a_time_are_refused() -> None:
+def test_too_many_at_a_time_are_refused():
     loader = ModelLoader()
     for _ in range(20):
         loader.ask("", request(text=sdf()))

@@ -1,7 +1,5 @@
 """Filters mean what Python's regular expressions mean, in linear time."""
 
-from __future__ import annotations
-
 import random
 import re
 import time
@@ -28,7 +26,7 @@ def make_pattern(rng: random.Random, depth: int = 0) -> str:
     return f"^{inner}" if draw < 0.95 else f"{inner}$"
 
 
-def test_it_finds_what_the_regular_expressions_of_python_find() -> None:
+def test_it_finds_what_the_regular_expressions_of_python_find():
     rng = random.Random(0)
     compared = 0
     while compared < 3000:
@@ -51,7 +49,7 @@ def test_it_finds_what_the_regular_expressions_of_python_find() -> None:
         ("[]2]", ["Srobot12", "crate_2"]),
     ],
 )
-def test_filters_that_people_write(text: str, names: list[str]) -> None:
+def test_filters_that_people_write(text, names):
     assert NamePattern(text).matching(["Srobot1", "Srobot12", "crate_2"]) == names
 
 
@@ -63,7 +61,7 @@ def test_filters_that_people_write(text: str, names: list[str]) -> None:
         "((((a{99}){99}){99}){99}){99}", "(a{255}){255}",
     ],
 )  # fmt: skip
-def test_what_is_no_pattern_or_too_large_is_refused(text: str) -> None:
+def test_what_is_no_pattern_or_too_large_is_refused(text):
     with pytest.raises(PatternError):
         NamePattern(text)
 
@@ -71,7 +69,7 @@ def test_what_is_no_pattern_or_too_large_is_refused(text: str) -> None:
 @pytest.mark.parametrize(
     "text", ["(a+)+$", "(a|a)*b", "(.*)*x", "(a|b)*a(a|b){12}c", "(a?){60}a{60}", "((a*)*)*$"]
 )
-def test_no_pattern_takes_long(text: str) -> None:
+def test_no_pattern_takes_long(text):
     names = ["a" * 63 + "!"] * 300 + ["ab" * 32, "ba" * 32]
     started = time.process_time()
     NamePattern(text).matching(names)

@@ -1,7 +1,7 @@
 from swarm_sim.ros.services.run_state import Answer, RunState
 
 
-def test_pause_and_play() -> None:
+def test_pause_and_play():
     state = RunState()
     assert not state.is_held
     assert state.play() is Answer.ALREADY
@@ -12,7 +12,7 @@ def test_pause_and_play() -> None:
     assert not state.is_held
 
 
-def test_steps_are_counted_and_answered_once() -> None:
+def test_steps_are_counted_and_answered_once():
     state = RunState()
     done: list[int] = []
     assert state.step(1, lambda _: done.append(0)) is Answer.REFUSED
@@ -29,7 +29,7 @@ def test_steps_are_counted_and_answered_once() -> None:
     assert done == [2]
 
 
-def test_playing_answers_whoever_waits_for_steps() -> None:
+def test_playing_answers_whoever_waits_for_steps():
     state = RunState()
     done: list[int] = []
     state.pause()
@@ -40,7 +40,7 @@ def test_playing_answers_whoever_waits_for_steps() -> None:
     assert state.is_held
 
 
-def test_steps_tell_of_each_tick_and_of_their_end_before_its_time() -> None:
+def test_steps_tell_of_each_tick_and_of_their_end_before_its_time():
     state = RunState()
     ticks: list[int] = []
     done: list[bool] = []

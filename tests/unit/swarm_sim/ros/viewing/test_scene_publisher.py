@@ -22,13 +22,13 @@ from swarm_sim.ros.viewing.scene_publisher import scene_markers
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_quaternion_is_that_of_the_matrix(seed: int) -> None:
+def test_quaternion_is_that_of_the_matrix(seed):
     turn = Rotation.random(rng=seed)
     found = np.array(quaternion_of(turn.as_matrix()))
     assert abs(found @ turn.as_quat()) == pytest.approx(1.0)
 
 
-def test_every_static_body_station_and_circuit_has_a_marker() -> None:
+def test_every_static_body_station_and_circuit_has_a_marker():
     scene = load_world("slim_blockage")
     markers = scene_markers(scene)
     spaces = [marker.ns for marker in markers]
@@ -39,7 +39,7 @@ def test_every_static_body_station_and_circuit_has_a_marker() -> None:
     assert len({(marker.ns, marker.id) for marker in markers}) == len(markers)
 
 
-def test_shapes_keep_size_and_place() -> None:
+def test_shapes_keep_size_and_place():
     place = transform_from_xyz_rpy(1.0, 2.0, 3.0, 0.0, 0.0, 0.5)
     box = shape_marker(Box((1.0, 2.0, 3.0)), place)
     assert (box.type, box.scale.y, box.pose.position.z) == (Marker.CUBE, 2.0, 3.0)
@@ -51,7 +51,7 @@ def test_shapes_keep_size_and_place() -> None:
     assert Pose(box.pose.position.x, box.pose.position.y, 0.0) == Pose(1.0, 2.0, 0.0)
 
 
-def test_zones_are_flat_coloured_areas() -> None:
+def test_zones_are_flat_coloured_areas():
     keepout = KeepoutZone("k", ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)))
     mask = SpeedMask(Grid(np.array([[50, 0]], np.int8), 0.5, 3.0, 0.0), True, 0.0, 1.0)
     scene = load_world("slim_blockage")
