@@ -160,6 +160,11 @@ class LidarSpec:
     frame: str = "base_scan"  # its link in the description
     upside_down: bool = False  # rays turn clockwise, seen from above
 
+    @property
+    def period_ticks(self) -> int:
+        """Control ticks from one scan to the next: the nearest to the rate."""
+        return max(1, round(1.0 / (CONTROL_PERIOD * self.rate)))
+
 
 @dataclass(frozen=True, slots=True)
 class RobotSpec:

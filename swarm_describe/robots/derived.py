@@ -21,7 +21,7 @@ from swarm_common.model.shapes import FloatArray, Part, Transform, transform_fro
 from swarm_describe.files.faults import Faults
 from swarm_describe.files.packages import PackageFinder
 from swarm_describe.robots.controllers import Controllers, read_controllers
-from swarm_describe.robots.description import DESCRIBED, Origin, RobotModel, parse_urdf
+from swarm_describe.robots.description import Origin, RobotModel, parse_urdf
 from swarm_describe.robots.drive_tags import DriveTags
 from swarm_describe.robots.drive_train import DriveTrain, car_message, find_drive
 from swarm_describe.robots.gazebo_tags import (
@@ -33,7 +33,7 @@ from swarm_describe.robots.gazebo_tags import (
 from swarm_describe.robots.grammar import description_notes
 from swarm_describe.robots.lidar_choice import choose_lidar
 from swarm_describe.robots.source import RobotSource
-from swarm_describe.robots.urdf_tree import read_tree, root_link
+from swarm_describe.robots.urdf_tree import DESCRIBED, read_tree, root_link
 
 BASE = "base_footprint"
 SAME_PLACE = 0.005  # [m] by which the description's base_footprint may be off the wheels' centre
@@ -83,7 +83,7 @@ def _describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | 
     where, finder = source.where, source.finder()
     text, notes = source.read()
     directory = source.settings.parent if source.urdf is None else source.urdf.parent
-    root = read_tree(text, where)
+    root = read_tree(text, where, asked.inertia)
     notes += description_notes(root)
     place_meshes(root, finder, directory)
     tags, steering = _stated_drive(root, source, asked, directory, notes, faults)

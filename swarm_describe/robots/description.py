@@ -25,11 +25,10 @@ from swarm_common.model.shapes import Box, Cylinder, FloatArray, Part, Shape, Sp
 from swarm_describe.files.faults import Faults
 from swarm_describe.files.meshes import load_hull
 from swarm_describe.files.packages import PackageFinder
-from swarm_describe.robots.urdf_tree import read_tree, root_link
+from swarm_describe.robots.urdf_tree import DESCRIBED, OF_SHAPES, read_tree, root_link
 from swarm_describe.worlds.scene import Body
 
 MOVING = ("continuous", "revolute", "prismatic")
-DESCRIBED, OF_SHAPES = INERTIA = ("described", "shapes")  # where inertias come from
 LEAST_INERTIA = 1e-9  # [kg m²] below which an inertia is taken for missing
 
 
@@ -107,7 +106,7 @@ def parse_urdf(
         inertia: One of `INERTIA`.
         faults: Receives faults of single links, which are left out then; None: raise them.
     """
-    root = read_tree(text, where)
+    root = read_tree(text, where, inertia)
 
     def read() -> tuple[RobotModel, tuple[str, ...]]:
         robot = _read_robot(root, where)
@@ -212,6 +211,7 @@ class _Builder:
         self._drafts: list[_Draft] = []
         self._fixed: dict[str, Transform] = {}
         self._notes: list[str] = []
+        self._unsolid: list[str] = []  # links that are drawn, and have no collision shape
 
     def build(self, name: str, root: str) -> RobotModel:
         self._drafts.append(_Draft(root, "", "", np.eye(4), -1, np.zeros(3), math.inf))
@@ -220,6 +220,11 @@ class _Builder:
             error = MissingPackageError(self._packages, self._searched)
             self.faults.append(f"{self._where}: its collision meshes: {error}")
         groups = tuple(draft.finish() for draft in self._drafts)
+        if self._unsolid:
+            self._notes.append(
+                f"link {', '.join(self._unsolid)}: a <visual> without <collision> is only drawn;"
+                " footprint and physics do not have it"
+            )
         return RobotModel(name, groups, self._fixed, tuple(self._notes))
 
     def _walk(self, name: str, index: int, group_from_link: Transform) -> None:
@@ -258,6 +263,8 @@ class _Builder:
     def _add_link(self, link: Any, draft: _Draft, group_from_link: Transform) -> None:
         own: list[Part] = []
         where = f"{self._where}: link {link.name}"
+        if link.visuals and not link.collisions:
+            self._unsolid.append(link.name)
         for collision in link.collisions:
             shape = self._shape(collision.geometry, where)
             if shape is None:

@@ -14,6 +14,8 @@ MEANINGS: tuple[tuple[tuple[str, ...], str], ...] = (
     (("diff", "drive"), "differential"),
     (("diffdrive",), "differential"),
     (("differential",), "differential"),
+    (("slotcar",), "differential"),  # RMF's
+    (("libslotcar",), "differential"),
     (("mecanum",), "omni"),
     (("omni",), "omni"),
     (("omnidrive",), "omni"),

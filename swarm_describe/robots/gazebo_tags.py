@@ -21,34 +21,56 @@ LEFT = (
 RIGHT = tuple(name.replace("left", "right").replace("Left", "Right") for name in LEFT)
 # value of a RobotSpec -> names of plugin parameters, and by what they are multiplied
 VALUES: dict[str, tuple[tuple[str, float], ...]] = {
-    "wheel_separation": (("wheel_separation", 1.0), ("wheelSeparation", 1.0)),
+    # those that RMF's slotcar has for itself: base_width, tire_radius, nominal_...
+    "wheel_separation": (
+        ("wheel_separation", 1.0),
+        ("wheelSeparation", 1.0),
+        ("base_width", 1.0),
+    ),
     "wheel_base": (("wheelbase", 1.0), ("wheel_base", 1.0)),
     "wheel_radius": (
         ("wheel_radius", 1.0),
         ("wheelRadius", 1.0),
         ("wheel_diameter", 0.5),
         ("wheelDiameter", 0.5),
+        ("tire_radius", 1.0),
     ),
     # <max_velocity> and <max_acceleration> limit both motions
-    "max_vel_x": (("max_linear_velocity", 1.0), ("max_velocity", 1.0)),
-    "max_vel_theta": (("max_angular_velocity", 1.0), ("max_velocity", 1.0)),
+    "max_vel_x": (
+        ("max_linear_velocity", 1.0),
+        ("max_velocity", 1.0),
+        ("nominal_drive_speed", 1.0),
+    ),
+    "max_vel_theta": (
+        ("max_angular_velocity", 1.0),
+        ("max_velocity", 1.0),
+        ("nominal_turn_speed", 1.0),
+    ),
     "acc_lim_x": (
         ("max_linear_acceleration", 1.0),
         ("max_acceleration", 1.0),
         ("max_wheel_acceleration", 1.0),
         ("wheelAcceleration", 1.0),
+        ("nominal_drive_acceleration", 1.0),
     ),
-    "acc_lim_theta": (("max_angular_acceleration", 1.0), ("max_acceleration", 1.0)),
+    "acc_lim_theta": (
+        ("max_angular_acceleration", 1.0),
+        ("max_acceleration", 1.0),
+        ("nominal_turn_acceleration", 1.0),
+    ),
 }
 # Parameters of these plugins that concern topics, frames, forces and the like.
 OF_NO_CONCERN = re.compile(
     r"(odom|tf_?|.*_?topic.*|.*topic(name)?|.*frame.*|.*publish.*|ros|namespace|robotnamespace|"
     r"update_?rate|.*torque.*|min_.*|max_(.*_)?jerk|num_wheel_pairs|covariance.*|.*covariance.*|"
     r"odometry.*|broadcast_?tf|always_?on|.*debug.*|legacy_?mode|command_?timeout|cmd_?vel.*|"
-    r"rosdebuglevel|.*gain.*|.*_p|.*_i|.*_d|initial_(linear|angular)|link_name|alwayson)",
+    r"rosdebuglevel|.*gain.*|.*_p|.*_i|.*_d|initial_(linear|angular)|link_name|alwayson|max_(drive|turn)_acceleration|"
+    r"stop_(distance|radius)|nominal_(voltage|capacity)|steering|reversible)",
     re.IGNORECASE,
 )
+STEERING = "steering"  # parameter of RMF's slotcar
 RAY_SENSORS = ("ray", "gpu_ray", "lidar", "gpu_lidar")
+ROUNDED = 0.005  # [rad] by which a full turn may be less: 6.28, or 3.14 to either side
 OTHER_SENSORS = (
     "air_pressure", "air_speed", "altimeter", "boundingbox_camera", "camera", "contact", "custom",
     "depth", "depth_camera", "force_torque", "gps", "imu", "logical_camera", "magnetometer",
@@ -74,7 +96,7 @@ def read_drive(root: ET.Element, where: str, notes: list[str]) -> DriveTags | No
     for plugin in root.findall("gazebo//plugin"):
         name = plugin_name(plugin)
         drive = drive_of(name)
-        if drive is None:
+        if drive is None or is_steered(plugin.findtext(STEERING, "")):
             continue
         if found is not None:
             notes.append(f"plugin {name} is not used: {found.source} comes before it")
@@ -120,8 +142,11 @@ def _unknown(plugin: ET.Element, name: str) -> Iterator[str]:
 
 def read_steering(root: ET.Element) -> str | None:
     """Return the plugin that says that the robot steers its wheels, None if none does."""
-    names = map(plugin_name, root.findall("gazebo//plugin"))
-    return next((f"plugin {name}" for name in names if is_steered(name)), None)
+    for plugin in root.findall("gazebo//plugin"):
+        name, text = plugin_name(plugin), plugin.findtext(STEERING, "")
+        if is_steered(name) or (drive_of(name) is not None and is_steered(text)):
+            return f"plugin {name}"
+    return None
 
 
 def read_ray_sensors(root: ET.Element, where: str, notes: list[str]) -> list[RaySensor]:
@@ -172,7 +197,7 @@ def _scan_values(sensor: ET.Element, scan: ET.Element, where: str) -> dict[str, 
         first, last = last, first
         found["angle_min"] = first
     if last is not None and first is not None and rays is not None and rays >= 1.0:
-        if last - first > 0.99 * math.tau:  # a full turn: its end is its beginning
+        if last - first > math.tau - ROUNDED:  # a full turn: its end is its beginning
             found["angle_increment"] = math.tau / rays
         else:
             found["angle_increment"] = (last - first) / max(1.0, rays - 1.0)

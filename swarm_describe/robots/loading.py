@@ -7,7 +7,7 @@ everything spares the reading of the description.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,11 +16,12 @@ import numpy as np
 
 from swarm_common.files.yaml_io import check_keys
 from swarm_common.model.errors import RobotModelError
-from swarm_common.model.records import RobotSpec
+from swarm_common.model.records import CONTROL_PERIOD, RobotSpec
 from swarm_common.model.shapes import Transform
 from swarm_describe.files.faults import Faults
 from swarm_describe.robots.derived import (
     BASE,
+    FASTEST_WHEEL,
     SCAN,
     Asked,
     Described,
@@ -43,7 +44,9 @@ from swarm_describe.robots.spec import (
     positive,
     spec_of,
 )
-from swarm_describe.robots.urdf_tree import fixed_places, read_tree
+from swarm_describe.robots.urdf_tree import DESCRIBED, fixed_places, read_tree
+
+OFF = 0.01  # share by which a rate or speed may be off what is stated, unmentioned
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +98,8 @@ def account_of(name_or_path: str | Path) -> Account:
         (name, doubts.get(name, f"neither {file} nor the description tells it")) for name in lacking
     ]
     notes = () if described is None else described.model.notes
+    if spec is not None:
+        notes += tuple(_remarks(spec, None if described is None else described.model))
     return Account(source.where, tuple(rows), tuple(why), notes)
 
 
@@ -165,14 +170,42 @@ def open_robot(name_or_path: str | Path) -> Robot:
         directory = source.settings.parent if source.urdf is None else source.urdf.parent
         inertia = _asked(source, faults).inertia
         model = parse_urdf(text, source.where, moving, source.finder(), directory, inertia)
+    model = dataclasses.replace(model, notes=(*model.notes, *_remarks(spec, model)))
     return Robot(spec, with_scan_frame(text, model, spec.lidar), model)
+
+
+def _remarks(spec: RobotSpec, model: RobotModel | None) -> Iterator[str]:
+    """Yield what a run does not do as stated, or does beyond what the description allows."""
+    comes = 1.0 / (spec.lidar.period_ticks * CONTROL_PERIOD)
+    if abs(comes - spec.lidar.rate) > OFF * comes:
+        yield (
+            f"the LiDAR's rate is {spec.lidar.rate:g} Hz; its scans come at {comes:.4g} Hz, "
+            f"whole ticks of {CONTROL_PERIOD:g} s apart"
+        )
+    joints = (*spec.wheels_left, *spec.wheels_right)
+    wheels = [] if model is None else [g for g in model.groups if g.joint in joints]
+    slowest = min(wheels, key=lambda wheel: wheel.speed_limit, default=None)
+    if slowest is None or slowest.speed_limit > FASTEST_WHEEL:
+        return
+    half = (spec.wheel_separation + (spec.wheel_base if spec.is_omni else 0.0)) / 2.0
+    for name, speed in (
+        ("max_vel_x", spec.max_vel_x),
+        ("max_vel_theta", spec.max_vel_theta * half),
+    ):
+        if speed / spec.wheel_radius > (1.0 + OFF) * slowest.speed_limit:
+            yield (
+                f"{name} {getattr(spec, name):g} takes {speed / spec.wheel_radius:.3g} rad/s of the"
+                f" wheels; the velocity limit of joint {slowest.joint} is"
+                f" {slowest.speed_limit:g} rad/s, and does not count against it"
+            )
 
 
 def fixed_frames(name_or_path: str | Path) -> dict[str, Transform]:
     """Return base_footprint_from_link of every fixed link of a robot, as tf_static has them."""
     source = find_robot(name_or_path)
     spec, described = _specified(source, Faults(source.where, RobotModelError))
-    root = read_tree(source.text() if described is None else described.urdf, source.where)
+    text = source.text() if described is None else described.urdf
+    root = read_tree(text, source.where, source.data.get("inertia", DESCRIBED))
     return {BASE: np.eye(4)} | fixed_places(root) | {SCAN: scan_place(spec.lidar)}
 
 

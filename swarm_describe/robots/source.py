@@ -16,6 +16,7 @@ from swarm_describe.files.packages import PackageFinder
 from swarm_describe.files.xacro_io import expand, macro_message
 from swarm_describe.robots.grammar import description_notes
 from swarm_describe.robots.sdf_robot import find_model_file, urdf_of
+from swarm_describe.robots.urdf_tree import OF_SHAPES
 
 ROBOT_FILE = "robot.yaml"
 DESCRIPTIONS = ("model.urdf.xacro", "model.urdf")
@@ -78,6 +79,9 @@ class RobotSource:
             raise RobotModelError(f"{self.urdf}: malformed XML: {cause}") from cause
         if root.tag != "sdf":
             return text, []
+        if self.data.get("inertia") == OF_SHAPES:
+            for element in root.iter("inertia"):
+                element.clear()
         return urdf_of(root, str(self.urdf)), description_notes(root)
 
     def arguments(self) -> dict[str, str]:

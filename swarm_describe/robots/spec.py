@@ -13,9 +13,9 @@ from swarm_common.model.records import LidarSpec, RobotSpec
 from swarm_common.model.sensors import IDEAL, SensorErrors
 from swarm_describe.files.faults import Faults
 from swarm_describe.robots.battery_io import parse_battery
-from swarm_describe.robots.description import INERTIA
 from swarm_describe.robots.sensors_io import sensor_errors
 from swarm_describe.robots.source import RobotSource
+from swarm_describe.robots.urdf_tree import INERTIA
 
 DRIVES = ("differential", "skid", "omni")
 REQUIRED = (

@@ -17,6 +17,7 @@ from swarm_common.model.errors import RobotModelError
 from swarm_common.model.shapes import Transform, transform_from_xyz_rpy
 from swarm_describe.files.faults import Faults
 
+DESCRIBED, OF_SHAPES = INERTIA = ("described", "shapes")  # where inertias come from
 MAX_LINKS = 500
 MAX_NUMBER = 1e5  # metres, kilograms: nothing on a robot is larger
 NUMBERS = {"xyz": 3, "rpy": 3, "size": 3, "scale": 3, "radius": 1, "length": 1}
@@ -27,8 +28,12 @@ NAMES = ("name", "link", "reference", "joint")
 JOINTS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
-def read_tree(text: str, where: str) -> ET.Element:
-    """Return the checked tree of a URDF text; placeholders of namespaces are taken out."""
+def read_tree(text: str, where: str, inertia: str = DESCRIBED) -> ET.Element:
+    """Return the checked tree of a URDF text; placeholders of namespaces are taken out.
+
+    Args:
+        inertia: One of `INERTIA`; with those of the shapes, the described ones become 0.
+    """
     try:
         root = ET.fromstring(PLACEHOLDER.sub("", text).encode())
     except (ET.ParseError, ValueError) as cause:
@@ -36,6 +41,9 @@ def read_tree(text: str, where: str) -> ET.Element:
     if root.tag != "robot":
         raise RobotModelError(f"{where}: expected <robot>, found <{root.tag}>")
     _strip_slashes(root)
+    if inertia == OF_SHAPES:
+        for element in root.iter("inertia"):
+            element.attrib = dict.fromkeys(INERTIAS, "0")
     faults = Faults(where, RobotModelError)
     faults.tell(f"{where}: {fault}" for fault in _link_faults(root))
     for tag in ("link", "joint"):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from swarm_common.model.battery import READING_TICKS, BatteryReading
 from swarm_common.model.beacon import BeaconArray
-from swarm_common.model.records import CONTROL_PERIOD, Odometry, Scan
+from swarm_common.model.records import Odometry, Scan
 
 MAX_OPEN = 50  # incomplete ticks kept; more than that were lost
 
@@ -25,15 +25,15 @@ class TickInput:
 class TickInputs:
     """The topics of a tick arrive in any order; a tick is complete when all are there."""
 
-    def __init__(self, scan_rate: float, *, has_battery: bool = False) -> None:
+    def __init__(self, scan_every: int, *, has_battery: bool = False) -> None:
         """Start before the first tick.
 
         Args:
-            scan_rate: Rate [Hz] of the LiDAR; 0 for a world without LiDAR.
+            scan_every: Control ticks from one scan to the next; 0 for a world without LiDAR.
             has_battery: Whether there is a reading of the battery once a second.
         """
         self._battery_every = READING_TICKS if has_battery else 0
-        self._scan_every = max(1, round(1.0 / (CONTROL_PERIOD * scan_rate))) if scan_rate else 0
+        self._scan_every = scan_every
         self._open: dict[int, TickInput] = {}
         self.last_tick = -1  # newest tick that was complete
 

@@ -87,8 +87,8 @@ class NavigatorNode:
         self._centre: CentreLink | None = None
         self.lifecycle = Lifecycle()
         self.tick = 0
-        scan_rate = settings.spec.lidar.rate if settings.fixed["with_lidar"] else 0.0
-        self._inputs = TickInputs(scan_rate, has_battery=settings.spec.battery is not None)
+        scan_every = settings.spec.lidar.period_ticks if settings.fixed["with_lidar"] else 0
+        self._inputs = TickInputs(scan_every, has_battery=settings.spec.battery is not None)
         self._last_status = 0.0  # wall time
         self._was_pausing = False
         self._is_charging = False

@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.model.records import CONTROL_PERIOD, FloatArray, LidarSpec, RobotSpec, Scan
+from swarm_common.model.records import FloatArray, LidarSpec, RobotSpec, Scan
 from swarm_common.model.sensors import IDEAL, LidarErrors, SensorErrors
 from swarm_describe.worlds.scene import Body, Scene
 from swarm_sim.physics.objects import Objects
@@ -50,7 +50,7 @@ class LidarGroup:
         self.objects: Objects | None = None  # what moves beside robots and walkers
         self._errors = errors
         self.members = np.array(members, np.int64)
-        self.period_ticks = max(1, round(1.0 / (spec.rate * CONTROL_PERIOD)))
+        self.period_ticks = spec.period_ticks
         self._base_from_lidar = np.array([spec.x, spec.y, spec.yaw])
         segments = [section.segments() for section in robots]
         discs = [section.discs for section in robots]

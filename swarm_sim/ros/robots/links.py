@@ -25,7 +25,7 @@ from swarm_common.middleware.rclpy_compat import removable_publisher
 from swarm_common.middleware.rejections import RejectedError
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
 from swarm_common.model.beacon import serialize_neighbors
-from swarm_common.model.records import Pose, RobotSpec, Twist, stamp_from_tick
+from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, Twist, stamp_from_tick
 from swarm_common.model.sensors import IDEAL, SensorErrors
 from swarm_sim.ros.robots.foreign import NAVIGATOR, Foreigners
 from swarm_sim.ros.robots.frames import Joint, fixed_transforms, moving_transforms, read_joints
@@ -102,7 +102,7 @@ class RobotLink:
         self._drifts = errors != IDEAL
         self._odom_writer.set_variances(self._drift.of_pose, self._drift.of_twist)
         self._truth_writer = cdr.OdometryWriter("map", BASE)
-        self._scan_writer = cdr.ScanWriter("base_scan", 1.0 / spec.lidar.rate)
+        self._scan_writer = cdr.ScanWriter("base_scan", spec.lidar.period_ticks * CONTROL_PERIOD)
         self._supply = spec.battery
         self._create_publishers(node, gallery, f"/{name}")
         self._publish_description(urdf)

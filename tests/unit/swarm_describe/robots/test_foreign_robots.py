@@ -1,5 +1,6 @@
 """Drive, wheels, limits and LiDAR of robots after the habits of public descriptions."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -442,3 +443,49 @@ class TestSdf:
 @pytest.mark.parametrize("make", [hub_first, inboard_tyres, Folder])
 def test_descriptions_of_what_we_read_are_without_notes_on_elements(make, tmp_path):
     assert "not known" not in "\n".join(open_robot(make().write(tmp_path)).model.notes)
+
+
+SLOTCAR = plugin(
+    "libslotcar.so",
+    "<nominal_drive_speed>0.7</nominal_drive_speed><nominal_turn_speed>0.4</nominal_turn_speed>"
+    "<nominal_drive_acceleration>0.5</nominal_drive_acceleration><tire_radius>0.06</tire_radius>"
+    "<nominal_turn_acceleration>1.1</nominal_turn_acceleration><base_width>0.3</base_width>{}",
+    name="slotcar",
+)
+
+
+def test_the_slotcar_of_rmf_is_a_drive_with_limits(tmp_path):
+    own = two_wheels(*pair(), SLOTCAR.format(""), settings="model: own\n")
+    spec = load_robot(own.write(tmp_path))
+    assert (spec.drive, spec.max_vel_x, spec.max_vel_theta) == ("differential", 0.7, 0.4)
+    assert (spec.acc_lim_x, spec.acc_lim_theta) == (0.5, 1.1)
+    assert "plugin libslotcar.so states wheel_radius 0.06 m" in notes_of(own, tmp_path)
+    car = two_wheels(*pair(), SLOTCAR.format("<steering>ackermann</steering>"))
+    with pytest.raises(RobotModelError, match="steers like a car"):
+        load_robot(car.write(tmp_path))
+
+
+def test_what_a_run_does_not_do_as_stated_is_told(tmp_path):
+    drawn = "<link name='arm'><visual><geometry><box size='1 1 1'/></geometry></visual></link>"
+    own = two_wheels(*fast_wheels(5.0), drawn, joint("arm_joint", "base_link", "arm"))
+    notes = notes_of(own, tmp_path)
+    assert "max_vel_x 0.5 takes 10 rad/s of the wheels; the velocity limit of joint" in notes
+    assert "link arm: a <visual> without <collision> is only drawn" in notes
+    assert "Hz" not in notes
+    for rate, comes in ((7, 10), (100, 10), (3, 3.333)):
+        own = two_wheels(*fast_wheels(20.0), settings=LIMITS + f"lidar: {{rate: {rate}}}\n")
+        assert f"rate is {rate} Hz; its scans come at {comes} Hz" in notes_of(own, tmp_path)
+        assert "rad/s" not in notes_of(own, tmp_path)
+
+
+def test_inertias_that_the_shapes_replace_are_not_checked(tmp_path):
+    made = two_wheels(*pair())
+    wrong = Own(made.urdf.replace('ixx="0.08"', 'ixx="5.2e13"'), LIMITS + "inertia: shapes\n")
+    assert wrong.urdf != made.urdf
+    right = open_robot(Own(made.urdf, wrong.settings).write(tmp_path / "right")).model.groups
+    for a, b in zip(open_robot(wrong.write(tmp_path)).model.groups, right, strict=True):
+        assert (a.inertia == b.inertia).all()
+    folder = Folder(re.sub("<ixx>[^<]*", "<ixx>much", SDF)).write(tmp_path)
+    (folder / "robot.yaml").write_text(wrong.settings)
+    assert (folder / "model.sdf").read_text() != SDF
+    open_robot(folder)

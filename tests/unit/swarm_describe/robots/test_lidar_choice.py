@@ -176,3 +176,12 @@ def test_the_navigator_marks_what_is_there(rpy, tmp_path):
     marks = navigator._s.obstacles.points
     assert len(marks) > 3
     assert off_the_posts(marks, posts) < 0.06
+
+
+@pytest.mark.parametrize(
+    ("degrees", "step"), [(357.0, 357.0 / 359.0), (359.0, 1.0), (359.8, 1.0), (360.0, 1.0)]
+)
+def test_a_fan_that_is_no_full_turn_ends_where_it_says(degrees, step, tmp_path):
+    half = math.radians(degrees / 2.0)
+    spec = opened(tmp_path, lidar(first=-half, last=half)).spec.lidar
+    assert math.degrees(spec.angle_increment) == pytest.approx(step)
