@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from pathlib import Path
 from types import FrameType
 from typing import TypeVar
 
@@ -30,10 +31,13 @@ LEAST = 1.3  # [s] before that: every participant announces itself once a second
 LONGEST = 60.0  # [s] while there is news: 100 robots on a busy machine
 MOST = 5.0  # [s] to wait for something; Fast DDS by itself announces every 3 s
 NODES_TOPIC = "ros_discovery_info"  # on which each participant says which nodes it has
+SOCKETS = Path("/proc/net/udp")  # of this host, see proc(5)
+FIRST_PORT, PORTS = 7400, 250  # of domain 0, and for each domain
+UNICAST = 10  # port of a domain for the discovery of its first participant; two each
 UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # of an endpoint that is known before its node is
 
 
-@contextmanager
+@contextlib.contextmanager
 def open_node(name: str | None = None, *, sim_time: bool = False) -> Iterator[Node]:
     """Create a node, hidden unless named, without parameter services and without a log topic.
 
@@ -83,8 +87,26 @@ def settled(
 
 
 def _knows_nodes(node: Node) -> bool:
+    """Whether all participants of this host are known, and the nodes of each."""
     publishers = node.get_publishers_info_by_topic(NODES_TOPIC, no_mangle=True)
-    return 1 < len(publishers) <= len(node.get_node_names())
+    least = max(2, participants_here(node.context.get_domain_id()))
+    return least <= len(publishers) <= len(node.get_node_names())
+
+
+def participants_here(domain: int) -> int:
+    """Return how many participants this host has in a domain, by the ports that they listen on.
+
+    Each takes the next free port for discovery, see the RTPS specification, 9.6.2.3. On a busy
+    machine one that runs may need longer to announce itself than any quiet time.
+    """
+    first = FIRST_PORT + PORTS * domain
+    found = set()
+    with contextlib.suppress(OSError):
+        for line in SOCKETS.read_text(encoding="utf-8").splitlines()[1:]:
+            offset = int(line.split()[1].rpartition(":")[2], 16) - first
+            if UNICAST <= offset < PORTS and not offset % 2:
+                found.add(offset)
+    return len(found)
 
 
 def wait_for(condition: Callable[[], bool], timeout: float = MOST) -> bool:

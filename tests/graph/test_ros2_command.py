@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,18 +17,19 @@ from pathlib import Path
 import pytest
 
 from swarm_ros2 import command_line
+from swarm_ros2.graph import open_node
 
 SAMPLE = Path(__file__).with_name("sample_node.py")
 NODE = "/Srobot1/sample"
 
 
 @pytest.fixture(scope="module", autouse=True)
-def sample() -> Iterator[None]:
+def sample() -> Iterator[subprocess.Popen[bytes]]:
     process = subprocess.Popen([sys.executable, str(SAMPLE)], stdout=subprocess.PIPE)
     try:
         assert process.stdout is not None
         assert process.stdout.readline() == b"ready\n"
-        yield
+        yield process
     finally:
         process.kill()
         process.communicate()
@@ -65,6 +67,18 @@ def test_topic_list_shows_names_and_types_within_two_seconds(ros2):
     assert "/Srobot1/scan [sensor_msgs/msg/LaserScan]" in lines
     assert lines == sorted(lines)
     assert not any("_action" in line for line in lines)
+
+
+def test_a_process_that_had_no_time_to_announce_itself_is_waited_for(ros2, sample):
+    """On a busy machine the topics of a robot were missing."""
+    sample.send_signal(signal.SIGSTOP)
+    timer = threading.Timer(2.5, sample.send_signal, (signal.SIGCONT,))
+    timer.start()
+    try:
+        with open_node():  # that announces itself
+            assert ros2("node", "list") == f"{NODE}\n"
+    finally:
+        timer.join()
 
 
 def test_topic_info_counts_both_sides(ros2):
