@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common.process.start import ensure_bytecode, own_packages
+from swarm_common.process.start import ensure_bytecode
 
 
 @pytest.fixture
@@ -30,18 +30,8 @@ def test_it_is_written_once(module, monkeypatch):
     assert compiled(module).stat().st_mtime_ns == first
 
 
-def test_python_writes_its_own(module, monkeypatch):
-    monkeypatch.setattr(sys, "dont_write_bytecode", False)
-    ensure_bytecode([module.parents[1]])
-    assert not compiled(module).exists()
-
-
 def test_a_broken_module_is_left_to_its_importer(module, monkeypatch):
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     module.write_text("VALUE =\n", encoding="utf-8")
     ensure_bytecode([module.parents[1]])
     assert not compiled(module).exists()
-
-
-def test_our_packages_are_known():
-    assert {"swarm_common", "swarm_nav", "swarm_sim"} <= {path.name for path in own_packages()}

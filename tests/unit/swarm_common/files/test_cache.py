@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from swarm_common.files import cache
@@ -30,15 +29,12 @@ def test_only_the_first_call_makes_it(folder):
     assert len(calls) == 2
 
 
-def test_a_file_that_was_cut_off_is_made_anew(folder):
+def test_what_cannot_be_used_is_made_anew(folder, tmp_path, monkeypatch):
     kept("things", ["a"], lambda: list(range(100)))
     (file,) = (folder / "things").iterdir()
     file.write_bytes(file.read_bytes()[:50])
     assert kept("things", ["a"], lambda: [1]) == [1]
     assert kept("things", ["a"], lambda: [2]) == [1]
-
-
-def test_a_folder_that_is_none_is_an_empty_cache(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     assert kept("things", ["a"], lambda: 3) == 3
@@ -49,17 +45,6 @@ def test_the_oldest_go(folder, monkeypatch):
     for number in range(4):
         kept("things", [str(number)], lambda: 0)
     assert len(list((folder / "things").iterdir())) == 2
-
-
-def test_a_robot_is_read_once_and_is_the_same(folder, monkeypatch):
-    first = open_robot("turtlebot3_waffle").model
-    monkeypatch.setattr(robot_model, "_read_robot", lambda root, where: pytest.fail("read again"))
-    second = open_robot("turtlebot3_waffle").model
-    assert [group.links for group in first.groups] == [group.links for group in second.groups]
-    for one, other in zip(first.groups, second.groups, strict=True):
-        assert one.mass == other.mass
-        assert np.array_equal(one.inertia, other.inertia)
-        assert [part.shape for part in one.parts] == [part.shape for part in other.parts]
 
 
 def test_a_robot_with_meshes_is_read_each_time(folder, tmp_path):

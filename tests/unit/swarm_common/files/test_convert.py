@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 import msgspec
 import pytest
-import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import Meta
@@ -113,36 +112,27 @@ def test_what_is_written_is_read_again():
     [
         ({"wait": -1}, "f.yaml: legs[1].wait is -1; expected a number, 0 or more"),
         ({"wait": True}, "wait is True; expected a number, 0 or more"),
-        ({"wait": math.nan}, "wait is nan; expected a number, 0 or more"),
         ({"wait": math.inf}, "wait is inf; expected a number, 0 or more"),
-        ({"wait": 10**400}, "wait is a huge number; expected a number, 0 or more"),
         (
             {"wheel": {"radius": 1, "width": 1e308}},
             "legs[1].wheel.width is 1e+308; expected a number, at most 1e+300 in size",
         ),
-        ({"count": 1.0}, "count is 1.0; expected an integer, 1 or more"),
         ({"count": True}, "count is True; expected an integer, 1 or more"),
         ({"loss": 1}, "loss is 1; expected a number, 0 or more and less than 1"),
         ({"from": " a"}, "from is ' a'; expected text on one line, without blanks around it"),
         ({"pose": [1, 2]}, "pose is [1, 2]; expected a list of 3 numbers [x, y, yaw]"),
         ({"pose": [1, 2, 90]}, "pose[2] is 90; expected a number from -2 pi to 2 pi, in radians"),
-        ({"pose": [1, 2, "a"]}, "pose[2] is 'a'; expected a number from -2 pi to 2 pi, in radians"),
         ({"order": "randon"}, "unknown order 'randon' in f.yaml: legs[1]; did you mean 'random'?"),
-        ({"order": 5}, "legs[1].order is 5; expected one of as_written, random"),
-        ({"color": "blu"}, "unknown color 'blu' in f.yaml: legs[1]; did you mean 'blue'?"),
         ({"is_open": 1}, "is_open is 1; expected true or false"),
         ({"wheel": {"radios": 1}}, "unknown key 'radios' in f.yaml: legs[1].wheel; did you mean"),
         ({"wheel": {"width": 1}}, "f.yaml: legs[1].wheel: width is 1.0 m; it must be at most the"),
         ({"at": [1]}, "at is [1]; expected a list of 2 numbers"),
         ({"form": {"size": [1, 2]}}, "form lacks form; expected one of circle, box"),
-        ({"form": {"form": "bax"}}, "unknown form 'bax' in f.yaml: legs[1].form; did you mean"),
         ({"form": {"form": "box"}}, "f.yaml: legs[1].form lacks size"),
         ({"names": ["a", ""]}, "names[1] is ''; expected text on one line"),
-        ({"names": 1}, "names is 1; expected a list of"),
         ({"limits": {"0": 1}}, "legs[1].limits has the key 0; expected an integer, 1 or more"),
         ({"limits": {"9" * 40: 1}}, "expected an integer, 1 or more"),
         ({"limits": {"3": 0}}, "legs[1].limits.3 is 0; expected a number, more than 0"),
-        ({"limits": {}}, "limits is {}; expected 'name: value' lines"),
         ({"path": [[1, 2]]}, "path is [[1, 2]]; expected a list of 2 or more items, each a list"),
         ({"size": None}, "size is None; expected a number or text"),
         ({"form_": 1}, "unknown key 'form_' in f.yaml: legs[1]; did you mean"),
@@ -236,15 +226,6 @@ def test_any_value_ends_in_a_value_or_in_an_error_of_ours(value):
             with contextlib.suppress(SwarmError):
                 found = convert(value, kind, "here", strict=strict)
                 assert convert(msgspec.to_builtins(found, str_keys=True), kind) == found
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.dictionaries(st.sampled_from(sorted(GOOD["stops"]["a"])), values))
-def test_any_value_of_a_key_ends_so_too(tmp_path_factory, fields):
-    path = tmp_path_factory.getbasetemp() / "any.yaml"
-    path.write_text(yaml.safe_dump({"legs": [{"from": "a"} | fields]}), encoding="utf-8")
-    with contextlib.suppress(SwarmError):
-        assert len(read(path, Route).legs) == 1
 
 
 def test_what_nests_too_deep_is_refused():

@@ -26,46 +26,31 @@ def cells(folder: Path, extra: str, shades: list[int]) -> list[int]:
     return [int(v) for v in load_map(write(folder, HEAD + extra, [shades])).cells[0]]
 
 
-def test_what_is_saved_is_loaded(tmp_path):
+def test_what_is_saved_is_loaded_and_the_first_row_is_the_top(tmp_path):
     values = np.array([[0, 100, -1], [100, 100, 0]], np.int8)
     save_map(Grid(values, 0.05, -8.97, -5.47), tmp_path / "m.yaml")
     grid = load_map(tmp_path / "m.yaml")
     assert np.array_equal(grid.cells, values)
     assert (grid.resolution, grid.origin_x, grid.origin_y) == (0.05, -8.97, -5.47)
-
-
-def test_first_row_of_the_image_is_the_top_of_the_map(tmp_path):
     grid = load_map(write(tmp_path, HEAD, [[0, 254], [254, 254]]))
     assert grid.cells.tolist() == [[0, 0], [100, 0]]
     assert grid.cell_of(1.01, -1.94) == (1, 0)
 
 
-def test_trinary(tmp_path):
+def test_shades_become_occupancy_by_mode(tmp_path):
     # Occupancy 1 - shade: 89 -> 0.651, 90 -> 0.647, 191 -> 0.251, 192 -> 0.247.
     assert cells(tmp_path, "", [0, 89, 90, 191, 192, 255]) == [100, 100, -1, -1, 0, 0]
-
-
-def test_negate(tmp_path):
     assert cells(tmp_path, "negate: 1\n", [0, 128, 255]) == [0, -1, 100]
-
-
-def test_scale_spreads_the_shades_between_the_thresholds(tmp_path):
     extra = "mode: scale\noccupied_thresh: 0.75\nfree_thresh: 0.25\n"
     assert cells(tmp_path, extra, [0, 102, 128, 153, 255]) == [100, 70, 50, 30, 0]
-
-
-def test_raw_takes_the_shades_as_they_are(tmp_path):
     assert cells(tmp_path, "mode: raw\nnegate: 1\n", [0, 50, 100, 101, 255]) == [0, 50, 100, -1, -1]
 
 
-def test_transparent_cells_are_unknown_in_scale_mode(tmp_path):
+def test_opacity_counts_by_mode(tmp_path):
     pixels = np.array([[[0, 0, 0, 255], [0, 0, 0, 0]]], np.uint8)
     Image.fromarray(pixels, "RGBA").save(tmp_path / "m.png")
     path = write(tmp_path, HEAD.replace("pgm", "png") + "mode: scale\n")
     assert load_map(path).cells.tolist() == [[100, -1]]
-
-
-def test_opacity_counts_as_a_colour_in_trinary_mode_only(tmp_path):
     pixels = np.array([[[0, 0, 0, 255], [0, 0, 0, 0], [255, 255, 255, 0]]], np.uint8)
     Image.fromarray(pixels, "RGBA").save(tmp_path / "m.png")
     text = HEAD.replace("pgm", "png")
@@ -74,7 +59,7 @@ def test_opacity_counts_as_a_colour_in_trinary_mode_only(tmp_path):
     assert load_map(write(tmp_path, text + "mode: raw\n")).cells.tolist() == [[0, 0, -1]]
 
 
-def test_colours_are_averaged_as_sixteen_bits(tmp_path):
+def test_colours_and_wide_greys_are_those_of_nav2(tmp_path):
     # (26 + 26 + 27) * 257 / 3 is cut to 6767; 6767 / 65535 * 255 = 26.33
     pixels = np.array([[[26, 26, 27], [100, 101, 101], [100, 100, 101]]], np.uint8)
     Image.fromarray(pixels, "RGB").save(tmp_path / "m.png")
@@ -84,11 +69,13 @@ def test_colours_are_averaged_as_sixteen_bits(tmp_path):
     extra = "occupied_thresh: 0.8968\nfree_thresh: 0.5\n"
     assert load_map(write(tmp_path, text + extra)).cells[0, 0] == -1
     assert load_map(write(tmp_path, text + extra.replace("68", "66"))).cells[0, 0] == 100
-
-
-def test_sixteen_bits_of_grey_in_a_png(tmp_path):
     Image.fromarray(np.array([[0, 30000, 65535]], np.uint16)).save(tmp_path / "m.png")
     assert load_map(write(tmp_path, HEAD.replace("pgm", "png"))).cells.tolist() == [[100, -1, 0]]
+    path = write(tmp_path, HEAD)
+    (tmp_path / "m.pgm").write_bytes(b"P2\n2 1\n15\n0 15\n")
+    assert load_map(path).cells.tolist() == [[100, 0]]
+    (tmp_path / "m.pgm").write_bytes(b"P5\n2 1\n65535\n\x00\x00\xff\xff")
+    assert load_map(path).cells.tolist() == [[100, 0]]
 
 
 @pytest.mark.parametrize("yaw", [0.4, -2.0, 3.1])
@@ -111,37 +98,19 @@ def test_a_rotated_origin_is_kept_and_can_be_turned_upright(tmp_path, yaw):
     assert upright.upright() is upright
 
 
-def test_text_and_wide_pgm(tmp_path):
-    path = write(tmp_path, HEAD)
-    (tmp_path / "m.pgm").write_bytes(b"P2\n2 1\n15\n0 15\n")
-    assert load_map(path).cells.tolist() == [[100, 0]]
-    (tmp_path / "m.pgm").write_bytes(b"P5\n2 1\n65535\n\x00\x00\xff\xff")
-    assert load_map(path).cells.tolist() == [[100, 0]]
-
-
-def test_keys_that_nav2_ignores_are_ignored(tmp_path):
-    assert cells(tmp_path, "name: factory\n", [0]) == [100]
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         (HEAD.replace("m.pgm", "other.pgm"), "'other.pgm' is missing"),
         (HEAD.replace("0.05", "0.0"), "resolution is 0.0"),
-        (HEAD.replace("0.05", "-1"), "resolution is -1"),
-        (HEAD.replace("0.05", "fine"), "expected a number"),
         (HEAD.replace("0.05", "900"), "resolution 900"),
         (HEAD.replace("1.0,", "1e9,"), "origin (1000000000.0"),
-        (HEAD.replace(", 0.0]", "]"), "list of 3 numbers"),
         (HEAD + "mode: fuzzy\n", "mode is 'fuzzy'"),
         (HEAD + "free_thresh: 0.9\n", "free_thresh 0.9"),
         (HEAD + "negate: perhaps\n", "negate is 'perhaps'"),
-        (HEAD + "negat: 1\n", "unknown key 'negat'; did you mean 'negate'"),
         (HEAD.replace("0.05", "0_05"), "resolution is '0_05'"),
-        ("image: m.pgm\norigin: [0, 0, 0]\n", "lacks resolution"),
         ("image: m.pgm\nresolution: [0.05\norigin: 3\n", "line 3"),
         ("image: a\nimage: b\n", "line 2: malformed YAML: key 'image' occurs twice"),
-        ("just words\n", "expected 'key: value'"),
     ],
 )
 def test_bad_files_are_refused(tmp_path, text, message):
@@ -156,11 +125,6 @@ def test_damaged_images_are_refused(tmp_path, data):
     (tmp_path / "m.pgm").write_bytes(data)
     with pytest.raises(MapError, match=r"m\.pgm"):
         load_map(path)
-
-
-def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(MapError, match="cannot read"):
-        load_map(tmp_path / "none.yaml")
 
 
 @pytest.mark.parametrize(

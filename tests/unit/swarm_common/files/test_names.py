@@ -10,7 +10,6 @@ from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError
 from swarm_describe.robots.source import find_robot
 from swarm_map.floor_plan import load_plan
-from swarm_mission.mission import load_mission
 
 WORDS = [
     "1", "01", "0x10", "0b1", "1.10", "1e3", "12:30", "1_000", ".5", ".inf", "yes", "no", "on",
@@ -31,13 +30,6 @@ def test_stations_are_called_as_written(tmp_path, monkeypatch, is_fast):
     sites = load_sites(written(tmp_path, f"stations:\n{lines}"))
     assert list(sites.stations) == WORDS
     assert [pose.x for pose in sites.stations.values()] == list(range(len(WORDS)))
-
-
-def test_missions_find_them(tmp_path):
-    text = f"spawn: 01\nroute:\n- stations: [{', '.join(WORDS)}]\n"
-    mission = load_mission(str(written(tmp_path, text)))
-    assert mission.route[0].stations == tuple(WORDS)
-    assert mission.spawn == "01"
 
 
 def test_floor_plans_keep_them_to_the_end(tmp_path):
@@ -76,12 +68,9 @@ def test_values_elsewhere_keep_their_types_without_times_of_day(tmp_path):
     ("text", "message"),
     [
         ("stations:\n  a: [0, 0, 0]\n  'a': [1, 0, 0]\n", "line 3.*'a' occurs twice.* line 2"),
-        ("stations:\n  1: [0, 0, 0]\n  1: [1, 0, 0]\n", "line 3.*'1' occurs twice"),
         ("stations:\n  [a]: [0, 0, 0]\n", "line 2.*expected a name"),
         ("stations:\n  '': [0, 0, 0]\n", "stations has the key ''"),
         ('stations:\n  "a\\nb": [0, 0, 0]\n', "the key 'a.*nb'"),
-        ("stations:\n  ' a': [0, 0, 0]\n", "the key ' a'"),
-        ("stations: false\n", "stations is False"),
         ("spawn: 0\n", "spawn is 0"),
     ],
 )

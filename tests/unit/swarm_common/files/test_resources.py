@@ -29,9 +29,3 @@ def test_meshes_of_packages_may_have_any_name(tmp_path, name):
     finder = PackageFinder([tmp_path])
     for uri in (f"package://acme_description/{name}", (share / name).as_uri(), name):
         assert finder.resolve(uri, share) == share / name
-
-
-def test_home_is_in_front_only(tmp_path, monkeypatch):
-    monkeypatch.setenv("HOME", str(tmp_path))
-    assert file_of("~/map.yaml") == tmp_path / "map.yaml"
-    assert file_of("maps/~/map.yaml") == Path("maps/~/map.yaml")

@@ -26,10 +26,12 @@ def test_aliases_that_would_never_end_are_refused(tmp_path, text):
         read_yaml(path)
 
 
-def test_a_few_aliases_are_fine(tmp_path):
+def test_a_few_aliases_and_the_largest_integers_of_ros_are_read(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text("a: &a {x: 1}\nb: {<<: *a, y: 2}\nc: [*a, *a]\n", encoding="utf-8")
     assert read_yaml(path) == {"a": {"x": 1}, "b": {"x": 1, "y": 2}, "c": [{"x": 1}, {"x": 1}]}
+    path.write_text(f"a: {2**63 - 1}\nb: {-(2**63)}\n", encoding="utf-8")
+    assert read_yaml(path) == {"a": 2**63 - 1, "b": -(2**63)}
 
 
 def test_a_file_of_any_size_is_refused_before_it_is_read(tmp_path, monkeypatch):
@@ -66,9 +68,3 @@ def test_what_no_parameter_can_be_is_one_line_that_says_where(tmp_path, content,
     with pytest.raises(ConfigError, match=message) as caught:
         read_yaml(path)
     assert "\n" not in str(caught.value)
-
-
-def test_the_largest_integers_of_ros_are_read(tmp_path):
-    path = tmp_path / "mine.yaml"
-    path.write_text(f"a: {2**63 - 1}\nb: {-(2**63)}\n", encoding="utf-8")
-    assert read_yaml(path) == {"a": 2**63 - 1, "b": -(2**63)}

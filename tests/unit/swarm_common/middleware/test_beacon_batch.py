@@ -38,12 +38,6 @@ def test_every_robot_gets_the_message_of_one_host_byte_for_byte(robots, share):
     assert parts == {n: serialize_neighbors(3, 400, each.beacons) for n, each in heard.items()}
 
 
-def test_a_part_of_the_robots():
-    heard = {n: each for n, each in receptions(10, 0.5).items() if n in (3, 7)}
-    parts = dict(BatchReader(SECRET, "run", "host").decode(message(heard)))
-    assert parts == {n: serialize_neighbors(3, 400, each.beacons) for n, each in heard.items()}
-
-
 def test_a_beacon_crosses_the_network_once():
     """At 20 robots that all hear each other: 19 times as much, before."""
     robots = receptions(20, 1.0)

@@ -26,7 +26,7 @@ def texts(root: ElementTree.Element, path: str) -> list[str]:
     return [str(node.text) for node in root.iterfind(f".//d:{path}", SPACE)]
 
 
-def test_only_the_named_addresses_occur():
+def test_only_the_named_addresses_occur_and_no_datagram_needs_ip_fragments():
     own, world = "10.0.0.2", "10.0.0.1"
     root = profile(own, dds_profile.peers_of_tools(own, world))
     assert texts(root, "interfaceWhiteList/d:address") == [own]
@@ -34,11 +34,7 @@ def test_only_the_named_addresses_occur():
     assert texts(root, "useBuiltinTransports") == ["false"]
     assert texts(root, "type") == ["UDPv4"]
     assert texts(root, "leaseDuration/d:sec") == [str(dds_profile.LEASE)]
-
-
-def test_no_datagram_needs_ip_fragments():
-    """Beacons of all robots were 5 to 15 fragments: one that was lost cost them all."""
-    own, world = "10.0.0.2", "10.0.0.1"
+    # Beacons of all robots were 5 to 15 fragments: one that was lost cost them all.
     (size,) = texts(profile(own, dds_profile.peers_of_tools(own, world)), "maxMessageSize")
     heads, mtu_of_a_tunnel = 28, 1400  # of IPv4 and UDP
     assert int(size) + heads <= mtu_of_a_tunnel
@@ -64,26 +60,18 @@ def test_both_roles_on_one_host():
     assert texts(root, "initialPeersList//d:port") == []
 
 
-def test_ports():
-    assert (unicast_port(0, 0), unicast_port(0, 119)) == (7410, 7648)
-    assert unicast_port(2, 0) == 7910
-
-
-def test_addresses_of_this_host():
-    assert own_addresses()["127.0.0.1"] == "lo"
-    assert own_address("lo") == own_address("127.0.0.1") == "127.0.0.1"
-    assert address_of("localhost") == address_towards("127.0.0.1") == "127.0.0.1"
-    with pytest.raises(ConfigError, match="this host has no such address"):
-        own_address("203.0.113.77")
-
-
 @pytest.mark.parametrize("host", ["224.0.0.1", "0.0.0.0", "x" * 70])
 def test_addresses_of_no_host(host):
     with pytest.raises(ConfigError, match="--connect"):
         address_of(host)
 
 
-def test_an_edition_depends_on_the_code():
+def test_an_edition_depends_on_the_code_and_addresses_are_this_hosts():
     assert edition() == edition()
     assert edition(["swarm_common"]) != edition()
     assert "swarm_commander" in DECIDING  # both sides of what hosts say to each other
+    assert own_addresses()["127.0.0.1"] == "lo"
+    assert own_address("lo") == own_address("127.0.0.1") == "127.0.0.1"
+    assert address_of("localhost") == address_towards("127.0.0.1") == "127.0.0.1"
+    with pytest.raises(ConfigError, match="this host has no such address"):
+        own_address("203.0.113.77")

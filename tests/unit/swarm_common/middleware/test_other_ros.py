@@ -37,7 +37,6 @@ def sourced(folder: Path, *parts: str) -> Path:
     [
         ("lib", "python3.10", "site-packages"),
         ("local", "lib", "python3.10", "dist-packages"),
-        ("lib", "python3.10", "site-packages/"),
     ],
 )
 def test_packages_for_another_python_are_unusable(tmp_path, parts):
@@ -58,14 +57,11 @@ def test_what_is_set_aside_is_not_imported_from(tmp_path, monkeypatch, capsys):
     assert f"swarm-up: not used: {folder}/ on PYTHONPATH" in capsys.readouterr().err
 
 
-def test_other_folders_stay(tmp_path):
+def test_other_folders_stay_and_search_paths_keep_their_order(tmp_path):
     own = tmp_path / "lib" / "python3.10" / "site-packages"  # not of a ROS 2
     own.mkdir(parents=True)
     assert unusable_packages({"PYTHONPATH": f"{own}::{tmp_path}"}, "3.11") == []
     assert unusable_packages({}, "3.11") == []
-
-
-def test_search_paths_keep_their_order():
     assert without("/a:/b:/c", ["/b"]) == "/a:/c"
     assert own_first("/opt/ros/lib:/env/lib:/x:/env/more", Path("/env")) == (
         "/env/lib:/env/more:/opt/ros/lib:/x"

@@ -141,23 +141,6 @@ def test_robots_announce_themselves_on_the_worlds_host(tmp_path, monkeypatch):
     assert ros_env.bound_address() == "10.0.0.2"
 
 
-def test_ports_of_participants(monkeypatch):
-    monkeypatch.setenv("ROS_DOMAIN_ID", "3")
-    first = ros_env.world_port()
-    assert ros_env.participant_id(first + 14) == 7
-    assert ros_env.is_discovery_port(first)
-    assert not ros_env.is_discovery_port(first + 1)  # of the same participant, for data
-    assert not ros_env.is_discovery_port(first + ros_env.DOMAIN_PORTS)  # of the next domain
-
-
-def test_a_swarm_is_large_only_where_discovery_is_ours(monkeypatch):
-    ros_env.set_defaults()
-    assert ros_env.is_large(ros_env.FEW_ROBOTS + 1)
-    assert not ros_env.is_large(ros_env.FEW_ROBOTS)
-    monkeypatch.setenv(ros_env.PROFILES, "/my/profile.xml")
-    assert not ros_env.is_large(ros_env.FEW_ROBOTS + 1)
-
-
 @pytest.mark.parametrize("is_copy", [False, True])
 def test_our_own_profile_is_not_taken_for_the_users(monkeypatch, tmp_path, is_copy):
     ros_env.set_defaults()

@@ -8,14 +8,11 @@ from swarm_common.model.errors import ConfigError
 TEXT = "sixteen letters or more"
 
 
-def test_it_is_taken_out_of_the_environment():
+def test_it_is_taken_out_of_the_environment_or_a_file(tmp_path):
     environment = {"SWARM_SECRET": f" {TEXT} ", "OTHER": "1"}
     assert given_secret(environment) == TEXT
     assert environment == {"OTHER": "1"}
     assert given_secret(environment) == ""
-
-
-def test_it_may_lie_in_a_file(tmp_path):
     path = tmp_path / "secret"
     path.write_text(TEXT + "\n", encoding="utf-8")
     environment = {"SWARM_SECRET_FILE": str(path)}
@@ -41,7 +38,7 @@ def test_a_file_that_is_not_there_or_empty(tmp_path):
         given_secret({"SWARM_SECRET_FILE": str(tmp_path / "empty")})
 
 
-def test_the_worlds_host_makes_one_and_keeps_it(tmp_path):
+def test_the_worlds_host_makes_one_and_keeps_it_where_it_can(tmp_path):
     environment = {"XDG_STATE_HOME": str(tmp_path)}
     made = own_secret(environment)
     assert len(made) >= 16
@@ -52,9 +49,6 @@ def test_the_worlds_host_makes_one_and_keeps_it(tmp_path):
     path.chmod(0o644)  # others may have read it
     assert own_secret(environment) != made
     assert path.stat().st_mode & 0o777 == 0o600
-
-
-def test_without_a_place_to_keep_it_there_is_one_for_this_run(tmp_path):
     blocked = tmp_path / "file"
     blocked.touch()
     environment = {"XDG_STATE_HOME": str(blocked)}

@@ -30,7 +30,3 @@ def test_the_edit_distance_is_symmetric_and_bounded(one, other):
     assert distance == edit_distance(other, one)
     assert (distance == 0) == (one == other)
     assert abs(len(one) - len(other)) <= distance <= max(len(one), len(other))
-
-
-def test_two_letters_that_changed_places_are_one_mistake():
-    assert edit_distance("rign", "ring") == 1

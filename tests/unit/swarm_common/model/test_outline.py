@@ -49,20 +49,9 @@ def test_no_circle_grows_by_more_than_two_percent(angles, across, square, nose, 
     assert np.hypot(*outline.T).max() <= (1.0 + MOST_GROWTH) * radius + 2e-4
 
 
-@pytest.mark.parametrize("corners", [32, 64, 300])
-def test_round_bodies_are_exceeded_by_two_percent_at_most(corners):
-    angles = 2.0 * np.pi * np.arange(corners) / corners
-    body = 0.275 * np.column_stack((np.cos(angles), np.sin(angles)))
-    outline = np.array(outline_around(body, FOOTPRINT_POINTS))
-    assert np.hypot(*outline.T).max() <= (1.0 + MOST_GROWTH) * 0.275
-
-
-def test_a_body_of_few_corners_keeps_them():
+def test_a_body_of_few_corners_keeps_them_and_points_on_a_line_have_none():
     body = [(0.3, -0.2), (0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2)]
     assert sorted(outline_around(np.array(body), FOOTPRINT_POINTS)) == sorted(body)
-
-
-def test_points_on_a_line_have_no_outline():
     with pytest.raises(ValueError, match="span no area"):
         outline_around(np.array([(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)]), 8)
 

@@ -43,12 +43,17 @@ def test_a_polygon_closes_every_cell_that_it_overlaps(seed):
     assert np.array_equal(marked.cells, MAP.cells)
 
 
-def test_borders_on_the_lines_of_the_map_close_no_further_cells():
+def test_a_zone_on_the_lines_of_the_map_closes_no_further_cells_also_finer_ones():
     zone = KeepoutZone("a", ((0.0, 0.0), (0.3, 0.0), (0.3, 0.2), (0.0, 0.2)))
     marked = Zones(keepout=(zone,)).mark(MAP)
     assert marked.keepout is not None
     rows, columns = np.nonzero(marked.keepout)
     assert (set(rows), set(columns)) == ({5, 6}, {10, 11, 12})
+    zone = KeepoutZone("a", ((0.0, 0.0), (0.1, 0.0), (0.1, 0.1), (0.0, 0.1)))
+    fine = Zones(keepout=(zone,)).mark(MAP).refined()
+    assert fine.keepout is not None
+    assert fine.keepout.shape == fine.cells.shape
+    assert (fine.keepout == KEEPOUT).sum() == 4
 
 
 @pytest.mark.parametrize("resolution", [0.03, 0.1, 0.25])
@@ -97,19 +102,6 @@ def test_the_lowest_limit_counts():
 def test_a_zone_beside_the_map_is_an_error(zones):
     with pytest.raises(MapError, match=r"lies beside the map, which reaches from \(-1, -0.5\)"):
         zones.mark(MAP)
-
-
-def test_a_map_without_zones_is_not_touched():
-    assert Zones().mark(MAP) is MAP
-    assert not Zones()
-
-
-def test_finer_cells_keep_the_zones():
-    zone = KeepoutZone("a", ((0.0, 0.0), (0.1, 0.0), (0.1, 0.1), (0.0, 0.1)))
-    fine = Zones(keepout=(zone,)).mark(MAP).refined()
-    assert fine.keepout is not None
-    assert fine.keepout.shape == fine.cells.shape
-    assert (fine.keepout == KEEPOUT).sum() == 4
 
 
 def test_triangles_fill_an_area_with_a_hole():

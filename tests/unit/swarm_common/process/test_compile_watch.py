@@ -6,7 +6,7 @@ from types import ModuleType
 import numba
 import pytest
 
-from swarm_common.process.compile_watch import PERIOD, watched
+from swarm_common.process.compile_watch import watched
 
 
 @pytest.fixture
@@ -30,14 +30,6 @@ def test_each_compilation_tells_how_many_kernels_are_ready(kernels):
     assert said == [(0, 3), (1, 3)]
     kernels.third(1)  # nobody listens any more
     assert len(said) == 2
-
-
-def test_it_tells_at_most_once_a_period(kernels):
-    said: list[tuple[int, int]] = []
-    with watched(lambda *counts: said.append(counts), ("fresh_kernels",), lambda: 0.5 * PERIOD):
-        for kernel in (kernels.first, kernels.second, kernels.third):
-            kernel(1)
-    assert said == [(0, 3)]
 
 
 def test_kernels_that_are_ready_are_not_mentioned(kernels):

@@ -25,11 +25,13 @@ def temporary(tmp_path, monkeypatch):
     return tmp_path / "tmp"
 
 
-def test_an_own_home_folder_needs_nothing(temporary):
+def test_an_own_home_folder_needs_nothing_and_a_relative_cache_is_ignored(temporary, monkeypatch):
     home.set_defaults(os.environ)
     assert not [name for name in PLACES if name in os.environ]
     assert home.cache_base() == temporary.parent / "home" / ".cache"
     assert not list(temporary.iterdir())
+    monkeypatch.setenv("XDG_CACHE_HOME", "cache")
+    assert home.cache_base() == temporary.parent / "home" / ".cache"
 
 
 @pytest.mark.parametrize("variable", [None, "XDG_CACHE_HOME", "ROS_LOG_DIR"])
@@ -49,11 +51,6 @@ def test_places_that_the_user_has_chosen_stay(temporary, monkeypatch, tmp_path):
     monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "logs"))
     home.set_defaults(os.environ)
     assert os.environ["ROS_LOG_DIR"] == str(tmp_path / "logs")
-
-
-def test_a_relative_cache_is_ignored(temporary, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", "cache")
-    assert home.cache_base() == temporary.parent / "home" / ".cache"
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody else")

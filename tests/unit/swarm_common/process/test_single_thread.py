@@ -2,9 +2,6 @@
 
 import subprocess
 import sys
-import threading
-
-from swarm_common.process.quick_start import thread_count, without_threads
 
 PREPARED = """
 import os
@@ -20,18 +17,6 @@ def test_the_fork_server_has_one_thread_when_it_is_ready_to_fork():
     command = (sys.executable, "-c", PREPARED)
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=250)
     assert done.stdout == "1", done.stderr
-
-
-def test_threads_start_again_afterwards():
-    with without_threads():
-        pass
-    before = thread_count()
-    go_on = threading.Event()
-    thread = threading.Thread(target=go_on.wait)
-    thread.start()
-    assert thread_count() == before + 1
-    go_on.set()
-    thread.join()
 
 
 def test_within_it_no_thread_starts():
