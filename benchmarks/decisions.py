@@ -82,16 +82,16 @@ class Stopwatch:
 
 def measure_decisions(options: RunOptions, ticks: int) -> list[DecisionRow]:
     """Run some ticks and return what decisions cost, by ascending number of neighbours."""
-    stage = build(options)
-    watches = [Stopwatch(driver) for driver in stage.drivers]
-    stage.drivers[:] = watches
-    harness = Harness(options, stage=stage)
+    episode = build(options)
+    watches = [Stopwatch(driver) for driver in episode.drivers]
+    episode.drivers[:] = watches
+    harness = Harness(options, episode=episode)
     try:
         for _ in range(WARM_TICKS + ticks):
             if not harness.advance():
                 break
     finally:
-        stage.world.close()
+        episode.world.close()
     heard = np.concatenate([watch.heard[WARM_TICKS:] for watch in watches]).astype(np.int64)
     times = np.concatenate([watch.durations[WARM_TICKS:] for watch in watches]) / 1e6
     rows = []

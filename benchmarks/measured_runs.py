@@ -23,10 +23,11 @@ from swarm_bench.halls.halls import hall_runs, load_hall_inputs, run_hall
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.fingerprint import load_inputs
 from swarm_bench.runs.harness import run
-from swarm_bench.runs.result import RunResult, line_from_json
+from swarm_bench.runs.result import line_from_json
 from swarm_bench.suite.selection import select
 from swarm_bench.suite.sweep import Outcome, RunSweep, key_of
 from swarm_common.model.engines import usual_engine
+from swarm_run.record.run_record import RunRecord
 
 FOLDER = Path(__file__).with_name("results")
 BASELINES = ("dwa", "orca")
@@ -48,9 +49,9 @@ def store_of(name: str) -> Store[Outcome]:
     )
 
 
-def results_of(name: str) -> list[RunResult]:
+def results_of(name: str) -> list[RunRecord]:
     """Return the results of a part; none if there is no file."""
-    return [line for _, line in store_of(name).read() if isinstance(line, RunResult)]
+    return [line for _, line in store_of(name).read() if isinstance(line, RunRecord)]
 
 
 def scale_results() -> list[ScaleResult]:

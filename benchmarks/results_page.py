@@ -21,12 +21,12 @@ from benchmarks.measured_runs import (
 from benchmarks.scale.result import ScaleResult, rows_of, scale_table
 from swarm_bench.halls.report import halls_table
 from swarm_bench.runs.document import replace_part
-from swarm_bench.runs.result import RunResult
 from swarm_bench.suite.command import Cluster, Jobs, new_console
 from swarm_bench.suite.summary import Row, summarise
 from swarm_bench.suite.table import COLUMNS
 from swarm_bench.tables import BenchTable, contacts_text
 from swarm_common.model.errors import UnknownNameError
+from swarm_run.record.run_record import RunRecord
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "results.md"
@@ -72,7 +72,7 @@ def page() -> str:
     return "\n".join(part for part in parts if part)
 
 
-def comparison_part(ours: Sequence[RunResult], others: Sequence[RunResult]) -> str:
+def comparison_part(ours: Sequence[RunRecord], others: Sequence[RunRecord]) -> str:
     """Return our method beside DWA and ORCA, a row per scenario and size."""
     if not others:
         return ""
@@ -133,7 +133,7 @@ def rows_part(title: str, introduction: str, part: str) -> str:
 {origin_line(runs, part)}"""
 
 
-def halls_part(runs: Sequence[RunResult]) -> str:
+def halls_part(runs: Sequence[RunRecord]) -> str:
     """Return random halls by size and by trouble."""
     if not runs:
         return ""
@@ -177,7 +177,7 @@ every navigator is active, *CPU* milliseconds of processor time per robot and si
 {text}{origin_line(results, SCALE)}"""
 
 
-def origin_line(kept: Sequence[RunResult | ScaleResult], *parts: str) -> str:
+def origin_line(kept: Sequence[RunRecord | ScaleResult], *parts: str) -> str:
     """Return the line under a table: commit, machine, command."""
     origins = [
         (one.code, one.machine) if isinstance(one, ScaleResult) else _origin_of(one) for one in kept
@@ -190,7 +190,7 @@ def origin_line(kept: Sequence[RunResult | ScaleResult], *parts: str) -> str:
     )
 
 
-def _origin_of(result: RunResult) -> tuple[str, str]:
+def _origin_of(result: RunRecord) -> tuple[str, str]:
     assert result.origin is not None
     return result.origin.commit, result.origin.processor
 

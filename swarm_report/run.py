@@ -153,7 +153,7 @@ class RunData:
         return Series(times, np.stack([x, y, yaw], 2), to_robot, to_world, self._near)
 
     @functools.cached_property
-    def _diary(self) -> tuple[list[StateLine], list[GoalLine]]:
+    def _state_log(self) -> tuple[list[StateLine], list[GoalLine]]:
         found = self._trace("robots.jsonl", StateLine, WaitLine, GoalLine)
         states, _, goals = ([line for line in k if line["robot"] in self._index] for k in found)
         return states, goals
@@ -161,7 +161,7 @@ class RunData:
     @functools.cached_property
     def end(self) -> float:
         """End of the run [s] of simulated time, as far as known."""
-        times = [line["t"] for lines in self._diary for line in lines]
+        times = [line["t"] for lines in self._state_log for line in lines]
         times += [line["t"] for line in self._samples[-1:]]
         return max([float(self.report.get("sim_time") or 0.0), *times])
 
@@ -169,7 +169,7 @@ class RunData:
     def spans(self) -> list[Span]:
         """Activities of each robot with their times, in order of robots and time."""
         changes: list[list[StateLine]] = [[] for _ in self.robots]
-        for line in self._diary[0]:
+        for line in self._state_log[0]:
             changes[self._index[line["robot"]]].append(line)
         spans = []
         for robot, lines in enumerate(changes):
@@ -193,7 +193,7 @@ class RunData:
                 self._index[line["robot"]], line["t"], line["goal"], line["outcome"],
                 line["duration"],
             )
-            for line in self._diary[1]
+            for line in self._state_log[1]
         ]  # fmt: skip
         return sorted(events, key=lambda event: event.time)
 

@@ -31,10 +31,10 @@ Modules, lower ones first:
 
 from __future__ import annotations
 
-from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import Pose, Twist
+from swarm_run.record.run_record import RunRecord as RunResult
 from swarm_run.spec import RunSpec
 from swarm_workbench.external import ExternalRobot, Sensed
 from swarm_workbench.goal import Goal, GoalResult

@@ -29,16 +29,16 @@ STATUS_TICKS = 5  # 2 Hz, as navigators on the graph
 class _Stepped(Harness):
     """A harness that has decided its present tick, and goes on although missions are over."""
 
-    def __init__(self, options: RunOptions, stage: Episode, faults: InjectedFaults) -> None:
-        super().__init__(options, stage=stage, faults=faults)
-        self.scans: list[Scan | None] = [None] * len(stage.drivers)
+    def __init__(self, options: RunOptions, episode: Episode, faults: InjectedFaults) -> None:
+        super().__init__(options, episode=episode, faults=faults)
+        self.scans: list[Scan | None] = [None] * len(episode.drivers)
         self.goals: dict[tuple[int, int], Goal] = {}  # by robot and id
-        self.history = RunTables(stage.world.names)
+        self.history = RunTables(episode.world.names)
         self._think()
 
     def advance(self) -> bool:
         """Advance the world by a step, then decide."""
-        self._watch(self.stage.world.step(self._twists, self._sent))
+        self._watch(self.episode.world.step(self._twists, self._sent))
         self._think()
         return True
 
@@ -48,7 +48,7 @@ class _Stepped(Harness):
         self._twists[robot], self._sent[robot] = Twist(), None
         for (owner, _), goal in self.goals.items():
             if owner == robot:
-                goal.settle("aborted", "its navigator died", self.stage.world.tick)
+                goal.settle("aborted", "its navigator died", self.episode.world.tick)
 
     def set_goal(self, robot: int, goal: Goal, order: Mapping[str, Any]) -> None:
         """Send a goal; it takes effect at the next tick."""
@@ -56,12 +56,12 @@ class _Stepped(Harness):
             raise SwarmError(f"the navigator of {goal.robot} is dead; it takes no goals")
         self._goal_ids[robot] += 1
         self.goals[robot, self._goal_ids[robot]] = goal
-        self.stage.drivers[robot].set_goal(NavGoal(goal_id=self._goal_ids[robot], **order))
+        self.episode.drivers[robot].set_goal(NavGoal(goal_id=self._goal_ids[robot], **order))
 
     def _think(self) -> None:
-        tick = self.stage.world.tick
+        tick = self.episode.world.tick
         self._die(tick)
-        observed: Sequence[Observation] = self.stage.world.observe()
+        observed: Sequence[Observation] = self.episode.world.observe()
         self._decide(tick, observed)
         self._exchange(tick)
         self._note(tick)
@@ -73,8 +73,8 @@ class _Stepped(Harness):
             if output.events or tick == 0:
                 self._settle(index, tick, output)
             if output.events or tick % STATUS_TICKS == 0:
-                status = self.stage.drivers[index].status()
-                self.history.note(self.stage.world.names[index], status, tick * CONTROL_PERIOD)
+                status = self.episode.drivers[index].status()
+                self.history.note(self.episode.world.names[index], status, tick * CONTROL_PERIOD)
 
     def _settle(self, index: int, tick: int, output: Output) -> None:
         mine = {
@@ -101,15 +101,15 @@ class BenchBackend:
         Raises:
             SwarmError: If a file or a value is unusable.
         """
-        stage = build(options)
+        episode = build(options)
         self.folder: Path | None = None
-        self.grid, self.sites = stage.grid, stage.sites
-        self.names: Sequence[str] = stage.world.names
+        self.grid, self.sites = episode.grid, episode.sites
+        self.names: Sequence[str] = episode.world.names
         self.specs: Sequence[RobotSpec] = [
             robot_named(name) for name in options.scenario.models(options.robots)
         ]
-        self._harness = _Stepped(options, stage, faults or InjectedFaults())
-        self._world = stage.world
+        self._harness = _Stepped(options, episode, faults or InjectedFaults())
+        self._world = episode.world
         self._is_closed = False
         self.url = ""
         self.domain: int | None = None
@@ -154,7 +154,7 @@ class BenchBackend:
 
     def status(self, robot: int) -> Status:
         """Return a robot's status."""
-        return self._harness.stage.drivers[robot].status()
+        return self._harness.episode.drivers[robot].status()
 
     def drive(self, robot: int, goal: Goal, pose: Pose) -> None:
         """Send a robot to a pose in map."""
@@ -176,7 +176,7 @@ class BenchBackend:
 
     def cancel(self, robot: int, goal: Goal) -> None:
         """Cancel a robot's goal."""
-        driver = self._harness.stage.drivers[robot]
+        driver = self._harness.episode.drivers[robot]
         if not isinstance(driver, Served):
             raise SwarmError(f"a {type(driver).__name__} cannot cancel goals; send another one")
         driver.services.cancel_goal()
@@ -188,7 +188,7 @@ class BenchBackend:
     def report(self) -> Report:
         """Return the figures so far."""
         verdict = self._world.verdict
-        statuses = [driver.status() for driver in self._harness.stage.drivers]
+        statuses = [driver.status() for driver in self._harness.episode.drivers]
         return Report(
             sim_time=self._world.sim_time,
             robot_robot=verdict.robot_robot,

@@ -7,10 +7,10 @@ from typing import Any
 
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
-from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario, load_scenario
 from swarm_common.model.records import RobotSpec
 from swarm_describe.robots import loading
+from swarm_run.record.run_record import RunRecord as RunResult
 from swarm_run.spec import RunSpec
 
 

@@ -58,7 +58,7 @@ def count_harness() -> dict[str, float]:
     finally:
         sys.setprofile(None)
         SearchSpace.cheapest = original  # type: ignore[method-assign]
-        harness.stage.world.close()
+        harness.episode.world.close()
     robot_ticks = ROBOTS * (WARM_TICKS + 2 * (TICKS // 2))
     return {
         "planner searches per robot": len(searches) / ROBOTS,

@@ -74,24 +74,24 @@ def measure(job: dict[str, Any]) -> dict[str, Any]:
         **job["scenario"], time_limit={job["robots"]: job["seconds"]}, robots=(job["robots"],)
     )
     options = RunOptions(scenario=scenario, robots=job["robots"], engine=job["engine"])
-    stage = build(options)
+    episode = build(options)
     world_clock, robot_clock = CpuClock(), CpuClock()
     for name in ("observe", "step"):
-        setattr(stage.world, name, world_clock.timed(getattr(stage.world, name)))
-    stage.drivers = [TimedDriver(driver, robot_clock) for driver in stage.drivers]
-    harness = Harness(options, stage=stage, times_all=True)
+        setattr(episode.world, name, world_clock.timed(getattr(episode.world, name)))
+    episode.drivers = [TimedDriver(driver, robot_clock) for driver in episode.drivers]
+    harness = Harness(options, episode=episode, times_all=True)
     try:
         for _ in range(WARM_TICKS):
             harness.advance()
         start_up = time.time() - psutil.Process().create_time()
         world_clock.seconds = robot_clock.seconds = 0.0
-        first, started, cpu = stage.world.sim_time, time.perf_counter(), time.process_time()
+        first, started, cpu = episode.world.sim_time, time.perf_counter(), time.process_time()
         while harness.advance():
             pass
         wall, cpu = time.perf_counter() - started, time.process_time() - cpu
-        verdict = stage.world.verdict
+        verdict = episode.world.verdict
     finally:
-        stage.world.close()
+        episode.world.close()
     ticks = np.asarray(getattr(harness, "_durations", ()), np.float64)[WARM_TICKS * job["robots"] :]
     return {
         "start_up": start_up,
@@ -104,7 +104,7 @@ def measure(job: dict[str, Any]) -> dict[str, Any]:
         },
         "rss_mb": psutil.Process().memory_info().rss / MEGABYTE,
         "collisions": verdict.robot_robot + verdict.robot_world,
-        "goals_reached": sum(o.reached for i in stage.itineraries for o in i.outcomes),
+        "goals_reached": sum(o.reached for i in episode.itineraries for o in i.outcomes),
         "tick_us": _percentiles(ticks * 1e6),
         "trajectory_sha256": verdict.trajectory_sha256,
     }

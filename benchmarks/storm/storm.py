@@ -133,7 +133,7 @@ class Storm(Harness):
         super().__init__(
             run_options,
             faults=InjectedFaults(mute=self._mute, deaf=self._deaf),
-            stage=build(
+            episode=build(
                 run_options,
                 world_class=ChangingWorld,
                 walkers=self.plan.walkers,
@@ -153,7 +153,7 @@ class Storm(Harness):
         """True if all goals are settled of robots that live or will live again."""
         return all(
             itinerary.is_over or index in self._lost
-            for index, itinerary in enumerate(self.stage.itineraries)
+            for index, itinerary in enumerate(self.episode.itineraries)
         )
 
     @property
@@ -176,32 +176,32 @@ class Storm(Harness):
         if tick % CRATE_TICKS == 0 and self._waiting and self._waiting[0].tick <= tick:
             if self._put(self._waiting[0]):
                 self._waiting.pop(0)
-        speeds = [twist for _, twist in self.stage.world.ground_truth()]
+        speeds = [twist for _, twist in self.episode.world.ground_truth()]
         self._was_moving = np.array(
             [math.hypot(s.vx, s.vy) > MOVING or abs(s.wz) > TURNING for s in speeds]
         )
 
     def _start_anew(self, robot: int, tick: int) -> None:
         """Give a robot a new navigator, which knows the map and where it is, but nobody else."""
-        stage, options = self.stage, self.options
-        spec = stage.world.specs[robot]
+        episode, options = self.episode, self.options
+        spec = episode.world.specs[robot]
         make = load_method(options.method)
-        stage.drivers[robot] = make(
+        episode.drivers[robot] = make(
             nav_config(options, spec),
             spec,
-            stage.grid,
-            stage.sites,
+            episode.grid,
+            episode.sites,
             robot + 1,
-            stage.world.ground_truth()[robot][0],
+            episode.world.ground_truth()[robot][0],
         )
-        itinerary = stage.itineraries[robot]
+        itinerary = episode.itineraries[robot]
         if isinstance(itinerary, Itinerary) and not itinerary.is_over:
             itinerary.on_taken_over()
             self._send(robot, itinerary.on_free_again(tick))
 
     def _put(self, crate: Crate) -> bool:
         """Put a crate where nobody loses its way to a goal; return whether there was room."""
-        world = self.stage.world
+        world = self.episode.world
         assert isinstance(world, ChangingWorld)
         radius = crate.side / math.sqrt(2.0)
         kept = [*self._crates, *self._stuck()]
@@ -224,18 +224,18 @@ class Storm(Harness):
 
     def _stuck(self) -> list[Disc]:
         room = DEAD_ROOM + self._body
-        return [(*self.stage.world.poses[robot, :2].tolist(), room) for robot in self._lost]
+        return [(*self.episode.world.poses[robot, :2].tolist(), room) for robot in self._lost]
 
     @property
     def _body(self) -> float:
-        return max(spec.circumscribed_radius for spec in self.stage.world.specs)
+        return max(spec.circumscribed_radius for spec in self.episode.world.specs)
 
     def _led_to(self, discs: Sequence[Disc]) -> set[tuple[int, int]]:
         """Return (robot, goal), both as indices, of all goals that there is a way to."""
         labels = self._regions(discs)
         return {
             (index, number)
-            for index, goals in enumerate(self.stage.stops)
+            for index, goals in enumerate(self.episode.stops)
             for number, goal in enumerate(goals)
             if self._leads(labels, index, goal)
         }
@@ -245,11 +245,11 @@ class Storm(Harness):
         return self.floor.components(self._body + WALL_ROOM, wider)
 
     def _leads(self, labels: NDArray[np.int16], robot: int, goal: Stop) -> bool:
-        x, y = self.stage.world.poses[robot, :2].tolist()
+        x, y = self.episode.world.poses[robot, :2].tolist()
         return self.floor.connected(labels, (x, y), (goal.pose_map.x, goal.pose_map.y))
 
     def _watch(self, collisions: Sequence[Collision]) -> None:
-        names = self.stage.world.names
+        names = self.episode.world.names
         for collision in collisions:
             members = [names.index(name) for name in collision.robots]
             if any(self._was_moving[m] for m in members if m not in self._down):
@@ -258,9 +258,9 @@ class Storm(Harness):
     def _missed(self) -> list[tuple[int, Stop]]:
         """Return the goals that robots that live at the end did not reach."""
         missed = []
-        for index, goals in enumerate(self.stage.stops):
+        for index, goals in enumerate(self.episode.stops):
             rest = list(goals)
-            for outcome in self.stage.itineraries[index].outcomes:
+            for outcome in self.episode.itineraries[index].outcomes:
                 if outcome.reached:
                     rest.remove(outcome.stop)
             if index not in self._lost:
@@ -273,7 +273,7 @@ class Storm(Harness):
         labels = self._regions([*self._crates, *self._stuck()])
         missed = self._missed()
         owed = [(index, goal) for index, goal in missed if self._leads(labels, index, goal)]
-        sent = sum(len(goals) for i, goals in enumerate(self.stage.stops) if i not in self._lost)
+        sent = sum(len(goals) for i, goals in enumerate(self.episode.stops) if i not in self._lost)
         return StormResult(
             world=self._storm.world,
             robots=self._storm.robots,
@@ -282,7 +282,7 @@ class Storm(Harness):
             crates=len(self._crates),
             people=len(self.plan.walkers),
             moving_contacts=len(self.contacts),
-            standing_contacts=len(self.stage.world.collisions) - len(self.contacts),
+            standing_contacts=len(self.episode.world.collisions) - len(self.contacts),
             first_contact=str(self.contacts[0]) if self.contacts else "",
             goals_sent=sent,
             goals_reached=sent - len(missed),
@@ -296,11 +296,11 @@ class Storm(Harness):
 
     def _miss(self, index: int, goal: Stop) -> str:
         """Return the robot that missed a goal, and its state."""
-        status = self.stage.drivers[index].status()
-        reasons = [o.reason for o in self.stage.itineraries[index].outcomes if o.reason]
+        status = self.episode.drivers[index].status()
+        reasons = [o.reason for o in self.episode.itineraries[index].outcomes if o.reason]
         pose = status.pose_map
         return (
-            f"{self.stage.world.names[index]} missed {goal.name}, is {status.state} "
+            f"{self.episode.world.names[index]} missed {goal.name}, is {status.state} "
             f"{status.detail} at ({pose.x:.2f}, {pose.y:.2f}) {'; '.join(reasons[:1])}"
         )
 

@@ -7,16 +7,16 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from swarm_bench.capacity.knee import Knee, find_knee
-from swarm_bench.runs.result import RunResult
 from swarm_bench.statistics import Interval, mean_of_runs, student_mean
 from swarm_run.record.figures import HOUR, Steady
+from swarm_run.record.run_record import RunRecord
 
 
 @dataclass
 class Point:
     """The runs of one variant and size, each with another seed."""
 
-    runs: tuple[RunResult, ...]  # in the order of seeds
+    runs: tuple[RunRecord, ...]  # in the order of seeds
 
     @property
     def robots(self) -> int:
@@ -104,18 +104,18 @@ class Curve:
         return next((run.unit for point in self.points for run in point.steady), "goals")
 
 
-def curve_of(label: str, results: Iterable[RunResult]) -> Curve:
+def curve_of(label: str, results: Iterable[RunRecord]) -> Curve:
     """Return the curve of a variant.
 
     Args:
         results: Results of runs of fixed duration.
     """
-    by_size: dict[int, list[RunResult]] = {}
+    by_size: dict[int, list[RunRecord]] = {}
     for result in results:
         if result.steady is not None:
             by_size.setdefault(result.robots, []).append(result)
     return Curve(label, tuple(Point(_by_seed(by_size[size])) for size in sorted(by_size)))
 
 
-def _by_seed(runs: Sequence[RunResult]) -> tuple[RunResult, ...]:
+def _by_seed(runs: Sequence[RunRecord]) -> tuple[RunRecord, ...]:
     return tuple(sorted(runs, key=lambda run: run.seed))

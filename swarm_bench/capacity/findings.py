@@ -6,8 +6,8 @@ import statistics
 from collections.abc import Callable, Sequence
 
 from swarm_bench.capacity.curve import Curve, Point
-from swarm_bench.runs.result import RunResult
 from swarm_bench.statistics import LEAST_SEEDS, Interval, paired, student_mean
+from swarm_run.record.run_record import RunRecord
 
 FULL = 0.8  # share of time from which a station is the reason
 STANDING = 0.2  # share of the robots' time from which standing is
@@ -66,7 +66,7 @@ def _floor_reason(points: Sequence[Point], first: int) -> str:
     )
 
 
-def _busiest(run: RunResult) -> tuple[str, float]:
+def _busiest(run: RunRecord) -> tuple[str, float]:
     stations = run.ground_truth.stations if run.ground_truth else {}
     if not stations:
         return "", 0.0
@@ -107,7 +107,7 @@ def comparison_sentences(first: Curve, second: Curve) -> list[str]:
     return sentences
 
 
-def _over_seeds(points: Sequence[Point], of: Callable[[RunResult], float]) -> list[float]:
+def _over_seeds(points: Sequence[Point], of: Callable[[RunRecord], float]) -> list[float]:
     by_size = [{run.seed: of(run) for run in point.runs} for point in points]
     seeds = sorted(set.intersection(*(set(one) for one in by_size)))
     return [statistics.fmean(one[seed] for one in by_size) for seed in seeds]

@@ -18,7 +18,6 @@ from swarm_bench.capacity.axes import OF_CONTROLLER, combinations, name_of
 from swarm_bench.capacity.curve import Curve, curve_of
 from swarm_bench.capacity.report import print_curves, sentences, write_output
 from swarm_bench.runs.episode import RunOptions, parse_parameters
-from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import result_of_report
 from swarm_bench.runs.scenario import Scenario
 from swarm_bench.suite.command import MISSED, new_console
@@ -30,6 +29,7 @@ from swarm_run.command_line import SWARM_UP, run_command
 from swarm_run.flags import actions_of, parser, stated_of, text_of
 from swarm_run.plan import check_plan
 from swarm_run.record.figures import Steady, steady_of
+from swarm_run.record.run_record import RunRecord
 from swarm_run.spec import RunSpec
 
 FLAGS = {"robots": "--swarm-size"}  # axes that are called otherwise than their option
@@ -69,7 +69,7 @@ def sweep_on_graph(context: typer.Context) -> None:
             raise ConfigError(
                 f"--warm-up is {actions.warm_up:g}; expected 0 or more, less than --duration"
             )
-    console, curves, is_flawless = new_console(), dict[str, list[RunResult]](), True
+    console, curves, is_flawless = new_console(), dict[str, list[RunRecord]](), True
     try:
         for run in runs:
             described = run.folder.with_suffix(".yaml")
@@ -117,7 +117,7 @@ def _run_of(chosen: Mapping[str, str], stated: Mapping[str, Any], folder: Path) 
     return _GraphRun(label, spec, folder)
 
 
-def _result(spec: RunSpec, folder: Path, warm_up: float | None) -> RunResult | None:
+def _result(spec: RunSpec, folder: Path, warm_up: float | None) -> RunRecord | None:
     """Return the result of a run; None without a report, or if all of it was warm-up."""
     try:
         report = json.loads((folder / "report.json").read_text(encoding="utf-8"))

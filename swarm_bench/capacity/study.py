@@ -13,8 +13,9 @@ from swarm_bench.capacity.axes import SweepVariant
 from swarm_bench.capacity.curve import Curve, Point, curve_of
 from swarm_bench.execution.executor import share_of
 from swarm_bench.runs.episode import RunOptions
-from swarm_bench.runs.result import FailedRun, RunResult
+from swarm_bench.runs.result import FailedRun
 from swarm_bench.suite.sweep import Outcome, RunSweep
+from swarm_run.record.run_record import RunRecord
 
 FIRST_SEEDS = 3  # of each size, before anything is refined
 MOST_SEEDS = 50  # of each size
@@ -56,7 +57,7 @@ class Study:
         self._precision = precision
         self._shard = shard
         self._deadline = math.inf if budget is None else time.monotonic() + budget
-        self.results: list[list[RunResult]] = [[] for _ in variants]
+        self.results: list[list[RunRecord]] = [[] for _ in variants]
         self.failed: list[FailedRun] = []
         self.planned = self.done = 0.0
         self._asked: set[tuple[int, int, int]] = set()  # variant, size, seed
@@ -107,7 +108,7 @@ class Study:
         tell: Callable[[], None],
     ) -> None:
         def watch(index: int, outcome: Outcome) -> bool:
-            if isinstance(outcome, RunResult):
+            if isinstance(outcome, RunRecord):
                 self.results[places[index]].append(outcome)
             else:
                 self.failed.append(outcome)

@@ -12,7 +12,6 @@ from swarm_bench.halls.halls import DRAWN, hall_runs, load_hall_inputs, run_hall
 from swarm_bench.halls.report import halls_markdown
 from swarm_bench.runs.document import check_part, replace_part
 from swarm_bench.runs.episode import parse_parameters
-from swarm_bench.runs.result import RunResult
 from swarm_bench.suite.command import (
     Cluster,
     Jobs,
@@ -25,6 +24,7 @@ from swarm_bench.suite.command import (
 )
 from swarm_bench.suite.selection import check_jobs, parse_seeds, parse_sizes
 from swarm_bench.suite.sweep import RunSweep
+from swarm_run.record.run_record import RunRecord
 
 EXAMPLES = """Example:
 
@@ -69,7 +69,7 @@ def halls(
     if output is not None:
         check_part(output, "halls")
 
-    def write(results: list[RunResult]) -> None:
+    def write(results: list[RunRecord]) -> None:
         if output is not None:
             replace_part(output, "halls", halls_markdown(results))
 

@@ -18,7 +18,6 @@ from swarm_bench.runs.episode import (
     room_for,
 )
 from swarm_bench.runs.harness import Harness
-from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.grid import Grid
@@ -26,6 +25,7 @@ from swarm_common.model.records import Pose
 from swarm_describe.worlds.actors import Actors
 from swarm_mission.itinerary import Itinerary
 from swarm_mission.leg import Stop
+from swarm_run.record.run_record import RunRecord
 
 SIZES = (5, 12, 20, 35, 50)
 NONE, DEAD, RADIO, PEOPLE, MIXED = TROUBLES = ("none", "dead", "radio", "people", "mixed")
@@ -90,13 +90,13 @@ def _scenario(seed: int, size: int, mission: str, trouble: str) -> Scenario:
     )
 
 
-def run_hall(options: RunOptions) -> RunResult:
+def run_hall(options: RunOptions) -> RunRecord:
     """Run one of `hall_runs`, and return its result.
 
     Raises:
         ConfigError: If no hall for so many robots comes up.
     """
-    return Harness(options, stage=build_hall(options)).run()
+    return Harness(options, episode=build_hall(options)).run()
 
 
 def load_hall_inputs(options: RunOptions) -> str:
@@ -139,7 +139,7 @@ def hall_of(options: RunOptions) -> tuple[Hall, Grid]:
 
 
 def build_hall(options: RunOptions) -> Episode:
-    """Return the stage of one of `hall_runs`.
+    """Return the episode of one of `hall_runs`.
 
     Raises:
         ConfigError: If no hall for so many robots comes up.

@@ -6,16 +6,16 @@ import operator
 from collections.abc import Callable, Sequence
 
 from swarm_bench.halls.halls import NONE, TROUBLES
-from swarm_bench.runs.result import RunResult
 from swarm_bench.suite.summary import Row
 from swarm_bench.suite.table import COLUMNS
 from swarm_bench.tables import BenchTable, contacts_text
+from swarm_run.record.run_record import RunRecord
 
 _seed = operator.attrgetter("seed")
 TOLD_LENGTH = 90  # characters of a condition in the list of what was missed
 
 
-def halls_markdown(results: Sequence[RunResult]) -> str:
+def halls_markdown(results: Sequence[RunRecord]) -> str:
     """Return a table with a row per swarm size and trouble, and a list of the runs with flaws.
 
     Args:
@@ -25,7 +25,7 @@ def halls_markdown(results: Sequence[RunResult]) -> str:
     return "\n".join([halls_table(results).markdown(), *flaws])
 
 
-def halls_table(results: Sequence[RunResult]) -> BenchTable:
+def halls_table(results: Sequence[RunRecord]) -> BenchTable:
     """Return a table with a row per swarm size and trouble, and one of all."""
     runs = sorted(results, key=_seed)
     groups = {
@@ -42,7 +42,7 @@ def halls_table(results: Sequence[RunResult]) -> BenchTable:
     return BenchTable(["halls with", *table.head], rows)
 
 
-def _trouble_of(run: RunResult) -> str:
+def _trouble_of(run: RunRecord) -> str:
     return run.scenario.partition(", ")[2] or NONE
 
 
@@ -58,15 +58,15 @@ SHOWN: dict[str, Callable[[Row], str]] = {
 }
 
 
-def _complete(runs: Sequence[RunResult]) -> int:
+def _complete(runs: Sequence[RunRecord]) -> int:
     return sum(run.goals_reached == run.goals_sent for run in runs)
 
 
-def _promised(runs: Sequence[RunResult]) -> list[RunResult]:
+def _promised(runs: Sequence[RunRecord]) -> list[RunRecord]:
     return [run for run in runs if not run.no_guarantee]
 
 
-def _flaw(run: RunResult) -> str:
+def _flaw(run: RunRecord) -> str:
     told = run.no_guarantee
     if len(told) > TOLD_LENGTH:
         told = told[:TOLD_LENGTH].rpartition(" ")[0] + " …"

@@ -166,7 +166,7 @@ def build(
     walkers: tuple[WalkerSpec, ...] = (),
     most_goals: int | None = None,
 ) -> Episode:
-    """Return the stage of a run; starts, goals and parameters are those of `swarm-up`.
+    """Return the episode of a run; starts, goals and parameters are those of `swarm-up`.
 
     Args:
         options: What to run.

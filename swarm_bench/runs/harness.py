@@ -75,7 +75,7 @@ class Harness:
     """A run in progress.
 
     Attributes:
-        stage: World, drivers and missions.
+        episode: World, drivers and missions.
         invariant: The safety invariant so far.
         beacons: (n,) what was sent in the last tick; zero held points where nothing was.
         waits: Who waits for whom, as the robots say once a second.
@@ -88,29 +88,29 @@ class Harness:
         *,
         on_tick: Watcher | None = None,
         faults: InjectedFaults | None = None,
-        stage: Episode | None = None,
+        episode: Episode | None = None,
         times_all: bool = False,
     ) -> None:
-        """Build the stage, or take one that was built elsewhere.
+        """Build the episode, or take one that was built elsewhere.
 
         Args:
             options: What to run.
             on_tick: Called in each tick, before the world's step.
             faults: Faults of single robots.
-            stage: Stage to use instead of the one that `options` describe.
+            episode: Episode to run instead of the one that `options` describe.
             times_all: Whether every tick of a brain is timed; else one in `TIMED_EVERY`, as a
                 swarm decides faster when its brains take turns.
         """
         self.options = options
-        self.stage = stage or build(options)
+        self.episode = episode or build(options)
         self.invariant = Invariant()
-        count = len(self.stage.drivers)
+        count = len(self.episode.drivers)
         self.beacons: BeaconArray = empty_beacons(count)
         self._on_tick = on_tick
         self._faults = faults or InjectedFaults()
-        are_staged = all(isinstance(driver, StagedDriver) for driver in self.stage.drivers)
+        are_staged = all(isinstance(driver, StagedDriver) for driver in self.episode.drivers)
         self._takes_turns = are_staged and not times_all
-        self._dead = set(self.stage.dead)
+        self._dead = set(self.episode.dead)
         self._outputs: list[Output | None] = [None] * count
         self._twists: list[Twist | None] = [Twist()] * count
         self._sent: list[np.void | None] = [None] * count
@@ -121,20 +121,20 @@ class Harness:
         self._stall_limit = round(options.scenario.stall_limit / CONTROL_PERIOD)
         self._last_success = 0  # tick
         self.waits = WaitGraph()
-        world = self.stage.world
+        world = self.episode.world
         self.truth = GroundTruthWatch(
-            world.names, [spec.circumscribed_radius for spec in world.specs], self.stage.grid,
-            self.stage.sites.stations, options.scenario.warm_up,
+            world.names, [spec.circumscribed_radius for spec in world.specs], self.episode.grid,
+            self.episode.sites.stations, options.scenario.warm_up,
         )  # fmt: skip
 
     @property
     def is_over(self) -> bool:
         """Whether every robot that is not dead is through with its mission."""
-        if self.stage.orders is not None:
-            return self.stage.orders.run.is_over
+        if self.episode.orders is not None:
+            return self.episode.orders.run.is_over
         return all(
             itinerary.is_over or index in self._dead
-            for index, itinerary in enumerate(self.stage.itineraries)
+            for index, itinerary in enumerate(self.episode.itineraries)
         )
 
     def run(self) -> RunRecord:
@@ -144,10 +144,10 @@ class Harness:
             while self.advance():
                 pass
             wall_time = time.perf_counter() - started
-            sim_time, count = self.stage.world.sim_time, len(self.stage.drivers)
+            sim_time, count = self.episode.world.sim_time, len(self.episode.drivers)
             cpu = 1e3 * (time.process_time() - cpu_started)
             return compose_result(
-                self.options, self.stage, self._dead, self.invariant, self._durations,
+                self.options, self.episode, self._dead, self.invariant, self._durations,
                 wall_time=wall_time,
                 waits=self.waits.as_json(sim_time),
                 ground_truth=self.truth.figures(sim_time),
@@ -155,11 +155,11 @@ class Harness:
                 pose_error=self._pose_errors.figures() if self._pose_errors else None,
             )  # fmt: skip
         finally:
-            self.stage.world.close()
+            self.episode.world.close()
 
     def advance(self) -> bool:
         """Run one tick; return whether there is another one."""
-        world = self.stage.world
+        world = self.episode.world
         tick = world.tick
         self._die(tick)
         self._decide(tick, world.observe())
@@ -167,31 +167,31 @@ class Harness:
         for index, output in enumerate(self._outputs):
             if output is not None and (output.events or tick == 0):
                 self._follow_mission(index, tick, output)
-        if self.stage.orders is not None:
-            self._follow_orders(self.stage.orders, tick)
+        if self.episode.orders is not None:
+            self._follow_orders(self.episode.orders, tick)
         self._exchange(tick)
         if tick % WAITS_EVERY == 0:
             self._record_waits(tick)
             self.truth.look(tick, world.poses)
         if self._pose_errors is not None:
-            self._pose_errors.note(self.stage.drivers, world.poses, self._dead)
+            self._pose_errors.note(self.episode.drivers, world.poses, self._dead)
         if self._on_tick is not None:
-            self._on_tick(world, self.stage.drivers, self._outputs)
+            self._on_tick(world, self.episode.drivers, self._outputs)
         if self.is_over or tick >= min(self._limit, self._last_success + self._stall_limit):
             return False
         self._watch(world.step(self._twists, self._sent))
         return True
 
     def _exchange(self, tick: int) -> None:
-        if self.stage.centre is not None:
-            drivers = cast(Sequence[Commanded], self.stage.drivers)
+        if self.episode.centre is not None:
+            drivers = cast(Sequence[Commanded], self.episode.drivers)
             far = range(1, len(self._sent), 2) if self._faults.splits(tick) else ()
-            exchange(self.stage.centre, tick, drivers, self._dead.union(far))
+            exchange(self.episode.centre, tick, drivers, self._dead.union(far))
 
     def _record_waits(self, tick: int) -> None:
-        for index, name in enumerate(self.stage.world.names):
+        for index, name in enumerate(self.episode.world.names):
             if index not in self._dead:
-                status = self.stage.drivers[index].status()
+                status = self.episode.drivers[index].status()
                 other = waits_for(status.state, status.detail)
                 self.waits.note(name, other, tick * CONTROL_PERIOD)
 
@@ -222,7 +222,7 @@ class Harness:
         odom = as_received(seen.odom)
         started = time.perf_counter()
         self._observe(index, odom, seen)
-        output = self.stage.drivers[index].tick(tick)
+        output = self.episode.drivers[index].tick(tick)
         self._durations.append(time.perf_counter() - started)
         return output
 
@@ -232,13 +232,13 @@ class Harness:
         """Let the drivers take turns after each stage: the same decisions, in less time."""
         for index in deciding:
             self._observe(index, as_received(observed[index].odom), observed[index])
-        drivers = cast(Sequence[StagedDriver], self.stage.drivers)
+        drivers = cast(Sequence[StagedDriver], self.episode.drivers)
         stages = [drivers[index].stages(tick) for index in deciding]
         rounds = list(zip(*stages, strict=True))
         return [output for output in rounds[-1] if output is not None] if rounds else []
 
     def _observe(self, index: int, odom: Odometry, seen: Observation) -> None:
-        driver = self.stage.drivers[index]
+        driver = self.episode.drivers[index]
         driver.on_odom(odom)
         if seen.scan is not None:
             driver.on_scan(seen.scan)
@@ -259,7 +259,7 @@ class Harness:
         self.invariant.check(tick, self.beacons)
 
     def _follow_mission(self, index: int, tick: int, output: Output) -> None:
-        itinerary = self.stage.itineraries[index]
+        itinerary = self.episode.itineraries[index]
         if tick == 0 and isinstance(itinerary, Itinerary):
             self._send(index, itinerary.start())
         for event in output.events:
@@ -278,9 +278,9 @@ class Harness:
         return not itinerary.is_over
 
     def _follow_orders(self, orders: BenchOrders, tick: int) -> None:
-        names = self.stage.world.names
+        names = self.episode.world.names
         dead = {names[index] for index in self._dead}
-        orders.watch(tick, names, self.stage.world.poses, dead)
+        orders.watch(tick, names, self.episode.world.poses, dead)
         resting = [
             names[index]
             for index, (first, end) in self._faults.off_duty.items()
@@ -297,7 +297,7 @@ class Harness:
         self._goal_ids[index] += 1
         stop = order.stop
         self.truth.send(index, stop.pose_map, stop.name, order.start_tick)
-        self.stage.drivers[index].set_goal(
+        self.episode.drivers[index].set_goal(
             Goal(
                 kind=GoalKind.NAVIGATE,
                 goal_id=self._goal_ids[index],

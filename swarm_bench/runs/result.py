@@ -10,8 +10,6 @@ import msgspec
 from swarm_run.record.figures import rounded
 from swarm_run.record.run_record import SCHEMA, ResultOrigin, RunRecord, record_from_json
 
-RunResult = RunRecord
-
 
 class FailedRun(msgspec.Struct, frozen=True, kw_only=True):
     """A run without a result, and why; it is repeated when a bench goes on."""

@@ -19,7 +19,7 @@ from swarm_run.record.run_record import COUNTERS, Goals, RunRecord
 
 def compose_result(
     options: RunOptions,
-    stage: Episode,
+    episode: Episode,
     dead: Collection[int],
     invariant: Invariant,
     durations: Sequence[float],
@@ -28,24 +28,24 @@ def compose_result(
     """Return the record of a run that is over.
 
     Args:
-        stage: World, drivers and missions at the end.
+        episode: World, drivers and missions at the end.
         dead: Indices of the robots whose goals are not asked for.
         durations: [s] of wall time of brains' ticks, of all or of some.
         others: Further fields of the record.
     """
-    verdict = stage.world.verdict.as_json()
-    alive = {stage.world.names[i]: i for i in range(len(stage.drivers)) if i not in dead}
-    outcomes = {name: stage.itineraries[index].outcomes for name, index in alive.items()}
+    verdict = episode.world.verdict.as_json()
+    alive = {episode.world.names[i]: i for i in range(len(episode.drivers)) if i not in dead}
+    outcomes = {name: episode.itineraries[index].outcomes for name, index in alive.items()}
     settled = [outcome for each in outcomes.values() for outcome in each]
     reached = [outcome for outcome in settled if outcome.reached]
-    under_way = sum(not stage.itineraries[index].is_over for index in alive.values())
-    total = sum(stage.itineraries[index].total for index in alive.values())
+    under_way = sum(not episode.itineraries[index].is_over for index in alive.values())
+    total = sum(episode.itineraries[index].total for index in alive.values())
     is_endless = options.scenario.duration > 0.0
     times = [1e6 * each for each in durations]
     ticks = percentiles(times, median=50, p99=99) if times else {}
     return compose_record(
         {
-            name: _facts(stage, index, outcomes[name], is_endless=is_endless)
+            name: _facts(episode, index, outcomes[name], is_endless=is_endless)
             for name, index in alive.items()
         },
         Goals(
@@ -58,26 +58,26 @@ def compose_result(
             MissedGoal(name, outcome.stop.name, outcome.tick * CONTROL_PERIOD, outcome.reason)
             for name, each in outcomes.items() for outcome in each if not outcome.reached
         ],
-        unfinished=[] if is_endless or stage.orders else _unfinished(stage, alive.values()),
+        unfinished=[] if is_endless or episode.orders else _unfinished(episode, alive.values()),
         is_endless=is_endless,
         **identity(options),
         min_held_gap=finite(invariant.gap),
         min_held_slack=finite(invariant.slack),
-        least_held_slack=least_slack(stage.drivers),
+        least_held_slack=least_slack(episode.drivers),
         tick_us_median=ticks.get("median"),
         tick_us_p99=ticks.get("p99"),
-        steady=_steady(stage, options.scenario, reached) if is_endless else None,
-        no_guarantee="; ".join(stage.conditions.findings) if stage.conditions else "",
-        orders=None if stage.orders is None else stage.orders.run.results(verdict["sim_time"]),
-        centre=None if stage.centre is None else stage.centre.as_json(options.robots),
+        steady=_steady(episode, options.scenario, reached) if is_endless else None,
+        no_guarantee="; ".join(episode.conditions.findings) if episode.conditions else "",
+        orders=None if episode.orders is None else episode.orders.run.results(verdict["sim_time"]),
+        centre=None if episode.centre is None else episode.centre.as_json(options.robots),
         **others,
     )  # fmt: skip
 
 
 def _facts(
-    stage: Episode, index: int, outcomes: Sequence[StopOutcome], *, is_endless: bool
+    episode: Episode, index: int, outcomes: Sequence[StopOutcome], *, is_endless: bool
 ) -> RobotFacts:
-    itinerary, status = stage.itineraries[index], stage.drivers[index].status()
+    itinerary, status = episode.itineraries[index], episode.drivers[index].status()
     ends = [(each.tick * CONTROL_PERIOD, each.duration) for each in outcomes if each.reached]
     asked = len(outcomes) if is_endless else itinerary.total
     return RobotFacts(
@@ -93,10 +93,10 @@ def counts_of(status: Status) -> dict[str, int]:
     return {name: getattr(status, names.get(name, name)) for name in COUNTERS}
 
 
-def _steady(stage: Episode, scenario: Scenario, reached: Sequence[StopOutcome]) -> Steady:
+def _steady(episode: Episode, scenario: Scenario, reached: Sequence[StopOutcome]) -> Steady:
     """Return what was finished after the warm-up: orders where there are any, else goals."""
-    if stage.orders is not None:
-        records = stage.orders.run.results(stage.world.sim_time)["orders"]
+    if episode.orders is not None:
+        records = episode.orders.run.results(episode.world.sim_time)["orders"]
         done = [(each["done"], each["lead_time"]) for each in records if each["done"] is not None]
         return steady_of(done, scenario.warm_up, scenario.duration, "orders")
     finished = [(outcome.tick * CONTROL_PERIOD, outcome.duration) for outcome in reached]
@@ -143,12 +143,12 @@ def conditions(options: RunOptions) -> dict[str, Any]:
     }
 
 
-def _unfinished(stage: Episode, alive: Collection[int]) -> list[UnfinishedGoal]:
+def _unfinished(episode: Episode, alive: Collection[int]) -> list[UnfinishedGoal]:
     """Return the goals that robots were under way to."""
     found = []
     for index in alive:
-        if not stage.itineraries[index].is_over:
-            status, goal = stage.drivers[index].status(), stage.itineraries[index].next_stop
+        if not episode.itineraries[index].is_over:
+            status, goal = episode.drivers[index].status(), episode.itineraries[index].next_stop
             state = f"{status.state} {status.detail}".strip()
-            found.append(UnfinishedGoal(stage.world.names[index], goal, state))
+            found.append(UnfinishedGoal(episode.world.names[index], goal, state))
     return found

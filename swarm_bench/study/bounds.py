@@ -14,23 +14,25 @@ from swarm_nav.planning.terrain import Terrain, terrain_for
 DETOUR = 1.0 / math.cos(math.pi / 8)  # most by which a way over 8 neighbours is longer
 
 
-def least_makespan(options: RunOptions, stage: Episode) -> float:
+def least_makespan(options: RunOptions, episode: Episode) -> float:
     """Return a time [s] that no method can beat.
 
     Each leg may begin and end a goal tolerance away from its stops; turns, acceleration and other
     robots take no time. Pauses count.
 
     Args:
-        stage: Homes and stops of all robots.
+        episode: Homes and stops of all robots.
     """
     specs = [robot_named(model) for model in options.scenario.models(options.robots)]
     inscribed = min(spec.inscribed_radius for spec in specs)
     config = nav_config(options, specs[0])
-    terrain = terrain_for(stage.grid, config.planner, config.costmap, specs[0].circumscribed_radius)
+    terrain = terrain_for(
+        episode.grid, config.planner, config.costmap, specs[0].circumscribed_radius
+    )
     ways = _Ways(terrain, inscribed)
     slack = 2.0 * (config.goal_checker.xy_goal_tolerance + terrain.lattice.step)
     longest = 0.0
-    for index, (home, route) in enumerate(zip(stage.homes_map, stage.stops, strict=True)):
+    for index, (home, route) in enumerate(zip(episode.homes_map, episode.stops, strict=True)):
         place, time = (home.x, home.y), 0.0
         for number, stop in enumerate(route):
             goal = (stop.pose_map.x, stop.pose_map.y)

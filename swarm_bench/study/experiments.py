@@ -82,7 +82,7 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
         plain = Cell(scenario=self.scenario, robots=self.robots, lidar=self.lidar)
         return plain.name
 
-    def stage(self) -> Scenario:
+    def loaded_scenario(self) -> Scenario:
         """Return the scenario.
 
         Raises:
@@ -116,7 +116,7 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
             raise ConfigError(f"{self.name}: until is {self.until:g}; expected more than at")
         if self.blocked and (len(self.blocked) != 4 or not self.lidar):
             raise ConfigError(f"{self.name}: blocked is [x, y, width, depth], and needs lidar")
-        self.stage()
+        self.loaded_scenario()
 
 
 class Experiment(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -153,7 +153,7 @@ class StudyRun:
         plain = {name: value for name, value in self.settings if not is_constant(name)}
         central = {n.partition(".")[2]: v for n, v in plain.items() if n.startswith("central.")}
         return RunOptions(
-            scenario=self.cell.stage(),
+            scenario=self.cell.loaded_scenario(),
             robots=self.cell.robots,
             seed=self.seed,
             method=self.method,

@@ -11,7 +11,6 @@ from typing import Any
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness, InjectedFaults
 from swarm_bench.runs.origin import bench_edition
-from swarm_bench.runs.result import RunResult
 from swarm_bench.study.bounds import least_makespan
 from swarm_bench.study.experiments import Settings, StudyRun, is_constant, settings_text
 from swarm_bench.study.lines import STEP, StudyLine
@@ -20,6 +19,7 @@ from swarm_common.model.errors import WorldError
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_common.model.shapes import Box, Part, transform_from_xyz_rpy
 from swarm_describe.worlds.scene import Body
+from swarm_run.record.run_record import RunRecord
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.object_placement import check_object_place
 from swarm_sim.world.world import World
@@ -41,14 +41,14 @@ def run_one(item: tuple[StudyRun, RunOptions]) -> StudyLine:
     run, options = item
     cell = run.cell
     with _constants(run.settings):
-        stage = build(options, world_class=ChangingWorld if cell.blocked else World)
+        episode = build(options, world_class=ChangingWorld if cell.blocked else World)
         is_lifelong = options.scenario.duration > 0.0
-        bound = None if cell.dead or is_lifelong else least_makespan(options, stage)
-        if stage.centre is not None and cell.outage:
+        bound = None if cell.dead or is_lifelong else least_makespan(options, episode)
+        if episode.centre is not None and cell.outage:
             first, end = cell.span()
-            stage.centre.outage = first, end - 1
+            episode.centre.outage = first, end - 1
         harness = _BlockedHarness if cell.blocked else Harness
-        result = harness(options, stage=stage, faults=run.faults(), **_box(run)).run()
+        result = harness(options, episode=episode, faults=run.faults(), **_box(run)).run()
     centre, steady = result.centre, result.steady
     radio = BEACON_SIZE / CONTROL_PERIOD
     if centre is not None:
@@ -83,7 +83,7 @@ def run_one(item: tuple[StudyRun, RunOptions]) -> StudyLine:
     )
 
 
-def _orders(result: RunResult) -> tuple[list[int] | None, list[int] | None]:
+def _orders(result: RunRecord) -> tuple[list[int] | None, list[int] | None]:
     """Return how many orders came and were done in each `STEP` of the run."""
     if result.orders is None:
         return None, None
@@ -124,13 +124,13 @@ class _BlockedHarness(Harness):
         self,
         options: Any,
         *,
-        stage: Any,
+        episode: Any,
         faults: InjectedFaults,
         box: Sequence[float],
         first: int,
         end: int,
     ) -> None:
-        super().__init__(options, stage=stage, faults=faults)
+        super().__init__(options, episode=episode, faults=faults)
         x, y, width, depth = box
         part = Part(Box((width, depth, HEIGHT)), transform_from_xyz_rpy(0, 0, 0, 0, 0, 0))
         place = transform_from_xyz_rpy(x, y, 0.5 * HEIGHT, 0, 0, 0)
@@ -139,7 +139,7 @@ class _BlockedHarness(Harness):
         self._place = -1
 
     def advance(self) -> bool:
-        world = self.stage.world
+        world = self.episode.world
         assert isinstance(world, ChangingWorld)
         first, end = self._span
         if self._place < 0 and first <= world.tick < end:

@@ -16,7 +16,7 @@ from swarm_bench.execution.executor import AUTO, executor, share_of
 from swarm_bench.execution.sweep import bar
 from swarm_bench.runs.document import check_part, replace_part
 from swarm_bench.runs.machine import machine_line
-from swarm_bench.runs.result import FailedRun, RunResult
+from swarm_bench.runs.result import FailedRun
 from swarm_bench.suite.report import traffic_report
 from swarm_bench.suite.selection import (
     SUITE,
@@ -30,6 +30,7 @@ from swarm_bench.suite.sweep import RunSweep, read_results
 from swarm_bench.suite.table import summary_table
 from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError
+from swarm_run.record.run_record import RunRecord
 
 MISSED = 1
 REFUSED = 2
@@ -193,7 +194,7 @@ def report_traffic(
     _write_report(results, output, machine or machine_line())
 
 
-def _write_report(results: Sequence[RunResult], output: Path, machine: str) -> None:
+def _write_report(results: Sequence[RunRecord], output: Path, machine: str) -> None:
     """Write the part `suite` of a document, or a document of nothing else if there is none yet."""
     text = traffic_report(results, machine, shlex.join(["swarm-bench", *sys.argv[1:]]))
     try:
@@ -206,7 +207,7 @@ def _write_report(results: Sequence[RunResult], output: Path, machine: str) -> N
 
 def run_and_exit(
     sweeps: Sequence[RunSweep],
-    write: Callable[[list[RunResult]], None] = lambda _: None,
+    write: Callable[[list[RunRecord]], None] = lambda _: None,
 ) -> None:
     """Check and run sweeps, print the table, and exit with `MISSED` unless all runs are flawless.
 
@@ -223,7 +224,7 @@ def run_and_exit(
     """
     for sweep in sweeps:
         sweep.check()
-    console, results, failed = new_console(), list[RunResult](), list[FailedRun]()
+    console, results, failed = new_console(), list[RunRecord](), list[FailedRun]()
     total = sum(len(sweep.items) for sweep in sweeps)
     for sweep in sweeps:
         sweep.results, sweep.failed = results, failed  # of all
@@ -241,7 +242,7 @@ def run_and_exit(
     end_unless_flawless(failed, results)
 
 
-def end_unless_flawless(failed: Sequence[FailedRun], results: Sequence[RunResult]) -> None:
+def end_unless_flawless(failed: Sequence[FailedRun], results: Sequence[RunRecord]) -> None:
     """Exit with what became of runs.
 
     Raises:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import ENGINE as ROS
 from swarm_bench.suite.summary import Row, summarise
 from swarm_bench.suite.table import COLUMNS
 from swarm_bench.tables import BenchTable, contacts_text
+from swarm_run.record.run_record import RunRecord
 
 OURS = "ours"
 MOST_TOLD = 20  # flaws that are listed one by one
@@ -61,7 +61,7 @@ FLAWS = """
 """
 
 
-def traffic_report(results: Sequence[RunResult], machine: str, command: str) -> str:
+def traffic_report(results: Sequence[RunRecord], machine: str, command: str) -> str:
     """Return the document.
 
     Args:

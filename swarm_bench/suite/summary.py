@@ -7,21 +7,21 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from swarm_bench.runs.episode import RunOptions
-from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.result_builder import conditions
 from swarm_bench.runs.scenario import Scenario, Target, load_scenario, scenario_names
 from swarm_bench.statistics import bootstrap_mean
+from swarm_run.record.run_record import RunRecord
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
     """The runs of one scenario, method, engine, size and set of conditions."""
 
-    runs: tuple[RunResult, ...]  # at least one, in order of seeds
+    runs: tuple[RunRecord, ...]  # at least one, in order of seeds
     scenario: Scenario | None  # as shipped; None for one of the user's
 
     @property
-    def first(self) -> RunResult:
+    def first(self) -> RunRecord:
         """The first run; used for the properties that all runs share."""
         return self.runs[0]
 
@@ -135,7 +135,7 @@ class Row:
         """Return the sum of a counter over the runs.
 
         Args:
-            name: A field of `RunResult`; None counts as 0.
+            name: A field of `RunRecord`; None counts as 0.
         """
         return sum(getattr(run, name) or 0 for run in self.runs)
 
@@ -143,7 +143,7 @@ class Row:
         """Return the smallest value of a field in any run, None if no run has one.
 
         Args:
-            name: A field of `RunResult`.
+            name: A field of `RunRecord`.
         """
         return min(self._values(name), default=None)
 
@@ -151,7 +151,7 @@ class Row:
         """Return the largest value of a field in any run, None if no run has one.
 
         Args:
-            name: A field of `RunResult`.
+            name: A field of `RunRecord`.
         """
         return max(self._values(name), default=None)
 
@@ -159,7 +159,7 @@ class Row:
         """Return the median over the runs of a field, None if no run has one.
 
         Args:
-            name: A field of `RunResult`.
+            name: A field of `RunRecord`.
         """
         values = self._values(name)
         return statistics.median(values) if values else None
@@ -169,9 +169,9 @@ class Row:
         return [value for value in values if value is not None]
 
 
-def summarise(results: Iterable[RunResult]) -> list[Row]:
+def summarise(results: Iterable[RunRecord]) -> list[Row]:
     """Return a row per scenario, method, engine, size and conditions, in order of appearance."""
-    groups: dict[tuple[object, ...], list[RunResult]] = {}
+    groups: dict[tuple[object, ...], list[RunRecord]] = {}
     for result in results:
         key = (
             result.scenario,

@@ -19,18 +19,19 @@ from swarm_bench.runs.fingerprint import gathered, load_inputs
 from swarm_bench.runs.harness import run
 from swarm_bench.runs.inputs import Gathered, Pack, digest_of, packed
 from swarm_bench.runs.origin import bench_edition, here
-from swarm_bench.runs.result import FailedRun, RunResult, line_from_json
+from swarm_bench.runs.result import FailedRun, line_from_json
 from swarm_bench.runs.result_builder import conditions, identity
 from swarm_bench.runs.ros_run import ENGINE as ROS
 from swarm_bench.runs.ros_run import run_on_graph
 from swarm_bench.suite.table import failure_line, run_line
 from swarm_common.model.errors import ConfigError
+from swarm_run.record.run_record import RunRecord
 
-Outcome = RunResult | FailedRun
-Runner = Callable[[RunOptions], RunResult]
+Outcome = RunRecord | FailedRun
+Runner = Callable[[RunOptions], RunRecord]
 Key = tuple[Any, ...]
 Full = tuple[Key, str, str]  # key, hash of the inputs, edition
-Line = tuple[str, RunResult]  # its place and the result
+Line = tuple[str, RunRecord]  # its place and the result
 COMMAND = "swarm-bench traffic"
 # What the machine decides, and not the run.
 OF_MACHINE = ("wall_time", "tick_us_median", "tick_us_p99", "cpu_ms_per_robot_second", "origin")
@@ -71,7 +72,7 @@ def full_key_of(result: Outcome) -> Full:
     return key_of(result), origin.inputs if origin else "", origin.edition if origin else ""
 
 
-class RunSweep(Sweep[RunOptions, RunResult]):
+class RunSweep(Sweep[RunOptions, RunRecord]):
     """Runs of the bench or on the ROS graph; `failed` has those without a result."""
 
     def __init__(
@@ -118,15 +119,15 @@ class RunSweep(Sweep[RunOptions, RunResult]):
         for item in self.items:
             self._inputs_of(item)
 
-    def known(self) -> tuple[dict[Any, RunResult], str]:
+    def known(self) -> tuple[dict[Any, RunRecord], str]:
         """Return the results that the file has of these runs, and a remark about others."""
         if self._any_code:
             found, told = super().known()
-            return {key: line for key, line in found.items() if isinstance(line, RunResult)}, told
+            return {key: line for key, line in found.items() if isinstance(line, RunRecord)}, told
         wanted = {self._full_key(item) for item in self.items}
         names = {key for key, _, _ in wanted}
         lines = once(lines_of(self.store))
-        known: dict[Any, RunResult] = {}
+        known: dict[Any, RunRecord] = {}
         others = 0
         for full, (_, result) in lines.items():
             if full in wanted:
@@ -146,7 +147,7 @@ class RunSweep(Sweep[RunOptions, RunResult]):
             failed = FailedRun(**named, error=done.error, origin=origin, refused=done.is_refused)
             self.failed.append(failed)
             return failed, failure_line(failed)
-        result: RunResult = replace(done.value, origin=origin)
+        result: RunRecord = replace(done.value, origin=origin)
         self.results.append(result)
         return result, run_line(result)
 
@@ -167,7 +168,7 @@ class RunSweep(Sweep[RunOptions, RunResult]):
 
 def lines_of(store: Store[Outcome]) -> list[Line]:
     """Return the results in a store with their places, also those that occur twice."""
-    return [(place, line) for place, line in store.read() if isinstance(line, RunResult)]
+    return [(place, line) for place, line in store.read() if isinstance(line, RunRecord)]
 
 
 def once(lines: Iterable[Line]) -> dict[Full, Line]:
@@ -181,7 +182,7 @@ def once(lines: Iterable[Line]) -> dict[Full, Line]:
         first = kept.setdefault(full_key_of(line[1]), line)
         names = [
             name
-            for name in RunResult.__struct_fields__
+            for name in RunRecord.__struct_fields__
             if name not in OF_MACHINE and getattr(first[1], name) != getattr(line[1], name)
         ]
         if names:
@@ -192,7 +193,7 @@ def once(lines: Iterable[Line]) -> dict[Full, Line]:
     return kept
 
 
-def read_results(*paths: Path) -> list[RunResult]:
+def read_results(*paths: Path) -> list[RunRecord]:
     """Return the results in files, each run once.
 
     Raises:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from swarm_bench.runs.result import FailedRun, RunResult
+from swarm_bench.runs.result import FailedRun
 from swarm_bench.suite.summary import Row, summarise
 from swarm_bench.tables import BenchTable, number
+from swarm_run.record.run_record import RunRecord
 
 COLUMNS: dict[str, Callable[[Row], str]] = {
     "scenario": lambda row: row.label,
@@ -49,7 +50,7 @@ NOT_ON_TERMINAL = {
 }
 
 
-def run_line(result: RunResult) -> str:
+def run_line(result: RunRecord) -> str:
     """Return one line about one run."""
     text = (
         f"{result.scenario} {result.method} {result.engine} {result.robots} robots "
@@ -76,7 +77,7 @@ def run_line(result: RunResult) -> str:
     return "; ".join([text, *filter(None, notes)])
 
 
-def _standing(result: RunResult) -> str:
+def _standing(result: RunRecord) -> str:
     """Return what the simulator saw; on the ROS graph what the robots say."""
     seen = result.ground_truth
     if seen is None:
@@ -98,7 +99,7 @@ def failure_line(failed: FailedRun) -> str:
     )
 
 
-def summary_table(results: Sequence[RunResult]) -> BenchTable:
+def summary_table(results: Sequence[RunRecord]) -> BenchTable:
     """Return the table of a sweep.
 
     Args:

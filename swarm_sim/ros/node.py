@@ -33,21 +33,21 @@ def main() -> int:
         settings = read_settings(options.config)
         with without_collector():
             load_numba()
-            stage = build(settings)
+            setup = build(settings)
     except SwarmError as error:
         events.write(Refused(str(error)))
         sys.stderr.write(f"{error}\n")
         return 2
-    for note in stage.scene.notes:
+    for note in setup.scene.notes:
         events.write(Note(note))
-    poses = [(pose.x, pose.y, pose.yaw) for pose in stage.poses_map]
-    events.write(WorldBuilt(poses, map_digest(stage.grid), list(stage.unseen)))
+    poses = [(pose.x, pose.y, pose.yaw) for pose in setup.poses_map]
+    events.write(WorldBuilt(poses, map_digest(setup.grid), list(setup.unseen)))
     ros_env.set_defaults()
     robots = len(settings.robots)
     profile = options.config.resolve().with_suffix(".xml")
     is_large = prepare(robots, settings.processes or robots, profile)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    node = WorldNode(stage, settings, events, is_large=is_large)
+    node = WorldNode(setup, settings, events, is_large=is_large)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: node.stop())
     if options.control_fd is not None:

@@ -83,11 +83,11 @@ def _whole(values: FloatArray) -> NDArray[np.int64]:
     return np.rint(np.nan_to_num(values) * THOUSANDTHS).astype(np.int64)
 
 
-def begin_trace(folder: Path, stage: WorldSetup) -> Trace:
+def begin_trace(folder: Path, setup: WorldSetup) -> Trace:
     """Write the map that the robots get into a folder, and begin the time series beside it."""
-    world = stage.world
+    world = setup.world
     try:
-        save_map(stage.grid, folder / MAP_FILE)
+        save_map(setup.grid, folder / MAP_FILE)
         ticks = TrajectoryWriter(folder / TRAJECTORY_FILE)
         trace = Trace(Journal(folder / SERIES_FILE), world.names, ticks)
     except OSError as cause:

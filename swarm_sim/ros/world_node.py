@@ -72,18 +72,18 @@ class WorldNode:
     """Runs the world in step with the robots. Use `run`, then `finish`."""
 
     def __init__(
-        self, stage: WorldSetup, settings: Settings, events: EventWriter, *, is_large: bool = False
+        self, setup: WorldSetup, settings: Settings, events: EventWriter, *, is_large: bool = False
     ) -> None:
         """Create all topics; rclpy must be initialised."""
-        self._world = stage.world
+        self._world = setup.world
         self._settings = settings
         self._events = events
         self._tick = 0
-        self._told = set(stage.scene.notes)
+        self._told = set(setup.scene.notes)
         self._is_stopped = False
         self._is_speed_new = False
         self.is_over = False
-        self._barrier = Barrier(len(stage.specs), settings.wall_limit, not settings.free_run)
+        self._barrier = Barrier(len(setup.specs), settings.wall_limit, not settings.free_run)
         self._barrier.is_held = settings.held
         speed = settings.speed if settings.speed or not settings.free_run else 1.0
         for index, robot in enumerate(settings.robots):
@@ -101,7 +101,7 @@ class WorldNode:
         self._trace: Trace | None = None
         self._replay: RunTrace | None = None
         if settings.trace_dir is not None:
-            self._trace = begin_trace(Path(settings.trace_dir), stage)
+            self._trace = begin_trace(Path(settings.trace_dir), setup)
             self._replay = RunTrace(Path(settings.trace_dir))
         self._node = _create_node()
         self._faults = FaultLog("message")
@@ -111,25 +111,25 @@ class WorldNode:
         make = self._node.create_publisher
         self._clock = make(Clock, "/clock", ros_io.RELIABLE)
         self._map = make(OccupancyGrid, "/map", ros_io.LATCHED)
-        grid = ros_io.grid_msg(stage.grid, 0)
+        grid = ros_io.grid_msg(setup.grid, 0)
         self._map.publish(grid)
         if self._replay is not None:
             self._replay.write(TOPICS["/map"], 0, serialize_message(grid))
-        self._reporter = Reporter(self._node, stage.world, self._barrier, events, self._replay)
+        self._reporter = Reporter(self._node, setup.world, self._barrier, events, self._replay)
         foreigners = Foreigners(self._rejections, events)
         self._links = Links(
-            self._node, stage, settings, self._barrier, foreigners, is_large=is_large
+            self._node, setup, settings, self._barrier, foreigners, is_large=is_large
         )
-        for name, urdf in zip(self._links.names, stage.urdfs, strict=True):
+        for name, urdf in zip(self._links.names, setup.urdfs, strict=True):
             self._keep_description(name, urdf)
-        self._scenery = ScenePublisher(self._node, stage.scene, stage.world, self._replay)
+        self._scenery = ScenePublisher(self._node, setup.scene, setup.world, self._replay)
         self._robots = RobotRegistry(
-            stage.world, stage.grid, stage.poses_map, settings.spawn, settings.names
+            setup.world, setup.grid, setup.poses_map, settings.spawn, settings.names
         )
-        objects = ObjectRegistry(stage.world, settings.names)
-        reach = PlacementArea.of(stage.grid)
+        objects = ObjectRegistry(setup.world, settings.names)
+        reach = PlacementArea.of(setup.grid)
         self._entities = Entities(self._node, self._robots, objects, reach, self, self._rejections)
-        Inquiries(self._node, stage.world, self._robots, objects, self._rejections)
+        Inquiries(self._node, setup.world, self._robots, objects, self._rejections)
         self._moves = Moves(self._node)
         self._state = RunState(is_paused=settings.paused)
         self._services = Control(self._node, self._state, speed, self._set_speed)

@@ -13,7 +13,6 @@ from scipy import ndimage
 from swarm_bench.runs.episode import Episode, RunOptions
 from swarm_bench.runs.harness import Harness, InjectedFaults, Watcher
 from swarm_bench.runs.methods import load_method
-from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose
@@ -21,6 +20,7 @@ from swarm_common.model.sites import Sites
 from swarm_describe.worlds.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
 from swarm_mission.itinerary import Itinerary
 from swarm_mission.leg import Stop
+from swarm_run.record.run_record import RunRecord
 from swarm_sim.maps.draw_map import draw_world
 from swarm_sim.sensing.radio import RadioConfig
 from swarm_sim.world.world import World, WorldConfig
@@ -93,15 +93,15 @@ class Party:
             delay=self.delay, time_limit={count: self.limit}, stall_limit=self.limit,
         )  # fmt: skip
         options = RunOptions(scenario=scenario, robots=count, seed=self.seed)
-        return Harness(options, on_tick=on_tick, faults=faults, stage=self._stage())
+        return Harness(options, on_tick=on_tick, faults=faults, episode=self._episode())
 
     def run(
         self, on_tick: Watcher | None = None, faults: InjectedFaults | None = None
-    ) -> RunResult:
+    ) -> RunRecord:
         """Run until all goals are reached, or to the limit."""
         return self.harness(on_tick, faults).run()
 
-    def _stage(self) -> Episode:
+    def _episode(self) -> Episode:
         spec, parameters = waffle(), without_lidar(config(**self.changes))
         scene = scene_of(self.bars)
         grid = draw_world(scene)

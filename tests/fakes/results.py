@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from swarm_bench.runs.result import RunResult
+from swarm_run.record.run_record import RunRecord
 
 FIELDS: dict[str, Any] = {
     "scenario": "slim_blockage", "method": "ours", "robots": 20, "seed": 0, "engine": "planar",
@@ -18,6 +18,6 @@ FIELDS: dict[str, Any] = {
 }  # fmt: skip
 
 
-def result(**changes: Any) -> RunResult:
+def result(**changes: Any) -> RunRecord:
     """Return a flawless result but for the given fields."""
-    return RunResult(**(FIELDS | changes))
+    return RunRecord(**(FIELDS | changes))

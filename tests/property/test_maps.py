@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from swarm_bench.runs.harness import InjectedFaults
-from swarm_bench.runs.result import RunResult
+from swarm_run.record.run_record import RunRecord
 from swarm_sim.maps.draw_map import draw_world
 from tests.fakes.party import Bar, Party, bars_of_room, draw_places, scene_of
 
@@ -77,7 +77,7 @@ class Map:
             loss=self.loss, delay=self.delay, limit=400.0,
         )  # fmt: skip
 
-    def run(self) -> RunResult:
+    def run(self) -> RunRecord:
         faults = None if self.death is None else InjectedFaults(dead={0: self.death})
         return self.party.run(faults=faults)
 
@@ -103,7 +103,7 @@ deadly = st.builds(
 )
 
 
-def check_is_safe(result: RunResult) -> None:
+def check_is_safe(result: RunRecord) -> None:
     assert (result.robot_robot, result.robot_world) == (0, 0), result.first_collision
     assert result.keeps_apart, result.breach
 

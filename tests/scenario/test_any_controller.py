@@ -64,14 +64,14 @@ class Monkey:
 @pytest.mark.parametrize(("scenario", "robots"), [("crossing", 24), ("mixed_fleet", 8)])
 def test_no_controller_touches_anything(scenario, robots, make):
     harness = Harness(RunOptions(scenario=load_scenario(scenario), robots=robots, seed=5))
-    for seed, driver in enumerate(harness.stage.drivers):
+    for seed, driver in enumerate(harness.episode.drivers):
         driver._pilot = Monkey(make, driver.reservation_config.controller, seed)  # type: ignore[attr-defined]
     try:
         for _ in range(300):
             harness.advance()
-        assert list(harness.stage.world.collisions) == []
-        allowed = least_slack(harness.stage.drivers)
+        assert list(harness.episode.world.collisions) == []
+        allowed = least_slack(harness.episode.drivers)
         assert allowed is not None
         assert harness.invariant.slack >= allowed
     finally:
-        harness.stage.world.close()
+        harness.episode.world.close()

@@ -30,13 +30,13 @@ def least_of(habit: Habit, cell: tuple[str, int], seed: int, ticks: int) -> floa
         for _ in range(ticks):
             if not harness.advance():
                 break
-        allowed = least_slack(harness.stage.drivers)
+        allowed = least_slack(harness.episode.drivers)
         assert allowed == pytest.approx(-0.094)
-        assert list(harness.stage.world.collisions) == [], (habit, cell, seed)
+        assert list(harness.episode.world.collisions) == [], (habit, cell, seed)
         assert harness.invariant.slack >= allowed, (habit, cell, seed, harness.invariant.breach)
         return harness.invariant.slack
     finally:
-        harness.stage.world.close()
+        harness.episode.world.close()
 
 
 def test_a_controller_that_backs_up_keeps_the_margin():

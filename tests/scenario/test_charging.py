@@ -11,8 +11,8 @@ import pytest
 
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
-from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario
+from swarm_run.record.run_record import RunRecord
 from tests.fakes.charging import hall_with_chargers, waffle_with_battery
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -21,7 +21,7 @@ LIMIT = 2500.0  # [s] of simulated time
 
 def bench(
     folder: Path, robots: int, seed: int, engine: str = "planar", **scenario: Any
-) -> RunResult:
+) -> RunRecord:
     world, robot = hall_with_chargers(folder), waffle_with_battery(folder)
     chosen = Scenario(
         name="charging", world=str(world), robot=str(robot), robots=(robots,),

@@ -9,12 +9,12 @@ from PIL import Image
 
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
-from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario, load_scenario
 from swarm_common.files.map_io import load_map, map_path, save_map
 from swarm_common.model.grid import Grid
 from swarm_map.map_command import map_app
 from swarm_run.command_line import run_app
+from swarm_run.record.run_record import RunRecord
 from tests.unit.swarm_sim.test_mesh_soups import double_faced, room
 
 SITES = """stations: {west: [-2.0, 0.0, 3.1416], east: [2.0, 0.0, 0.0]}
@@ -38,7 +38,7 @@ def mesh(name: str, place: str) -> str:
     return MODEL.format(name, f"{place} 0 0 0", f"<mesh><uri>{name}.stl</uri></mesh>")
 
 
-def driven(folder: Path, models: str, robots: int = 4, engine: str = "bullet") -> RunResult:
+def driven(folder: Path, models: str, robots: int = 4, engine: str = "bullet") -> RunRecord:
     """Let robots go to two stations and home in a world of these models."""
     world = folder / "world.sdf"
     world.write_text(f"<sdf version='1.7'><world name='w'>{models}</world></sdf>")
@@ -50,7 +50,7 @@ def driven(folder: Path, models: str, robots: int = 4, engine: str = "bullet") -
     return run(RunOptions(scenario=scenario, robots=robots, engine=engine))
 
 
-def check(result: RunResult) -> None:
+def check(result: RunRecord) -> None:
     assert (result.robot_robot, result.robot_world) == (0, 0), result.first_collision
     assert result.is_flawless
 

@@ -8,11 +8,11 @@ import yaml
 
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import run
-from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.ros_run import run_on_graph
 from swarm_bench.runs.scenario import load_scenario
 from swarm_common.files.map_io import map_path
 from swarm_describe.worlds.world_file import find_world
+from swarm_run.record.run_record import RunRecord
 
 ROBOTS = 20
 ZONES = {
@@ -53,7 +53,7 @@ def options(folder: Path, seed: int) -> RunOptions:
     return RunOptions(scenario=load_scenario(str(folder / "zones.yaml")), robots=ROBOTS, seed=seed)
 
 
-def check(result: RunResult) -> None:
+def check(result: RunRecord) -> None:
     assert result.is_flawless, (result.first_miss, result.first_collision)
     assert result.zones is not None
     counts = {name: value for name, value in result.zones.items() if name != "first"}

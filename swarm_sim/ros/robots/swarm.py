@@ -35,7 +35,7 @@ class Links:
     def __init__(
         self,
         node: Node,
-        stage: WorldSetup,
+        setup: WorldSetup,
         settings: Settings,
         barrier: Barrier,
         foreigners: Foreigners,
@@ -52,15 +52,15 @@ class Links:
         self._number_of = settings.names.number_of
         self._barrier = barrier
         self._foreigners = foreigners
-        robots = len(stage.specs)
+        robots = len(setup.specs)
         self._hubs = Hubs(node, robots, is_large=is_large, with_gallery=True)
         self._waiter = Waiter(node.context)
         self._links: list[RobotLink] = []
         self._hosts = Hosts(node)
         self._opened_at = self._answer_at = 0.0  # wall time of the tick, and of its last answer
-        self._world = stage.world
+        self._world = setup.world
         for index, entry in enumerate(settings.robots):
-            self.add(index, entry.name, stage.specs[index], stage.urdfs[index])
+            self.add(index, entry.name, setup.specs[index], setup.urdfs[index])
 
     @property
     def names(self) -> list[str]:

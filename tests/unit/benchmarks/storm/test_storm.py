@@ -59,21 +59,21 @@ def test_a_failure_begins_and_ends_when_it_is_to():
         Fault(2, Failure.MUTE, 20, 60), Fault(3, Failure.DEAF, 20, FOR_EVER),
         Fault(4, Failure.KILLED, 30, FOR_EVER),
     )  # fmt: skip
-    drivers = list(storm.stage.drivers)
-    while storm.stage.world.tick < 50:
+    drivers = list(storm.episode.drivers)
+    while storm.episode.world.tick < 50:
         assert storm.advance()
-    before = storm.stage.world.poses.copy()
-    heard = {int(beacon["id"]) for beacon in storm.stage.world.observe()[5].neighbors}
+    before = storm.episode.world.poses.copy()
+    heard = {int(beacon["id"]) for beacon in storm.episode.world.observe()[5].neighbors}
     storm.advance()
     assert not heard & {1, 2, 3, 5}
-    assert np.allclose(before[[0, 1, 4]], storm.stage.world.poses[[0, 1, 4]], atol=1e-3)
+    assert np.allclose(before[[0, 1, 4]], storm.episode.world.poses[[0, 1, 4]], atol=1e-3)
     assert drivers[3].status().detail.startswith("stands")
-    while storm.stage.world.tick < 80:
+    while storm.episode.world.tick < 80:
         storm.advance()
-    assert storm.stage.drivers[0] is not drivers[0]
-    assert storm.stage.drivers[1:] == drivers[1:]
-    pose = storm.stage.drivers[0].status().pose_map
-    assert np.allclose((pose.x, pose.y), storm.stage.world.poses[0, :2], atol=0.02)
+    assert storm.episode.drivers[0] is not drivers[0]
+    assert storm.episode.drivers[1:] == drivers[1:]
+    pose = storm.episode.drivers[0].status().pose_map
+    assert np.allclose((pose.x, pose.y), storm.episode.world.poses[0, :2], atol=0.02)
 
 
 def test_only_contacts_in_which_a_robot_that_lives_moves_are_held_against_it():
@@ -89,9 +89,9 @@ def test_only_contacts_in_which_a_robot_that_lives_moves_are_held_against_it():
 def test_a_goal_that_lies_on_a_dead_robot_is_barred_and_not_owed():
     storm = calm(Fault(0, Failure.KILLED, 10, FOR_EVER))
     storm._die(20)
-    goal = storm.stage.stops[1][0]
+    goal = storm.episode.stops[1][0]
     assert storm._leads(storm._regions(storm._stuck()), 1, goal)
-    storm.stage.world.place(0, goal.pose_map)
+    storm.episode.world.place(0, goal.pose_map)
     assert not storm._leads(storm._regions(storm._stuck()), 1, goal)
 
 
@@ -102,7 +102,7 @@ def test_crates_are_put_down_although_a_goal_is_barred_already_and_bar_no_other(
     )  # fmt: skip
     storm = Storm(StormOptions("pillars", 2), plan)
     storm._die(11)
-    storm.stage.world.place(0, storm.stage.stops[1][0].pose_map)
+    storm.episode.world.place(0, storm.episode.stops[1][0].pose_map)
     before = storm._led_to(storm._stuck())
     assert (1, 0) not in before
     for tick in range(20, 80, 10):
@@ -117,7 +117,7 @@ def test_a_storm_without_faults_is_a_run_like_any_other():
     for _ in range(150):
         storm.advance()
         plain.advance()
-    assert np.array_equal(storm.stage.world.poses, plain.stage.world.poses)
+    assert np.array_equal(storm.episode.world.poses, plain.episode.world.poses)
 
 
 def test_people_find_a_place_to_start_among_the_robots():

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from swarm_bench.capacity.curve import Curve, curve_of
 from swarm_bench.capacity.findings import comparison_sentences, knee_sentence, reason_sentence
 from swarm_bench.capacity.knee import find_knee
-from swarm_bench.runs.result import RunResult
 from swarm_bench.statistics import Interval, mean_of_runs
 from swarm_run.record.figures import steady_of
-from swarm_run.record.run_record import GroundTruth, StationShare
+from swarm_run.record.run_record import GroundTruth, RunRecord, StationShare
 from tests.fakes.results import result
 
 
@@ -71,7 +70,7 @@ def test_a_straight_line_has_no_knee():
     assert find_knee(sizes[:3], noisy[:3]) is None
 
 
-def run_of(robots: int, seed: int, finished: int, share: float, name: str = "dock") -> RunResult:
+def run_of(robots: int, seed: int, finished: int, share: float, name: str = "dock") -> RunRecord:
     """Return a run with a station in use for a share of the time."""
     truth = GroundTruth(
         stood_time=0.0, stood_worst=0.0, stood_share=0.5 if name == "" else 0.0, circles=0,

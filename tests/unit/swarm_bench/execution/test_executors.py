@@ -20,10 +20,10 @@ from swarm_bench.execution.processes import LocalExecutor
 from swarm_bench.execution.slurm_array import array_share
 from swarm_bench.execution.task import DIED
 from swarm_bench.runs.episode import RunOptions
-from swarm_bench.runs.result import RunResult
 from swarm_bench.runs.scenario import Scenario
 from swarm_bench.suite.sweep import RunSweep
 from swarm_common.model.errors import ConfigError
+from swarm_run.record.run_record import RunRecord
 
 QUIET = Console(quiet=True)
 POLITE = '''
@@ -95,7 +95,7 @@ def options_of(folder: Path, seeds: Sequence[int]) -> list[RunOptions]:
 
 def trajectories(results: Iterable[Any]) -> dict[int, str]:
     found = list(results)
-    assert [item.error for item in found if not isinstance(item, RunResult)] == []
+    assert [item.error for item in found if not isinstance(item, RunRecord)] == []
     assert all(item.origin.processor and item.origin.inputs for item in found)
     return {item.seed: item.trajectory_sha256 for item in found}
 

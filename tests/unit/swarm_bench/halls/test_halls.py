@@ -78,9 +78,9 @@ def test_a_hall_that_has_no_room_is_refused():
 
 def test_people_walk_and_fleets_are_mixed():
     assert len(hall_of(hall_runs([3], [5], DRAWN, "people")[0])[0].walkers) == 2
-    stage = build_hall(hall_runs([3], [5], DRAWN, "mixed")[0])
-    stage.world.close()
-    radii = {spec.circumscribed_radius for spec in stage.world.specs}
+    episode = build_hall(hall_runs([3], [5], DRAWN, "mixed")[0])
+    episode.world.close()
+    radii = {spec.circumscribed_radius for spec in episode.world.specs}
     assert len(radii) == 2
 
 

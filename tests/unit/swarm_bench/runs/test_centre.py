@@ -41,20 +41,20 @@ def test_all_goals_without_a_contact(tmp_path, radio):
 
 
 def test_robots_stand_within_what_they_were_given_while_the_centre_is_dead(tmp_path):
-    stage = build(options(tmp_path))
-    assert stage.centre is not None
-    stage.centre.outage = (50, 150)
-    harness = Harness(options(tmp_path), stage=stage)
+    episode = build(options(tmp_path))
+    assert episode.centre is not None
+    episode.centre.outage = (50, 150)
+    harness = Harness(options(tmp_path), episode=episode)
     places = []
     while harness.advance():
-        if stage.world.tick in (56, 75, 150):
-            places.append(np.array(stage.world.poses)[:, :2].copy())
+        if episode.world.tick in (56, 75, 150):
+            places.append(np.array(episode.world.poses)[:, :2].copy())
     assert np.allclose(places[1], places[2], atol=1e-3)
     moved = np.hypot(*(places[0] - places[1]).T)
     assert moved.max() < 0.3  # no farther than a lookahead, with its pieces
     assert harness.is_over  # it goes on once the centre is back
-    assert stage.world.verdict.robot_robot == 0
-    stage.world.close()
+    assert episode.world.verdict.robot_robot == 0
+    episode.world.close()
 
 
 def test_others_get_past_a_robot_that_died(tmp_path):
@@ -74,15 +74,15 @@ def test_lacam_plans_as_well(tmp_path):
 
 
 def test_a_robot_that_was_not_heard_at_first_joins_later(tmp_path):
-    stage = build(options(tmp_path))
-    assert stage.centre is not None
-    hears = stage.centre.team.observe
+    episode = build(options(tmp_path))
+    assert episode.centre is not None
+    hears = episode.centre.team.observe
 
     def deaf_to_the_first(tick: int, states: Sequence[RobotReport]) -> None:
         hears(tick, [report for report in states if report.robot_id != 1 or tick > 80])
 
-    stage.centre.team.observe = deaf_to_the_first  # type: ignore[method-assign]
-    result = Harness(options(tmp_path), stage=stage).run()
+    episode.centre.team.observe = deaf_to_the_first  # type: ignore[method-assign]
+    result = Harness(options(tmp_path), episode=episode).run()
     assert result.goals_reached == result.goals_sent
 
 
@@ -101,52 +101,52 @@ def test_our_navigators_reach_all_goals_under_a_centre(tmp_path, radio):
 
 def test_led_robots_stand_within_what_they_hold_while_the_centre_is_dead(tmp_path):
     chosen = under_reservation(tmp_path)
-    stage = build(chosen)
-    assert stage.centre is not None
-    stage.centre.outage = (60, 160)
-    harness = Harness(chosen, stage=stage)
+    episode = build(chosen)
+    assert episode.centre is not None
+    episode.centre.outage = (60, 160)
+    harness = Harness(chosen, episode=episode)
     places = []
     while harness.advance():
-        if stage.world.tick == 161:  # another one is started in its place
-            stage.centre.team = ReservationCentre(
-                nav_config(chosen, stage.world.specs[0]), stage.world.specs, stage.grid,
-                stage.sites, first_command=70,
+        if episode.world.tick == 161:  # another one is started in its place
+            episode.centre.team = ReservationCentre(
+                nav_config(chosen, episode.world.specs[0]), episode.world.specs, episode.grid,
+                episode.sites, first_command=70,
             )  # fmt: skip
-        if stage.world.tick in (62, 110, 160):
-            places.append(np.array(stage.world.poses)[:, :2].copy())
-        if stage.world.tick == 160:
-            told = [driver.status() for driver in stage.drivers]
+        if episode.world.tick in (62, 110, 160):
+            places.append(np.array(episode.world.poses)[:, :2].copy())
+        if episode.world.tick == 160:
+            told = [driver.status() for driver in episode.drivers]
     assert np.allclose(places[1], places[2], atol=1e-3)
     assert np.hypot(*(places[0] - places[1]).T).max() < 0.8  # a lookahead, with its pieces
     assert "for the centre" in {status.detail for status in told if status.state == "waiting"}
     assert harness.is_over
-    assert stage.world.verdict.robot_robot == 0
-    stage.world.close()
+    assert episode.world.verdict.robot_robot == 0
+    episode.world.close()
 
 
 def test_with_fallback_robots_go_on_alone_and_come_back_under_the_centre(tmp_path):
     chosen = under_reservation(tmp_path, **{"traffic.coordination": "central-with-fallback"})
-    stage = build(chosen)
-    assert stage.centre is not None
-    stage.centre.outage = (60, 160)
-    harness = Harness(chosen, stage=stage)
+    episode = build(chosen)
+    assert episode.centre is not None
+    episode.centre.outage = (60, 160)
+    harness = Harness(chosen, episode=episode)
     led = {}
     while harness.advance():
-        heard = [driver.report().heard > 0 for driver in stage.drivers]  # type: ignore[attr-defined]
-        led[stage.world.tick] = sum(heard)
+        heard = [driver.report().heard > 0 for driver in episode.drivers]  # type: ignore[attr-defined]
+        led[episode.world.tick] = sum(heard)
     assert led[50] == 4
     assert led[100] == 0
     assert max(led[tick] for tick in led if tick > 170) == 4
     assert harness.is_over
-    assert stage.world.verdict.robot_robot == 0
-    stage.world.close()
+    assert episode.world.verdict.robot_robot == 0
+    episode.world.close()
 
 
 def test_with_a_centre_that_never_comes_robots_go_alone(tmp_path):
     chosen = under_reservation(tmp_path, **{"traffic.coordination": "central-with-fallback"})
-    stage = build(chosen)
-    stage.centre = None
-    result = Harness(chosen, stage=stage).run()
+    episode = build(chosen)
+    episode.centre = None
+    result = Harness(chosen, episode=episode).run()
     assert result.is_flawless
 
 
@@ -162,10 +162,10 @@ def test_a_crowd_comes_back_under_the_centre():
     chosen = RunOptions(
         scenario=load_scenario("crossing"), robots=16, seed=0, method="central-with-fallback"
     )
-    stage = build(chosen)
-    assert stage.centre is not None
-    stage.centre.outage = (200, 499)
-    assert Harness(chosen, stage=stage).run().is_flawless
+    episode = build(chosen)
+    assert episode.centre is not None
+    episode.centre.outage = (200, 499)
+    assert Harness(chosen, episode=episode).run().is_flawless
 
 
 def test_no_robot_stands_short_of_its_station_or_beside_a_bend():

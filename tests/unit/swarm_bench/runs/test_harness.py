@@ -11,11 +11,12 @@ from swarm_bench.execution.executor import executor
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness, InjectedFaults, run
 from swarm_bench.runs.methods import Driver
-from swarm_bench.runs.result import RunResult, line_from_json
+from swarm_bench.runs.result import line_from_json
 from swarm_bench.runs.scenario import load_scenario
 from swarm_bench.suite.table import run_line
 from swarm_common.model.records import Pose
 from swarm_nav.core.goals import Output
+from swarm_run.record.run_record import RunRecord
 from swarm_sim.world.world import World
 
 SCENARIO = """
@@ -33,7 +34,7 @@ def options(folder: Path, seed: int = 0, limit: float = 300.0, **changes: object
     return RunOptions(scenario=scenario, robots=4, seed=seed)
 
 
-def without_times(result: RunResult) -> dict[str, object]:
+def without_times(result: RunRecord) -> dict[str, object]:
     """Return all that must not depend on the machine."""
     times = ("wall_time", "tick_us_median", "tick_us_p99", "cpu_ms_per_robot_second")
     return {key: value for key, value in result.as_json().items() if key not in times}
@@ -48,10 +49,10 @@ def test_robots_that_do_not_see_a_dead_one_are_told_before_the_run(tmp_path):
         (fleet, False, ["without LiDARs no robot sees the dead ones: it may hit them"]),
         ((), True, []),
     ):
-        stage = build(options(tmp_path, fleet=models, dead=dead, with_lidar=with_lidar))
-        stage.world.close()
-        assert stage.conditions is not None
-        found = [text for text in stage.conditions.findings if "dead" in text]
+        episode = build(options(tmp_path, fleet=models, dead=dead, with_lidar=with_lidar))
+        episode.world.close()
+        assert episode.conditions is not None
+        found = [text for text in episode.conditions.findings if "dead" in text]
         assert len(found) == len(told)
         assert all(text.endswith(end) for text, end in zip(found, told, strict=True))
 
@@ -78,7 +79,7 @@ def test_a_brain_that_is_replaced_decides_in_every_tick(tmp_path):
     harness = Harness(options(tmp_path))
     fresh = build(options(tmp_path)).drivers[0]
     harness.advance()
-    harness.stage.drivers[0] = fresh
+    harness.episode.drivers[0] = fresh
     ticks = []
     for _ in range(20):
         harness.advance()
@@ -166,14 +167,14 @@ def test_a_mute_robot_is_not_heard(tmp_path):
 def test_robots_of_the_scenario_that_are_dead_stand_where_it_says(tmp_path):
     scenario = load_scenario("dead_robot")
     harness = Harness(RunOptions(scenario=scenario, robots=3, engine="planar"))
-    assert harness.stage.dead == {2}
-    assert harness.stage.homes_map[2] == Pose(*scenario.dead[0])
-    assert harness.stage.itineraries[2].total == 0
+    assert harness.episode.dead == {2}
+    assert harness.episode.homes_map[2] == Pose(*scenario.dead[0])
+    assert harness.episode.itineraries[2].total == 0
     for _ in range(30):
         harness.advance()
-    pose, _twist = harness.stage.world.ground_truth()[2]
+    pose, _twist = harness.episode.world.ground_truth()[2]
     assert pose.distance(Pose(*scenario.dead[0])) < 1e-9
-    harness.stage.world.close()
+    harness.episode.world.close()
 
 
 def test_a_result_survives_json(tmp_path):

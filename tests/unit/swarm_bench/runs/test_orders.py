@@ -6,9 +6,10 @@ import pytest
 
 from swarm_bench.runs.episode import RunOptions, check
 from swarm_bench.runs.harness import Harness, InjectedFaults
-from swarm_bench.runs.result import RunResult, line_from_json
+from swarm_bench.runs.result import line_from_json
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.errors import ConfigError
+from swarm_run.record.run_record import RunRecord
 
 MISSION = """
 orders:
@@ -28,7 +29,7 @@ def options(folder: Path, robots: int, mission: str = MISSION, loss: float = 0.0
     return RunOptions(scenario=scenario, robots=robots)
 
 
-def run(folder: Path, robots: int, loss: float = 0.0, **more: InjectedFaults) -> RunResult:
+def run(folder: Path, robots: int, loss: float = 0.0, **more: InjectedFaults) -> RunRecord:
     return Harness(options(folder, robots, loss=loss), **more).run()
 
 

@@ -254,7 +254,7 @@ def test_a_box_blocks_the_way_for_a_time(stream, monkeypatch):
     looked = harness.Harness.advance
 
     def advance(self):
-        seen.append(len(self.stage.world.loose))
+        seen.append(len(self.episode.world.loose))
         return looked(self)
 
     monkeypatch.setattr(harness.Harness, "advance", advance)
