@@ -8,12 +8,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
+from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from swarm_common.model.grid import FREE, Grid
 from swarm_common.model.records import FloatArray, Pose
-from swarm_common.model.way_graph import way_graph
 
+MOVES = ((0, 1), (1, 0), (1, 1), (1, -1))  # rows down and columns right, each edge once
 STEP = 0.2  # [m] between cells of the copy
 MOST_CELLS = 40_000
 SHARE = 0.8  # of a robot's radius that a cell has to be free of obstacles
@@ -96,3 +97,24 @@ class WayTable:
         width = self._free.shape[1]
         lengths = dijkstra(self._graph, directed=False, indices=cell[0] * width + cell[1])
         return np.asarray(lengths.reshape(self._free.shape))
+
+
+def way_graph(free: NDArray[np.bool_], step: float) -> csr_matrix:
+    """Return the lengths [m] of edges between free cells; nodes are flat indices.
+
+    Args:
+        free: (rows, columns) whether a robot's centre may be in a cell.
+        step: [m] between neighbours in a row.
+    """
+    height, width = free.shape
+    numbers = np.arange(free.size).reshape(free.shape)
+    starts, ends, lengths = [], [], []
+    for down, right in MOVES:
+        here = np.s_[: height - down, max(0, -right) : width - max(0, right)]
+        there = np.s_[down:, max(0, right) : width + min(0, right)]
+        is_edge = free[here] & free[there]
+        starts.append(numbers[here][is_edge])
+        ends.append(numbers[there][is_edge])
+        lengths.append(np.full(int(is_edge.sum()), step * math.hypot(down, right)))
+    values, rows, columns = (np.concatenate(parts) for parts in (lengths, starts, ends))
+    return coo_matrix((values, (rows, columns)), shape=(free.size, free.size)).tocsr()

@@ -10,9 +10,8 @@ from pathlib import Path
 from swarm_common.middleware.topic_table import Topic
 from swarm_common.model.errors import ConfigError
 from swarm_recording.bag_folder import bag_files
-from swarm_recording.bag_metadata import METADATA, BagMetadata
+from swarm_recording.bag_metadata import METADATA, BagMetadata, Offer, offers, united
 from swarm_recording.mcap_file import CDR, NANOSECONDS, Item, McapFile, MessageKind, Stream
-from swarm_recording.recorded_quality import Offer, offers, united
 
 __all__ = ["NANOSECONDS", "Bag", "Item"]
 LOOK_BACK = 20 * NANOSECONDS  # how far a message that does not stay is looked for

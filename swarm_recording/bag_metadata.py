@@ -1,4 +1,7 @@
-"""rosbag2's `metadata.yaml`: every key is known, checked or told of; versions 1 to 9."""
+"""rosbag2's `metadata.yaml`: every key is known, checked or told of; versions 1 to 9.
+
+Also the offered quality of a recorded topic, as these versions write it.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +10,27 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import ConfigError, close_names
 
+# Names from version 9 on, numbers of rmw before; what says nothing is the usual one.
+RELIABILITY = {
+    "reliable": True, 1: True, "best_effort": False, 2: False,
+    "system_default": True, 0: True, "unknown": True, 3: True, "best_available": True, 4: True,
+}  # fmt: skip
+DURABILITY = {
+    "transient_local": True, 1: True, "volatile": False, 2: False,
+    "system_default": False, 0: False, "unknown": False, 3: False, "best_available": False,
+    4: False,
+}  # fmt: skip
+HISTORY = {
+    "keep_last": False, 1: False, "keep_all": True, 2: True,
+    "system_default": False, 0: False, "unknown": False, 3: False,
+}  # fmt: skip
+MOST = 1000  # messages that a player keeps for latecomers
+Offer = tuple[bool, bool, int]  # is reliable, is latched, depth
 METADATA = "metadata.yaml"
 TOP = "rosbag2_bagfile_information"
 NEWEST = 9  # version, of ROS 2 Jazzy
@@ -139,3 +160,34 @@ def _tell_doubles(names: Iterable[str], where: str, tell: Tell) -> None:
         if name in seen:
             tell(f"{where} {name} is named twice; it is taken once")
         seen.add(name)
+
+
+def offers(text: Any) -> list[Offer]:
+    """Return the offers of all publishers that were recorded; none if nothing is said.
+
+    Args:
+        text: YAML, or the list that it stands for.
+
+    Raises:
+        ConfigError: If it is not understood.
+    """
+    try:
+        rows = yaml.safe_load(text) if isinstance(text, str) else text
+        return [_offer(row) for row in rows or ()]
+    except (yaml.YAMLError, KeyError, TypeError, AttributeError, ValueError) as cause:
+        raise ConfigError(f"offered_qos_profiles is not understood: {cause!r}") from cause
+
+
+def _offer(row: dict[str, Any]) -> Offer:
+    depth = MOST if HISTORY[row.get("history", 1)] else int(row.get("depth", 0))
+    return RELIABILITY[row["reliability"]], DURABILITY[row["durability"]], depth
+
+
+def united(offered: Iterable[Offer]) -> Offer:
+    """Return the one offer that every subscriber of these publishers accepts.
+
+    What several publishers keep for latecomers, one has to keep together.
+    """
+    rows = list(offered) or [(True, False, 0)]
+    depth = sum(max(1, row[2]) for row in rows if row[1])
+    return any(row[0] for row in rows), depth > 0, min(MOST, depth) or max(row[2] for row in rows)

@@ -21,7 +21,7 @@ from mcap.writer import MCAP0_MAGIC, Writer
 
 from swarm_common.model.errors import ConfigError
 from swarm_recording.bag_folder import wrong_format
-from swarm_recording.recorded_quality import Offer, offers
+from swarm_recording.bag_metadata import Offer, offers
 from swarm_recording.tape import LOST
 
 NANOSECONDS = 1_000_000_000

@@ -15,9 +15,8 @@ from rosgraph_msgs.msg import Clock
 from swarm_common.middleware.rclpy_compat import join_graph
 from swarm_common.model.errors import ConfigError
 from swarm_recording.bag import NANOSECONDS, Bag, Item
-from swarm_recording.filter import CLOCK
+from swarm_recording.filter import CLOCK, PlayOptions, topics_to_play
 from swarm_recording.mcap_file import CDR
-from swarm_recording.play_options import PlayOptions, topics_to_play
 from swarm_recording.schema import check_definition
 from swarm_recording.topic_source import message_class, quality
 

@@ -1,4 +1,6 @@
-"""How long the run took, how long it would have taken, and who waited longest for whom.
+"""The headline: how long the run took, would have taken, and who waited longest for whom.
+
+Also all fields of report.json that are worked out from a run's time series.
 
 Lost is the time in which robots held, waited, made way or recovered: `LOST`, here and everywhere.
 """
@@ -6,13 +8,13 @@ Lost is the time in which robots held, waited, made way or recovered: `LOST`, he
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from swarm_common.model.run_words import makespan
-from swarm_report.bottleneck import worst_places
+from swarm_report.bottleneck import find_bottleneck, worst_places
 from swarm_report.ideal import ideal_times
-from swarm_report.measures import LOST, lost_time
+from swarm_report.measures import LOST, lost_time, state_shares, station_use, throughput
 from swarm_report.run import RunData
 
 JOIN = 0.5  # [s] of driving between two stops that are one
@@ -124,3 +126,26 @@ def as_json(run: RunData) -> dict[str, Any]:
             for (robot, blocker), seconds in waits_between(run).items()
         ],
     }
+
+
+DIGITS = 4
+
+
+def report_fields(run: RunData) -> dict[str, Any]:
+    """Return use of the stations, goals over time, shares of states, and where time was lost."""
+    flow, worst = throughput(run), find_bottleneck(run)
+    per_minute = [] if flow is None else [_rounded(float(rate)) for rate in flow.per_minute]
+    return {
+        "stations": {
+            name: {key: _rounded(value) for key, value in asdict(use).items()}
+            for name, use in station_use(run).items()
+        },
+        "throughput": None if flow is None else {"window": flow.window, "per_minute": per_minute},
+        "state_shares": {state: _rounded(share) for state, share in state_shares(run).items()},
+        "bottleneck": None if worst is None else worst.as_json(),
+        **as_json(run),
+    }
+
+
+def _rounded(value: float | None) -> float | None:
+    return round(value, DIGITS) if isinstance(value, float) else value

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from swarm_common.files.run_folders import run_folders
+from swarm_common.files.resources import run_folders
 from swarm_common.middleware.addresses import check_port
 from swarm_common.model.errors import ConfigError
 from swarm_report.compare import comparison, sentences, what_differs, write_comparison

@@ -17,7 +17,7 @@ from swarm_common.files.sites_io import load_sites
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.files.zones_io import copy_masks
 from swarm_common.middleware import ros_env
-from swarm_common.model.coordination import Coordination
+from swarm_common.model.central import Coordination
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.robot_names import RobotNames

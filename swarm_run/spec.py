@@ -24,12 +24,12 @@ from swarm_common.middleware.ros_env import (
     TERMINALS,
     participants_of,
 )
-from swarm_common.model.coordination import Coordination
+from swarm_common.model.central import Coordination
 from swarm_common.model.engines import check_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.model.schema import Count, Positive, Schema
-from swarm_common.process.browser import has_display
+from swarm_common.process.start import has_display
 from swarm_describe.files.packages import add_package_paths
 from swarm_describe.robots.fleet import Fleet, fleet_names, load_fleet
 from swarm_describe.robots.source import robot_names as robot_models

@@ -22,8 +22,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from swarm_common.files.cache import cache_folder
 from swarm_common.files.resources import share_directory
+from swarm_common.files.storage import cache_folder
 from swarm_common.model.errors import SwarmError
 from swarm_setup.rosidl import compile as compiling
 from swarm_setup.rosidl import generate, install, packages, toolchain

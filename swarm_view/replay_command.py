@@ -16,14 +16,13 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from swarm_common.files.run_folders import run_folders
+from swarm_common.files.resources import run_folders
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.run_words import duration_text, lost_text
 from swarm_common.process.signals import SignalCounter
 from swarm_recording.bag import Bag
-from swarm_recording.filter import CLOCK
-from swarm_recording.play_options import PlayOptions, played
+from swarm_recording.filter import CLOCK, PlayOptions, played
 from swarm_run.domain import DomainLock, domain_id
 from swarm_run.spec import parse_speed
 from swarm_setup.build import ensure_interfaces

@@ -10,8 +10,8 @@ import rclpy
 import typer
 
 from swarm_common.middleware.addresses import check_address
-from swarm_common.process.browser import has_display, open_page
 from swarm_common.process.pipes import leave
+from swarm_common.process.start import has_display, open_page
 from swarm_run.domain import check_swarm, domain_id, patience_for
 from swarm_run.robots.discovery import find_robots
 from swarm_run.spec import LOOPBACK, VIEWER_PORT

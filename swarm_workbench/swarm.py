@@ -17,7 +17,7 @@ from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.breaches import Collision
-from swarm_common.model.coordination import Coordination
+from swarm_common.model.central import Coordination
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose
 from swarm_run.spec import DRIVES, RunSpec

@@ -23,7 +23,7 @@ from swarm_bench.runs.scenario import Scenario
 from swarm_bench.suite.command import MISSED, new_console
 from swarm_bench.suite.table import run_line
 from swarm_common.files.journal import read_journal
-from swarm_common.files.run_folders import RUNS
+from swarm_common.files.resources import RUNS
 from swarm_common.model.errors import ConfigError
 from swarm_run.command_line import SWARM_UP, run_command
 from swarm_run.flags import actions_of, parser, stated_of, text_of

@@ -12,7 +12,7 @@ from swarm_bench.execution.cluster import DaskExecutor, connect
 from swarm_bench.execution.processes import LocalExecutor
 from swarm_bench.execution.slurm_array import array_share
 from swarm_bench.execution.task import Executor
-from swarm_common.files.cache import cache_folder
+from swarm_common.files.storage import cache_folder
 from swarm_common.model.errors import ConfigError
 
 T = TypeVar("T")

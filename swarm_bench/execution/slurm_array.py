@@ -12,7 +12,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from swarm_common.files.whole_file import write_whole
+from swarm_common.files.storage import write_whole
 from swarm_common.model.errors import ConfigError
 
 

@@ -9,7 +9,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from swarm_bench.runs.inputs import plugin_module
 from swarm_central.team import TeamFactory
-from swarm_common.model.coordination import Coordination
+from swarm_common.model.central import Coordination
 from swarm_common.model.errors import UnknownNameError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec

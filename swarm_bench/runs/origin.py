@@ -9,7 +9,7 @@ import subprocess
 from pathlib import Path
 
 from swarm_bench.runs.machine import processor
-from swarm_common.files.edition import edition
+from swarm_common.process.compiled_code import edition
 from swarm_run.record.run_record import ResultOrigin
 
 # Packages whose code decides what a run of the bench is.

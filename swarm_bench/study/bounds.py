@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from swarm_bench.runs.episode import Episode, RunOptions, nav_config, robot_named
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
-from swarm_common.model.way_graph import way_graph
+from swarm_mission.way_table import way_graph
 from swarm_nav.planning.terrain import Terrain, terrain_for
 
 DETOUR = 1.0 / math.cos(math.pi / 8)  # most by which a way over 8 neighbours is longer

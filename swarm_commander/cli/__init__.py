@@ -4,10 +4,8 @@ What a module imports of its folder stands above it:
 
     teleop_command     The command `swarm-teleop`: drives a robot of a running swarm by hand
     setup_command      The command `swarm-setup`: installs missing ROS 2 interface packages
-    command_node       The node of a command that works with a running swarm
-    robot_table        What `swarm-up --describe` shows: a robot's values, and their origins
+    command_node       The node of a command that works with a running swarm; completions
     doctor             Is this machine fit for a swarm of some size? If not, what to change
-    completion         What Tab offers: robots, stations, runs, subcommands
     session            A session of `swarm-up`: from a checked plan to report and exit code
     thing_request      The request with which `swarm-commander spawn` adds an object to the world
     commander_command  The command `swarm-commander`: drives robots of a running swarm

@@ -14,8 +14,7 @@ import typer
 from rclpy.node import Node
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.cli.command_node import command_node
-from swarm_commander.cli.completion import first_words, stations
+from swarm_commander.cli.command_node import command_node, first_words, stations
 from swarm_common.middleware.ros_io import tick_of
 from swarm_common.model.errors import ConfigError, UnknownNameError, close_names
 from swarm_common.model.records import Pose

@@ -28,8 +28,7 @@ from simulation_interfaces.srv import (
 )
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.cli.command_node import command_node
-from swarm_commander.cli.completion import robots
+from swarm_commander.cli.command_node import command_node, robots
 from swarm_commander.cli.thing_request import thing_request
 from swarm_commander.run.process_table import BAG_FILE
 from swarm_commander.viewers.frame_relay import relay_frames

@@ -158,7 +158,7 @@ def _navigators_of(plan: RunPlan, run: Supervision) -> Navigators:
 
 def _measures(folder: RunFolder, report: dict[str, Any]) -> dict[str, Any]:
     """Return the report's fields that are worked out from the time series; null if that fails."""
-    from swarm_report.report_fields import report_fields
+    from swarm_report.headline import report_fields
     from swarm_report.run import RunData
 
     try:

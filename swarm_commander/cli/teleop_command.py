@@ -21,8 +21,7 @@ from rclpy.node import Node
 from std_msgs.msg import Empty
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.cli.command_node import command_node
-from swarm_commander.cli.completion import robots
+from swarm_commander.cli.command_node import command_node, robots
 from swarm_common.middleware.ros_io import RELIABLE
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Twist

@@ -13,10 +13,10 @@ from swarm_commander.run.own_navigators import Navigators
 from swarm_commander.run.process_table import SERVER, WORLD
 from swarm_commander.run.processes.supervisor import describe_exit
 from swarm_commander.run.supervision import Supervision
-from swarm_common.files.edition import edition
 from swarm_common.middleware.secret import VARIABLE
 from swarm_common.model.robot_names import in_short
 from swarm_common.process import messages as say
+from swarm_common.process.compiled_code import edition
 from swarm_run.domain import domain_id
 from swarm_run.plan import RunPlan
 

@@ -13,11 +13,11 @@ from swarm_commander.run.fork_server import HostForkServer
 from swarm_commander.run.process_table import CLIENT, DISTRIBUTOR, HOST
 from swarm_commander.run.results.run_statistics import RobotStatistics
 from swarm_commander.run.supervision import RunPart, Supervision
-from swarm_common.files.edition import edition
 from swarm_common.middleware.ros_env import PROFILES
 from swarm_common.middleware.secret import VARIABLE
 from swarm_common.model.robot_names import in_short
 from swarm_common.process import messages as say
+from swarm_common.process.compiled_code import edition
 from swarm_run.params import ParameterSource, write_parameter_file
 from swarm_run.record.figures import rounded
 

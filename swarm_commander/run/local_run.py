@@ -24,7 +24,7 @@ from swarm_common.middleware import ros_env
 from swarm_common.model.records import Pose
 from swarm_common.model.run_words import lost_text
 from swarm_common.process import messages as say
-from swarm_common.process.browser import open_page
+from swarm_common.process.start import open_page
 from swarm_mission.orders.order_book import OrderBook
 from swarm_run.plan import RunPlan
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 
-from swarm_common.files.run_folders import LATEST, RUNS
+from swarm_common.files.resources import LATEST, RUNS
 from swarm_common.middleware import other_ros, ros_env
 from swarm_common.model.errors import ConfigError
 

@@ -32,7 +32,7 @@ from swarm_commander.run.results.progress import Progress
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, end_of
 from swarm_common.files.journal import Journal
-from swarm_common.middleware import shared_memory
+from swarm_common.middleware import ros_env
 from swarm_common.model.errors import SwarmError
 from swarm_common.process import messages as say
 from swarm_common.process import start
@@ -473,4 +473,4 @@ class Supervision:
         for child in self._children.values():
             child.close()
         self._selector.close()
-        shared_memory.remove_abandoned()  # also of a swarm that was killed whole
+        ros_env.remove_abandoned()  # also of a swarm that was killed whole

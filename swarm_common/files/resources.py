@@ -1,4 +1,4 @@
-"""Folders of the data that ships with the project: robots, worlds, maps, params, interfaces."""
+"""Folders of the data that ships with the project (robots, worlds, maps, ...), and of runs."""
 
 from __future__ import annotations
 
@@ -56,3 +56,13 @@ def resource_names(kind: str, file_name: str) -> list[str]:
     """Return the names of all shipped folders of a kind, sorted."""
     home = share_directory() / f"{kind}s"
     return sorted(path.parent.name for path in home.glob(f"*/{file_name}"))
+
+
+RUNS = Path("runs")
+LATEST = "latest"
+
+
+def run_folders() -> list[str]:
+    """Return the folders of runs, the latest first; shells offer them."""
+    folders = sorted((path.parent for path in RUNS.glob("*/config")), key=str, reverse=True)
+    return [str(folder) for folder in folders]

@@ -10,7 +10,6 @@ What a module imports of its folder stands above it:
     ros_env         Environment of ROS 2 that every process of a swarm wants
     sealed          Sealed messages between hosts, by a holder of the secret
     secret          The secret that the hosts of a swarm share
-    shared_memory   Removes shared memory of Fast DDS whose process has ended
     topic_table     Every topic of a swarm that people look at or record
     beacon_batch    All beacons for the robots of one host at a tick, as one message
     tick_action     Action servers that never block

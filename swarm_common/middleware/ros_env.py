@@ -1,16 +1,27 @@
-"""Environment of ROS 2 that every process of a swarm wants; set before rclpy is imported."""
+"""Environment of ROS 2 that every process of a swarm wants; set before rclpy is imported.
+
+Our own profile uses no shared memory. A profile of the user's, or another discovery range, may
+bring it back; then a process that is killed, or ends at once, leaves its segments behind for ever:
+`remove_abandoned` removes them.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import os
 import re
 import socket
-from collections.abc import Iterable
+import time
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.process import home
 
+FOLDER = Path("/dev/shm")
+LOCKS = ("_el", "_sl")  # names of the files that a living process has locked: alone, or with others
+MIN_AGE = 1.0  # [s] of a file; one that is younger may be about to be locked
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 DISCOVERY_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 ENDPOINTS = "RMW_FASTRTPS_USE_QOS_FROM_XML"  # whether rmw_fastrtps takes the endpoints' profiles
@@ -214,3 +225,38 @@ def unicast_port(domain: int, participant: int) -> int:
 
 def _unicast_port(participant: int) -> int:
     return unicast_port(int(os.environ.get("ROS_DOMAIN_ID") or "0"), participant)
+
+
+def remove_abandoned(folder: Path = FOLDER) -> int:
+    """Remove segments and ports that no living process has locked, like `fastdds shm clean`.
+
+    What belongs to other users, or has gone meanwhile, is left alone.
+
+    Returns:
+        Number of files that were removed.
+    """
+    removed = 0
+    names = {lock.name[: -len(end)] for end in LOCKS for lock in folder.glob(f"fastrtps_*{end}")}
+    for name in names:
+        with contextlib.suppress(OSError), contextlib.ExitStack() as held:
+            locks = [path for end in LOCKS if (path := folder / f"{name}{end}").exists()]
+            for path in locks:
+                held.enter_context(_locked(path))
+            for path in (folder / name, *locks, folder / f"sem.{name}_mutex"):
+                path.unlink(missing_ok=True)
+            removed += 1
+    return removed
+
+
+@contextlib.contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Hold a lock file."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
+    try:
+        status = os.fstat(descriptor)
+        if status.st_uid != os.geteuid() or time.time() - status.st_mtime < MIN_AGE:
+            raise PermissionError(path)
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(descriptor)

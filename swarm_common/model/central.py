@@ -1,4 +1,4 @@
-"""Messages between robots and a centre that decides for them."""
+"""Who coordinates the traffic, and messages between robots and a centre that decides for them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import itertools
 import math
 import struct
 from dataclasses import dataclass
+from enum import StrEnum
 
 from swarm_common.model.records import Pose
 
@@ -116,3 +117,17 @@ def unpack_order(data: bytes) -> TeamOrder:
         first=first,
         points_map=points,
     )
+
+
+class Coordination(StrEnum):
+    """Party that decides which robot waits or goes first; stop filters guard in any case."""
+
+    DECENTRAL = "decentral"  # the robots among themselves
+    CENTRAL = "central"  # one process for all robots
+    CENTRAL_WITH_FALLBACK = "central-with-fallback"  # the robots while it is silent
+    FLEET = "fleet"  # a fleet control, by base and horizon alone
+
+    @property
+    def has_centre(self) -> bool:
+        """Whether one process of ours decides for all robots."""
+        return self in (Coordination.CENTRAL, Coordination.CENTRAL_WITH_FALLBACK)

@@ -2,11 +2,10 @@
 
 What a module imports of its folder stands above it:
 
-    start           The start of our own processes: damaged compiled code counts as missing
+    start           The start of our own processes, and of the user's browser
     compile_watch  Tells how far numba has compiled, so that a first start does not look like a hang
     home           Folders for files if there is no home folder, or a read-only one
-    browser        The user's browser
-    compiled_code  Source of the navigators' modules: compiled code, or Python
+    compiled_code  Source of the navigators' modules, and the edition of all code
     libm   exp, log and arctan2 of arrays, with the same last bits on every processor
     lifetime       Lifetime of processes: they end with their parent, and interrupt nobody
     messages       Messages between swarm-up and the processes that it starts

@@ -4,7 +4,7 @@
 (https://mypyc.readthedocs.io), beside the installed packages and by the content of the sources.
 Importing `swarm_common` puts a finder before Python's own, which takes a module from there if the
 sources are still the same; else, and with SWARM_INTERPRETED=1, Python runs the sources. Both give
-the same bits.
+the same bits. The edition is the digest of what the hosts of one swarm must have in common.
 """
 
 from __future__ import annotations
@@ -21,6 +21,10 @@ from importlib.util import spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
+DISTRIBUTION = "swarm-workbench"
+# Packages whose code decides what a robot does, and what the hosts say to each other.
+DECIDING = ("swarm_common", "swarm_describe", "swarm_nav", "swarm_commander")
+DIGITS = 10  # of the digest that are shown
 PACKAGES = ("swarm_common", "swarm_nav", "swarm_setup")  # on whose sources it depends
 SWITCH = "SWARM_INTERPRETED"
 ROOT = Path(__file__).resolve().parents[2]
@@ -72,3 +76,22 @@ class _Finder(MetaPathFinder):
             return None
         loader = ExtensionFileLoader(fullname, str(file))
         return spec_from_file_location(fullname, file, loader=loader)
+
+
+def edition(packages: Sequence[str] = DECIDING) -> str:
+    """Return the version and a digest of the code that hosts must have in common."""
+    digest = hashlib.sha256()
+    for package in packages:
+        for path in sorted((ROOT / package).rglob("*.py")):
+            digest.update(str(path.relative_to(ROOT)).encode())
+            digest.update(path.read_bytes())
+    return f"{_version()} ({digest.hexdigest()[:DIGITS]})"
+
+
+def _version() -> str:
+    from importlib import metadata  # slow to import
+
+    try:
+        return metadata.version(DISTRIBUTION)
+    except metadata.PackageNotFoundError:
+        return "not installed"

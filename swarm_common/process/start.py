@@ -1,7 +1,8 @@
 """The start of our own processes: `python -P -m swarm_common.process.start MODULE [ARGUMENT ...]`.
 
 Importing a package of ours changes nothing outside of it. A damaged file of compiled code would
-end every later start, so our processes have Python's loader changed here.
+end every later start, so our processes have Python's loader changed here. A
+page is opened in the user's browser by a process of its own, too.
 """
 
 from __future__ import annotations
@@ -10,13 +11,14 @@ import contextlib
 import os
 import runpy
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib.machinery import SourceFileLoader
 from importlib.util import cache_from_source
 from pathlib import Path
 from types import CodeType
 from typing import Any
 
+DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
 HERE = Path(__file__).resolve().parents[2]
 MODULE = "swarm_common.process.start"
 _usual = SourceFileLoader.get_code
@@ -72,3 +74,22 @@ if __name__ == "__main__":
     prepare()
     sys.argv = sys.argv[1:]
     runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+
+
+def has_display(environment: Mapping[str, str] = os.environ) -> bool:
+    """True if this terminal can open a window."""
+    return any(environment.get(name) for name in DISPLAYS)
+
+
+def open_page(url: str) -> None:
+    """Open a page, from a process of its own: some browsers return only when they are closed."""
+    import subprocess  # slow to import, and every process of ours starts here
+
+    nothing = subprocess.DEVNULL
+    subprocess.Popen(
+        [sys.executable, "-m", "webbrowser", url],
+        stdin=nothing,
+        stdout=nothing,
+        stderr=nothing,
+        start_new_session=True,
+    )

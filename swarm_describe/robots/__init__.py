@@ -2,7 +2,6 @@
 
 What a module imports of its folder stands above it:
 
-    words         Words in the names of links, joints, plugins and controllers
     drive_tags    Statements of a plugin or a controller on a robot's drive
     gazebo_tags   Drive and LiDAR in the `<gazebo>` elements of a URDF
     battery_io    Reading of a robot's battery from robot.yaml or a fleet

@@ -16,9 +16,8 @@ from typing import Any
 from swarm_common.files.yaml_io import read_yaml
 from swarm_common.model.errors import MissingPackageError, RobotModelError, SwarmError
 from swarm_describe.files.packages import PackageFinder
-from swarm_describe.robots.drive_tags import DriveTags, drive_of, is_steered
+from swarm_describe.robots.drive_tags import DriveTags, drive_of, is_steered, words
 from swarm_describe.robots.gazebo_tags import plugin_name
-from swarm_describe.robots.words import words
 
 CONTROL = re.compile("ros2?_?control", re.IGNORECASE)  # in the name of a plugin
 PARAMETERS = "ros__parameters"

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_common.files.cache import kept
+from swarm_common.files.storage import kept
 from swarm_common.model.errors import DescriptionError, MissingPackageError, RobotModelError
 from swarm_common.model.outline import estimated_inertia
 from swarm_common.model.shapes import Box, Cylinder, FloatArray, Part, Shape, Sphere, Transform

@@ -16,9 +16,8 @@ from swarm_common.model.errors import RobotModelError
 from swarm_common.model.outline import bounds
 from swarm_common.model.shapes import FloatArray, Part, Transform
 from swarm_describe.robots.description import Origin, RigidGroup, RobotModel
-from swarm_describe.robots.drive_tags import DriveTags
+from swarm_describe.robots.drive_tags import DriveTags, is_omni, is_passive
 from swarm_describe.robots.tyres import Tyre, carried, tyre_of
-from swarm_describe.robots.words import is_omni, is_passive
 
 FOOTPRINT = "base_footprint"
 ROBOT_YAML = "robot.yaml"

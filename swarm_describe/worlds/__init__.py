@@ -15,7 +15,6 @@ What a module imports of its folder stands above it:
     grammar          Rules for the elements of an SDF file
     scripted_actors  Actors with a script: walkers, or vehicles if they have a box
     models           The tree of models: models in models, and included ones
-    state            The `<state>` of a world: poses when it was saved
     bodies           Bodies from models: links with their shapes
     reader           Reading of SDFormat worlds (Gazebo's `.sdf` and `.world`) into a `Scene`
 

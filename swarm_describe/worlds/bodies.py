@@ -12,11 +12,10 @@ from swarm_common.model.shapes import inverse_of
 from swarm_describe.files.meshes import hull_of, load_mesh
 from swarm_describe.files.values import floats_of, text_of
 from swarm_describe.worlds.frames import OWN_NAMES, SEPARATOR, Scope, base_of
-from swarm_describe.worlds.models import Model
+from swarm_describe.worlds.models import Model, WorldState
 from swarm_describe.worlds.scene import Body, Mesh, MeshFile, Part, Shape, Transform, Visual
 from swarm_describe.worlds.shapes import EMPTY, is_known, material_color, shape_of
 from swarm_describe.worlds.source import Source
-from swarm_describe.worlds.state import WorldState
 
 MIN_MASS, MAX_MASS = 1e-6, 1e6  # [kg]
 MAX_SCALE = 1e4  # of a mesh

@@ -1,4 +1,4 @@
-"""The tree of models in an SDF world: models in models, and models included from other files."""
+"""The tree of models in an SDF world, and the poses of its `<state>`, in which it was saved."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from swarm_common.model.errors import DescriptionError, WorldError
 from swarm_common.model.shapes import inverse_of
-from swarm_describe.files.values import flag_of, pose_of, text_of
+from swarm_describe.files.values import flag_of, floats_of, pose_of, text_of, transform_of
 from swarm_describe.worlds.frames import SEPARATOR, Scope, base_of
 from swarm_describe.worlds.grammar import account_for
 from swarm_describe.worlds.scene import Transform
@@ -218,3 +218,46 @@ def _version_or_zero(element: ET.Element, config: Path) -> tuple[int, int]:
         return version_of(element, config)
     except WorldError:
         return (0, 0)
+
+
+@dataclass(slots=True)
+class WorldState:
+    """Poses in the world, by full names."""
+
+    models: dict[str, Transform] = field(default_factory=dict)  # `world_from_model`
+    links: dict[str, Transform] = field(default_factory=dict)  # `world_from_link`
+    deleted: set[str] = field(default_factory=set)  # models that were taken out
+    # elements with models that were put in
+    inserted: list[ET.Element] = field(default_factory=list)
+
+
+def state_of(world: ET.Element, source: Source) -> WorldState:
+    """Return the content of the `<state>` elements of a world; the last one counts."""
+    state = WorldState()
+    elements = world.findall("state")
+    if len(elements) > 1:
+        source.remark(f"of {len(elements)} <state>, the last one that names a model counts")
+    for element in elements:
+        for model in element.findall("model"):
+            _read(model, "", state, source, 1)
+        state.deleted |= {(name.text or "").strip() for name in element.findall("deletions/name")}
+        state.inserted += element.findall("insertions")
+    return state
+
+
+def _read(model: ET.Element, prefix: str, state: WorldState, source: Source, depth: int) -> None:
+    name = prefix + model.get("name", "")
+    if depth > MAX_DEPTH:
+        raise WorldError(f"<state>: models are nested more than {MAX_DEPTH} deep at {name}")
+    pose = model.find("pose")
+    if pose is not None:
+        state.models[name] = transform_of(pose, f"<state> of {name}")
+    if floats_of(model.find("scale"), 3, "1 1 1", f"<state> of {name}") != [1.0, 1.0, 1.0]:
+        source.remark(f"the <scale> in the <state> of {name} is ignored")
+    for link in model.findall("link"):
+        pose = link.find("pose")
+        if pose is not None:
+            full = f"{name}{SEPARATOR}{link.get('name', 'link')}"
+            state.links[full] = transform_of(pose, f"<state> of {full}")
+    for child in model.findall("model"):
+        _read(child, f"{name}{SEPARATOR}", state, source, depth + 1)

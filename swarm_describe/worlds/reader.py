@@ -20,12 +20,11 @@ from swarm_describe.worlds.bodies import bodies_of
 from swarm_describe.worlds.floor import on_floor
 from swarm_describe.worlds.frames import Scope
 from swarm_describe.worlds.grammar import account_for
-from swarm_describe.worlds.models import models_in
+from swarm_describe.worlds.models import models_in, state_of
 from swarm_describe.worlds.overlaps import overlaps
 from swarm_describe.worlds.scene import Body, Scene
 from swarm_describe.worlds.scripted_actors import actors_of
 from swarm_describe.worlds.source import XACRO_ENDING, Source, parse_sdf
-from swarm_describe.worlds.state import state_of
 from swarm_describe.worlds.world_file import SITES_FILE, WORLD_FILE, find_world
 
 

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from swarm_common.model.grid import FREE, Grid
 from swarm_common.model.records import FloatArray, Pose
-from swarm_common.model.way_graph import way_graph
 
 CELL = 0.25  # [m] with which ways are measured
 NEAR = 4  # cells around a place in which the nearest one with a way is taken
@@ -60,6 +59,8 @@ class WayLengths:
     def _measure(self, grid: Grid, radius: float) -> None:
         from scipy.ndimage import distance_transform_edt
         from scipy.sparse.csgraph import dijkstra
+
+        from swarm_mission.way_table import way_graph
 
         is_free = grid.cells == FREE
         if grid.keepout is not None:

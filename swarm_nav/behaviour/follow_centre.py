@@ -7,8 +7,7 @@ import math
 
 import numpy as np
 
-from swarm_common.model.central import RobotReport
-from swarm_common.model.coordination import Coordination
+from swarm_common.model.central import Coordination, RobotReport
 from swarm_common.model.records import FloatArray
 from swarm_nav.behaviour.parts import Parts
 from swarm_nav.behaviour.rules import Arrive

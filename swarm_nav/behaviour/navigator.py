@@ -9,8 +9,7 @@ import numpy as np
 
 from swarm_common.model.battery import BatteryReading
 from swarm_common.model.beacon import Reception
-from swarm_common.model.central import RobotReport, TeamOrder
-from swarm_common.model.coordination import Coordination
+from swarm_common.model.central import Coordination, RobotReport, TeamOrder
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Odometry, Pose, RobotSpec, Scan, Twist
 from swarm_common.model.robot_names import RobotNames

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from swarm_common.model.beacon import BEACON_DTYPE
-from swarm_common.model.coordination import Coordination
+from swarm_common.model.central import Coordination
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec, Twist

@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
 
-from swarm_common.model.coordination import Coordination
+from swarm_common.model.central import Coordination
 from swarm_common.model.errors import ConfigError, UnknownNameError
 
 CHOICES: Mapping[str, tuple[str, ...]] = {

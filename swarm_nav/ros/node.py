@@ -21,7 +21,7 @@ from swarm_common.middleware.rejections import RejectedError, Rejections
 from swarm_common.middleware.ros_poll import PolledTopic, SoleTopic
 from swarm_common.model.battery import SupplyStatus
 from swarm_common.model.beacon import reception_of
-from swarm_common.model.coordination import Coordination
+from swarm_common.model.central import Coordination
 from swarm_common.model.errors import MapError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose

@@ -24,7 +24,7 @@ def report_of(record: RunRecord) -> dict[str, Any]:
     """Return report.json but for the keys below; what could not be measured is null.
 
     `cli/session.py` adds `exit_code`, `failures` and `incidents`, and those that
-    `swarm_report/report_fields.py` works out from the time series. `hosts/world_run.py` adds
+    `swarm_report/headline.py` works out from the time series. `hosts/world_run.py` adds
     `hosts`. A goal that was missed is in `breaches.missed_goals`; `goals.failed` and
     `goals_failed` count such goals.
     """

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_common.files.cache import kept
+from swarm_common.files.storage import kept
 from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.errors import WorldError
 from swarm_common.model.grid import COARSEST, OCCUPIED, Grid

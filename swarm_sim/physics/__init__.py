@@ -8,8 +8,7 @@ What a module imports of its folder stands above it:
     planar_kernels   Numba kernels of the kinematic engine
     scripted_paths   Base of walkers and vehicles: closed paths, pauses, contacts
     vehicle_kernels  Numba kernel of vehicles: drive, turn on the spot, wait
-    vehicles         Forklifts and other vehicles on scripted paths: poses, and contacts with robots
-    walkers          People who walk among the robots: positions, and contacts with robots
+    actors           Walkers and vehicles on scripted paths: poses, and contacts with robots
     objects          Bodies that move besides robots and walkers: loose things, and vehicles
     planar           Kinematic twin of the physics engine: fast, for thousands of traffic runs
     bullet           The rigid-body engine: pybullet, and the bodies that it is given

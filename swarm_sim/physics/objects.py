@@ -9,7 +9,7 @@ import numpy as np
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_describe.worlds.scene import Body, Transform
-from swarm_sim.physics.vehicles import Vehicles
+from swarm_sim.physics.actors import Vehicles
 from swarm_sim.scene.section import Section, convex_hull, section_between
 
 MAX_CORNERS = 32  # of an outline

@@ -15,11 +15,11 @@ from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSp
 from swarm_common.model.shapes import Transform
 from swarm_describe.robots.description import RobotModel
 from swarm_describe.worlds.scene import Body
+from swarm_sim.physics.actors import Walkers
 from swarm_sim.physics.drive import Wheels
 from swarm_sim.physics.engine import NEAR, NEAR_MISS, NearPair, Touch
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.planar_kernels import PlainWalls, clearances, move, move_on
-from swarm_sim.physics.walkers import Walkers
 from swarm_sim.scene.section import Section
 
 MAX_CORNERS = FOOTPRINT_POINTS

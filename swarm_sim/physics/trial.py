@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from swarm_common.files.cache import kept
+from swarm_common.files.storage import kept
 from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import CONTROL_PERIOD, Pose, RobotSpec, wrap_angle
 from swarm_describe.robots.description import RobotModel
 from swarm_describe.robots.loading import taken_for
-from swarm_sim.physics import objects, vehicles, walkers
+from swarm_sim.physics import actors, objects
 from swarm_sim.physics.bullet.robot_bodies import base_and_wheels
 from swarm_sim.physics.bullet.supports import SAG, SPRING, depths, find_supports, heights
 
@@ -145,8 +145,8 @@ def drive(spec: RobotSpec, model: RobotModel, period: float) -> Trial:
     from swarm_sim.physics.bullet.bullet_engine import BulletEngine
 
     start = [Pose(0.0, 0.0, 0.0)]
-    nobody = walkers.Walkers((), [spec], start, 0)
-    nothing = objects.Objects((), vehicles.Vehicles((), [spec], start, 0), (0.0, spec.height))
+    nobody = actors.Walkers((), [spec], start, 0)
+    nothing = objects.Objects((), actors.Vehicles((), [spec], start, 0), (0.0, spec.height))
     engine = BulletEngine((), [spec], [model], start, period, nobody, nothing)
     weight = GRAVITY * sum(group.mass for group in model.groups)
     loads, tilt = [], 0.0

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.serialization import serialize_message
 from swarm_interfaces.msg import Verdict as VerdictMsg
 
-from swarm_common.files.whole_file import write_whole
+from swarm_common.files.storage import write_whole
 from swarm_common.middleware import ros_io
 from swarm_common.model.breaches import Collision
 from swarm_common.process.messages import (

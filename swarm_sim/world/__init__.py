@@ -4,9 +4,8 @@ What a module imports of its folder stands above it:
 
     close_calls       Near misses: episodes that came very close, without contact
     batteries         The batteries of all robots that have one, over simulated time
-    refusal           Why a change of the world is refused
+    request_checks    Limits on every `/sim` request, and why a change is refused
     object_source     Descriptions of things that come at run time: SDF or URDF
-    request_checks    Limits on the content of every `/sim` request, whatever it asks for
     zone_watch        Ground truth about zones: who was in a keepout zone, or too fast
     verdict           Ground truth: collisions, clearances, distances, hash of trajectories
     model_reader      Reads models for the world in a process of its own

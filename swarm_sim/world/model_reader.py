@@ -31,7 +31,7 @@ from swarm_common.process.lifetime import die_with
 from swarm_describe.robots.loading import Robot, open_robot
 from swarm_describe.worlds.scene import Body
 from swarm_sim.world.object_source import is_object, read_object
-from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_sim.world.request_checks import Reason, RefusedError
 
 Model = Body | Robot
 HEADER = struct.Struct("<Q")  # bytes that follow

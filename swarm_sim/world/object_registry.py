@@ -13,7 +13,7 @@ from swarm_common.model.shapes import Transform
 from swarm_describe.worlds.scene import Body
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.object_placement import check_apart, check_object_place, height_range
-from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_sim.world.request_checks import Reason, RefusedError
 
 LIMIT = 500  # things at a time
 MOST_SHAPES = 5000  # of all things

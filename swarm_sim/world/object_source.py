@@ -18,11 +18,10 @@ from swarm_describe.robots.description import parse_urdf
 from swarm_describe.worlds.bodies import bodies_of, convex, welded
 from swarm_describe.worlds.frames import Scope
 from swarm_describe.worlds.grammar import account_for
-from swarm_describe.worlds.models import model_file, models_in
+from swarm_describe.worlds.models import WorldState, model_file, models_in
 from swarm_describe.worlds.scene import Body, Part, Plane
 from swarm_describe.worlds.source import Source, check_sdf, is_xacro, parse_sdf, parse_text
-from swarm_describe.worlds.state import WorldState
-from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_sim.world.request_checks import Reason, RefusedError
 
 TEXT = "entity_resource.resource_string"  # what messages call a description without a file
 FROM_FILES = "xacro is read from files only; give a uri"

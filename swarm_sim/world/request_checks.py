@@ -1,4 +1,4 @@
-"""Limits on the content of every `/sim` request, whatever it asks for.
+"""Why a change of the world is refused, and limits on the content of every `/sim` request.
 
 Every request passes these checks before its meaning is considered: texts and lists have limits,
 numbers are finite, and poses are within reach of the map. Later code need not check again.
@@ -9,10 +9,42 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
+from swarm_common.model.errors import SwarmError
 from swarm_common.model.grid import Grid
-from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_common.process.standard_streams import shown
+
+
+class Reason(Enum):
+    """Why something is refused."""
+
+    NAME_TAKEN = "name taken"
+    NAME_INVALID = "name invalid"
+    NO_MODEL = "no model"
+    BAD_MODEL = "bad model"
+    MISSING_FILES = "missing files"
+    BAD_FORMAT = "bad format"
+    BAD_PLACE = "bad place"
+    BAD_NAMESPACE = "bad namespace"
+    UNKNOWN = "unknown"
+    UNSUPPORTED = "unsupported"
+    FAILED = "failed"
+
+
+class RefusedError(SwarmError):
+    """A change of the world that is not made.
+
+    Attributes:
+        reason: Code for clients that do not read the message.
+    """
+
+    def __init__(self, reason: Reason, message: str) -> None:
+        """Keep the reason beside the message."""
+        super().__init__(shown(message))
+        self.reason = reason
+
 
 LONGEST_TEXT = 256  # letters of a name, a frame id, a filter, ...
 LONGEST = {"uri": 4096, "resource_string": 1_000_000}  # letters of these

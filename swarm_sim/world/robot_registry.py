@@ -15,8 +15,7 @@ from swarm_describe.robots.loading import Robot
 from swarm_sim.maps.spawn import spawn_poses
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.object_placement import outline_of
-from swarm_sim.world.refusal import Reason, RefusedError
-from swarm_sim.world.request_checks import PlacementArea
+from swarm_sim.world.request_checks import PlacementArea, Reason, RefusedError
 from swarm_sim.world.robot_placement import check_height, check_robot_place
 
 LIMIT = 200  # robots present at a time

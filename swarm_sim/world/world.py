@@ -30,12 +30,11 @@ from swarm_describe.robots.loading import open_robot, taken_for
 from swarm_describe.robots.sensors_io import sensor_errors
 from swarm_describe.worlds.actors import VehicleSpec, WalkerSpec
 from swarm_describe.worlds.scene import GROUND_GAP, Body, Scene
+from swarm_sim.physics.actors import Vehicles, Walkers
 from swarm_sim.physics.drive import CommandBuffer, Odometer
 from swarm_sim.physics.engine import Engine
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.planar import PlanarEngine
-from swarm_sim.physics.vehicles import Vehicles
-from swarm_sim.physics.walkers import Walkers
 from swarm_sim.scene.randomness import normal
 from swarm_sim.scene.section import section_between
 from swarm_sim.sensing import radio_kernels

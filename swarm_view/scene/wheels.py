@@ -10,8 +10,8 @@ import numpy as np
 from viser.transforms import SO3
 
 from swarm_common.model.records import FloatArray
+from swarm_describe.robots.drive_tags import is_omni
 from swarm_describe.robots.drive_train import GROUND
-from swarm_describe.robots.words import is_omni
 
 UPRIGHT = 0.1  # sine of the largest tilt of an axle
 LEAST_RADIUS = 0.005  # [m]

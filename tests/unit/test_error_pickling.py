@@ -11,7 +11,7 @@ import pytest
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.process.plugins import PluginFault
 from swarm_nav.core.goals import ErrorCode
-from swarm_sim.world.refusal import Reason
+from swarm_sim.world.request_checks import Reason
 from swarm_vda5050.faults import OrderFault
 from tests.fakes.own_classes import PACKAGES, classes_in
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from swarm_commander.run.processes.usage import UsageMeter
 from swarm_commander.run.results.run_statistics import RunStatistics
-from swarm_common.files.whole_file import write_whole
+from swarm_common.files.storage import write_whole
 from swarm_mission.orders.floor_use import joined
 from swarm_run.command_line import COMPONENT_FAILED, MISSED, OK
 from swarm_run.record.compose import RobotFacts, compose_record

@@ -13,6 +13,7 @@ from swarm_common.model.shapes import Transform
 from swarm_common.process.libm import arctan2
 from swarm_describe.robots.description import RobotModel
 from swarm_describe.worlds.scene import Body
+from swarm_sim.physics.actors import Walkers
 from swarm_sim.physics.bullet.bullet_kernels import ramp_all
 from swarm_sim.physics.bullet.contacts import Contacts
 from swarm_sim.physics.bullet.fixed_bodies import add_ground
@@ -21,7 +22,6 @@ from swarm_sim.physics.bullet.surroundings import Surroundings
 from swarm_sim.physics.drive import Wheels, travelled
 from swarm_sim.physics.engine import NearPair, Touch
 from swarm_sim.physics.objects import Objects
-from swarm_sim.physics.walkers import Walkers
 
 REST_TICKS = 3  # of standstill before a robot is left out of the simulation
 SETTLE_STEPS = 50  # in which the robots come to rest before tick 0

@@ -9,6 +9,7 @@ import pybullet
 
 from swarm_common.model.records import FloatArray
 from swarm_describe.worlds.scene import Body
+from swarm_sim.physics.actors import Walkers
 from swarm_sim.physics.bullet.fixed_bodies import (
     add_walker,
     let_robots_pass,
@@ -18,7 +19,6 @@ from swarm_sim.physics.bullet.fixed_bodies import (
 from swarm_sim.physics.bullet.object_bodies import BulletObjects, add_piece, pieces_of
 from swarm_sim.physics.objects import Objects
 from swarm_sim.physics.planar import pack_polygons
-from swarm_sim.physics.walkers import Walkers
 from swarm_sim.scene.section import section_between
 
 SOLVER_ITERATIONS = 10

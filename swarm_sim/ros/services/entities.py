@@ -34,8 +34,7 @@ from swarm_sim.ros.services.places import check_frame, place_in_map, pose_in_map
 from swarm_sim.ros.services.request_guard import RESULTS, Codes, Door
 from swarm_sim.world.model_reader import Model, ModelRequest
 from swarm_sim.world.object_registry import ObjectRegistry
-from swarm_sim.world.refusal import Reason, RefusedError
-from swarm_sim.world.request_checks import PlacementArea
+from swarm_sim.world.request_checks import PlacementArea, Reason, RefusedError
 from swarm_sim.world.robot_registry import Arrival, RobotRegistry
 
 SPAWN = "spawn"  # frame id of a robot's pose: any free place of the start area

@@ -38,7 +38,7 @@ from swarm_sim.ros.services.places import MAP, message_of, twist_in_map
 from swarm_sim.ros.services.request_guard import RESULTS, Door
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.object_registry import ObjectRegistry
-from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_sim.world.request_checks import Reason, RefusedError
 from swarm_sim.world.robot_registry import RobotRegistry
 
 LONGEST = 256  # letters of a pattern

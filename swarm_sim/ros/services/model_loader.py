@@ -15,7 +15,7 @@ from typing import Any
 
 from swarm_common.process import start
 from swarm_sim.world.model_reader import HEADER, Model, ModelRequest
-from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_sim.world.request_checks import Reason, RefusedError
 
 LIMIT = 30.0  # [s] of wall time for a model, the start of the reader included
 IDLE = 60.0  # [s] of wall time after which a reader that nobody needs ends

@@ -11,7 +11,7 @@ from geometry_msgs.msg import Twist as TwistMsg
 from swarm_common.middleware import ros_io
 from swarm_common.model.records import Pose, Twist
 from swarm_common.model.shapes import Transform, quaternion_of
-from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_sim.world.request_checks import Reason, RefusedError
 
 MAP = "map"
 FRAMES = ("", MAP, "world")  # which all mean the same

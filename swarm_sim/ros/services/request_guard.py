@@ -9,8 +9,7 @@ from simulation_interfaces.msg import Result
 
 from swarm_common.middleware.rejections import Rejections
 from swarm_common.process.standard_streams import FaultLog
-from swarm_sim.world.refusal import Reason, RefusedError
-from swarm_sim.world.request_checks import check_request
+from swarm_sim.world.request_checks import Reason, RefusedError, check_request
 
 Codes = Mapping[Reason, int]
 RESULTS: Codes = {

@@ -21,7 +21,7 @@ from swarm_commander.run.results.report import write_report
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import RunFolder, create_run_folder
 from swarm_commander.run.terminal import Outlet
-from swarm_common.files.whole_file import write_whole
+from swarm_common.files.storage import write_whole
 from swarm_common.model.breaches import MissedGoal
 from swarm_common.model.errors import ConfigError
 from swarm_common.process import messages as say

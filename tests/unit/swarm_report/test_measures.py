@@ -15,10 +15,9 @@ from swarm_describe.robots.loading import load_robot
 from swarm_report.bottleneck import find_bottleneck, lost_words
 from swarm_report.charts import timeline
 from swarm_report.document import document_html, shares
-from swarm_report.headline import headline, headline_text, waits_between
+from swarm_report.headline import headline, headline_text, report_fields, waits_between
 from swarm_report.ideal import ideal_times
 from swarm_report.measures import lost_time, shares_over_time, state_shares, station_use, throughput
-from swarm_report.report_fields import report_fields
 from swarm_report.run import RunData
 from swarm_report.run_files import Report
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common.model.coordination import Coordination
+from swarm_common.model.central import Coordination
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
 from swarm_nav.core.plugins import RULE_NAMES

@@ -7,7 +7,7 @@ import pytest
 
 from swarm_common.model.errors import ConfigError
 from swarm_recording.bag import Bag
-from swarm_recording.play_options import PlayOptions, played, topics_to_play
+from swarm_recording.filter import PlayOptions, played, topics_to_play
 from swarm_view import replay_command
 from tests.unit.swarm_recording.bags import NOTE, OTHER, cdr, notes, split_bag, write
 

@@ -14,9 +14,9 @@ import pytest
 import typer
 from swarm_interfaces.msg import RobotStatus
 
-from swarm_commander.cli import commander_command, completion, setup_command
+from swarm_commander.cli import command_node, commander_command, setup_command
 from swarm_commander.cli.thing_request import thing_request
-from swarm_common.files.run_folders import run_folders
+from swarm_common.files.resources import run_folders
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError, NoSwarmError
 from swarm_common.model.records import Pose
@@ -192,9 +192,9 @@ def test_the_way_to_a_goal_that_somebody_else_gave_is_not_told():
 
 def test_tab_offers_robots_stations_and_subcommands_of_the_latest_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert completion.robots() == completion.stations() == []
+    assert command_node.robots() == command_node.stations() == []
     make_run(tmp_path / "runs" / "latest", robots=2, seconds=0)
-    assert completion.robots() == ["Srobot1", "Srobot2"]
-    assert completion.stations() == ["dock", "shop"]
-    assert {"Srobot1", "spawn", "restart"} <= set(completion.first_words())
+    assert command_node.robots() == ["Srobot1", "Srobot2"]
+    assert command_node.stations() == ["dock", "shop"]
+    assert {"Srobot1", "spawn", "restart"} <= set(command_node.first_words())
     assert run_folders() == ["runs/latest"]

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from swarm_common.files import cache
-from swarm_common.files.cache import kept
+from swarm_common.files import storage
+from swarm_common.files.storage import kept
 from swarm_describe.robots import description as robot_model
 from swarm_describe.robots.loading import open_robot
 
@@ -41,7 +41,7 @@ def test_what_cannot_be_used_is_made_anew(folder, tmp_path, monkeypatch):
 
 
 def test_the_oldest_go(folder, monkeypatch):
-    monkeypatch.setattr(cache, "MOST_KEPT", 2)
+    monkeypatch.setattr(storage, "MOST_KEPT", 2)
     for number in range(4):
         kept("things", [str(number)], lambda: 0)
     assert len(list((folder / "things").iterdir())) == 2

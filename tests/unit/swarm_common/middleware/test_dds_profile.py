@@ -4,7 +4,6 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from swarm_common.files.edition import DECIDING, edition
 from swarm_common.middleware import dds_profile
 from swarm_common.middleware.addresses import (
     address_of,
@@ -14,6 +13,7 @@ from swarm_common.middleware.addresses import (
 )
 from swarm_common.middleware.ros_env import unicast_port
 from swarm_common.model.errors import ConfigError
+from swarm_common.process.compiled_code import DECIDING, edition
 
 SPACE = {"d": dds_profile.NAMESPACE}
 

@@ -179,7 +179,7 @@ def test_with_our_own_profile_given_there_is_no_shared_memory(tmp_path):
 def test_rclpy_starts_without_a_home_folder(home, tmp_path):
     code = (
         "from swarm_common.middleware import ros_env; ros_env.set_defaults()\n"
-        "from swarm_common.files.cache import cache_folder, kept\n"
+        "from swarm_common.files.storage import cache_folder, kept\n"
         "import os, rclpy; rclpy.init(); rclpy.shutdown()\n"
         "assert kept('t', ['x'], lambda: 3) == 3; print(cache_folder(), os.environ['ROS_LOG_DIR'])"
     )

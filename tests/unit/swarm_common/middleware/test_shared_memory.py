@@ -4,7 +4,7 @@ import fcntl
 import os
 from pathlib import Path
 
-from swarm_common.middleware.shared_memory import remove_abandoned
+from swarm_common.middleware.ros_env import remove_abandoned
 
 LONG_AGO = (1_000.0, 1_000.0)
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from swarm_common.model.errors import RobotModelError, SwarmError
+from swarm_describe.robots.drive_tags import is_omni, is_passive, words
 from swarm_describe.robots.loading import account_of, load_robot, open_robot
-from swarm_describe.robots.words import is_omni, is_passive, words
 from tests.fakes.foreign_robots import (
     ACCELERATIONS,
     CONTROL,

@@ -14,7 +14,7 @@ from swarm_describe.robots.loading import load_robot
 from swarm_describe.worlds.actors import WalkerSpec
 from swarm_describe.worlds.reader import load_world
 from swarm_describe.worlds.scene import Scene
-from swarm_sim.physics.walkers import Walkers
+from swarm_sim.physics.actors import Walkers
 from swarm_sim.world.world import World, WorldConfig
 
 WAFFLE = load_robot("turtlebot3_waffle")

@@ -18,7 +18,7 @@ from swarm_sim.world.model_reader import ModelRequest, read_model
 from swarm_sim.world.object_placement import upright
 from swarm_sim.world.object_registry import ObjectRegistry
 from swarm_sim.world.object_source import is_object
-from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_sim.world.request_checks import Reason, RefusedError
 from swarm_sim.world.robot_registry import RobotRegistry
 
 WAFFLE = "turtlebot3_waffle"

@@ -3,7 +3,7 @@
 import pytest
 
 from swarm_sim.world.object_source import is_object, read_object
-from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_sim.world.request_checks import Reason, RefusedError
 
 LINK = (
     "<link name='l'><collision name='c'><geometry><box><size>{0} 1 1</size></box></geometry>"

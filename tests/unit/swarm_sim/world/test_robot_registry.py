@@ -12,7 +12,7 @@ from swarm_describe.worlds.world_file import find_world
 from swarm_sim.ros.build import build
 from swarm_sim.ros.settings import RobotEntry, Settings
 from swarm_sim.world.model_reader import read_robot
-from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_sim.world.request_checks import Reason, RefusedError
 from swarm_sim.world.robot_registry import Arrival, RobotRegistry
 from tests.fakes.charging import BATTERY
 from tests.fakes.own_robots import Own, box, caster, inertial, lidar, link, pair, robot

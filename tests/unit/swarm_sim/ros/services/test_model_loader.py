@@ -11,7 +11,7 @@ from swarm_describe.robots.loading import Robot
 from swarm_describe.worlds.scene import Body
 from swarm_sim.ros.services.model_loader import ModelLoader
 from swarm_sim.world.model_reader import Model, ModelRequest, read_model
-from swarm_sim.world.refusal import Reason, RefusedError
+from swarm_sim.world.request_checks import Reason, RefusedError
 
 BOX = "<geometry><box><size>0.4 0.4 0.4</size></box></geometry>"
 

@@ -1,4 +1,4 @@
-"""Results kept in the user's cache between runs.
+"""Files that are there whole or not at all, and results kept in the user's cache between runs.
 
 Importing yourdfpy takes one of the six seconds of a start; a description that was read before is
 not read again.
@@ -8,13 +8,34 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import os
 import pickle
+import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
-from swarm_common.files.whole_file import write_whole
 from swarm_common.process.home import NAME, cache_base
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Replace a file; the old contents stay until all of the new ones are on disk.
+
+    Raises:
+        OSError: If it cannot be written; the old contents are then unchanged.
+    """
+    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+            file.flush()
+            os.fchmod(file.fileno(), 0o644)
+            os.fsync(file.fileno())
+        Path(name).replace(path)
+    except OSError:
+        Path(name).unlink(missing_ok=True)
+        raise
+
 
 MOST_KEPT = 100  # results of a kind; the oldest go first
 
