@@ -18,6 +18,7 @@ MOST_VARIANTS = 100
 TEXTS = ("world", "mission", "robot", "actors", "dispatch")  # fields of a scenario that are texts
 NUMBERS = ("loss", "delay", "noise")
 FLEET = "fleet"  # models joined by +
+OTHERS = ("method", "engine", "with_lidar", FLEET)
 OF_CONTROLLER = "controller."  # may stand before its parameters, as in Nav2's files
 
 
@@ -102,13 +103,31 @@ def _changed(options: RunOptions, name: str, text: str) -> RunOptions:
             raise ConfigError(f"--sweep {name} is '{text}'; expected true or false")
         value = text == "true"
     elif name not in TEXTS:
-        name = name.removeprefix(OF_CONTROLLER)
-        parameters = {**options.parameters, **parse_parameters([f"{name}={text}"], "--sweep")}
+        found = parameter_of(name, text, (*TEXTS, *NUMBERS, *OTHERS))
+        parameters = {**options.parameters, **found}
         return dataclasses.replace(options, parameters=parameters)
     scenario = dataclasses.replace(options.scenario, **{name: value})
     if name in ("world", "mission"):
         scenario = dataclasses.replace(scenario, name=name_of(scenario.world, scenario.mission))
     return dataclasses.replace(options, scenario=scenario)
+
+
+def parameter_of(name: str, text: str, axes: Sequence[str]) -> dict[str, Any]:
+    """Return the parameter that an axis changes, by name.
+
+    Args:
+        axes: Names of axes that are no parameters, for the message.
+
+    Raises:
+        ConfigError: If there is no such parameter or axis, or the value is wrong.
+    """
+    name = name.removeprefix(OF_CONTROLLER)
+    try:
+        return parse_parameters([f"{name}={text}"], "--sweep")
+    except UnknownNameError as error:
+        if error.name != name:
+            raise
+        raise UnknownNameError("axis", name, (*axes, *error.known), "--sweep") from None
 
 
 def name_of(world: str, mission: str) -> str:

@@ -184,7 +184,7 @@ def _report(study: Study, console: Console, outputs: list[Path], *, compare: boo
     curves = study.curves
     if not any(curve.points for curve in curves):
         return
-    told = sentences(curves, compare=compare)
+    told = [*filter(None, [study.cut]), *sentences(curves, compare=compare)]
     print_curves(curves, told, console)
     for path in outputs:
         write_output(path, curves, told, shlex.join(["swarm-bench", *sys.argv[1:]]))

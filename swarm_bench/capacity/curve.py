@@ -2,14 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+
+import numpy as np
 
 from swarm_bench.capacity.knee import Knee, find_knee
 from swarm_bench.statistics import Interval, mean_of_runs, student_mean
 from swarm_run.record.figures import HOUR, Steady
 from swarm_run.record.run_record import RunRecord
+
+GROWS = 0.05  # share of the orders that came by which the backlog may grow; one order always may
+
+
+@dataclass(frozen=True, slots=True)
+class Demand:
+    """Orders after the warm-up, in the mean of the runs."""
+
+    came: float
+    before: float  # orders that were open at the end of the warm-up
+    after: float  # and at the end of the run
+
+    @property
+    def is_met(self) -> bool:
+        """Whether the swarm does as many orders as come."""
+        return self.after - self.before <= max(1.0, GROWS * self.came)
 
 
 @dataclass
@@ -38,10 +57,18 @@ class Point:
         return mean_of_runs([run.per_hour for run in self.steady], per_batch)
 
     @cached_property
+    def demand(self) -> Demand | None:
+        """Orders that came and that were left; None for goals, which robots give themselves."""
+        found = [_open_orders(run) for run in self.runs if run.orders and run.steady]
+        return Demand(*np.mean(found, axis=0).tolist()) if found else None
+
+    @cached_property
     def lead_time(self) -> Interval | None:
-        """Lead time [s]; None if a run finished nothing."""
+        """Lead time [s]; None if a run finished nothing, without an interval if it grows."""
         if any(run.lead_time is None for run in self.steady):
             return None
+        if self.demand is not None and not self.demand.is_met:
+            return Interval(float(np.mean([run.lead_time for run in self.steady])))
         batches = [
             [lead for lead, count in zip(run.lead_times, run.finished, strict=True) if count]
             for run in self.steady
@@ -102,6 +129,19 @@ class Curve:
     def unit(self) -> str:
         """Unit that throughput counts, like goals."""
         return next((run.unit for point in self.points for run in point.steady), "goals")
+
+
+def _open_orders(run: RunRecord) -> tuple[int, int, int]:
+    """Return how many orders came after the warm-up, and how many were open before and after."""
+    assert run.orders is not None
+    assert run.steady is not None
+    begin, end = run.steady.warm_up, run.steady.warm_up + run.steady.seconds
+    times = [
+        (one["created"], math.inf if one["done"] is None else one["done"])
+        for one in run.orders["orders"]
+    ]
+    before, after = (sum(born <= t < done for born, done in times) for t in (begin, end))
+    return sum(begin < born <= end for born, _ in times), before, after
 
 
 def curve_of(label: str, results: Iterable[RunRecord]) -> Curve:

@@ -25,6 +25,15 @@ def knee_sentence(curve: Curve) -> str:
     )
 
 
+def demand_sentence(curve: Curve) -> str:
+    """Return where orders come faster than they are done; empty if nowhere."""
+    unmet = {p.robots: p.demand for p in curve.points if p.demand and not p.demand.is_met}
+    if not unmet:
+        return ""
+    told = ", ".join(f"{n} ({one.before:.0f} to {one.after:.0f})" for n, one in unmet.items())
+    return f"Demand not met: open orders, and lead times with them, grow with {told} robots."
+
+
 def reason_sentence(curve: Curve) -> str:
     """Return why more robots bring little, or nothing where the seeds disagree."""
     knee = curve.knee

@@ -14,10 +14,10 @@ from typing import Any
 import msgspec
 import typer
 
-from swarm_bench.capacity.axes import OF_CONTROLLER, combinations, name_of
+from swarm_bench.capacity.axes import combinations, name_of, parameter_of
 from swarm_bench.capacity.curve import Curve, curve_of
 from swarm_bench.capacity.report import print_curves, sentences, write_output
-from swarm_bench.runs.episode import RunOptions, parse_parameters
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.ros_run import result_of_report
 from swarm_bench.runs.scenario import Scenario
 from swarm_bench.suite.command import MISSED, new_console
@@ -83,15 +83,18 @@ def sweep_on_graph(context: typer.Context) -> None:
                 console.print(run_line(result), highlight=False, soft_wrap=True, markup=False)
                 curves.setdefault(run.label, []).append(result)
     finally:
-        _tell([curve_of(label, found) for label, found in curves.items()], folder)
+        ended = sum(map(len, curves.values()))
+        cut = f"The sweep was cut: {ended} of {len(runs)} runs have a result."
+        found = [curve_of(label, results) for label, results in curves.items()]
+        _tell(found, folder, [cut] if ended < len(runs) else [])
     if not is_flawless:
         raise typer.Exit(MISSED)
 
 
-def _tell(curves: Sequence[Curve], folder: Path) -> None:
+def _tell(curves: Sequence[Curve], folder: Path, remarks: Sequence[str]) -> None:
     if not any(curve.points for curve in curves):
         return
-    told, console = sentences(curves, compare=False), new_console()
+    told, console = [*remarks, *sentences(curves, compare=False)], new_console()
     print_curves(curves, told, console)
     for name in OUTPUTS:
         write_output(folder / name, curves, told, " ".join(["swarm-up", *sys.argv[1:]]))
@@ -106,8 +109,7 @@ def _run_of(chosen: Mapping[str, str], stated: Mapping[str, Any], folder: Path) 
         if flag is not None:
             words += [flag, text]
         else:
-            setting = f"{name.removeprefix(OF_CONTROLLER)}={text}"
-            parameters |= parse_parameters([setting], "--sweep")
+            parameters |= parameter_of(name, text, [*FLAGS, *flags])
     varied = stated_of(parser().make_context("swarm-up", words))
     own = {"parameters": parameters, "run_dir": str(folder)}
     spec = RunSpec(**{**stated, **varied, **own})

@@ -7,7 +7,7 @@ import io
 import json
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,12 @@ from typing import Any
 from rich.console import Console
 
 from swarm_bench.capacity.curve import Curve, Point
-from swarm_bench.capacity.findings import comparison_sentences, knee_sentence, reason_sentence
+from swarm_bench.capacity.findings import (
+    comparison_sentences,
+    demand_sentence,
+    knee_sentence,
+    reason_sentence,
+)
 from swarm_bench.runs.machine import machine_line
 from swarm_bench.statistics import Interval
 from swarm_bench.tables import BenchTable
@@ -36,6 +41,14 @@ class Measure:
     caption: str
     of: Callable[[Point], Interval | None]
     is_share: bool = False
+
+    def at(self, point: Point) -> Interval | None:
+        """Return the figure; its interval within what is possible, none where all runs agree."""
+        value = self.of(point)
+        if value is None or not value.half_width or not value.is_known:
+            return value and Interval(value.estimate)
+        most = 1.0 if self.is_share else math.inf
+        return replace(value, low=max(0.0, value.low), high=min(most, value.high))
 
 
 MEASURES = {
@@ -77,7 +90,8 @@ def sentences(curves: Sequence[Curve], *, compare: bool) -> list[str]:
     for curve in curves:
         if curve.points:
             label = f"{curve.label}: " if curve.label else ""
-            text = " ".join(filter(None, (knee_sentence(curve), reason_sentence(curve))))
+            parts = (knee_sentence(curve), reason_sentence(curve), demand_sentence(curve))
+            text = " ".join(filter(None, parts))
             found.append(label + text)
     return found
 
@@ -90,14 +104,30 @@ def _use(point: Point) -> tuple[str, Interval | None]:
     return next(iter(point.station_use().items()), ("–", None))
 
 
+def _ends(name: str, point: Point, form: str) -> str:
+    """Return the interval of a measure; a dash where there is none."""
+    value = MEASURES[name].at(point)
+    return "–" if value is None else value.ends(form)
+
+
+def _demand(point: Point) -> tuple[str, str]:
+    """Return the orders that were open before and after, and whether the demand is met."""
+    one = point.demand
+    if one is None:
+        return "–", "–"
+    return f"{one.before:.0f} to {one.after:.0f}", "yes" if one.is_met else "no"
+
+
 COLUMNS: dict[str, Callable[[tuple[str, Point]], str]] = {
     "variant": lambda row: row[0],
     "robots": lambda row: str(row[1].robots),
     "seeds": lambda row: str(len(row[1].runs)),
     "per hour": lambda row: _text(row[1].throughput, "{:.0f}"),
-    "95 %": lambda row: row[1].throughput.ends("{:.0f}"),
+    "95 %": lambda row: _ends("throughput", row[1], "{:.0f}"),
     "lead time [s]": lambda row: _text(row[1].lead_time, "{:.1f}"),
-    "95 % ": lambda row: "–" if row[1].lead_time is None else row[1].lead_time.ends("{:.1f}"),
+    "95 % ": lambda row: _ends("lead_time", row[1], "{:.1f}"),
+    "backlog": lambda row: _demand(row[1])[0],
+    "demand met": lambda row: _demand(row[1])[1],
     "stood": lambda row: _text(row[1].stood, "{:.0%}").replace("%", " %"),
     "busiest station": lambda row: _use(row[1])[0],
     "in use": lambda row: _text(_use(row[1])[1], "{:.0%}").replace("%", " %"),
@@ -169,7 +199,7 @@ def _html(curves: Sequence[Curve], told: Sequence[str], command: str) -> str:
 
 
 def _known(measure: Measure, curve: Curve) -> list[tuple[int, Interval]]:
-    found = [(point.robots, measure.of(point)) for point in curve.points]
+    found = [(point.robots, measure.at(point)) for point in curve.points]
     return [(robots, value) for robots, value in found if value is not None]
 
 
@@ -188,8 +218,8 @@ def _chart(measure: Measure, curves: Sequence[Curve]) -> charts.Chart | None:
                 error_y={
                     "type": "data",
                     "symmetric": False,
-                    "array": [_ends(measure, value)[1] for _, value in known],
-                    "arrayminus": [_ends(measure, value)[0] for _, value in known],
+                    "array": [v.high - v.estimate if v.is_known else 0.0 for _, v in known],
+                    "arrayminus": [v.estimate - v.low if v.is_known else 0.0 for _, v in known],
                 },
                 line={"color": style.CYCLE[number % len(style.CYCLE)]},
                 hovertemplate="%{x} robots: %{y:.3g} ± %{error_y.array:.2g}",
@@ -209,14 +239,6 @@ def _chart(measure: Measure, curves: Sequence[Curve]) -> charts.Chart | None:
         for knee in knees if measure is MEASURES["throughput"]
     ]  # fmt: skip
     return {"data": data, "layout": layout}
-
-
-def _ends(measure: Measure, value: Interval) -> tuple[float, float]:
-    """Return how far the interval goes below and above the mean; nothing is less than 0."""
-    if not value.is_known:
-        return 0.0, 0.0
-    most = 1.0 - value.estimate if measure.is_share else math.inf
-    return min(value.half_width, value.estimate), min(value.half_width, most)
 
 
 def _csv(curves: Sequence[Curve], told: Sequence[str], command: str) -> str:
@@ -259,10 +281,14 @@ def _records(curve: Curve) -> list[dict[str, Any]]:
             "seeds": len(point.runs),
         }
         for name, measure in MEASURES.items():
-            value = measure.of(point)
+            value = measure.at(point)
             ends = (None, None) if value is None or not value.is_known else (value.low, value.high)
             record[name] = None if value is None else value.estimate
             record[f"{name}_low"], record[f"{name}_high"] = ends
+        demand = point.demand
+        record["backlog_before"] = None if demand is None else demand.before
+        record["backlog"] = None if demand is None else demand.after
+        record["demand_met"] = None if demand is None else demand.is_met
         record["busiest_station"] = next(iter(point.station_use()), "")
         record["collisions"], record["deadlocks"] = point.collisions, point.deadlocks
         record["min_clearance"] = point.clearance

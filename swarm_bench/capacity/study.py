@@ -61,6 +61,7 @@ class Study:
         self.failed: list[FailedRun] = []
         self.planned = self.done = 0.0
         self._asked: set[tuple[int, int, int]] = set()  # variant, size, seed
+        self._left = 0  # runs that were to come when the time was up
 
     @property
     def curves(self) -> list[Curve]:
@@ -69,6 +70,15 @@ class Study:
             curve_of(variant.label, results)
             for variant, results in zip(self._variants, self.results, strict=True)
         ]
+
+    @property
+    def cut(self) -> str:
+        """What is missing of the sweep, in words; empty if it was not cut."""
+        ended = len(self.failed) + sum(map(len, self.results))
+        planned = len(self._asked) + self._left
+        if ended < planned:
+            return f"The sweep was cut: {ended} of {planned} planned runs have ended."
+        return f"These are the runs of share {self._shard} only." if self._shard else ""
 
     @property
     def is_late(self) -> bool:
@@ -99,6 +109,7 @@ class Study:
             tell()
             self._round(sweep(options), [variant for variant, _, _ in todo], console, tell)
             todo = self._next_round()
+        self._left = len(todo)
 
     def _round(
         self,

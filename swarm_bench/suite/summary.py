@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from swarm_bench.runs.episode import RunOptions
+from swarm_bench.runs.methods import OF_NAVIGATORS
 from swarm_bench.runs.result_builder import conditions
 from swarm_bench.runs.scenario import Scenario, Target, load_scenario, scenario_names
 from swarm_bench.statistics import bootstrap_mean
@@ -124,6 +125,12 @@ class Row:
             return f"{text}: missed"
         is_stretched = target.stretch is not None and median <= target.stretch
         return f"{text}: {'stretch met' if is_stretched else 'met'}"
+
+    @property
+    def worst_wait(self) -> float | None:
+        """Longest that a robot waited and held [s]; None for methods that do not count it."""
+        worst = self.most("wait_worst")
+        return worst if worst or self.first.method in OF_NAVIGATORS else None
 
     @property
     def wait_ratio(self) -> float | None:

@@ -26,7 +26,7 @@ COLUMNS: dict[str, Callable[[Row], str]] = {
     "deadlocks resolved": lambda row: str(row.total("deadlocks_resolved")),
     "pushes": lambda row: str(row.total("pushes")),
     "retreats": lambda row: str(row.total("retreats")),
-    "worst wait [s]": lambda row: number(row.most("wait_worst"), 0),
+    "worst wait [s]": lambda row: number(row.worst_wait, 0),
     "worst over median wait": lambda row: number(row.wait_ratio, 1),
     "clearance [m]": lambda row: number(row.least("min_clearance")),
     "near misses": lambda row: str(row.total("near_misses")),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
+from bisect import bisect_right, insort
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -133,6 +133,8 @@ class History:
                 return
             if known.is_known:
                 self._compare(robot, before, state, time)
+            elif self.gaps:
+                self._fill_gap(robot, state.goals_reached - before.goals_reached, time)
         known.is_known = True
         self._follow_wait(robot, known, state, time)
         if before is None or _said(before) != _said(state):
@@ -185,6 +187,14 @@ class History:
         if state.state == "inactive" and before.state != "inactive":
             self._mark(Mark(time, Kind.FAULT, f"{robot} is inactive: {state.detail}", robot))
 
+    def _fill_gap(self, robot: str, goals: int, time: float) -> None:
+        """Place goals that a robot reached in the last gap evenly in it: nobody saw when."""
+        since = self.gaps[-1][0]
+        for number in range(goals):
+            at = since + (number + 1) / (goals + 1) * (time - since)
+            insort(self._reached, at)
+            self._mark(Mark(at, Kind.GOAL, f"{robot} reaches a goal while no page is open", robot))
+
     def _follow_wait(self, robot: str, known: _Robot, state: ReportedState, time: float) -> None:
         if state.state not in WAITING:
             known.waits_since = known.wait = None
@@ -201,8 +211,7 @@ class History:
 
     def _mark(self, mark: Mark) -> None:
         mark.end = max(mark.end, mark.time)
-        place = bisect_right([known.time for known in self.marks[-200:]], mark.time)
-        self.marks.insert(max(0, len(self.marks) - 200) + place, mark)
+        insort(self.marks, mark, key=lambda known: known.time)
         self.revision += 1
 
     def _nearest_pair(self) -> tuple[str, ...]:

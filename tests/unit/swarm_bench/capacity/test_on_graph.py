@@ -27,7 +27,11 @@ def test_options_and_parameters_are_axes(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "text", "said"),
-    [("world", "nowhere", "unknown world"), ("max_vel_x", "-1", "must be more than 0")],
+    [
+        ("world", "nowhere", "unknown world"),
+        ("max_vel_x", "-1", "must be more than 0"),
+        ("robotz", "2", "unknown axis 'robotz' in --sweep; did you mean 'robots'"),
+    ],
 )
 def test_a_wrong_value_is_refused_before_any_run(tmp_path, name, text, said):
     with pytest.raises(ConfigError, match=said):

@@ -1,7 +1,9 @@
 """Intervals against published values, knees against curves whose knee is known, sentences."""
 
+import json
 from typing import Any
 
+import msgspec
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 from swarm_bench.capacity.curve import Curve, curve_of
 from swarm_bench.capacity.findings import comparison_sentences, knee_sentence, reason_sentence
 from swarm_bench.capacity.knee import find_knee
+from swarm_bench.capacity.report import points_table, sentences, write_output
 from swarm_bench.statistics import Interval, mean_of_runs
 from swarm_run.record.figures import steady_of
 from swarm_run.record.run_record import GroundTruth, RunRecord, StationShare
@@ -112,3 +115,36 @@ def test_two_variants_are_compared_on_the_same_seeds():
     )
     same = comparison_sentences(hinged("a", ["dock"] * 4), hinged("b", ["dock"] * 4))
     assert "both finish the same" in same[0]
+
+
+def test_a_swarm_that_orders_overrun_does_not_look_steady(tmp_path):
+    """An order each 60 s, done 50 s after the one before, or in 100 s: the second backlog grows."""
+    runs = []
+    for robots, takes in ((4, 100.0), (8, 50.0)):
+        times = [(60.0 * k, max(60.0, takes) * k + takes) for k in range(30)]
+        done = [(end, end - begin) for begin, end in times if end <= 1800.0]
+        orders = [{"created": a, "done": b if b <= 1800.0 else None} for a, b in times]
+        steady = steady_of(done, 600.0, 1800.0, "orders")
+        truth = GroundTruth(
+            stood_time=0.0, stood_worst=0.0, stood_share=0.0, circles=0, longest_circle=0.0,
+            deadlocks=0, stations={},
+        )  # fmt: skip
+        runs += [
+            result(robots=robots, seed=seed, orders={"orders": orders}, steady=steady,
+                   ground_truth=msgspec.structs.replace(truth, stood_share=0.1 * (seed > 1)))
+            for seed in range(3)
+        ]  # fmt: skip
+    curve = curve_of("", runs)
+    path = tmp_path / "a.json"
+    write_output(path, [curve], sentences([curve], compare=False), "")
+    summary = json.loads(path.read_text(encoding="utf-8"))
+    assert summary["sentences"][0].endswith(
+        "Demand not met: open orders, and lead times with them, grow with 4 (5 to 12) robots."
+    )
+    overrun, steady = summary["variants"][0]["points"]
+    assert [point["demand_met"] for point in (overrun, steady)] == [False, True]
+    assert overrun["lead_time_low"] is None
+    assert steady["throughput"] == 60.0
+    assert steady["throughput_low"] is None
+    assert steady["stood_low"] == 0.0
+    assert points_table([curve]).rows[0][6:8] == ["5 to 12", "no"]

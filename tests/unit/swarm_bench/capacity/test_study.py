@@ -42,12 +42,14 @@ def test_an_adaptive_study_closes_in_on_the_knee_and_adds_seeds_where_it_must():
     assert counts[4] > counts[44] >= 3
     assert max(point.throughput.relative for point in curve.points) <= 0.01
     assert study.done == study.planned
+    assert study.cut == ""
 
 
 def test_a_study_ends_when_its_time_is_up():
     study = Study([SweepVariant("", RunOptions(scenario=SCENARIO, robots=1))], [4, 8], [0],
                   precision=0.01, budget=1e-9)  # fmt: skip
     study.run(lambda runs: pytest.fail("a round began"), Console(quiet=True))
+    assert study.cut == "The sweep was cut: 0 of 2 planned runs have ended."
     assert math.isinf(Study([], [4], [0])._deadline)
 
 
@@ -65,6 +67,8 @@ def test_axes_multiply():
     assert mixed.base.scenario.fleet == ("turtlebot3_burger", "turtlebot3_waffle")
     assert mixed.base.scenario.name == "slim_blockage, roam"
     (central,) = variants(base, ["dispatch=central"])
+    with pytest.raises(ConfigError, match=r"unknown axis 'dispach'.* 'dispatch'\?"):
+        variants(base, ["dispach=fifo"])
     with pytest.raises(ConfigError, match="dispatch is 'central', but mission loading_route has"):
         check(central.base)
 

@@ -21,7 +21,7 @@ from swarm_bench.suite.report import traffic_report
 from swarm_bench.suite.selection import select, suite_sweeps
 from swarm_bench.suite.summary import summarise
 from swarm_bench.suite.sweep import RunSweep, key_of_options, read_results
-from swarm_bench.suite.table import summary_table
+from swarm_bench.suite.table import COLUMNS, summary_table
 from swarm_common.model.errors import ConfigError
 from tests.fakes.lines import add_lines
 from tests.fakes.results import result
@@ -115,9 +115,12 @@ def test_the_document_has_rows_targets_flaws_and_a_comparison():
     runs = [result(seed=seed, makespan=600.0 + seed) for seed in range(3)]
     runs += [result(seed=0, engine="ros", makespan=640.0, tick_us_median=None)]
     runs += [
-        result(seed=seed, method="dwa", goals_reached=20, makespan=None, robot_robot=2)
+        result(seed=seed, method="dwa", goals_reached=20, makespan=None, robot_robot=2,
+               wait_worst=0.0)
         for seed in range(2)
-    ]
+    ]  # fmt: skip
+    waits = [COLUMNS["worst wait [s]"](row) for row in summarise(runs)]
+    assert waits == ["5", "5", "-"]  # it does not count them
     runs += [
         result(
             scenario="circle", robots=40, seed=7, goals_sent=40, goals_reached=39, makespan=None,
