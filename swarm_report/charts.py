@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from swarm_common.model.grid import FREE, OCCUPIED, Grid
+from swarm_common.model.records import Pose
 from swarm_common.model.zones import keepout_area, speed_area, triangles
 from swarm_report import maps
 from swarm_report.measures import AT_STATION, shares_over_time, station_use, throughput
@@ -40,6 +41,7 @@ INK = "ink"
 NEAR_MISS = 0.03  # [m] closer without contact is a near miss
 BIN = 0.02  # [m] of the clearance histogram
 MOST_POINTS = 60_000  # of all trajectories; browsers draw them as SVG
+MAP_WIDTH = 450  # [px] of a map, about
 MOST_BARS = 5_000  # of the timeline; shorter ones are left out
 DASHES = ("solid", "dash", "dashdot", "dot")
 Chart = dict[str, Any]
@@ -156,12 +158,38 @@ def _station_marks(run: RunData) -> list[Chart]:
             [pose.y for pose in places.values()],
             mode="markers+text",
             text=[text(name) for name in places],
-            textposition="top center",
+            textposition=_beside(run, places),
             textfont={"size": 10, "color": INK},
             marker={"symbol": "square-open", "size": 9, "color": INK},
             hovertemplate="%{text}<br>x %{x:.2f} y %{y:.2f} m<extra></extra>",
         )
     ]
+
+
+def _beside(run: RunData, places: Mapping[str, Pose]) -> list[str]:
+    """Return on which side of its station each name meets fewest other names, marks and edges."""
+    xs, ys = zip(*((pose.x, pose.y) for pose in places.values()), strict=True)
+    left, right = (min(xs), max(xs)) if run.grid is None else extent(run.grid)[:2]
+    unit = max(right - left, 1.0) / MAP_WIDTH  # [m] of a pixel
+    half = 6.0 * unit
+    taken = [(x - half, y - half, x + half, y + half) for x, y in zip(xs, ys, strict=True)]
+    found = []
+    for name, x, y in zip(places, xs, ys, strict=True):
+        wide = 6.0 * len(name) * unit
+        boxes = {
+            "top center": (x - wide / 2, y + half, x + wide / 2, y + 3 * half),
+            "middle right": (x + half, y - half, x + half + wide, y + half),
+            "middle left": (x - half - wide, y - half, x - half, y + half),
+            "bottom center": (x - wide / 2, y - 3 * half, x + wide / 2, y - half),
+        }
+        hits = {
+            side: sum(b[0] < o[2] and b[2] > o[0] and b[1] < o[3] and b[3] > o[1] for o in taken)
+            + (b[0] < left) + (b[2] > right)
+            for side, b in boxes.items()
+        }  # fmt: skip
+        found.append(min(hits, key=hits.__getitem__))
+        taken.append(boxes[found[-1]])
+    return found
 
 
 def _crashes(run: RunData) -> list[Chart]:

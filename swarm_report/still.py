@@ -25,6 +25,12 @@ from swarm_report.style import BLACK, WIDE_WIDTH, WIDTH
 
 HEIGHT = 360  # [px] of a chart that does not say
 PIXELS = 105.0  # of a chart in an inch of its still picture
+SIDES: dict[str, tuple[tuple[int, int], dict[str, Any]]] = {  # of a text at a point
+    "top center": ((0, 5), {"ha": "center"}),
+    "bottom center": ((0, -5), {"ha": "center", "va": "top"}),
+    "middle right": ((5, 0), {"ha": "left", "va": "center"}),
+    "middle left": ((-5, 0), {"ha": "right", "va": "center"}),
+}
 POINTS = 0.75  # [pt] in a pixel, of lines
 MOST_NAMED = 12  # entries of a legend; with more, only those that are marks or areas are named
 VECTOR_LIMIT = 1500  # bars beyond which they are drawn as pixels, to keep the SVG small
@@ -142,10 +148,13 @@ def _draw_line(axes: Axes, trace: Chart, floors: dict[str, NDArray[Any]]) -> Non
             label=None if "lines" in mode else label,
         )  # fmt: skip
     if "text" in mode:
-        for at, name in zip(zip(x, y, strict=True), trace["text"], strict=True):
+        given = trace["textposition"]
+        sides = [given] * len(trace["text"]) if isinstance(given, str) else given
+        for at, name, side in zip(zip(x, y, strict=True), trace["text"], sides, strict=True):
+            offset, aligned = SIDES[side]
             axes.annotate(
-                html.unescape(name), at, (0, 5), textcoords="offset points", fontsize=7,
-                ha="center", zorder=6,
+                html.unescape(name), at, offset, textcoords="offset points", fontsize=7,
+                zorder=6, **aligned,
             )  # fmt: skip
     if error := trace.get("error_y"):
         sides = [error["arrayminus"], error["array"]]

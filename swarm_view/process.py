@@ -28,7 +28,7 @@ def main(arguments: list[str] | None = None) -> int:
     events = EventWriter(options.event_fd)
     config = json.loads(options.config.read_text(encoding="utf-8"))
     try:
-        server = Server(config["host"], config["port"])
+        server = Server(config["host"], config["port"], config["title"])
     except SwarmError as error:
         events.write(Refused(str(error)))
         sys.stderr.write(f"{error}\n")

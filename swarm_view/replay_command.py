@@ -216,4 +216,4 @@ def _view(
     feed.seek(start)
     feed.speed = speed
     feed.play()
-    show_recording(feed, port=port, opens=opens)
+    show_recording(feed, port, bag, opens=opens)

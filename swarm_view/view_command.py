@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import rclpy
@@ -16,7 +17,7 @@ from swarm_run.domain import check_swarm, domain_id, patience_for
 from swarm_run.robots.discovery import find_robots
 from swarm_run.spec import LOOPBACK, VIEWER_PORT
 from swarm_view.process import open_node, serve_live
-from swarm_view.server.server import Server
+from swarm_view.server.server import Server, title_of
 from swarm_view.state.topics import robots_in
 from swarm_view.viewer import Viewer, run_until_signal
 
@@ -57,14 +58,15 @@ def view(
     leave(0)
 
 
-def show_recording(feed: BagFeed, port: int, *, opens: bool | None = None) -> None:
+def show_recording(feed: BagFeed, port: int, path: Path, *, opens: bool | None = None) -> None:
     """Show a recording in the browser, until a signal asks for the end.
 
     Args:
+        path: Path of the recording, or of its run.
         opens: Whether to open a browser; None: where there is a display.
     """
     check_address(LOOPBACK, port)
-    server = Server(LOOPBACK, port)
+    server = Server(LOOPBACK, port, title_of(feed.bag.about.get("world", ""), path))
     announce = partial(_announce, server, robots_in(feed.topics()), opens)
     run_until_signal(Viewer(server, feed, None, feed), announce)
 

@@ -43,7 +43,13 @@ of the differences on equal seeds, 5 or more, excludes zero."""
 THREATS = """\
 All is simulated, in few worlds. The authors wrote both sides. The radio of orders is never split.
 Robots of central-mapf sense nothing off the map."""
-STYLE = "body{font:15px sans-serif;margin:2em}td,th{padding:2px 10px;border-bottom:1px solid #ccc}"
+STYLE = (
+    "body{font:15px/1.45 sans-serif;margin:2em auto;max-width:1200px;padding:0 1em}"
+    "table{border-collapse:collapse}td,th{padding:2px 10px;border-bottom:1px solid #ccc;"
+    "text-align:left}th{position:sticky;top:0;background:#f4f5f7}summary{cursor:pointer;"
+    "font-weight:bold;margin:1em 0 .4em}"
+)
+FOLDED = ("Against the undisturbed twin", "Details", "Differences to ours", "Performance profile")
 Section = tuple[str, Experiment, list[CellRuns]]
 
 
@@ -89,8 +95,11 @@ def page(
         f"<!doctype html><meta charset=utf-8><title>{TITLE}</title><style>{STYLE}</style>",
         f"<h1>{TITLE}</h1><p>{QUESTION}</p><p>{html.escape(TERMS.replace('**', ''))}</p>",
     ]
-    for name, experiment, found in _sections(experiments, lines, settings):
-        parts += [f"<h2>{_title(name)}</h2><p>{html.escape(experiment.question)}</p>"]
+    sections = list(_sections(experiments, lines, settings))
+    links = (f"<a href='#{name}'>{_title(name)}</a>" for name, _, _ in sections)
+    parts.append(f"<p>{' · '.join(links)}</p>")
+    for name, experiment, found in sections:
+        parts += [f"<h2 id='{name}'>{_title(name)}</h2><p>{html.escape(experiment.question)}</p>"]
         tables = {
             "Results": results(found),
             "Who is ahead": sides(experiment.cells, found),
@@ -102,7 +111,10 @@ def page(
         }
         for title, table in tables.items():
             if table.rows:
-                parts += [f"<h3>{title}</h3>", table.html()]
+                is_open = "" if title in FOLDED else " open"
+                parts.append(
+                    f"<details{is_open}><summary>{title}</summary>{table.html()}</details>"
+                )
     text, missing = _missing(experiments, lines, quick, settings)
     parts += [f"<h2>Left out</h2><p>{text}", *(f"<br>{html.escape(name)}" for name in missing)]
     return "\n".join(parts) + "\n"

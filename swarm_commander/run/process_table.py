@@ -159,8 +159,10 @@ def _rviz(start: Start) -> Configs:
 
 def _viewer(start: Start) -> Configs:
     spec = start.plan.spec
-    wanted = spec.has_viewer
-    return {VIEWER: {"host": spec.viewer_host, "port": spec.port}} if wanted else {}
+    if not spec.has_viewer:
+        return {}
+    title = f"{Path(spec.world).stem} · {start.folder.path.name}"
+    return {VIEWER: {"host": spec.viewer_host, "port": spec.port, "title": title}}
 
 
 def _vda5050(start: Start) -> Configs:

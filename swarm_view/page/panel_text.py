@@ -71,17 +71,15 @@ def _table(rows: Sequence[tuple[str, str]]) -> str:
 
 
 def _legend(states: Mapping[str, ReportedState]) -> str:
-    """Return what each colour means, and how many robots have it; those of no robot are paler."""
+    """Return each colour and how many robots have it, in few lines; a hint says what it means."""
     counts = Counter(state.state for state in states.values())
-    rows = "".join(
-        f"<tr><td style='padding-right:0.4em'>{dot(look.color)}</td>"
-        f"<td style='white-space:nowrap;padding-right:0.6em;"
-        f"opacity:{1.0 if counts[name] else 0.85}'>{name} {counts[name]}</td>"
-        f"<td style='line-height:1.2;opacity:{0.95 if counts[name] else 0.8}'"
-        f">{look.meaning}</td></tr>"
+    signs = " ".join(
+        f"<span title='{html.escape(look.meaning, quote=True)}' style='display:inline-block;"
+        f"min-width:7.5em;opacity:{1.0 if counts[name] else 0.85}'>{dot(look.color)} {name}"
+        f" {counts[name]}</span>"
         for name, look in LOOKS.items()
     )
-    return f"<div style='{STYLE}'><table style='border-spacing:0 0.15em'>{rows}</table></div>"
+    return f"<div style='{STYLE}'>{signs}</div>"
 
 
 def dot(color: RGB) -> str:

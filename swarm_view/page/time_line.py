@@ -12,7 +12,7 @@ from swarm_view.scene.views import PANEL_WIDTH
 from swarm_view.scene.viser_compat import run_script
 from swarm_view.state.history import History, Kind, Mark
 
-HEIGHT = 58  # [px] of the line: signs, waits, goals, and the times below them
+HEIGHT = 46  # [px] of the line: signs, waits, goals, and the times below them
 NARROW = 900.0  # [px] of a page on which the panel is not beside the line
 PERIOD = 2.0  # [s] of wall time between two drawings of the marks
 REPEAT = 1.0  # [s] of wall time after which the cursor is put again: the line may be a new one
@@ -24,8 +24,8 @@ SIGNS: dict[Kind, tuple[str, RGB, int]] = {  # sign, colour, [px] from above
     Kind.COLLISION: ("✖", VERMILLION, 0),
     Kind.NEAR_MISS: ("◆", ORANGE, 0),
     Kind.FAULT: ("■", PINK, 0),
-    Kind.WAIT: ("▬", SKY, 18),
-    Kind.GOAL: ("▮", GREEN, 30),
+    Kind.WAIT: ("▬", SKY, 16),
+    Kind.GOAL: ("▮", GREEN, 26),
 }
 TICKS = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200)  # [s]
 MOST_TICKS = 9
@@ -102,7 +102,7 @@ def strip_html(
     )
     goals = [mark for mark in marks if mark.kind is Kind.GOAL]
     others = [mark for mark in marks if mark.kind is not Kind.GOAL]
-    path = "".join(f"M{1000 * (mark.time - start) / length:.1f} 31v10" for mark in goals)
+    path = "".join(f"M{1000 * (mark.time - start) / length:.1f} 26v8" for mark in goals)
     svg = (
         f"<svg viewBox='0 0 1000 {HEIGHT}' preserveAspectRatio='none' width='100%'"
         f" height='{HEIGHT}' style='position:absolute;left:0;top:0'>"

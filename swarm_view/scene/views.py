@@ -12,7 +12,7 @@ import numpy as np
 from swarm_common.model.records import FloatArray
 from swarm_view.state.decode import Raster
 
-PANEL_WIDTH, STRIP_HEIGHT = 340.0, 162.0  # [px] of the picture that panel and time line cover
+PANEL_WIDTH, STRIP_HEIGHT = 340.0, 150.0  # [px] of the picture that panel and time line cover
 MARGIN = 0.04  # of the free part of the picture, left empty around a hall
 FROM_ABOVE = np.array([0.0, -1e-3, 1.0])  # not quite: straight down has no upright
 OBLIQUE = np.array([0.0, -0.75, 1.0])

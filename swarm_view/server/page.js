@@ -18,8 +18,17 @@ swarm.send = (kind, value) => {
 
 swarm.begin = (inbox) => {
   swarm.inbox = inbox;
+  if (innerWidth < swarm.PHONE) swarm.foldPanel();
   for (const [kind, value] of swarm.waiting.splice(0)) swarm.send(kind, value);
   swarm.tellSize();
+};
+
+// On a phone viser's panel lies over the page: it opens at a tap on its head.
+swarm.PHONE = 576; // [px] of a page's width, below which viser has that panel
+swarm.foldPanel = (tries = 10) => {
+  const heads = [...document.querySelectorAll("div")].filter((one) => one.style.height === "3.5em" && one.style.cursor === "pointer");
+  if (heads.length) heads[0].click();
+  else if (tries) setTimeout(() => swarm.foldPanel(tries - 1), 200);
 };
 
 swarm.tellSize = () => swarm.send("size", [window.innerWidth, window.innerHeight]);
@@ -153,6 +162,9 @@ document.addEventListener("DOMContentLoaded", () => {
     // viser's own hints would lie below its panel
     ".mantine-Tooltip-tooltip{z-index:2000 !important;font-size:0.85rem;line-height:1.35}" +
     "body[data-swarm-plan] canvas[data-engine]{visibility:hidden}" +
+    // a folder that is closed is a line with a name, not a box that looks like an empty field
+    ".mantine-Paper-root:has(> .mantine-Paper-root > .tabler-icon-chevron-down)" +
+    "{border-width:1px 0 0 0 !important;border-radius:0;background:none;margin-bottom:0 !important}" +
     // One primary button in each tab; all others are outlines. Grey text is dark enough to be read.
     ".mantine-Button-root:not([data-swarm-primary]):not([data-swarm-pressed])" +
     "{background:transparent !important;color:inherit !important;border:1px solid #868e96 !important}" +

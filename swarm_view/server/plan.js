@@ -9,12 +9,14 @@ const plan = {
 swarm.plan = plan;
 plan.MARK = 13; // [px] least radius of a mark, where the nearest neighbour leaves room
 plan.PANEL = 340; // [px] that the panel covers on wide pages
-plan.STRIP = 162; // [px] of the time line
+plan.STRIP = 150; // [px] of the time line
 plan.GLIDE = 150; // [ms] at most until robots are where they were said to be
 plan.JUMP = 4000; // [mm] or [mrad] from which they do not glide
 plan.TURN = 2000 * Math.PI; // [mrad]
 plan.FRAME = 15; // [ms] between two pictures, at least
-plan.RIM = 48; // [px] around the hall, for names
+plan.RIM = 48; // [px] around the hall, for names and coordinates
+plan.STEPS = [0.5, 1, 2, 5, 10, 20, 50, 100]; // [m] between two coordinates
+plan.APART = 60; // [px] between them, at least
 
 plan.show = (isOn) => {
   plan.isOn = isOn;
@@ -35,7 +37,9 @@ plan.make = () => {
   box.addEventListener("pointercancel", () => (plan.drag = null));
   window.addEventListener("resize", () => plan.redraw());
   plan.canvas = document.createElement("canvas");
-  box.append(plan.canvas);
+  plan.reading = document.createElement("div"); // where the pointer is
+  plan.reading.style = "position:absolute;left:16px;top:12px;font:13px system-ui,sans-serif;pointer-events:none";
+  box.append(plan.canvas, plan.reading);
 };
 plan.setStill = (still) => {
   plan.still = still;
@@ -199,7 +203,35 @@ plan.draw = () => {
   const taken = []; // boxes of names
   plan.nameStations(context, spots, ink, taken);
   plan.drawNames(context, spots, ink, taken);
+  plan.drawAxes(context, ink);
   plan.drawDrag(context, ink);
+};
+// Coordinates in map [m] below the hall and left of it, or at the rim of what is seen of it.
+plan.drawAxes = (context, ink) => {
+  const { x, y, width, height } = plan.still, [left, top, wide, high] = plan.rect, [, free] = plan.free();
+  const step = plan.STEPS.find((one) => one * plan.scale >= plan.APART) ?? plan.STEPS.at(-1);
+  const [begin, end] = plan.pixel(x, y), low = Math.min(end, top + high - 18, free - 18), rim = Math.max(begin, left + 34);
+  const marks = (from, length) =>
+    Array.from({ length: Math.floor((from + length) / step) - Math.ceil(from / step) + 1 }, (_, n) => (Math.ceil(from / step) + n) * step);
+  context.font = "11px system-ui, sans-serif";
+  context.strokeStyle = ink;
+  context.lineWidth = 1;
+  context.beginPath();
+  for (const at of marks(x, width)) {
+    const [right] = plan.pixel(at, y);
+    context.moveTo(right, low);
+    context.lineTo(right, low + 4);
+    plan.write(context, `${at}`, right, low + 15, ink);
+  }
+  for (const at of marks(y, height)) {
+    const [, down] = plan.pixel(x, at);
+    context.moveTo(rim, down);
+    context.lineTo(rim - 4, down);
+    plan.write(context, `${at}`, rim - 6, down + 4, ink, "right");
+  }
+  context.strokeStyle = ink;
+  context.lineWidth = 1;
+  context.stroke();
 };
 plan.drawStations = (context) => {
   for (const [, x, y] of plan.still.stations) {
@@ -396,7 +428,9 @@ plan.onDown = (event) => {
   plan.drag = { kind, name, start, now: start, robot, at: [event.clientX, event.clientY], hasMoved: false };
 };
 plan.onMove = (event) => {
-  const drag = plan.drag;
+  const drag = plan.drag, [x, y] = plan.point(event);
+  plan.reading.style.color = plan.isDark ? "#f1f3f5" : "#16191c";
+  plan.reading.textContent = plan.still ? `x ${x.toFixed(2)}  y ${y.toFixed(2)} m` : "";
   if (!drag) return;
   drag.hasMoved ||= Math.hypot(event.clientX - drag.at[0], event.clientY - drag.at[1]) > 4;
   if (drag.kind === "pan" && drag.hasMoved) {

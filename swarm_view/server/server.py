@@ -8,6 +8,7 @@ import io
 import secrets
 import socket
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import viser
@@ -26,8 +27,11 @@ START_TIMEOUT = STOP_TIMEOUT = 10.0  # [s]
 class Server:
     """The web side of the view; `viser` has the scene and the panel that all pages share."""
 
-    def __init__(self, host: str, port: int) -> None:
+    def __init__(self, host: str, port: int, title: str = "") -> None:
         """Listen; port 0 for a free one.
+
+        Args:
+            title: Run and hall, at the top of the panel; empty if they are not known.
 
         Raises:
             AccessError: If the address is taken.
@@ -50,6 +54,7 @@ class Server:
         self.viser.gui.configure_theme(
             show_logo=False, show_share_button=False, control_width="medium"
         )
+        self.viser.gui.set_panel_label(title or None)
         scene = self.viser.scene
         scene.world_axes.visible = False
         # Colours mean something here, so the light is plain and casts no shadows.
@@ -94,6 +99,11 @@ class Server:
             asyncio.run_coroutine_threadsafe(self._gate.stop(), self._loop).result(STOP_TIMEOUT)
         with contextlib.redirect_stdout(io.StringIO()):
             self.viser.stop()
+
+
+def title_of(world: str, run: Path) -> str:
+    """Return hall and run in words; `world` is a name or path, empty if it is not known."""
+    return " · ".join(filter(None, (Path(world).stem, run.resolve().name)))
 
 
 def names_of(host: str) -> set[str]:

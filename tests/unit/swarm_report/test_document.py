@@ -5,11 +5,16 @@ import gzip
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import Pose
+from swarm_report import charts
 from swarm_report.document import DRAWINGS, document_html, makespan, number, write_document
 from swarm_report.report_command import report_app
 from swarm_report.run import RunData
@@ -111,3 +116,11 @@ def test_a_page_that_cannot_be_written_is_refused(tmp_path):
     runs = [str(make_run(tmp_path / name, robots=2, seconds=3)) for name in ("a", "b")]
     result = CliRunner().invoke(report_app, [*runs, "-o", "/proc/no/x.html"])
     assert isinstance(result.exception, ConfigError)
+
+
+def test_names_of_stations_at_a_wall_lie_inside_and_beside_each_other():
+    grid = Grid(np.zeros((200, 400), np.int8), 0.05, 0.0, 0.0)
+    places = {f"loader_{k}": Pose(0.4, 2.0 + k, 0.0) for k in range(3)}
+    places["exit"] = Pose(19.7, 2.0, 0.0)
+    sides = charts._beside(SimpleNamespace(grid=grid), places)
+    assert sides == [*["middle right"] * 3, "middle left"]

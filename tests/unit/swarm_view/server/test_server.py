@@ -8,13 +8,14 @@ import contextlib
 import socket
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
 import viser
 from websockets.sync.client import connect
 
-from swarm_view.server.server import Server, names_of
+from swarm_view.server.server import Server, names_of, title_of
 
 
 @pytest.fixture(scope="module")
@@ -163,3 +164,8 @@ def test_names_on_other_hosts():
     assert {"127.0.0.1", "localhost", "[::1]", socket.gethostname()} <= names_of("0.0.0.0")
     assert "[fe80::1]" in names_of("fe80::1")
     assert names_of("10.0.0.5") == {"127.0.0.1", "localhost", "[::1]", "10.0.0.5"}
+
+
+def test_the_panel_names_hall_and_run():
+    assert title_of("worlds/warehouse", Path("runs/first")) == "warehouse · first"
+    assert title_of("", Path("first.mcap")) == "first.mcap"
