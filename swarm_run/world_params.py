@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from swarm_common.files.convert import convert, updated
 from swarm_common.files.params_io import flatten, read_parameter_file
 from swarm_common.files.resources import share_directory
-from swarm_common.files.yaml_io import pose_numbers
 from swarm_common.model.errors import UnknownNameError
 from swarm_common.model.records import Pose
-from swarm_describe.robots.sensors_io import sensor_errors
+from swarm_common.model.schema import PoseNumbers
+from swarm_common.model.sensors import IDEAL
 from swarm_run.flat import nest, typed
 
 WORLD_NODES = ("world", "sim/world")  # how a section may name it
@@ -59,7 +60,7 @@ def parse_world(body: Mapping[str, Any], robots: Sequence[str], where: str) -> W
     flat = flatten(body, where)
     of_sensors = {name: value for name, value in flat.items() if name.startswith(f"{SENSORS}.")}
     sensors = nest(of_sensors).get(SENSORS, {})
-    sensor_errors(sensors, f"{where}: {SENSORS}")
+    updated(IDEAL, sensors, f"{where}: {SENSORS}")
     for name, value in flat.items():
         if name in of_sensors:
             continue
@@ -69,5 +70,5 @@ def parse_world(body: Mapping[str, Any], robots: Sequence[str], where: str) -> W
         robot = name.removeprefix(BROKEN)
         if robot not in robots:
             raise UnknownNameError("robot", robot, robots, f"{where}: broken")
-        broken[robot] = Pose(*pose_numbers(value, f"{where}: {name}"))
+        broken[robot] = Pose(*convert(value, PoseNumbers, f"{where}: {name}"))
     return WorldParams(values, broken, sensors)

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar, overload
 
@@ -101,13 +102,20 @@ def read(
         SwarmError: As of `convert`, with the line; or if the file cannot be read or parsed.
     """
     text = read_text(path, error)
-    places = tuple(_texts(shape_of(kind), ""))
+    places = tuple(texts_of(kind))
     data = parse_yaml(text, path, error, may_be_empty=may_be_empty, as_written=places)
     try:
         return _converted(prepare(data), kind, strict=True)
     except Misfit as fault:
         line = f", line {_line(yaml_nodes(text), fault.at)}" if fault.at else ""
         raise fault.error(Path(f"{path}{line}"), error) from None
+
+
+def updated(
+    base: Kind, data: object, where: str | Path = "", error: type[SwarmError] = ConfigError
+) -> Kind:
+    """Return a copy of a dataclass in which the values of a tree of keys replace its own."""
+    return convert(over(asdict(base), data), type(base), where, error)  # type: ignore[call-overload]
 
 
 def over(base: Mapping[str, Any], data: object) -> object:
@@ -134,8 +142,12 @@ def _converted(value: object, kind: type[Kind], strict: bool) -> Kind:
         raise Misfit(TOP, f"is unusable: {cause}") from None
 
 
+def texts_of(kind: Any) -> Iterator[str]:
+    """Yield the places in a kind that hold nothing but texts, for `parse_yaml`."""
+    return _texts(shape_of(kind), "")
+
+
 def _texts(shape: Any, place: str) -> Iterator[str]:
-    """Yield the places of a shape that hold nothing but texts, for `parse_yaml`."""
     shape = bare(shape)
     if isinstance(shape, inspect.UnionType):
         kinds = [bare(each) for each in shape.types]

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import MISSING, fields
+from collections.abc import Sequence
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import yaml
 
-from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
-from swarm_common.model.schema import LARGEST, shown
+from swarm_common.model.errors import ConfigError, SwarmError
 
 SHORT, FEW = 20_000, 200  # characters, openings
 LONGEST = 4_000_000  # [bytes] of a file
@@ -249,88 +245,3 @@ def parse_yaml(
 def yaml_nodes(text: str) -> yaml.Node | None:
     """Return a document that `parse_yaml` has read, as nodes with their lines."""
     return yaml.compose(text, NamedKeyLoader)
-
-
-def check_keys(data: dict[str, Any], known: Iterable[str], where: str) -> None:
-    """Refuse keys that are not known."""
-    names = list(known)
-    for key in data:
-        if key not in names:
-            raise UnknownNameError("key", str(key), names, where)
-
-
-def field_values(
-    kind: type[Any],
-    value: object,
-    where: str,
-    error: type[SwarmError] = ConfigError,
-    *,
-    readers: Mapping[str, Callable[[Any, str], Any]] = MappingProxyType({}),
-    may_lack: bool = False,
-) -> dict[str, Any]:
-    """Return the values in a mapping whose keys are the fields of a dataclass.
-
-    A field with a truth value as its default takes true or false, any other one a number.
-
-    Args:
-        readers: Readers of other fields by name; each takes the value and its place.
-        may_lack: Whether fields without a default may be missing, too.
-    """
-    known = {item.name: item.default for item in fields(kind)}
-    required = [
-        item.name
-        for item in fields(kind)
-        if item.default is MISSING and item.default_factory is MISSING
-    ]
-    if not isinstance(value, Mapping):
-        expected = ", ".join(required) or "'key: value' lines"
-        raise error(f"{where} is {value!r}; expected {expected}")
-    data = dict(value)
-    check_keys(data, known, where)
-    missing = [name for name in required if name not in data]
-    if missing and not may_lack:
-        raise error(f"{where} lacks {', '.join(missing)}")
-    values = {}
-    for key, given in data.items():
-        what = f"{where}.{key}"
-        if key in readers:
-            values[key] = readers[key](given, what)
-        elif not isinstance(known[key], bool):
-            values[key] = number(given, what, error)
-        elif isinstance(given, bool):
-            values[key] = given
-        else:
-            raise error(f"{what} is {given!r}; expected true or false")
-    return values
-
-
-def number(value: object, what: str, error: type[SwarmError] = ConfigError) -> float:
-    """Return a finite number; true and false are none."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > LARGEST:
-        raise error(f"{what} is {shown(value)}; expected a number")
-    if not math.isfinite(value):
-        raise error(f"{what} is {value}; expected a number")
-    return float(value)
-
-
-def yaw_number(value: object, what: str) -> float:
-    """Return an angle [rad] of at most a turn to either side: a larger one may be in degrees."""
-    angle = number(value, what)
-    if abs(angle) > math.tau + 1e-6:
-        raise ConfigError(f"{what}: yaw is {angle:g}; expected -2 pi to 2 pi, in radians")
-    return angle
-
-
-def pose_numbers(value: object, what: str) -> tuple[float, float, float]:
-    """Return x, y [m] and yaw [rad]."""
-    x, y, angle = numbers(value, 3, f"{what} [x, y, yaw]")
-    return x, y, yaw_number(angle, what)
-
-
-def numbers(
-    value: object, count: int, what: str, error: type[SwarmError] = ConfigError
-) -> tuple[float, ...]:
-    """Return a tuple of finite numbers."""
-    if not isinstance(value, list) or len(value) != count:
-        raise error(f"{what} is {value!r}; expected a list of {count} numbers")
-    return tuple(number(item, what, error) for item in value)

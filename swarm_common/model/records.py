@@ -9,12 +9,15 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar, dataclass_transform
+from typing import Annotated, Any, TypeVar, dataclass_transform
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
 from swarm_common.model.battery import BatterySpec
+from swarm_common.model.errors import ConfigError
+from swarm_common.model.schema import Name, NotNegative, told
 from swarm_common.model.sensors import IDEAL, SensorErrors
 
 CONTROL_PERIOD = 0.1  # [s] of simulated time between two commands (REP-free choice: 10 Hz)
@@ -25,6 +28,10 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 T = TypeVar("T")
+OnRobot = Annotated[float, Meta(ge=-50.0, le=50.0)]  # [m]
+Height = Annotated[
+    float, told("[m] of the scan plane above the ground: 0.01 to 50", ge=0.01, le=50.0)
+]
 
 
 @dataclass_transform(frozen_default=True)
@@ -146,19 +153,26 @@ class Scan:
 class LidarSpec:
     """LiDAR as mounted: pose of its frame in base_footprint, rays and rate."""
 
-    x: float
-    y: float
-    z: float
+    x: OnRobot
+    y: OnRobot
+    z: Height
     yaw: float = 0.0
-    rays: int = 360
+    rays: Annotated[int, Meta(ge=1, le=100_000)] = 360
     angle_min: float = 0.0
-    angle_increment: float = 2.0 * math.pi / 360.0
-    range_min: float = 0.12
+    angle_increment: Annotated[float, Meta(ge=1e-6)] = 2.0 * math.pi / 360.0
+    range_min: NotNegative = 0.12
     range_max: float = 3.5
-    rate: float = 5.0  # [Hz]
-    sigma: float = 0.01  # [m] standard deviation of the range noise
-    frame: str = "base_scan"  # its link in the description
+    rate: Annotated[float, Meta(ge=0.01, le=1000.0)] = 5.0  # [Hz]
+    sigma: NotNegative = 0.01  # [m] standard deviation of the range noise
+    frame: Name = "base_scan"  # its link in the description
     upside_down: bool = False  # rays turn clockwise, seen from above
+
+    def __post_init__(self) -> None:
+        if self.range_max <= self.range_min:
+            raise ConfigError(
+                f"range_max is {self.range_max:g} m; expected more than range_min, "
+                f"{self.range_min:g} m"
+            )
 
     @property
     def period_ticks(self) -> int:

@@ -7,26 +7,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
+from msgspec import UNSET, Meta
+
+from swarm_common.files.convert import read
 from swarm_common.files.resources import names_to_propose, share_directory
 from swarm_common.files.sites_io import parse_spawn
-from swarm_common.files.yaml_io import check_keys, number, read_yaml
 from swarm_common.model.errors import ConfigError, SwarmError, UnknownNameError
 from swarm_common.model.records import RobotSpec
 from swarm_common.model.robot_names import RobotNames
-from swarm_describe.robots.battery_io import parse_battery
+from swarm_common.model.schema import Name, Positive, Schema, told
 from swarm_describe.robots.loading import load_robot
 from swarm_describe.robots.source import robot_names
+from swarm_describe.robots.spec import parse_battery
 
 LIMITS = ("max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta")  # of a robot model
 SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of an omnidirectional one
-ORDERS = ("grouped", "mixed")
-NAMES = (  # texts as written
-    "order", "names", "names.*", "groups.*.model", "groups.*.mission", "groups.*.start",
-    "groups.*.names", "groups.*.names.*", "external.*",
-)  # fmt: skip
-MOST = 1000  # robots in a group
+Names = str | tuple[str, ...] | None  # a pattern like agv{}, or a list
 
 
 def limits_of(spec: RobotSpec) -> dict[str, float]:
@@ -37,6 +35,27 @@ def limits_of(spec: RobotSpec) -> dict[str, float]:
         an omnidirectional drive.
     """
     return {name: getattr(spec, name) for name in LIMITS + (SIDEWAYS if spec.is_omni else ())}
+
+
+class Group(Schema):
+    """Robots of one model."""
+
+    model: Name  # or its path, which may be relative to the fleet file
+    count: Annotated[int, Meta(ge=1, le=1000)]
+    limits: dict[str, Positive] | None = None  # below those of the model
+    battery: Any = UNSET  # what it has not is that of the model
+    start: str | Mapping[str, Any] | None = None
+    mission: str | None = None
+    names: Names = None
+
+
+class FleetFile(Schema):
+    """Content of the file."""
+
+    groups: Annotated[tuple[Group, ...], told("a list of model and count", min_length=1)]
+    order: Literal["grouped", "mixed"] = "grouped"
+    names: Names = None
+    external: tuple[str, ...] | None = None  # robots that nodes of their users drive
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,21 +108,12 @@ def load_fleet(name_or_path: str | Path) -> Fleet:
         name_or_path: A path has folders in it, or ends in `.yaml` or `.yml`; else it is a name.
     """
     path = _fleet_path(name_or_path)
-    data = read_yaml(path, as_written=NAMES)
-    check_keys(data, ("order", "groups", "names", "external"), str(path))
-    order = data.get("order", "grouped")
-    if order not in ORDERS:
-        raise UnknownNameError("order", str(order), ORDERS, str(path))
-    groups = data.get("groups")
-    if not isinstance(groups, list) or not groups:
-        raise ConfigError(f"{path}: groups is {groups!r}; expected a list of model and count")
-    crews = [_group(item, f"{path}: groups[{i}]", path) for i, item in enumerate(groups)]
-    members = _dealt(crews) if order == "mixed" else tuple(m for crew in crews for m in crew)
-    names = _names_of_fleet(data.get("names"), members, f"{path}: names")
-    external = data.get("external") or []
-    if not isinstance(external, list) or not all(isinstance(name, str) for name in external):
-        raise ConfigError(f"{path}: external is {external!r}; expected a list of robots' names")
-    return Fleet(members, names, tuple(external))
+    file = read(path, FleetFile)
+    crews = [_members(group, f"{path}: groups[{i}]", path) for i, group in enumerate(file.groups)]
+    rows = zip_longest(*crews) if file.order == "mixed" else crews
+    members = tuple(member for row in rows for member in row if member is not None)
+    names = _names_of_fleet(file.names, members, f"{path}: names")
+    return Fleet(members, names, file.external or ())
 
 
 def fleet_names() -> list[str]:
@@ -125,87 +135,55 @@ def _folder() -> Path:
     return share_directory("params") / "params" / "fleets"
 
 
-def _dealt(crews: Sequence[Sequence[Member]]) -> tuple[Member, ...]:
-    """Return one of each group in turn, as long as they last."""
-    return tuple(member for row in zip_longest(*crews) for member in row if member is not None)
-
-
-def _names_of_fleet(value: object, members: Sequence[Member], where: str) -> RobotNames:
+def _names_of_fleet(given: Names, members: Sequence[Member], where: str) -> RobotNames:
     """Return the names of all robots: those of the fleet, or of its groups, or the usual ones."""
     has_named_groups = any(member.name for member in members)
-    if value is not None and has_named_groups:
+    if given is not None and has_named_groups:
         raise ConfigError(f"{where}: groups of the fleet have names, too; give them in one place")
     if has_named_groups:
         usual = RobotNames()
-        value = [m.name or usual.name_of(number) for number, m in enumerate(members, 1)]
-    return RobotNames() if value is None else _names(value, len(members), where)
+        given = tuple(m.name or usual.name_of(number) for number, m in enumerate(members, 1))
+    return RobotNames() if given is None else _names(given, len(members), where)
 
 
-def _names(value: object, count: int, where: str) -> RobotNames:
-    words = [value] if isinstance(value, str) else value
-    if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
-        raise ConfigError(
-            f"{where} is {value!r}; expected a pattern like agv{{}}, or a list of names"
-        )
-    return RobotNames.of(words, count, where)
+def _names(given: str | tuple[str, ...], count: int, where: str) -> RobotNames:
+    return RobotNames.of([given] if isinstance(given, str) else given, count, where)
 
 
-def _group(item: object, where: str, path: Path) -> list[Member]:
-    if not isinstance(item, dict):
-        raise ConfigError(f"{where} is {item!r}; expected model and count")
-    data: dict[str, Any] = item
-    check_keys(data, ("model", "count", "limits", "battery", "start", "mission", "names"), where)
-    for name in ("model", "count"):
-        if name not in data:
-            raise ConfigError(f"{where} lacks {name}")
-    count = data["count"]
-    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST:
-        raise ConfigError(f"{where}: count is {count!r}; expected 1 to {MOST}")
-    mission = data.get("mission")
-    if mission is not None and not isinstance(mission, str):
-        raise ConfigError(f"{where}: mission is {mission!r}; expected a name or a file")
-    model = _model(data["model"], where, path)
-    spec = load_robot(model)
-    limits = _limits(data.get("limits") or {}, spec, f"{where}: limits")
-    if "battery" in data:
-        battery = parse_battery(data["battery"], f"{where}: battery", spec.battery)
+def _members(group: Group, where: str, path: Path) -> list[Member]:
+    model, spec = _model(group.model, where, path)
+    _check_limits(group.limits or {}, spec, f"{where}: limits")
+    if group.battery is not UNSET:
+        battery = parse_battery(group.battery, f"{where}: battery", spec.battery)
         spec = replace(spec, battery=battery)
-    start = data.get("start")
-    if start is not None and not isinstance(start, str):
-        parse_spawn(start, f"{where}: start")
-    member = Member(model, spec, limits, mission, start)
-    if data.get("names") is None:
-        return [member] * count
-    names = _names(data["names"], count, f"{where}: names")
-    return [replace(member, name=name) for name in names.first(count)]
+    if group.start is not None and not isinstance(group.start, str):
+        parse_spawn(group.start, f"{where}: start")
+    member = Member(model, spec, group.limits or {}, group.mission, group.start)
+    if group.names is None:
+        return [member] * group.count
+    names = _names(group.names, group.count, f"{where}: names")
+    return [replace(member, name=name) for name in names.first(group.count)]
 
 
-def _model(value: object, where: str, path: Path) -> str:
-    """Return a model's name, or its path, which may be relative to the fleet file."""
-    if not isinstance(value, str) or not value:
-        raise ConfigError(f"{where}: model is {value!r}; expected a name or a path")
-    beside = path.parent / value
-    is_path = beside.exists() and value not in robot_names()
-    model = str(beside.absolute()) if is_path else value
+def _model(name: str, where: str, path: Path) -> tuple[str, RobotSpec]:
+    """Return name or path of a model, which may be relative to the fleet file, and the model."""
+    beside = path.parent / name
+    is_path = beside.exists() and name not in robot_names()
+    model = str(beside.absolute()) if is_path else name
     try:
-        load_robot(model)
+        return model, load_robot(model)
     except UnknownNameError as error:
-        raise UnknownNameError("robot", value, error.known, where) from None
+        raise UnknownNameError("robot", name, error.known, where) from None
     except SwarmError as error:
         raise ConfigError(f"{where}: {error}") from error
-    return model
 
 
-def _limits(value: object, spec: RobotSpec, where: str) -> dict[str, float]:
-    if not isinstance(value, dict):
-        raise ConfigError(f"{where} is {value!r}; expected {', '.join(LIMITS)}")
-    data: dict[str, Any] = value
-    check_keys(data, limits_of(spec), where)
-    limits = {name: number(given, f"{where}.{name}") for name, given in data.items()}
+def _check_limits(limits: Mapping[str, float], spec: RobotSpec, where: str) -> None:
+    known = limits_of(spec)
     for name, limit in limits.items():
-        most = getattr(spec, name)
-        if not 0.0 < limit <= most:
+        if name not in known:
+            raise UnknownNameError("key", name, known, where)
+        if limit > known[name]:
             raise ConfigError(
-                f"{where}.{name} is {limit}; a {spec.model} allows more than 0 to {most}"
+                f"{where}.{name} is {limit}; a {spec.model} allows more than 0 to {known[name]}"
             )
-    return limits

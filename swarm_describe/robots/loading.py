@@ -7,14 +7,13 @@ everything spares the reading of the description.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from swarm_common.files.yaml_io import check_keys
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import CONTROL_PERIOD, RobotSpec
 from swarm_common.model.shapes import Transform
@@ -32,16 +31,11 @@ from swarm_describe.robots.derived import (
 from swarm_describe.robots.description import Origin, RobotModel, parse_urdf
 from swarm_describe.robots.source import RobotSource, find_robot
 from swarm_describe.robots.spec import (
-    KNOWN,
     LIDAR_REQUIRED,
     REQUIRED,
     SIDEWAYS,
     VALUES,
-    parse_drive,
-    parse_files,
-    parse_inertia,
-    parse_wheels,
-    positive,
+    read_values,
     spec_of,
 )
 from swarm_describe.robots.urdf_tree import DESCRIBED, fixed_places, read_tree
@@ -74,7 +68,7 @@ def account_of(name_or_path: str | Path) -> Account:
     faults = Faults(source.where, RobotModelError)
     values, described = _values(source, faults)
     lacking = _missing(values)
-    spec = spec_of(source, _checkable(values), faults)
+    spec = spec_of(source.name, _checkable(values), source.file, faults)
     faults.check()
     file = source.settings.name
     origins = {} if described is None else described.model.origins
@@ -214,7 +208,7 @@ def _specified(source: RobotSource, faults: Faults) -> tuple[RobotSpec, Describe
     values, described = _values(source, faults)
     if described is not None and (missing := _missing(values)):
         faults.tell([_untold(source, missing, described.doubts)])
-    spec = spec_of(source, _checkable(values), faults)
+    spec = spec_of(source.name, _checkable(values), source.file, faults)
     faults.check()
     assert spec is not None
     return spec, described
@@ -223,8 +217,6 @@ def _specified(source: RobotSource, faults: Faults) -> tuple[RobotSpec, Describe
 def _values(source: RobotSource, faults: Faults) -> tuple[dict[str, Any], Described | None]:
     """Return the values of robot.yaml over those of the description, which is read if needed."""
     data = source.data
-    with faults.caught():
-        check_keys(data, KNOWN, str(source.settings))
     asked = _asked(source, faults)
     if _is_complete(data):
         return dict(data), None
@@ -272,21 +264,25 @@ def _undescribed(source: RobotSource) -> str:
 
 def _asked(source: RobotSource, faults: Faults) -> Asked:
     """Return the values of robot.yaml for what else follows from the description."""
-    data, where = source.data, str(source.settings)
-    lidar = data.get("lidar")
-    asked = Asked(lidar=lidar if isinstance(lidar, dict) else {}, stated=tuple(data))
-    readers: dict[str, Callable[[Any], Any]] = {
-        "drive": lambda value: parse_drive(value, where),
-        "wheels": lambda value: parse_wheels(value, where),
-        "wheel_radius": lambda value: positive(value, f"{where}: wheel_radius"),
-        "inertia": lambda value: parse_inertia(value, where),
-        "controllers": lambda value: parse_files(value, source.settings, "controllers"),
-    }
-    for name, reader in readers.items():
-        if name in data:
-            with faults.caught():
-                asked = dataclasses.replace(asked, **{name: reader(data[name])})
-    return asked
+    data = source.data
+    lidar = data.get("lidar")  # which may lack what the description has
+    own = read_values({n: v for n, v in data.items() if n != "lidar"}, source.settings, faults)
+    wheels, files = own.get("wheels"), own.get("controllers", ())
+    paths = [source.settings.parent / name for name in files]
+    faults.tell(
+        f"{source.settings}: controllers: there is no file {path}"
+        for path in paths
+        if not path.is_file()
+    )
+    return Asked(
+        drive=own.get("drive"),
+        wheels=None if wheels is None else (wheels.left, wheels.right),
+        wheel_radius=own.get("wheel_radius"),
+        lidar=lidar if isinstance(lidar, dict) else {},
+        controllers=[path for path in paths if path.is_file()],
+        stated=tuple(data),
+        inertia=own.get("inertia", DESCRIBED),
+    )
 
 
 def _missing(values: Mapping[str, Any]) -> list[str]:

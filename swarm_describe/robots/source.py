@@ -16,6 +16,7 @@ from swarm_describe.files.packages import PackageFinder
 from swarm_describe.files.xacro_io import expand, macro_message
 from swarm_describe.robots.grammar import description_notes
 from swarm_describe.robots.sdf_robot import find_model_file, urdf_of
+from swarm_describe.robots.spec import AS_WRITTEN, value_of
 from swarm_describe.robots.urdf_tree import OF_SHAPES
 
 ROBOT_FILE = "robot.yaml"
@@ -27,9 +28,6 @@ PREFIX = re.compile(r"</?([A-Za-z_][\w.-]*):(?=[A-Za-z_])")
 DECLARED_PREFIX = re.compile(r"\bxmlns:([\w.-]+)\s*=")
 ROOT = re.compile(r"<(?:robot|sdf)\b")
 SDF = re.compile(r"<sdf\b")
-NAMES = (  # texts as written, in robot.yaml
-    "model", "description", "packages.*", "xacro_args.*", "wheels.*.*", "lidar.frame",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,15 +44,18 @@ class RobotSource:
         """Name of the description in error messages."""
         return str(self.urdf or self.settings.parent)
 
+    @property
+    def file(self) -> str:
+        """Name of what states its values, in error messages."""
+        return str(self.settings if self.settings.is_file() else self.where)
+
     def finder(self) -> PackageFinder:
         """Return the finder of the packages to which the description refers."""
-        paths = self.data.get("packages") or []
-        if not isinstance(paths, list) or not all(isinstance(path, str) for path in paths):
-            raise RobotModelError(f"{self.settings}: packages is {paths!r}; a list of folders")
-        for path in paths:
-            if not (self.settings.parent / path).is_dir():
-                raise RobotModelError(f"{self.settings}: packages: there is no folder '{path}'")
-        return PackageFinder([self.settings.parent / path for path in paths], self.urdf)
+        names = value_of("packages", self.data.get("packages") or [], self.settings)
+        for name in names:
+            if not (self.settings.parent / name).is_dir():
+                raise RobotModelError(f"{self.settings}: packages: there is no folder '{name}'")
+        return PackageFinder([self.settings.parent / name for name in names], self.urdf)
 
     def text(self) -> str:
         """Return the description as URDF text, xacro expanded."""
@@ -86,14 +87,7 @@ class RobotSource:
 
     def arguments(self) -> dict[str, str]:
         """Return the arguments of robot.yaml for xacro, each as on xacro's command line."""
-        values = self.data.get("xacro_args") or {}
-        if not isinstance(values, dict):
-            raise RobotModelError(f"{self.settings}: xacro_args is {values!r}; 'name: value' lines")
-        for name, value in values.items():
-            if not name or not isinstance(value, str | None):
-                raise RobotModelError(
-                    f"{self.settings}: xacro_args.{name} is {value!r}; expected a name and a text"
-                )
+        values = value_of("xacro_args", self.data.get("xacro_args") or {}, self.settings)
         return {name: value or "" for name, value in values.items()}
 
 
@@ -124,7 +118,7 @@ def _of_file(path: Path) -> RobotSource:
         raise RobotModelError(f"{path} is no robot; expected a .urdf, .xacro, .sdf or robot.yaml")
     for settings in (path.with_name(f"{_stem(path)}.{ROBOT_FILE}"), path.with_name(ROBOT_FILE)):
         if settings.is_file():
-            data = read_yaml(settings, RobotModelError, as_written=NAMES)
+            data = read_yaml(settings, RobotModelError, as_written=AS_WRITTEN)
             described = _described(settings, data) if "description" in data else path
             if described is not None and described.resolve() == path.resolve():
                 return RobotSource(_stem(path), settings, data, path)
@@ -132,7 +126,7 @@ def _of_file(path: Path) -> RobotSource:
 
 
 def _of_settings(path: Path) -> RobotSource:
-    data = read_yaml(path, RobotModelError, as_written=NAMES)
+    data = read_yaml(path, RobotModelError, as_written=AS_WRITTEN)
     return RobotSource(path.absolute().parent.name, path, data, _described(path, data))
 
 

@@ -1,145 +1,156 @@
-"""A `RobotSpec` from values by name, each checked: those of `robot.yaml` and those derived."""
+"""Content of `robot.yaml`, and a `RobotSpec` from its values and those derived, each checked."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from swarm_common.files.yaml_io import check_keys, field_values, number, numbers
+from msgspec import UNSET, Meta, UnsetType
+
+from swarm_common.files.convert import convert, over, texts_of
+from swarm_common.model.battery import BatterySpec
 from swarm_common.model.beacon import FOOTPRINT_POINTS
-from swarm_common.model.errors import RobotModelError
+from swarm_common.model.errors import ConfigError, RobotModelError, SwarmError
 from swarm_common.model.records import LidarSpec, RobotSpec
-from swarm_common.model.sensors import IDEAL, SensorErrors
+from swarm_common.model.schema import Name, Point, Schema, told
+from swarm_common.model.sensors import SensorErrors
 from swarm_describe.files.faults import Faults
-from swarm_describe.robots.battery_io import parse_battery
-from swarm_describe.robots.sensors_io import sensor_errors
-from swarm_describe.robots.source import RobotSource
-from swarm_describe.robots.urdf_tree import INERTIA
 
-DRIVES = ("differential", "skid", "omni")
 REQUIRED = (
     "drive", "max_vel_x", "max_vel_theta", "acc_lim_x", "acc_lim_theta", "wheel_radius",
     "wheel_separation", "footprint", "lidar", "height",
 )  # fmt: skip
-POSITIVE = tuple(name for name in REQUIRED if name not in ("drive", "footprint", "lidar"))
 SIDEWAYS = ("max_vel_y", "acc_lim_y")  # of omnidirectional drives
-FILES = ("description", "packages", "xacro_args", "controllers", "wheels", "inertia")
 VALUES = (  # of a robot, in the order in which they are shown
     "model", "drive", "wheels", "wheel_radius", "wheel_separation", "wheel_base",
     "max_vel_x", "max_vel_y", "max_vel_theta", "acc_lim_x", "acc_lim_y", "acc_lim_theta",
     "footprint", "height", "lidar", "inertia",
 )  # fmt: skip
-KNOWN = ("model", *REQUIRED, *SIDEWAYS, "wheel_base", "sensors", "battery", *FILES)
 LIDAR_REQUIRED = ("x", "y", "z")
-MOST_POINTS = FOOTPRINT_POINTS
-LOWEST_SCAN = 0.01  # [m] of a LiDAR above the ground, which it would see otherwise
-SMALLEST = 1e-4  # [m], [m/s], ...: nor less
+SMALLEST = 1e-4  # [m], [m/s], ...
 LARGEST = 50.0  # [m], [m/s], ...: nothing about a robot on the ground is more
 
+Size = Annotated[float, Meta(ge=SMALLEST, le=LARGEST)]
+Texts = tuple[str, ...]
+Joints = Annotated[Texts, told("a list of joints", min_length=1)]
+Files = Annotated[Texts, told("a list of files")]
+Corners = Annotated[
+    tuple[Point, ...],
+    told(
+        f"a list of 3 to {FOOTPRINT_POINTS} points [x, y]",
+        min_length=3,
+        max_length=FOOTPRINT_POINTS,
+    ),
+]
+BaseLength = Annotated[
+    float,
+    told(
+        f"a number, 0 or from {SMALLEST:g} to {LARGEST:g}",
+        lambda value: value == 0.0 or value >= SMALLEST,
+        ge=0.0,
+        le=LARGEST,
+    ),
+]
 
-def spec_of(source: RobotSource, values: Mapping[str, Any], faults: Faults) -> RobotSpec | None:
+
+class Wheels(Schema):
+    """Driven joints."""
+
+    left: Joints
+    right: Joints
+
+
+class RobotFile(Schema):
+    """Content of the file; the description has what is not set."""
+
+    model: Name | UnsetType = UNSET
+    description: str | UnsetType = UNSET  # file, relative to this one
+    packages: Annotated[Texts, told("a list of folders")] | UnsetType = UNSET
+    xacro_args: dict[Name, str | None] | UnsetType = UNSET
+    controllers: Files | UnsetType = UNSET  # parameter files of ros2_control
+    inertia: Literal["described", "shapes"] | UnsetType = UNSET  # where inertias come from
+    drive: Literal["differential", "skid", "omni"] | UnsetType = UNSET
+    wheels: Wheels | UnsetType = UNSET
+    wheel_radius: Size | UnsetType = UNSET
+    wheel_separation: Size | UnsetType = UNSET
+    wheel_base: BaseLength | UnsetType = UNSET
+    max_vel_x: Size | UnsetType = UNSET
+    max_vel_y: Size | UnsetType = UNSET
+    max_vel_theta: Size | UnsetType = UNSET
+    acc_lim_x: Size | UnsetType = UNSET
+    acc_lim_y: Size | UnsetType = UNSET
+    acc_lim_theta: Size | UnsetType = UNSET
+    footprint: Corners | UnsetType = UNSET
+    height: Size | UnsetType = UNSET
+    lidar: LidarSpec | UnsetType = UNSET
+    sensors: SensorErrors | UnsetType = UNSET
+    battery: BatterySpec | UnsetType = UNSET
+
+
+AS_WRITTEN = tuple(texts_of(RobotFile))
+
+
+def read_values(data: Mapping[str, Any], where: str | Path, faults: Faults) -> dict[str, Any]:
+    """Return values of a robot by name as far as they fit; the others are told."""
+    values = {}
+    for name, value in data.items():
+        with faults.caught():
+            values[name] = value_of(name, value, where)
+    return values
+
+
+def value_of(name: str, value: Any, where: str | Path) -> Any:
+    """Return a value of a robot by its name.
+
+    Raises:
+        SwarmError: If there is no such value, or this one does not fit.
+    """
+    if name == "battery":
+        value = _with_both_charges(value)
+    elif name == "lidar" and isinstance(value, Mapping):
+        rays = value.get("rays")
+        if isinstance(rays, float) and rays.is_integer():
+            value = {**value, "rays": int(rays)}
+    return getattr(convert({name: value}, RobotFile, Path(where), RobotModelError), name)
+
+
+def spec_of(
+    name: str, values: Mapping[str, Any], where: str | Path, faults: Faults
+) -> RobotSpec | None:
     """Return the model that values by name describe; None if something is wrong with one.
 
     Args:
+        name: Name of the model unless its values have one.
         values: Values known so far; without all of `REQUIRED` the others are checked all the same.
+        where: File that messages name.
         faults: Receives what is wrong; the messages name file and key.
     """
-    where = str(source.settings if source.settings.is_file() else source.where)
-    read: dict[str, Any] = {"model": source.name}
-    for name, reader in _READERS.items():
-        if name in values:
-            with faults.caught():
-                read[name] = reader(values[name], f"{where}: {name}")
-    wheels: dict[str, Any] = {
+    sides = {
         name: tuple(values[name]) for name in ("wheels_left", "wheels_right") if name in values
     }
-    if "wheels" in values:
-        with faults.caught():
-            left, right = parse_wheels(values["wheels"], where)
-            wheels = {"wheels_left": left, "wheels_right": right}
-    if "drive" in read:
-        with faults.caught():
-            read |= _sideways(values, read["drive"], where)
+    read = read_values({n: v for n, v in values.items() if n not in sides}, where, faults)
+    with faults.caught():
+        check_footprint(read.get("footprint", ()), f"{where}: footprint")
+    if "wheels" in read:
+        sides = {"wheels_left": read["wheels"].left, "wheels_right": read["wheels"].right}
+    if read.get("drive") == "omni":
+        for side in SIDEWAYS:
+            read.setdefault(side, read.get(side.replace("_y", "_x")))
+    elif "drive" in read:
+        of_others = [side for side in SIDEWAYS if side in values]
+        faults.tell(
+            f"{where}: {side} is for drive: omni, not for {read['drive']}" for side in of_others
+        )
     if faults or any(name not in read for name in REQUIRED):
         return None
-    return RobotSpec(**read, **wheels)
+    known = {field.name for field in dataclasses.fields(RobotSpec)}
+    return RobotSpec(**{"model": name, **{n: v for n, v in read.items() if n in known}, **sides})
 
 
-def _sideways(values: Mapping[str, Any], drive: str, where: str) -> dict[str, Any]:
-    """Return the limits sideways; those of an omnidirectional drive are those forwards."""
-    if drive != "omni":
-        for name in SIDEWAYS:
-            if name in values:
-                raise RobotModelError(f"{where}: {name} is for drive: omni, not for {drive}")
-        return {}
-    return {
-        name: positive(value, f"{where}: {name}")
-        for name in SIDEWAYS
-        if (value := values.get(name, values.get(name.replace("_y", "_x")))) is not None
-    }
-
-
-def parse_drive(value: object, where: str) -> str:
-    """Return a drive."""
-    if value not in DRIVES:
-        raise RobotModelError(f"{where}: drive is {value!r}; expected one of {DRIVES}")
-    return str(value)
-
-
-def parse_inertia(value: object, where: str) -> str:
-    """Return where inertias come from."""
-    if value not in INERTIA:
-        raise RobotModelError(f"{where}: inertia is {value!r}; expected one of {INERTIA}")
-    return str(value)
-
-
-def parse_files(value: object, settings: Path, key: str) -> tuple[Path, ...]:
-    """Return files that a key of robot.yaml lists."""
-    if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
-        raise RobotModelError(f"{settings}: {key} is {value!r}; expected a list of files")
-    paths = tuple(settings.parent / name for name in value)
-    for path in paths:
-        if not path.is_file():
-            raise RobotModelError(f"{settings}: {key}: there is no file {path}")
-    return paths
-
-
-def _name(value: object, what: str) -> str:
-    if not isinstance(value, str) or not value.strip():
-        raise RobotModelError(f"{what} is {value!r}; expected a name")
-    return value
-
-
-def parse_wheels(value: object, where: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the left and the right driven joints."""
-    what = f"{where}: wheels"
-    if not isinstance(value, dict):
-        raise RobotModelError(f"{what} is {value!r}; expected left: [joint], right: [joint]")
-    check_keys(value, ("left", "right"), what)
-    sides = [value.get("left"), value.get("right")]
-    for side in sides:
-        if not isinstance(side, list) or not side or not all(isinstance(n, str) for n in side):
-            raise RobotModelError(f"{what} is {value!r}; expected left: [joint], right: [joint]")
-    return tuple(sides[0] or ()), tuple(sides[1] or ())
-
-
-def positive(value: object, what: str) -> float:
-    """Return a positive number of sensible size."""
-    result = number(value, what, RobotModelError)
-    if not SMALLEST <= result <= LARGEST:
-        raise RobotModelError(
-            f"{what} is {result:g}; it must be positive, from {SMALLEST:g} to {LARGEST:g}"
-        )
-    return result
-
-
-def _footprint(value: object, what: str) -> tuple[tuple[float, float], ...]:
-    if not isinstance(value, list) or not 3 <= len(value) <= MOST_POINTS:
-        raise RobotModelError(
-            f"{what} is {value!r}; expected a list of 3 to {MOST_POINTS} points [x, y]"
-        )
-    points = [numbers(p, 2, f"{what}[{i}]", RobotModelError) for i, p in enumerate(value)]
+def check_footprint(points: tuple[tuple[float, float], ...], what: str) -> None:
+    """Refuse a polygon that is not convex and counter-clockwise around (0, 0)."""
     for index, (x, y) in enumerate(points):
         before, after = points[index - 1], points[(index + 1) % len(points)]
         turn = (x - before[0]) * (after[1] - y) - (y - before[1]) * (after[0] - x)
@@ -150,51 +161,23 @@ def _footprint(value: object, what: str) -> tuple[tuple[float, float], ...]:
             )
     if any(
         (b[0] - a[0]) * a[1] - (b[1] - a[1]) * a[0] > 0.0
-        for a, b in zip(points, (*points[1:], points[0]), strict=True)
+        for a, b in zip(points, (*points[1:], *points[:1]), strict=True)
     ):
         raise RobotModelError(f"{what} does not hold the point (0, 0), about which the robot turns")
-    return tuple((x, y) for x, y in points)
 
 
-def _lidar(value: object, what: str) -> LidarSpec:
-    readers = {"frame": _name}
-    values = field_values(LidarSpec, value, what, RobotModelError, readers=readers)
-    if values["z"] < LOWEST_SCAN:
-        raise RobotModelError(
-            f"{what}.z is {values['z']:.3g} m: the LiDAR would look along the ground; write how "
-            "high its scan plane is into robot.yaml, lidar: {z: ...}"
-        )
-    if (rays := values.get("rays", 360)) != int(rays):
-        raise RobotModelError(f"{what}.rays is {rays}; expected a whole number")
-    spec = LidarSpec(**{**values, "rays": int(rays)})
-    if (
-        not 1 <= rays <= 100_000
-        or not 0.01 <= spec.rate <= 1000.0
-        or spec.sigma < 0.0
-        or spec.range_min < 0.0
-        or spec.range_max <= spec.range_min
-        or spec.angle_increment < 1e-6
-        or max(abs(spec.x), abs(spec.y), abs(spec.z)) > LARGEST
-    ):
-        raise RobotModelError(f"{what} is impossible: {spec}")
-    return spec
+def parse_battery(
+    data: object,
+    where: str,
+    base: BatterySpec | None = None,
+    error: type[SwarmError] = ConfigError,
+) -> BatterySpec:
+    """Return a battery; keys that are missing are those of `base`, that of the robot's model."""
+    known = {} if base is None else dataclasses.asdict(base)
+    return convert(over(known, _with_both_charges(data)), BatterySpec, where, error)
 
 
-def _wheel_base(value: object, what: str) -> float:
-    return 0.0 if value in (0, 0.0) and value is not False else positive(value, what)
-
-
-def _sensors(value: object, what: str) -> SensorErrors:
-    return sensor_errors(value, what, IDEAL, RobotModelError)
-
-
-_READERS: dict[str, Callable[[Any, str], Any]] = {
-    "model": _name,
-    "drive": lambda value, what: parse_drive(value, what.removesuffix(": drive")),
-    **dict.fromkeys(POSITIVE, positive),
-    "footprint": _footprint,
-    "lidar": _lidar,
-    "wheel_base": _wheel_base,
-    "sensors": _sensors,
-    "battery": lambda value, what: parse_battery(value, what, error=RobotModelError),
-}
+def _with_both_charges(battery: object) -> object:
+    if isinstance(battery, dict) and isinstance(battery.get("initial"), int | float):
+        return battery | {"initial": [battery["initial"]] * 2}
+    return battery

@@ -15,7 +15,7 @@ from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.model.sites import Spawn
-from swarm_describe.robots.battery_io import parse_battery
+from swarm_describe.robots.spec import parse_battery
 from swarm_sim.sensing.radio import RadioConfig
 
 MAX_SPEED = "max"

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from swarm_common.files.convert import updated
 from swarm_common.model.battery import READING_TICKS, BatteryReading
 from swarm_common.model.beacon import BeaconArray, Reception
 from swarm_common.model.breaches import Collision
@@ -27,7 +28,6 @@ from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sensors import IDEAL, SensorErrors
 from swarm_describe.robots.description import RobotModel
 from swarm_describe.robots.loading import open_robot, taken_for
-from swarm_describe.robots.sensors_io import sensor_errors
 from swarm_describe.worlds.actors import VehicleSpec, WalkerSpec
 from swarm_describe.worlds.scene import GROUND_GAP, Body, Scene
 from swarm_sim.physics.actors import Vehicles, Walkers
@@ -74,7 +74,7 @@ class WorldConfig:
             raise ConfigError(
                 f"actuation_noise is {self.actuation_noise}; expected 0 to {MAX_NOISE}"
             )
-        sensor_errors(self.sensors, "sensors")
+        updated(IDEAL, self.sensors, "sensors")
         steps = CONTROL_PERIOD / self.physics_period if self.physics_period > 0.0 else 0.0
         if steps < 1.0 or abs(steps - round(steps)) > 1e-6:
             raise ConfigError(
@@ -178,7 +178,7 @@ class World:
         """Return how the sensors of a robot model err in this world."""
         config = self._config
         own = spec.sensors if config.realistic else IDEAL
-        return sensor_errors(config.sensors, "sensors", own)
+        return updated(own, config.sensors, "sensors")
 
     def _errors(self) -> list[SensorErrors]:
         return [self.errors_of(spec) for spec in self.specs]

@@ -2,18 +2,18 @@
 
 import pytest
 
+from swarm_common.files.convert import updated
 from swarm_common.model.errors import ConfigError, RobotModelError, UnknownNameError
 from swarm_common.model.robot_parameters import robot_from_parameters, robot_parameters
 from swarm_common.model.sensors import IDEAL
 from swarm_describe.robots.loading import load_robot
-from swarm_describe.robots.sensors_io import sensor_errors
 from swarm_describe.robots.source import robot_names
 
 
 def test_nothing_said_is_ideal_and_what_is_said_replaces_the_base():
-    assert sensor_errors({}, "x") == IDEAL
-    base = sensor_errors({"lidar": {"dropout": 0.1}, "imu": {"gyro_bias": 1}}, "x")
-    changed = sensor_errors({"lidar": {"sigma_share": 0.02}}, "x", base)
+    assert updated(IDEAL, {}, "x") == IDEAL
+    base = updated(IDEAL, {"lidar": {"dropout": 0.1}, "imu": {"gyro_bias": 1}}, "x")
+    changed = updated(base, {"lidar": {"sigma_share": 0.02}}, "x")
     assert (changed.lidar.dropout, changed.lidar.sigma_share) == (0.1, 0.02)
     assert changed.imu.gyro_bias == 1.0
 
@@ -32,7 +32,7 @@ def test_nothing_said_is_ideal_and_what_is_said_replaces_the_base():
 )
 def test_bad_values_are_refused_with_their_place(data, message):
     with pytest.raises((RobotModelError, UnknownNameError), match=message):
-        sensor_errors(data, "robot.yaml: sensors", IDEAL, RobotModelError)
+        updated(IDEAL, data, "robot.yaml: sensors", RobotModelError)
 
 
 @pytest.mark.parametrize("name", robot_names())

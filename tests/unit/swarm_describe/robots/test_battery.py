@@ -5,9 +5,9 @@ import pytest
 from swarm_common.model.battery import BatterySpec
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.robot_parameters import robot_from_parameters, robot_parameters
-from swarm_describe.robots.battery_io import parse_battery
 from swarm_describe.robots.fleet import load_fleet
 from swarm_describe.robots.loading import load_robot
+from swarm_describe.robots.spec import parse_battery
 from tests.fakes.charging import BATTERY, waffle_with_battery
 
 FLEET = """

@@ -354,7 +354,7 @@ def test_a_xacro_argument_that_nothing_uses_is_an_error(tmp_path):
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("lidar: {rays: 90.5}", "lidar.rays is 90.5; expected a whole number"),
+        ("lidar: {rays: 90.5}", "lidar.rays is 90.5; expected an integer"),
         ("packages: [nowhere]", "packages: there is no folder 'nowhere'"),
         ("wheel_base: []", "wheel_base is []; expected a number"),
         ("controllers: c.yaml", "controllers is 'c.yaml'; expected a list of files"),

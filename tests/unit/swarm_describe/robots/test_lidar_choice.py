@@ -86,7 +86,9 @@ def test_the_cure_that_a_tilted_one_is_told_cures_it(rpy, tmp_path):
 
 def test_a_lidar_on_the_ground_is_refused_and_the_cure_works(tmp_path):
     low = lidar(xyz=(0.1, 0.0, 0.0))
-    with pytest.raises(RobotModelError, match=r"lidar\.z is 0 m: the LiDAR would look along"):
+    with pytest.raises(
+        RobotModelError, match=r"lidar\.z is 0.0; expected \[m\] of the scan plane above"
+    ):
         opened(tmp_path, low)
     assert opened(tmp_path, low, settings=LIMITS + "lidar: {z: 0.2}\n").spec.lidar.z == 0.2
 

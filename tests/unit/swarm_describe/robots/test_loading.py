@@ -44,8 +44,8 @@ def test_an_unknown_robot_names_the_closest():
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("differential", "magnetic", "drive is 'magnetic'"),
-        ("max_vel_x: 0.26", "max_vel_x: 0", "must be positive"),
+        ("differential", "magnetic", "unknown drive 'magnetic'"),
+        ("max_vel_x: 0.26", "max_vel_x: 0", "expected a number from 0.0001 to 50"),
         ("max_vel_x: 0.26", "max_vel_x: fast", "expected a number"),
         ("max_vel_x: 0.26", "max_vel: 0.26", "'max_vel_x'"),
         ("height: 0.141", "", "lacks height"),
@@ -54,7 +54,7 @@ def test_an_unknown_robot_names_the_closest():
             "  - [0.069, 0.133]\n  - [0.069, -0.133]",
             "convex",
         ),
-        ("rate: 5.0", "rate: 0", "impossible"),
+        ("rate: 5.0", "rate: 0", "expected a number from 0.01 to 1000"),
         ("rays: 360", "rayes: 360", "did you mean 'rays'"),
         ("  z: 0.132\n", "", "lacks lidar.z"),
     ],

@@ -8,7 +8,7 @@ import pytest
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.outline import outline_around
 from swarm_describe.robots.loading import load_robot, open_robot
-from swarm_describe.robots.spec import _footprint
+from swarm_describe.robots.spec import check_footprint
 from tests.fakes.own_robots import (
     CHASSIS,
     LIMITS,
@@ -122,7 +122,7 @@ def test_derived_footprints_pass_the_check_of_given_ones(seed):
         around = [[-0.35, 0.0], [0.35, 1e-4], [0.0, -0.35], [1e-4, 0.35]]
         points = np.vstack([points, around, points + random.uniform(0.0, 2e-4)])
         outline = outline_around(points, 8)
-        assert _footprint([list(point) for point in outline], "footprint") == outline
+        check_footprint(outline, "footprint")
         for (ax, ay), (bx, by) in zip(outline, (*outline[1:], outline[0]), strict=True):
             aside = (bx - ax) * (points[:, 1] - ay) - (by - ay) * (points[:, 0] - ax)
             assert (aside / np.hypot(bx - ax, by - ay)).min() > -4e-4  # rounding to 0.1 mm
@@ -154,7 +154,7 @@ def test_all_that_keeps_a_robot_from_loading_is_told_at_once(tmp_path):
         "packages 'acme_covers' and 'acme_bumpers' are not in",
         "give their folders with --package-path",
         "the LiDAR on link 'laser' is tilted by 52 degrees; write the pose",
-        "max_vel_x is -1; it must be positive",
+        "max_vel_x is -1.0; expected a number from 0.0001 to 50",
         "height is 'tall'; expected a number",
     ):
         assert part in message

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from swarm_common.files.convert import updated
 from swarm_common.model.errors import SwarmError
 from swarm_common.model.records import LidarSpec, Pose, Twist
 from swarm_common.model.sensors import IDEAL, LidarErrors, SensorErrors
 from swarm_describe.robots.loading import load_robot
-from swarm_describe.robots.sensors_io import sensor_errors
 from swarm_describe.worlds.scene import Scene
 from swarm_sim.physics.drive import Odometer
 from swarm_sim.scene.section import Section
@@ -27,7 +27,7 @@ BOX = Section((np.array([[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]]),),
 
 
 def errors(**groups: Any) -> SensorErrors:
-    return sensor_errors(groups, "test")
+    return updated(IDEAL, groups, "test")
 
 
 def drift(error: SensorErrors, speed: float, rate: float, ticks: int, seed: int = 0) -> np.ndarray:

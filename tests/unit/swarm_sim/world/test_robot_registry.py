@@ -7,7 +7,7 @@ import pytest
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose, Twist
-from swarm_describe.robots.battery_io import parse_battery
+from swarm_describe.robots.spec import parse_battery
 from swarm_describe.worlds.world_file import find_world
 from swarm_sim.ros.build import build
 from swarm_sim.ros.settings import RobotEntry, Settings
