@@ -27,12 +27,14 @@ MAX_DEPTH = 100  # of elements in elements: more than models may have, with what
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """Children that an element may have, by tag."""
+    """Children that an element may have, by tag; attributes are checked for robots only."""
 
     once: frozenset[str]  # read; only the first counts
     many: frozenset[str]  # read, each of them
     noted: frozenset[str]  # not read; told with their number
     quiet: frozenset[str]  # not read: they concern only looks and solvers
+    attributes: frozenset[str]
+    needed: frozenset[str]  # attributes that must be there
 
     @property
     def known(self) -> frozenset[str]:
@@ -40,91 +42,103 @@ class Rule:
         return self.once | self.many | self.noted | self.quiet
 
 
-def _rule(once: str = "", many: str = "", noted: str = "", quiet: str = "") -> Rule:
-    return Rule(*(frozenset(words.split()) for words in (once, many, noted, quiet)))
+def rule(
+    once: str = "",
+    many: str = "",
+    noted: str = "",
+    quiet: str = "",
+    attributes: str = "",
+    needed: str = "",
+) -> Rule:
+    """Return a rule; words are separated by blanks, and `needed` counts among the attributes."""
+    words = (once, many, noted, quiet, f"{attributes} {needed}", needed)
+    return Rule(*(frozenset(text.split()) for text in words))
 
 
 _WORLD_NOTED = "light plugin population road wind audio audio_source particle_emitter sensor joint"
 RULES = {
-    "sdf": _rule(once="world", noted=_WORLD_NOTED),
-    "model file": _rule(once="model", noted="light actor plugin"),
-    "world": _rule(
+    "sdf": rule(once="world", noted=_WORLD_NOTED),
+    "model file": rule(once="model", noted="light actor plugin"),
+    "world": rule(
         many="model include actor frame state",
         noted=_WORLD_NOTED,
         quiet="gravity magnetic_field atmosphere gui physics scene spherical_coordinates",
     ),
-    "model": _rule(
+    "model": rule(
         once="static pose",
         many="link joint frame model include",
         noted="plugin gripper light sensor particle_emitter",
         quiet="self_collide allow_auto_disable enable_wind",
+        attributes="name canonical_link placement_frame",
     ),
-    "include": _rule(once="uri name pose static placement_frame", noted="plugin"),
-    "link": _rule(
+    "include": rule(once="uri name pose static placement_frame", noted="plugin"),
+    "link": rule(
         once="pose inertial",
         many="collision visual",
         noted="sensor light projector audio_source particle_emitter plugin battery",
         quiet="gravity enable_wind self_collide kinematic must_be_base_link velocity_decay frame "
         "audio_sink damping",
+        needed="name",
     ),
-    "inertial": _rule(
+    "inertial": rule(
         once="mass", quiet="pose frame inertia density auto_inertia_params fluid_added_mass"
     ),
-    "collision": _rule(
+    "collision": rule(
         once="pose geometry surface",
         quiet="laser_retro max_contacts frame density auto_inertia_params material",
+        attributes="name",
     ),
-    "surface": _rule(once="friction", quiet="bounce contact soft_contact"),
-    "friction": _rule(once="ode bullet", quiet="torsional"),
-    "ode": _rule(once="mu", quiet="mu2 fdir1 slip1 slip2"),
-    "bullet": _rule(once="friction", quiet="friction2 fdir1 rolling_friction"),
-    "geometry": _rule(once=SHAPES),
-    "visual": _rule(
+    "surface": rule(once="friction", quiet="bounce contact soft_contact"),
+    "friction": rule(once="ode bullet", quiet="torsional"),
+    "ode": rule(once="mu", quiet="mu2 fdir1 slip1 slip2"),
+    "bullet": rule(once="friction", quiet="friction2 fdir1 rolling_friction"),
+    "geometry": rule(once=SHAPES),
+    "visual": rule(
         once="pose material",
         many="geometry",
         noted="plugin",
         quiet="cast_shadows laser_retro transparency visibility_flags meta frame",
     ),
-    "box": _rule(once="size"),
-    "cylinder": _rule(once="radius length"),
-    "sphere": _rule(once="radius"),
-    "capsule": _rule(once="radius length"),
-    "cone": _rule(once="radius length"),
-    "ellipsoid": _rule(once="radii"),
-    "plane": _rule(once="normal", quiet="size"),
-    "polyline": _rule(once="height", many="point"),
-    "mesh": _rule(once="uri scale submesh", noted="convex_decomposition"),
-    "submesh": _rule(once="name", noted="center"),
-    "material": _rule(
+    "box": rule(once="size"),
+    "cylinder": rule(once="radius length"),
+    "sphere": rule(once="radius"),
+    "capsule": rule(once="radius length"),
+    "cone": rule(once="radius length"),
+    "ellipsoid": rule(once="radii"),
+    "plane": rule(once="normal", quiet="size"),
+    "polyline": rule(once="height", many="point"),
+    "mesh": rule(once="uri scale submesh", noted="convex_decomposition", attributes="optimization"),
+    "submesh": rule(once="name", noted="center"),
+    "material": rule(
         once="diffuse ambient script",
         quiet="specular emissive shader lighting pbr render_order double_sided shininess",
     ),
-    "material script": _rule(once="name", quiet="uri"),
-    "joint": _rule(
+    "material script": rule(once="name", quiet="uri"),
+    "joint": rule(
         once="parent child pose",
         noted="sensor plugin",
         quiet="axis axis2 physics frame gearbox_ratio gearbox_reference_body thread_pitch "
         "screw_thread_pitch",
     ),
-    "frame": _rule(once="pose"),
-    "actor": _rule(
+    "frame": rule(once="pose", attributes="attached_to", needed="name"),
+    "actor": rule(
         many="script link", noted="plugin sensor", quiet="pose skin animation static frame joint"
     ),
-    "actor link": _rule(
+    "actor link": rule(
         many="collision", noted="sensor light", quiet="pose inertial visual gravity self_collide"
     ),
-    "actor collision": _rule(once="geometry", quiet="pose surface laser_retro max_contacts"),
-    "script": _rule(many="trajectory", quiet="loop delay_start auto_start"),
-    "trajectory": _rule(many="waypoint", quiet="type tension id"),
-    "waypoint": _rule(once="time pose"),
-    "state": _rule(
+    "actor collision": rule(once="geometry", quiet="pose surface laser_retro max_contacts"),
+    "script": rule(many="trajectory", quiet="loop delay_start auto_start"),
+    "trajectory": rule(many="waypoint", quiet="type tension id"),
+    "waypoint": rule(once="time pose"),
+    "state": rule(
         many="model insertions deletions",
         quiet="sim_time wall_time real_time iterations light joint plugin",
     ),
-    "insertions": _rule(many="model include", noted="light plugin"),
-    "deletions": _rule(many="name"),
-    "state model": _rule(once="pose scale", many="model link", quiet="frame joint static"),
-    "state link": _rule(
+    "insertions": rule(many="model include", noted="light plugin"),
+    "deletions": rule(many="name"),
+    "state model": rule(once="pose scale", many="model link", quiet="frame joint static"),
+    "state link": rule(
         once="pose", quiet="velocity acceleration wrench collision visual frame sensor inertial"
     ),
 }
@@ -148,9 +162,9 @@ KINDS = {
     ("actor", "link"): "actor link",
     ("actor link", "collision"): "actor collision",
 }
-RULES["seen geometry"] = _rule(many=SHAPES, quiet="heightmap image")
+RULES["seen geometry"] = rule(many=SHAPES, quiet="heightmap image")
 NAMED = ("link", "joint", "frame")  # siblings whose names must differ
-LEAF = _rule()
+LEAF = rule()
 LOOKS = ("visual", "seen geometry", "material")  # of which nothing is solid
 
 
@@ -162,7 +176,7 @@ def account_for(element: ET.Element, kind: str, where: str, source: Source, dept
     """
     if depth > MAX_DEPTH:
         raise WorldError(f"elements are nested more than {MAX_DEPTH} deep at {where}")
-    rule = RULES.get(kind, LEAF)
+    known = RULES.get(kind, LEAF)
     if kind in RULES:
         _check_text(element, where, source)
     if kind == "geometry":
@@ -172,17 +186,17 @@ def account_for(element: ET.Element, kind: str, where: str, source: Source, dept
     for child in element:
         tag = child.tag
         seen[tag] += 1
-        if tag in rule.noted or ":" in tag:
+        if tag in known.noted or ":" in tag:
             source.ignored[tag] += 1
-        elif tag in rule.once and seen[tag] > 1:
+        elif tag in known.once and seen[tag] > 1:
             _reject(child, f"a second <{tag}> in {where}", "the first counts", kind, source)
-        elif tag in rule.once or tag in rule.many:
+        elif tag in known.once or tag in known.many:
             names[tag, child.get("name", "")] += tag in NAMED or kind == "state"
             inner = KINDS.get((kind, tag), tag)
             if inner:
                 account_for(child, inner, _name_of(child, where), source, depth + 1)
-        elif tag not in rule.quiet and kind != "geometry":  # whose shapes are refused when read
-            close = close_names(tag, rule.known, most=1)
+        elif tag not in known.quiet and kind != "geometry":  # whose shapes are refused when read
+            close = close_names(tag, known.known, most=1)
             advice = f"did you mean <{close[0]}>?" if close else "it has no place there"
             _reject(child, f"<{tag}> in {where}", advice, kind, source)
     for (tag, name), count in names.items():
