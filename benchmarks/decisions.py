@@ -18,7 +18,6 @@ import typer
 from benchmarks.app import Robots, benchmarks_app
 from swarm_bench.runs.episode import RunOptions, build
 from swarm_bench.runs.harness import Harness
-from swarm_bench.runs.methods import Driver
 from swarm_bench.runs.scenario import check_size
 from swarm_bench.suite.command import new_console
 from swarm_bench.suite.selection import select
@@ -27,6 +26,7 @@ from swarm_common.model.beacon import Reception
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Odometry
 from swarm_nav.core.goals import Output
+from swarm_run.loop import Driver
 
 WARM_TICKS = 30  # at the start, in which kernels are loaded and all robots plan
 CLASS_WIDTH = 10  # neighbours

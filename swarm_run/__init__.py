@@ -11,6 +11,7 @@ What a module imports of its folder stands above it:
     flat              Parameters under dotted names, as ROS 2 counts them, and nested, as files have
                       them
     host_options      Options of a run on several hosts, checked once
+    loop              The loop of a run in one process: all robots sense, decide, act
     fleet_link        How the robots reach a fleet control of another maker
     spec              The one description of a run: `RunSpec`
     world_params      The section `/world:` of a --params file: radio, engine, broken robots

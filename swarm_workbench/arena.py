@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from swarm_bench.runs.episode import RunOptions, make_world, nav_config, robot_named
+from swarm_bench.runs.episode import RunOptions, nav_config, robot_named, setup_of
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Mask, Pose, Twist
+from swarm_run.loop import Loop
+from swarm_sim.world.setup import WorldSetup
 from swarm_sim.world.world import World
 from swarm_workbench.steered import SteeredNavigator
 from swarm_workbench.world import load_world
@@ -78,19 +80,14 @@ class OpenArena:
 
     def __init__(self, world: str, robot: str, count: int) -> None:
         self._options = options_of(world, robot, count)
-        self._specs = [robot_named(robot)] * count
         self._world: _OpenWorld | None = None
-        self.ranges = np.full((count, self._specs[0].lidar.rays), np.inf, np.float32)
+        self.ranges = np.full((count, robot_named(robot).lidar.rays), np.inf, np.float32)
         self.poses = self.twists = np.zeros((count, 3))
 
     def reset(self, starts: FloatArray, seed: int) -> None:
         """Put the robots at poses (n, 3), standing, at tick 0."""
         if self._world is None:
-            scene = load_world(self._options.scenario.world).scene
-            homes = [Pose(*pose) for pose in starts.tolist()]
-            world = make_world(self._options, scene, self._specs, homes, None, _OpenWorld)
-            assert isinstance(world, _OpenWorld)
-            self._world = world
+            self._world = _setup(self._options, starts).start(_OpenWorld)
         self._world.begin(starts)
         self._look(self._world)
 
@@ -111,48 +108,38 @@ class ShieldedArena:
 
     def __init__(self, world: str, robot: str, count: int) -> None:
         self._world_name, self._robot, self._count = world, robot, count
-        self._specs = [robot_named(robot)] * count
-        self._scene = load_world(world).scene
-        self._grid = grid_of(world)
-        self.ranges = np.full((count, self._specs[0].lidar.rays), np.inf, np.float32)
+        self.ranges = np.full((count, robot_named(robot).lidar.rays), np.inf, np.float32)
         self.poses = self.twists = np.zeros((count, 3))
 
     def reset(self, starts: FloatArray, seed: int) -> None:
         """Put the robots at poses (n, 3), standing, at tick 0, with new navigators."""
         options = options_of(self._world_name, self._robot, self._count, seed)
-        homes = [Pose(*pose) for pose in starts.tolist()]
-        self._world = make_world(options, self._scene, self._specs, homes, None)
-        config = nav_config(options, self._specs[0])
+        setup = _setup(options, starts)
+        self._world = setup.start(World)
+        config = nav_config(options, setup.specs[0])
         self._robots = [
-            SteeredNavigator(config, spec, self._grid, self._scene.sites, number, home)
-            for number, (spec, home) in enumerate(zip(self._specs, homes, strict=True), 1)
+            SteeredNavigator(config, spec, setup.grid, setup.scene.sites, number, home)
+            for number, (spec, home) in enumerate(zip(setup.specs, setup.starts, strict=True), 1)
         ]
-        self._known = 0
+        self._loop = Loop(self._world, [robot.navigator for robot in self._robots])
         self._observe()
 
     def step(self, twists: FloatArray) -> Mask:
         """Steer with twists (n, 3) for a tick; return who began to touch something."""
-        tick = self._world.tick
-        outputs = []
         for robot, (vx, wz, vy) in zip(self._robots, twists.tolist(), strict=True):
             robot.wish = Twist(vx, vy, wz)
-            outputs.append(robot.navigator.tick(tick))
-        self._world.step([each.twist for each in outputs], [each.beacon for each in outputs])
+        self._loop.decide()
         contacts = np.zeros(self._count, np.bool_)
-        for collision in self._world.collisions[self._known :]:
+        for collision in self._loop.act():
             contacts[[self._world.names.index(name) for name in collision.robots]] = True
-        self._known = len(self._world.collisions)
         self._observe()
         return contacts
 
     def _observe(self) -> None:
-        for robot, seen in enumerate(self._world.observe()):
-            navigator = self._robots[robot].navigator
-            navigator.on_odom(seen.odom)
+        self._loop.sense()
+        for robot, seen in enumerate(self._loop.observed):
             if seen.scan is not None:
-                navigator.on_scan(seen.scan)
                 self.ranges[robot] = seen.scan.ranges
-            navigator.on_reception(seen.reception)
         self.poses = self._world.poses
         self.twists = np.array([(t.vx, t.wz, t.vy) for _, t in self._world.ground_truth()])
 
@@ -169,6 +156,12 @@ def options_of(world: str, robot: str, count: int, seed: int = 0) -> RunOptions:
         noise=0.0,
     )
     return RunOptions(scenario=scenario, robots=count, seed=seed)
+
+
+def _setup(options: RunOptions, starts: FloatArray) -> WorldSetup:
+    world = options.scenario.world
+    homes = [Pose(*pose) for pose in starts.tolist()]
+    return setup_of(options, load_world(world).scene, homes, grid_of(world))
 
 
 @functools.lru_cache(maxsize=4)

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from swarm_bench.runs.episode import Episode, RunOptions, build, robot_named
-from swarm_bench.runs.harness import Harness, InjectedFaults
+from swarm_bench.runs.episode import RunOptions
+from swarm_bench.runs.harness import Harness
 from swarm_common.model.breaches import Collision
 from swarm_common.model.errors import ConfigError, SwarmError
-from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan, Twist
+from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, RobotSpec, Scan
 from swarm_nav.core.goals import Goal as NavGoal
 from swarm_nav.core.goals import GoalEnded, GoalKind, Output, Status
 from swarm_nav.interfaces import Served
-from swarm_sim.world.world import Observation
+from swarm_run.loop import InjectedFaults
 from swarm_workbench.goal import Goal
 from swarm_workbench.history import RunTables
 from swarm_workbench.report import Report, RobotFigures
@@ -29,67 +29,59 @@ STATUS_TICKS = 5  # 2 Hz, as navigators on the graph
 class _Stepped(Harness):
     """A harness that has decided its present tick, and goes on although missions are over."""
 
-    def __init__(self, options: RunOptions, episode: Episode, faults: InjectedFaults) -> None:
-        super().__init__(options, episode=episode, faults=faults)
-        self.scans: list[Scan | None] = [None] * len(episode.drivers)
+    def __init__(self, options: RunOptions, faults: InjectedFaults | None) -> None:
+        super().__init__(options, faults=faults)
+        self.scans: list[Scan | None] = [None] * len(self.drivers)
         self.goals: dict[tuple[int, int], Goal] = {}  # by robot and id
-        self.history = RunTables(episode.world.names)
-        self._think()
+        self.history = RunTables(self.world.names)
+        self.think()
 
     def advance(self) -> bool:
         """Advance the world by a step, then decide."""
-        self._watch(self.episode.world.step(self._twists, self._sent))
-        self._think()
+        self.act()
+        self.think()
         return True
+
+    def think(self) -> None:
+        """Decide, and keep what is new."""
+        super().think()
+        tick = self.world.tick
+        for index, (seen, output) in enumerate(zip(self.observed, self.outputs, strict=True)):
+            self.scans[index] = seen.scan or self.scans[index]
+            if output is not None and (output.events or tick % STATUS_TICKS == 0):
+                status = self.drivers[index].status()
+                self.history.note(self.world.names[index], status, tick * CONTROL_PERIOD)
 
     def die(self, robot: int) -> None:
         """Let a robot do and say nothing from the next tick on; its goals fail."""
-        self._dead.add(robot)
-        self._twists[robot], self._sent[robot] = Twist(), None
+        self.dead.add(robot)
+        self.outputs[robot] = None
         for (owner, _), goal in self.goals.items():
             if owner == robot:
-                goal.settle("aborted", "its navigator died", self.episode.world.tick)
+                goal.settle("aborted", "its navigator died", self.world.tick)
 
     def set_goal(self, robot: int, goal: Goal, order: Mapping[str, Any]) -> None:
         """Send a goal; it takes effect at the next tick."""
-        if robot in self._dead:
+        if robot in self.dead:
             raise SwarmError(f"the navigator of {goal.robot} is dead; it takes no goals")
         self._goal_ids[robot] += 1
         self.goals[robot, self._goal_ids[robot]] = goal
-        self.episode.drivers[robot].set_goal(NavGoal(goal_id=self._goal_ids[robot], **order))
+        self.drivers[robot].set_goal(NavGoal(goal_id=self._goal_ids[robot], **order))
 
-    def _think(self) -> None:
-        tick = self.episode.world.tick
-        self._die(tick)
-        observed: Sequence[Observation] = self.episode.world.observe()
-        self._decide(tick, observed)
-        self._exchange(tick)
-        self._note(tick)
-        for index, output in enumerate(self._outputs):
-            if observed[index].scan is not None:
-                self.scans[index] = observed[index].scan
-            if output is None:
-                continue
-            if output.events or tick == 0:
-                self._settle(index, tick, output)
-            if output.events or tick % STATUS_TICKS == 0:
-                status = self.episode.drivers[index].status()
-                self.history.note(self.episode.world.names[index], status, tick * CONTROL_PERIOD)
-
-    def _settle(self, index: int, tick: int, output: Output) -> None:
-        mine = {
-            id(event): self.goals.pop((index, event.goal_id), None)
-            for event in output.events
-            if isinstance(event, GoalEnded)
-        }
-        others = tuple(event for event in output.events if mine.get(id(event)) is None)
-        self._follow_mission(index, tick, Output(output.twist, output.beacon, others))
+    def _follow_mission(self, index: int, tick: int, output: Output) -> None:
+        """Settle goals of the program; the others are the mission's."""
+        others = []
         for event in output.events:
-            goal = mine.get(id(event))
-            if goal is not None and isinstance(event, GoalEnded):
-                code = f"error {int(event.error_code)}: " if event.error_code else ""
-                reason = "" if event.outcome.value == "succeeded" else f"{code}{event.message}"
-                goal.settle(event.outcome.value, reason, event.tick)
+            goal = None
+            if isinstance(event, GoalEnded):
+                goal = self.goals.pop((index, event.goal_id), None)
+            if goal is None or not isinstance(event, GoalEnded):
+                others.append(event)
+                continue
+            code = f"error {int(event.error_code)}: " if event.error_code else ""
+            reason = "" if event.outcome.value == "succeeded" else f"{code}{event.message}"
+            goal.settle(event.outcome.value, reason, event.tick)
+        super()._follow_mission(index, tick, Output(output.twist, output.beacon, tuple(others)))
 
 
 class BenchBackend:
@@ -101,15 +93,12 @@ class BenchBackend:
         Raises:
             SwarmError: If a file or a value is unusable.
         """
-        episode = build(options)
+        self._harness = _Stepped(options, faults)
+        self._world, setup = self._harness.world, self._harness.episode.setup
         self.folder: Path | None = None
-        self.grid, self.sites = episode.grid, episode.sites
-        self.names: Sequence[str] = episode.world.names
-        self.specs: Sequence[RobotSpec] = [
-            robot_named(name) for name in options.scenario.models(options.robots)
-        ]
-        self._harness = _Stepped(options, episode, faults or InjectedFaults())
-        self._world = episode.world
+        self.grid, self.sites = setup.grid, setup.scene.sites
+        self.names: Sequence[str] = self._world.names
+        self.specs: Sequence[RobotSpec] = setup.specs
         self._is_closed = False
         self.url = ""
         self.domain: int | None = None
@@ -154,7 +143,7 @@ class BenchBackend:
 
     def status(self, robot: int) -> Status:
         """Return a robot's status."""
-        return self._harness.episode.drivers[robot].status()
+        return self._harness.drivers[robot].status()
 
     def drive(self, robot: int, goal: Goal, pose: Pose) -> None:
         """Send a robot to a pose in map."""
@@ -176,7 +165,7 @@ class BenchBackend:
 
     def cancel(self, robot: int, goal: Goal) -> None:
         """Cancel a robot's goal."""
-        driver = self._harness.episode.drivers[robot]
+        driver = self._harness.drivers[robot]
         if not isinstance(driver, Served):
             raise SwarmError(f"a {type(driver).__name__} cannot cancel goals; send another one")
         driver.services.cancel_goal()
@@ -188,7 +177,7 @@ class BenchBackend:
     def report(self) -> Report:
         """Return the figures so far."""
         verdict = self._world.verdict
-        statuses = [driver.status() for driver in self._harness.episode.drivers]
+        statuses = [driver.status() for driver in self._harness.drivers]
         return Report(
             sim_time=self._world.sim_time,
             robot_robot=verdict.robot_robot,

@@ -17,14 +17,15 @@ from numpy.typing import NDArray
 
 from benchmarks.storm.plan import FOR_EVER, Crate, Failure, Fault, StormPlan, draw_plan
 from benchmarks.storm.reachable import Disc, Floor
-from swarm_bench.runs.episode import RunOptions, build, ground_of, nav_config
-from swarm_bench.runs.harness import Harness, InjectedFaults
+from swarm_bench.runs.episode import RunOptions, build, nav_config, prepare
+from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.breaches import Collision
 from swarm_describe.worlds.scene import Body, Box, Part, transform_from_xyz_rpy
 from swarm_mission.itinerary import Itinerary
 from swarm_mission.leg import Stop
+from swarm_run.loop import InjectedFaults
 from swarm_run.record.figures import rounded
 from swarm_sim.world.changing_world import ChangingWorld
 
@@ -125,9 +126,9 @@ class Storm(Harness):
     def __init__(self, options: StormOptions, plan: StormPlan | None = None) -> None:
         """Build world and robots; without a plan, draw one from the seed."""
         run_options = options.run_options
-        grid, homes_map = ground_of(run_options)
-        self.floor = Floor(grid)
-        self.plan = plan or draw_plan(options.seed, options.robots, self.floor, homes_map)
+        setup, _ = prepare(run_options)
+        self.floor = Floor(setup.grid)
+        self.plan = plan or draw_plan(options.seed, options.robots, self.floor, setup.starts)
         self._mute: set[int] = set()
         self._deaf: set[int] = set()
         super().__init__(
@@ -160,7 +161,7 @@ class Storm(Harness):
     def _lost(self) -> set[int]:
         return {robot for robot, fault in self._down.items() if fault.end >= FOR_EVER}
 
-    def _die(self, tick: int) -> None:
+    def begin(self, tick: int) -> None:
         """Let everything begin and end that does at a tick."""
         on = [fault for fault in self.plan.faults if fault.is_on(tick)]
         for kind, robots in ((Failure.MUTE, self._mute), (Failure.DEAF, self._deaf)):
@@ -171,8 +172,8 @@ class Storm(Harness):
             if robot not in down and fault.failure is Failure.KILLED:
                 self._start_anew(robot, tick)
         self._down = down
-        self._dead.clear()
-        self._dead.update(down)
+        self.dead.clear()
+        self.dead.update(down)
         if tick % CRATE_TICKS == 0 and self._waiting and self._waiting[0].tick <= tick:
             if self._put(self._waiting[0]):
                 self._waiting.pop(0)
@@ -189,8 +190,8 @@ class Storm(Harness):
         episode.drivers[robot] = make(
             nav_config(options, spec),
             spec,
-            episode.grid,
-            episode.sites,
+            episode.setup.grid,
+            episode.setup.scene.sites,
             robot + 1,
             episode.world.ground_truth()[robot][0],
         )
@@ -248,7 +249,8 @@ class Storm(Harness):
         x, y = self.episode.world.poses[robot, :2].tolist()
         return self.floor.connected(labels, (x, y), (goal.pose_map.x, goal.pose_map.y))
 
-    def _watch(self, collisions: Sequence[Collision]) -> None:
+    def on_contacts(self, collisions: Sequence[Collision]) -> None:
+        """Keep those in which a living robot moved."""
         names = self.episode.world.names
         for collision in collisions:
             members = [names.index(name) for name in collision.robots]

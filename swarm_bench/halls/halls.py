@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,20 +11,17 @@ from swarm_bench.halls.hall_maker import MISSIONS, HallRequest, make_hall
 from swarm_bench.runs.episode import (
     Episode,
     RunOptions,
-    make_drivers,
-    make_world,
+    bodies_of,
+    episode_of,
     nav_config,
-    robot_models,
-    robot_named,
-    room_for,
+    setup_of,
+    specs_of,
 )
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
-from swarm_describe.worlds.actors import Actors
-from swarm_mission.itinerary import Itinerary
 from swarm_mission.leg import Stop
 from swarm_run.record.run_record import RunRecord
 
@@ -105,9 +103,9 @@ def load_hall_inputs(options: RunOptions) -> str:
     Returns:
         Empty: in drawn halls nobody gives orders.
     """
-    for model in options.scenario.models(options.robots):
-        nav_config(options, robot_named(model))
-    robot_models(options)
+    for spec in specs_of(options):
+        nav_config(options, spec)
+    bodies_of(options)
     return ""
 
 
@@ -121,9 +119,7 @@ def hall_of(options: RunOptions) -> tuple[Hall, Grid]:
         ConfigError: If no hall for so many robots comes up.
     """
     scenario, count = options.scenario, options.robots
-    widest = max(
-        (robot_named(m) for m in scenario.models(count)), key=lambda s: s.circumscribed_radius
-    )
+    widest = max(specs_of(options), key=lambda spec: spec.circumscribed_radius)
     margin = nav_config(options, widest).traffic.safety_margin
     trouble = scenario.name.partition(", ")[2]
     radius = widest.circumscribed_radius
@@ -144,19 +140,12 @@ def build_hall(options: RunOptions) -> Episode:
     Raises:
         ConfigError: If no hall for so many robots comes up.
     """
-    scenario = options.scenario
     hall, grid = hall_of(options)
-    specs = [robot_named(model) for model in scenario.models(options.robots)]
-    scene = hall.scene()
-    actors = Actors(hall.walkers, scene.vehicles)
-    world = make_world(options, scene, specs, hall.homes, actors)
-    drivers = make_drivers(options, scene.sites, specs, grid, hall.homes)
+    scene = dataclasses.replace(hall.scene(), walkers=hall.walkers)
+    silent = range(options.robots - hall.dead, options.robots)
+    setup = setup_of(options, scene, hall.homes, grid, silent)
     names = {(pose.x, pose.y): name for name, pose in scene.sites.stations.items()}
-    stops = [_stops(goals, names) for goals in hall.goals]
-    itineraries = [Itinerary(route, 1) for route in stops]
-    dead = frozenset(range(options.robots - hall.dead, options.robots))
-    found = room_for(options, specs, grid, hall.homes, stops, dead)
-    return Episode(world, drivers, itineraries, hall.homes, dead, grid, conditions=found)
+    return episode_of(options, setup, [_stops(goals, names) for goals in hall.goals], 1)
 
 
 def _stops(goals: Sequence[Pose], names: dict[tuple[float, float], str]) -> list[Stop]:

@@ -8,7 +8,6 @@ What a module imports of its folder stands above it:
     machine            The machine that something was measured on, in one line
     origin             Where a result comes from: code, inputs, machine
     methods            What drives a robot in the bench: our navigator, or a baseline
-    centre             A centre in the bench: its radio to the robots, and what it costs
     scenario           Scenarios: the rows of the traffic suite
     invariant          No two robots hold space nearer to each other than their radii
     pose_error         How well the robots of a run know where they are

@@ -6,28 +6,25 @@ import dataclasses
 import functools
 import itertools
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from swarm_bench.runs.inputs import read_once
-from swarm_bench.runs.methods import METHODS, OF_NAVIGATORS, Driver, load_method, load_team
+from swarm_bench.runs.methods import METHODS, OF_NAVIGATORS, load_method, load_team
 from swarm_bench.runs.orders import BenchOrders, demand_remarks, make_orders, measure_ways
 from swarm_bench.runs.scenario import Scenario
 from swarm_central.link import Centre, delay_ticks
 from swarm_central.movingai import check_program
-from swarm_common.files.map_io import load_map, map_of_world
 from swarm_common.files.params_io import REALISTIC, default_parameters
 from swarm_common.model.central import Coordination
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.robot_names import RobotNames
-from swarm_common.model.sites import Sites
-from swarm_describe.robots.description import RobotModel
 from swarm_describe.robots.fleet import limits_of
-from swarm_describe.robots.loading import load_robot, open_robot
+from swarm_describe.robots.loading import Robot, load_robot, open_robot
 from swarm_describe.worlds.actors import Actors, WalkerSpec, load_actors
 from swarm_describe.worlds.reader import load_world
 from swarm_describe.worlds.scene import Scene
@@ -41,13 +38,19 @@ from swarm_mission.orders.radio import OrderRadio
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.core.plugins import BRAIN, check_plugins, own_plugins
 from swarm_nav.traffic.conditions import Conditions, conditions
+from swarm_run.loop import Driver
 from swarm_run.params import Overrides, load_overrides
 from swarm_run.world_params import WorldParams
-from swarm_sim.maps.draw_map import Reach, draw_world, reach_of, with_touchable
-from swarm_sim.maps.spawn import deal_places
+from swarm_sim.maps.draw_map import Reach, reach_of
 from swarm_sim.maps.world_check import checked
 from swarm_sim.sensing.radio import RadioConfig
-from swarm_sim.sensing.visibility import overlooked
+from swarm_sim.world.setup import (
+    WorldSetup,
+    check_model_names,
+    map_file_of,
+    map_of,
+    starts_of,
+)
 from swarm_sim.world.world import World, WorldConfig
 
 
@@ -82,14 +85,11 @@ class RunOptions:
 class Episode:
     """A run that is ready to start; lists have one entry per robot."""
 
+    setup: WorldSetup
     world: World
     drivers: list[Driver]  # what decides for each robot
     itineraries: Sequence[Itinerary | Courier]  # what each robot has to do
-    homes_map: list[Pose]  # where each starts
-    dead: frozenset[int]  # indices of the robots that never do anything
-    grid: Grid  # the map
-    sites: Sites = field(default_factory=Sites)  # of the world
-    stops: list[tuple[Stop, ...]] = field(default_factory=list)  # the goals of each robot
+    stops: Sequence[Sequence[Stop]]  # the goals of each robot
     conditions: Conditions | None = None  # what the map has room for; None where nobody asks
     orders: BenchOrders | None = None  # that the goals come from; None for a route
     centre: Centre | None = None  # decides for all robots; None where each decides alone
@@ -107,23 +107,19 @@ def check(options: RunOptions) -> list[str]:
     Raises:
         SwarmError: If a file or a value is unusable.
     """
-    scene, mission, homes, specs = _cast(options)
-    routes = {
-        RobotNames().name_of(index + 1): _route(mission, scene.sites, options, index, homes)
-        for index in range(len(homes))
-    }
+    setup, mission = prepare(options)
+    specs, sites = setup.specs, setup.scene.sites
     plan = mission.orders if mission is not None else None
-    if plan is None:
-        check_energy(dict(zip(routes, specs, strict=True)), routes, scene.sites, scene.name)
-    grid = _map_for(options.scenario.world, specs)
     remarks = []
-    if plan is not None:
+    if plan is None:
+        routes = [_route(mission, setup, options, index) for index in range(len(specs))]
+        named = zip(setup.names, specs, strict=True), zip(setup.names, routes, strict=True)
+        check_energy(dict(named[0]), dict(named[1]), sites, setup.scene.name)
+    else:
         load_dispatcher(plan.dispatch)
-        ways = measure_ways(plan, scene.sites, grid, specs)
-        remarks = demand_remarks(plan, ways, specs)
+        remarks = demand_remarks(plan, measure_ways(plan, sites, setup.grid, specs), specs)
     heights = [spec.lidar.z for spec in specs]
-    checked(scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
-    _actors(options.scenario.world, options.scenario.actors)
+    checked(setup.scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
     load_method(options.method)
     if options.central.get("solver"):
         check_program(Path(options.central["solver"]))
@@ -149,16 +145,6 @@ def _check_use(method: str, config: NavConfig) -> None:
         )
 
 
-def dispatch_of(options: RunOptions) -> str:
-    """Return who gives orders to robots; empty without orders.
-
-    Args:
-        options: What to run.
-    """
-    _, mission, _, _ = _cast(options)
-    return mission.orders.dispatch if mission is not None and mission.orders is not None else ""
-
-
 def build(
     options: RunOptions,
     *,
@@ -177,61 +163,52 @@ def build(
     Raises:
         SwarmError: If a file or a value is unusable.
     """
-    scenario, count = options.scenario, options.robots
-    scene, mission, homes, specs = _cast(options)
-    grid = _map_for(scenario.world, specs)
-    dead = frozenset(range(count - len(scenario.dead), count))
-    actors = _actors(scenario.world, scenario.actors)
-    if walkers:
-        actors = Actors((*(actors.walkers if actors else ()), *walkers), scene.vehicles)
+    scenario = options.scenario
+    setup, mission = prepare(options)
+    sites, homes = setup.scene.sites, setup.starts
+    scene = dataclasses.replace(setup.scene, walkers=(*setup.scene.walkers, *walkers))
+    setup = dataclasses.replace(setup, scene=scene)
 
     def _further(index: int) -> Callable[[], list[Stop]]:
         """Return what makes one lap more of a robot; in a run without duration none."""
         lap = itertools.count(scenario.laps)
-        if not scenario.duration or index in dead or mission is None:
+        if not scenario.duration or index in setup.silent or mission is None:
             return list
         return lambda: mission.stops(
-            scene.sites, homes[index], seed=options.seed, robot_id=index + 1,
+            sites, homes[index], seed=options.seed, robot_id=index + 1,
             first_lap=next(lap), homes_map=homes,
         )  # fmt: skip
 
     routes = [
-        () if index in dead else _route(mission, scene.sites, options, index, homes, most_goals)
-        for index in range(count)
+        () if index in setup.silent else _route(mission, setup, options, index, most_goals)
+        for index in range(options.robots)
     ]
-    world = make_world(options, scene, specs, homes, actors, world_class)
-    drivers = make_drivers(options, scene.sites, specs, grid, homes)
-    named = dict(zip(world.names, homes, strict=True))
-    radio = OrderRadio(scenario.loss, scenario.delay, options.seed)
-    orders = None
-    if mission is not None:
-        orders = make_orders(mission, scene.sites, grid, named, specs, drivers, radio, options.seed)
-    itineraries: Sequence[Itinerary | Courier]
-    if orders is not None:
-        itineraries = orders.couriers
+    episode = episode_of(options, setup, routes, world_class=world_class)
+    if mission is not None and mission.orders is not None:
+        radio = OrderRadio(scenario.loss, scenario.delay, options.seed)
+        episode.orders = make_orders(
+            mission, mission.orders, setup, episode.drivers, radio, options.seed
+        )
+        episode.itineraries = episode.orders.couriers
     else:
-        itineraries = [
-            Itinerary(route, mission.retries if mission else 0, more=_further(index))
-            for index, route in enumerate(routes)
+        retries = mission.retries if mission else 0
+        episode.itineraries = [
+            Itinerary(route, retries, more=_further(index)) for index, route in enumerate(routes)
         ]
-    found = room_for(options, specs, grid, homes, routes, dead)
-    return Episode(
-        world, drivers, itineraries, homes, dead, grid, scene.sites, routes, found, orders,
-        make_centre(options, scene.sites, specs, grid),
-    )  # fmt: skip
+    return episode
 
 
 def _route(
     mission: Mission | None,
-    sites: Sites,
+    setup: WorldSetup,
     options: RunOptions,
     index: int,
-    homes: Sequence[Pose],
     limit: int | None = None,
 ) -> tuple[Stop, ...]:
     """Return a robot's goals; with orders, all places that they may send it to."""
     if mission is None:
         return ()
+    sites, homes = setup.scene.sites, setup.starts
     if mission.orders is not None:
         return tuple(mission.order_stops(sites, homes[index]))
     return tuple(
@@ -242,151 +219,78 @@ def _route(
     )  # fmt: skip
 
 
-def make_world(
+def episode_of(
     options: RunOptions,
-    scene: Scene,
-    specs: Sequence[RobotSpec],
-    homes: Sequence[Pose],
-    actors: Actors | None,
+    setup: WorldSetup,
+    routes: Sequence[Sequence[Stop]],
+    retries: int = 0,
+    *,
     world_class: type[World] = World,
-) -> World:
-    """Return the world of a run.
+) -> Episode:
+    """Return an episode in which each robot drives a route.
 
     Args:
         options: What to run.
-        scene: The world.
-        specs: Models of the robots.
-        homes: Start poses in map, one per robot.
-        actors: People and vehicles; None for those of the scene.
+        setup: World, robots and map.
+        routes: Goals of each robot; robots without any stay where they start.
+        retries: Number of times that a robot drives to a goal again.
         world_class: What simulates.
     """
-    scenario = options.scenario
-    config = WorldConfig(
-        engine=options.engine,
-        with_lidar=scenario.with_lidar,
-        walkers=actors.walkers if actors is not None else None,
-        vehicles=actors.vehicles if actors is not None else None,
-        actuation_noise=scenario.noise,
-        realistic=options.realistic,
-        radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
-    )
-    models = robot_models(options)
-    return world_class(scene, specs, homes, config, options.seed, models=models)
-
-
-def make_drivers(
-    options: RunOptions,
-    sites: Sites,
-    specs: Sequence[RobotSpec],
-    grid: Grid,
-    homes: Sequence[Pose],
-) -> list[Driver]:
-    """Return what decides for each robot of a run.
-
-    Args:
-        options: What to run.
-        sites: Sites of the world.
-        specs: Models of the robots.
-        grid: The map.
-        homes: Start poses in map, one per robot.
-    """
     method = load_method(options.method)
-    return [
-        method(nav_config(options, spec, number), spec, grid, sites, number, home)
-        for number, (spec, home) in enumerate(zip(specs, homes, strict=True), 1)
+    world = setup.start(world_class)
+    drivers = [
+        method(nav_config(options, spec, number), spec, setup.grid, setup.scene.sites, number, home)
+        for number, (spec, home) in enumerate(zip(setup.specs, setup.starts, strict=True), 1)
     ]
+    return Episode(
+        setup, world, drivers, [Itinerary(route, retries) for route in routes], routes,
+        _room_for(options, setup, routes), centre=_centre(options, setup),
+    )  # fmt: skip
 
 
-def make_centre(
-    options: RunOptions, sites: Sites, specs: Sequence[RobotSpec], grid: Grid
-) -> Centre | None:
-    """Return what decides for all robots of a run; None where each decides alone.
-
-    Args:
-        options: What to run.
-        sites: Sites of the world.
-        specs: Models of the robots.
-        grid: The map.
-    """
+def _centre(options: RunOptions, setup: WorldSetup) -> Centre | None:
+    """Return what decides for all robots of a run; None where each decides alone."""
+    specs = setup.specs
     factory, config = load_team(options.method), nav_config(options, specs[0])
     if factory is None:
         if config.traffic.coordination != Coordination.DECENTRAL:
             raise ConfigError("traffic.coordination needs --method central-reservation")
         return None
-    team = factory(config, specs, grid, sites, options.central)
+    team = factory(config, specs, setup.grid, setup.scene.sites, options.central)
     scenario = options.scenario
     delay = delay_ticks(scenario.delay)
     return Centre(team, len(specs), scenario.loss, delay, seed=options.seed)
 
 
-def room_for(
-    options: RunOptions,
-    specs: Sequence[RobotSpec],
-    grid: Grid,
-    homes: Sequence[Pose],
-    stops: Sequence[Sequence[Stop]],
-    dead: Collection[int],
+def _room_for(
+    options: RunOptions, setup: WorldSetup, routes: Sequence[Sequence[Stop]]
 ) -> Conditions:
-    """Return what the map of a run has room for, and whether robots see those that are dead.
-
-    Robots without goals stay where they start.
-
-    Args:
-        options: What to run.
-        specs: Models of the robots.
-        grid: The map.
-        homes: Start poses in map, one per robot.
-        stops: Goals of each robot.
-        dead: Indices of the dead robots.
-    """
+    """Return what the map of a run has room for, and whether robots see those that are dead."""
+    starts = [(home.x, home.y) for home in setup.starts]
     goals = [
-        [(stop.pose_map.x, stop.pose_map.y) for stop in route] or [(home.x, home.y)]
-        for home, route in zip(homes, stops, strict=True)
+        [(stop.pose_map.x, stop.pose_map.y) for stop in route] or [start]
+        for start, route in zip(starts, routes, strict=True)
     ]
-    starts = [(home.x, home.y) for home in homes]
-    robots = [(spec, nav_config(options, spec, number)) for number, spec in enumerate(specs, 1)]
-    found = conditions(robots, grid, starts, goals)
-    unseen = tuple(_unseen(options, specs, dead))
+    configs = [nav_config(options, spec, number) for number, spec in enumerate(setup.specs, 1)]
+    found = conditions(list(zip(setup.specs, configs, strict=True)), setup.grid, starts, goals)
+    costmap = configs[0].costmap
+    unseen = setup.unseen(costmap.unknown_body_margin + costmap.footprint_padding, "dead")
     return dataclasses.replace(found, findings=(*unseen, *found.findings))
 
 
-def _unseen(
-    options: RunOptions, specs: Sequence[RobotSpec], dead: Collection[int]
-) -> Iterator[str]:
-    """Yield a sentence on each model whose LiDAR sees too little of robots that are dead."""
-    if not dead:
-        return
-    models = robot_models(options)
-    if not options.scenario.with_lidar or models is None:
-        yield "without LiDARs no robot sees the dead ones: it may hit them"
-        return
-    living = [spec for index, spec in enumerate(specs) if index not in dead]
-    costmap = nav_config(options, specs[0]).costmap
-    margin = costmap.unknown_body_margin + costmap.footprint_padding
-    for sentence in overlooked(living, [specs[index] for index in sorted(dead)], models, margin):
-        yield f"{sentence}: it may hit one that is dead"
+def prepare(options: RunOptions) -> tuple[WorldSetup, Mission | None]:
+    """Return world, robots and map of a run, and what the robots are to do, if anything.
 
-
-def ground_of(options: RunOptions) -> tuple[Grid, list[Pose]]:
-    """Return the map of a run and where its robots start.
+    Dead robots come last.
 
     Args:
         options: What is to be run.
 
-    Returns:
-        The map, and start poses in it, one per robot; dead robots come last.
-
     Raises:
         SwarmError: If a file or a value is unusable.
     """
-    _, _, homes, specs = _cast(options)
-    return _map_for(options.scenario.world, specs), homes
-
-
-def _cast(options: RunOptions) -> tuple[Scene, Mission | None, list[Pose], list[RobotSpec]]:
-    """Return world, mission if there is one, and where robots of which model start."""
-    scenario = options.scenario
-    scene, count = _scene(scenario.world), options.robots
+    scenario, count = options.scenario, options.robots
+    scene = _scene(scenario.world)
     mission = None
     if scenario.mission:
         mission = _mission(scenario.mission).with_groups(scene.sites)
@@ -394,8 +298,81 @@ def _cast(options: RunOptions) -> tuple[Scene, Mission | None, list[Pose], list[
             mission = mission.dispatched_by(scenario.dispatch)
         where = f"world {scene.name}, for mission {mission.name}"
         mission.check_stations(scene.sites, where, robots=count, highest=count)
-    specs = [robot_named(model) for model in scenario.models(options.robots)]
-    return scene, mission, _homes(scenario, specs, mission.spawn if mission else ""), specs
+    alive = count - len(scenario.dead)
+    if alive < 1:
+        raise ConfigError(
+            f"scenario {scenario.name} has {len(scenario.dead)} dead robots; "
+            f"a swarm of {count} leaves none alive"
+        )
+    specs = specs_of(options)
+    dead = tuple(Pose(*pose) for pose in scenario.dead)
+    starts = _starts(scenario.world, specs, mission.spawn if mission else "", dead)
+    reach = reach_of(specs)
+    grid = _grid(scenario.world, min(spec.lidar.z for spec in specs), reach, starts)
+    if scenario.actors:
+        actors = _actors(scenario.world, scenario.actors)
+        scene = dataclasses.replace(scene, walkers=actors.walkers, vehicles=actors.vehicles)
+    return setup_of(options, scene, starts, grid, range(alive, count)), mission
+
+
+def setup_of(
+    options: RunOptions,
+    scene: Scene,
+    starts: Sequence[Pose],
+    grid: Grid,
+    silent: Collection[int] = (),
+) -> WorldSetup:
+    """Return the robots of a run in a world that was read or drawn.
+
+    Args:
+        options: What is to be run.
+        scene: The world.
+        starts: Start poses in map, one per robot.
+        grid: The map.
+        silent: Indices of the robots that are dead.
+    """
+    scenario = options.scenario
+    return WorldSetup(
+        config=WorldConfig(
+            engine=options.engine,
+            with_lidar=scenario.with_lidar,
+            actuation_noise=scenario.noise,
+            realistic=options.realistic,
+            radio=RadioConfig(loss=scenario.loss, delay=scenario.delay),
+        ),
+        seed=options.seed,
+        scene=scene,
+        names=RobotNames().first(options.robots),
+        specs=specs_of(options),
+        starts=starts,
+        grid=grid,
+        robots=bodies_of(options),
+        silent=silent,
+    )
+
+
+def specs_of(options: RunOptions) -> tuple[RobotSpec, ...]:
+    """Return the model of each robot of a run.
+
+    Args:
+        options: What is to be run.
+    """
+    models = options.scenario.models(options.robots)
+    found = {model: robot_named(model) for model in dict.fromkeys(models)}
+    check_model_names(found)
+    return tuple(found[model] for model in models)
+
+
+def bodies_of(options: RunOptions) -> dict[str, Robot]:
+    """Return the robots' bodies by `RobotSpec.model`; none where nothing looks at them.
+
+    Args:
+        options: What is to be run.
+    """
+    if not options.scenario.with_lidar and options.engine == "planar":
+        return {}
+    robots = [_robots(name) for name in dict.fromkeys(options.scenario.models(options.robots))]
+    return {robot.spec.model: robot for robot in robots}
 
 
 def nav_config(options: RunOptions, spec: RobotSpec, number: int = 1) -> NavConfig:
@@ -481,18 +458,6 @@ def _parsed(text: str, default: Any) -> Any:
     return text
 
 
-def _homes(scenario: Scenario, specs: list[RobotSpec], spawn: str) -> list[Pose]:
-    """Return the start poses; dead robots stand where the scenario says."""
-    widest = max(specs, key=lambda spec: spec.circumscribed_radius)
-    alive = len(specs) - len(scenario.dead)
-    if alive < 1:
-        raise ConfigError(
-            f"scenario {scenario.name} has {len(scenario.dead)} dead robots; "
-            f"a swarm of {len(specs)} leaves none alive"
-        )
-    return [*_spawn(scenario.world, widest, alive, spawn), *(Pose(*pose) for pose in scenario.dead)]
-
-
 # Worlds and maps are read once per process.
 
 
@@ -502,43 +467,23 @@ _robots = read_once(open_robot)
 robot_named = read_once(load_robot)
 
 
-def _map_for(world: str, specs: Sequence[RobotSpec]) -> Grid:
-    return _grid(world, min(spec.lidar.z for spec in specs), reach_of(specs))
-
-
 @read_once
-def _grid(world: str, height: float, reach: Reach) -> Grid:
+def _grid(world: str, height: float, reach: Reach, starts: Sequence[Pose]) -> Grid:
     scene = _scene(world)
-    path = map_of_world(scene.file)
-    if path is None:
-        grid = draw_world(scene, height, reach=reach)
-    else:
-        grid = with_touchable(load_map(path).upright().refined(), scene, height, reach)
-    return scene.sites.zones.mark(grid)
-
-
-def robot_models(options: RunOptions) -> dict[str, RobotModel] | None:
-    """Return the bodies of the robots by model, None if nobody looks at them.
-
-    Args:
-        options: What is to be run.
-    """
-    scenario = options.scenario
-    if not scenario.with_lidar and options.engine == "planar":
-        return None
-    return {
-        robot_named(name).model: _robots(name).model for name in scenario.models(options.robots)
-    }
+    return scene.sites.zones.mark(map_of(scene, height, reach, starts, map_file_of(scene)))
 
 
 @read_once
-def _spawn(world: str, widest: RobotSpec, count: int, spawn: str) -> tuple[Pose, ...]:
-    return tuple(deal_places(_scene(world), [widest] * count, [spawn] * count, widest))
+def _starts(
+    world: str, specs: Sequence[RobotSpec], spawn: str, dead: tuple[Pose, ...]
+) -> tuple[Pose, ...]:
+    free = [None] * (len(specs) - len(dead))
+    return tuple(starts_of(_scene(world), specs, [spawn] * len(specs), [*free, *dead]))
 
 
 @read_once
-def _actors(world: str, actors: str) -> Actors | None:
-    return load_actors(_scene(world).directory / actors) if actors else None
+def _actors(world: str, actors: str) -> Actors:
+    return load_actors(_scene(world).directory / actors)
 
 
 @read_once

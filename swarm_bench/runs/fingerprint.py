@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from swarm_bench.runs.episode import RunOptions, check, dispatch_of, robot_models, robot_named
+from swarm_bench.runs.episode import RunOptions, check, prepare, specs_of
 from swarm_bench.runs.inputs import Gathered, digest_of, gather
 from swarm_bench.runs.scenario import Scenario
 
@@ -31,10 +31,9 @@ def gathered(options: RunOptions, load: Callable[[RunOptions], str]) -> tuple[st
     """
     found = gather(lambda: load(options), lambda dispatch: plugins_of(options, dispatch))
     scenario = options.scenario
-    models = [robot_named(model) for model in scenario.models(options.robots)]
     plain = {name: value for name, value in _fields(scenario) if name not in NOT_HASHED}
     rest = (
-        plain, scenario.limit_of(options.robots), models, options.robots, options.method,
+        plain, scenario.limit_of(options.robots), specs_of(options), options.robots, options.method,
         options.engine, options.realistic, sorted(options.parameters.items()),
     )  # fmt: skip
     solver = options.central.get("solver", "")
@@ -49,8 +48,8 @@ def load_inputs(options: RunOptions) -> str:
         Who gives orders; empty without orders.
     """
     check(options)
-    robot_models(options)
-    return dispatch_of(options)
+    _, mission = prepare(options)
+    return mission.orders.dispatch if mission is not None and mission.orders is not None else ""
 
 
 def plugins_of(options: RunOptions, dispatch: str) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import importlib
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 from swarm_bench.runs.inputs import plugin_module
 from swarm_central.team import TeamFactory
@@ -18,16 +18,7 @@ from swarm_common.process.plugins import load_plugin
 from swarm_nav.behaviour.plugin_brain import make_brain
 from swarm_nav.core.config import BrainConfig, NavConfig
 from swarm_nav.core.plugins import BRAIN
-from swarm_nav.interfaces import Brain, Charged, Staged
-
-
-class Driver(Brain, Charged, Protocol):
-    """A brain that also takes the readings of a battery."""
-
-
-@runtime_checkable
-class StagedDriver(Driver, Staged, Protocol):
-    """A driver that can decide in stages, between which others decide."""
+from swarm_run.loop import Driver
 
 
 class Method(Protocol):

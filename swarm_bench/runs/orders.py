@@ -5,9 +5,8 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Collection, Mapping, Sequence
 
-from swarm_bench.runs.methods import Driver
 from swarm_common.model.grid import Grid
-from swarm_common.model.records import FloatArray, Pose, RobotSpec
+from swarm_common.model.records import FloatArray, RobotSpec
 from swarm_common.model.sites import Sites
 from swarm_mission.itinerary import NextGoal
 from swarm_mission.mission import Mission
@@ -20,30 +19,26 @@ from swarm_mission.orders.radio import OrderRadio
 from swarm_mission.orders.robot_bidder import BidSenses
 from swarm_mission.orders.way_lengths import WayLengths
 from swarm_nav.core.goals import Status
+from swarm_run.loop import Driver
+from swarm_sim.world.setup import WorldSetup
 
 
 def make_orders(
     mission: Mission,
-    sites: Sites,
-    grid: Grid,
-    homes: Mapping[str, Pose],
-    specs: Sequence[RobotSpec],
+    plan: OrderPlan,
+    setup: WorldSetup,
     drivers: Sequence[Driver],
     radio: OrderRadio,
     seed: int,
-) -> BenchOrders | None:
-    """Return the orders of a run; None for a mission without any.
-
-    Args:
-        homes: Start poses in map by name of the robot, in the order of `specs` and `drivers`.
+) -> BenchOrders:
+    """Return the orders of a mission.
 
     Raises:
         ConfigError: If no swarm can serve them.
     """
-    plan = mission.orders
-    if plan is None:
-        return None
-    ways = measure_ways(plan, sites, grid, specs)
+    sites, specs = setup.scene.sites, setup.specs
+    homes = dict(zip(setup.names, setup.starts, strict=True))
+    ways = measure_ways(plan, sites, setup.grid, specs)
     remarks = demand_remarks(plan, ways, specs)
     run = OrderRun(
         plan, homes, sites.stations, radio, seed, retries=mission.retries, remarks=remarks

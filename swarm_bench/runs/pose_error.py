@@ -7,9 +7,9 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from swarm_bench.runs.methods import Driver
 from swarm_common.model.records import FloatArray
 from swarm_nav.interfaces import Reserving
+from swarm_run.loop import Driver
 from swarm_run.record.figures import percentiles
 
 

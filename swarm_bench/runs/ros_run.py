@@ -21,9 +21,11 @@ from swarm_common.model.robot_names import RobotNames
 from swarm_common.process.lifetime import die_with
 from swarm_describe.worlds.world_file import find_world
 from swarm_run.command_line import SWARM_UP
+from swarm_run.flags import text_of
 from swarm_run.params import EVERY_NAVIGATOR
 from swarm_run.record.report_file import record_of
 from swarm_run.record.run_record import RunRecord
+from swarm_run.spec import RunSpec
 
 ENGINE = "ros"  # what a result's engine is called: rigid bodies behind the ROS graph
 LAST_LINES = 5  # of swarm-up's output, in an error
@@ -44,10 +46,11 @@ def run_on_graph(options: RunOptions) -> RunRecord:
     """
     with tempfile.TemporaryDirectory(prefix="swarm-bench-") as name:
         folder = Path(name)
-        command, parent = (*SWARM_UP, *up_flags(options, folder)), os.getpid()
+        described, parent = folder / "run.yaml", os.getpid()
+        described.write_text(text_of(spec_of(options, folder)), encoding="utf-8")
         with subprocess.Popen(
-            command, cwd=folder, env=_with_plugins(), stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True,
+            (*SWARM_UP, "--spec", described), cwd=folder, env=_with_plugins(),
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
             preexec_fn=lambda: die_with(parent),
         ) as process:  # fmt: skip
             try:
@@ -81,35 +84,35 @@ def last_lines(said: str) -> str:
     return "\n".join(said.strip().splitlines()[-LAST_LINES:])
 
 
-def up_flags(options: RunOptions, folder: Path) -> list[str]:
-    """Return the flags of `swarm-up` for a run; writes the files that they name to a folder.
+def spec_of(options: RunOptions, folder: Path) -> RunSpec:
+    """Return a run as `swarm-up` takes it; writes the files that it names to a folder.
 
     Args:
         folder: Existing folder; the run's own folder is made in it.
     """
     scenario, count = options.scenario, options.robots
-    params = folder / "params.yaml"
+    params, fleet = folder / "params.yaml", folder / "fleet.yaml"
     params.write_text(yaml.safe_dump(_parameters(options)), encoding="utf-8")
-    flags = {
-        "--swarm-size": count,
-        "--world": scenario.world,
-        "--mission": scenario.mission,
-        "--seed": options.seed,
-        "--laps": scenario.laps,
-        "--params": params,
-        "--run-dir": folder / "run",
-        "--duration": scenario.limit_of(count),
-        "--speed": "max",
-    }
     if scenario.fleet:
-        fleet = folder / "fleet.yaml"
         fleet.write_text(yaml.safe_dump(_fleet(scenario.fleet, count)), encoding="utf-8")
-        flags["--fleet"] = fleet
-    else:
-        flags["--robot"] = scenario.robot
-    words = [word for flag, value in flags.items() for word in (flag, str(value))]
-    words += ["--realistic"] if options.realistic else []
-    return [*words, "--until-done", "--headless", "--over-limit", "--no-report"]
+    return RunSpec(
+        swarm_size=count,
+        world=scenario.world,
+        robot=None if scenario.fleet else scenario.robot,
+        fleet=str(fleet) if scenario.fleet else None,
+        mission=scenario.mission or None,
+        seed=options.seed,
+        laps=scenario.laps,
+        params=str(params),
+        run_dir=str(folder / "run"),
+        duration=scenario.limit_of(count),
+        speed="max",
+        realistic=options.realistic,
+        until_done=True,
+        headless=True,
+        over_limit=True,
+        report=False,
+    )
 
 
 def _parameters(options: RunOptions) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import math
 
 from scipy.sparse.csgraph import dijkstra
 
-from swarm_bench.runs.episode import Episode, RunOptions, nav_config, robot_named
+from swarm_bench.runs.episode import Episode, RunOptions, nav_config
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_mission.way_table import way_graph
 from swarm_nav.planning.terrain import Terrain, terrain_for
@@ -23,16 +23,15 @@ def least_makespan(options: RunOptions, episode: Episode) -> float:
     Args:
         episode: Homes and stops of all robots.
     """
-    specs = [robot_named(model) for model in options.scenario.models(options.robots)]
+    setup = episode.setup
+    specs = setup.specs
     inscribed = min(spec.inscribed_radius for spec in specs)
     config = nav_config(options, specs[0])
-    terrain = terrain_for(
-        episode.grid, config.planner, config.costmap, specs[0].circumscribed_radius
-    )
+    terrain = terrain_for(setup.grid, config.planner, config.costmap, specs[0].circumscribed_radius)
     ways = _Ways(terrain, inscribed)
     slack = 2.0 * (config.goal_checker.xy_goal_tolerance + terrain.lattice.step)
     longest = 0.0
-    for index, (home, route) in enumerate(zip(episode.homes_map, episode.stops, strict=True)):
+    for index, (home, route) in enumerate(zip(setup.starts, episode.stops, strict=True)):
         place, time = (home.x, home.y), 0.0
         for number, stop in enumerate(route):
             goal = (stop.pose_map.x, stop.pose_map.y)

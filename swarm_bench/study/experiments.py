@@ -12,7 +12,6 @@ from typing import Any
 import msgspec
 
 from swarm_bench.runs.episode import RunOptions
-from swarm_bench.runs.harness import InjectedFaults, Span
 from swarm_bench.runs.methods import METHODS
 from swarm_bench.runs.scenario import Scenario, load_scenario
 from swarm_common.files.convert import located, read
@@ -20,6 +19,7 @@ from swarm_common.files.resources import share_directory
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_common.model.schema import Count, Share
+from swarm_run.loop import InjectedFaults, Span
 
 QUICK_SEEDS = 2
 ENDLESS = 10**9  # tick

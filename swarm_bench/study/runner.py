@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from swarm_bench.runs.episode import RunOptions, build
-from swarm_bench.runs.harness import Harness, InjectedFaults
+from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.origin import bench_edition
 from swarm_bench.study.bounds import least_makespan
 from swarm_bench.study.experiments import Settings, StudyRun, is_constant, settings_text
@@ -19,6 +19,7 @@ from swarm_common.model.errors import WorldError
 from swarm_common.model.records import CONTROL_PERIOD
 from swarm_common.model.shapes import Box, Part, transform_from_xyz_rpy
 from swarm_describe.worlds.scene import Body
+from swarm_run.loop import InjectedFaults
 from swarm_run.record.run_record import RunRecord
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.object_placement import check_object_place
@@ -138,18 +139,18 @@ class _BlockedHarness(Harness):
         self._span = first, end
         self._place = -1
 
-    def advance(self) -> bool:
-        world = self.episode.world
+    def begin(self, tick: int) -> None:
+        super().begin(tick)
+        world = self.world
         assert isinstance(world, ChangingWorld)
         first, end = self._span
-        if self._place < 0 and first <= world.tick < end:
+        if self._place < 0 and first <= tick < end:
             with contextlib.suppress(WorldError):  # somebody is there: it comes later
                 check_object_place(world, self._box)
                 self._place = world.add_object(self._box)
-        elif self._place >= 0 and world.tick >= end:
+        elif self._place >= 0 and tick >= end:
             world.remove_object(self._place)
             self._place, self._span = -1, (end, end)
-        return super().advance()
 
 
 def line_text(line: StudyLine) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from swarm_common.middleware import ros_env
 from swarm_common.model.errors import ConfigError, NoSwarmError, SwarmEndedError
@@ -13,9 +13,6 @@ from swarm_common.model.errors import ConfigError, NoSwarmError, SwarmEndedError
 LOOK_LIMIT = 5.0  # [s] of wall time to see a swarm of which nothing is known
 START_LIMIT = 300.0  # [s] of wall time for a swarm that starts; its code may be compiled first
 TELL_AFTER = 3.0  # [s] of waiting in silence
-if TYPE_CHECKING:  # swarm-up looks whether there is a swarm, too, and needs no rclpy
-    from rclpy.node import Node
-
 SOCKETS = Path("/proc/net/unix")  # lists the sockets of this host, see proc_net_unix(5)
 PERIOD = 1.0  # [s] of wall time between two looks
 GONE_TIME = 5.0  # [s] of wall time without a world after which a swarm on other hosts has ended
@@ -51,11 +48,12 @@ class SwarmWatch:
         has_ended: Whether a swarm was seen, and is gone.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Any) -> None:
         """Begin to watch, with a first look.
 
         Args:
-            node: Node in the ROS domain of the swarm; it is not spun.
+            node: `rclpy.node.Node` in the ROS domain of the swarm; it is not spun. Its type is
+                not imported: who only looks whether there is a swarm needs no ROS.
         """
         self.has_ended = False
         self._node = node

@@ -20,7 +20,7 @@ from swarm_common.model.errors import SwarmError
 from swarm_common.process.messages import Note, Ready, Refused, TimeOver, WorldBuilt
 from swarm_common.process.pipes import EventWriter, child_options
 from swarm_common.process.quick_start import load_numba, without_collector
-from swarm_sim.ros.build import build
+from swarm_sim.ros.build import BROKEN, build
 from swarm_sim.ros.settings import read_settings
 from swarm_sim.ros.world_node import WorldNode
 
@@ -33,21 +33,22 @@ def main() -> int:
         settings = read_settings(options.config)
         with without_collector():
             load_numba()
-            setup = build(settings)
+            setup, world = build(settings)
     except SwarmError as error:
         events.write(Refused(str(error)))
         sys.stderr.write(f"{error}\n")
         return 2
     for note in setup.scene.notes:
         events.write(Note(note))
-    poses = [(pose.x, pose.y, pose.yaw) for pose in setup.poses_map]
-    events.write(WorldBuilt(poses, map_digest(setup.grid), list(setup.unseen)))
+    poses = [(pose.x, pose.y, pose.yaw) for pose in setup.starts]
+    unseen = list(setup.unseen(settings.body_margin, BROKEN))
+    events.write(WorldBuilt(poses, map_digest(setup.grid), unseen))
     ros_env.set_defaults()
     robots = len(settings.robots)
     profile = options.config.resolve().with_suffix(".xml")
     is_large = prepare(robots, settings.processes or robots, profile)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    node = WorldNode(setup, settings, events, is_large=is_large)
+    node = WorldNode(setup, world, settings, events, is_large=is_large)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: node.stop())
     if options.control_fd is not None:

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 from swarm_common.files.sites_io import parse_spawn
 from swarm_common.model.battery import BatterySpec
-from swarm_common.model.engines import usual_engine
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import DEFAULT, RobotNames
 from swarm_common.model.sites import Spawn
 from swarm_describe.robots.spec import parse_battery
 from swarm_sim.sensing.radio import RadioConfig
+from swarm_sim.world.world import WorldConfig
 
 MAX_SPEED = "max"
 
@@ -36,8 +36,8 @@ class RobotEntry:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
-    """Settings of the world process."""
+class Settings(WorldConfig):
+    """Settings of the world process: those of the simulation, and what is around it."""
 
     world: str  # name or path
     robots: tuple[RobotEntry, ...]
@@ -61,14 +61,9 @@ class Settings:
     verdict_path: str | None = None
     body_margin: float = 0.26  # [m] that robots allow for what their LiDARs do not see of a body
     trace_dir: str | None = None  # where to leave the map and a time series for the report
-    engine: str = field(default_factory=usual_engine)
-    actuation_noise: float = 0.0  # of each speed, as a share of it
-    with_lidar: bool = True
-    realistic: bool = False  # sensors err as each robot's model says
-    sensors: Mapping[str, Any] = field(default_factory=dict)  # in place of what the model says
-    radio: RadioConfig = field(default_factory=RadioConfig)
 
     def __post_init__(self) -> None:
+        WorldConfig.__post_init__(self)
         if not self.robots:
             raise ConfigError("the world's configuration names no robots")
         if self.speed is not None and self.speed <= 0.0:

@@ -12,9 +12,10 @@ from swarm_common.files.journal import Journal
 from swarm_common.files.map_io import save_map
 from swarm_common.files.trajectory_io import TRAJECTORY_FILE, TrajectoryWriter
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
 from swarm_sim.physics.engine import NEAR
-from swarm_sim.ros.build import WorldSetup
+from swarm_sim.world.world import World
 
 MAP_FILE, SERIES_FILE = "map.yaml", "world.jsonl"
 
@@ -83,11 +84,10 @@ def _whole(values: FloatArray) -> NDArray[np.int64]:
     return np.rint(np.nan_to_num(values) * THOUSANDTHS).astype(np.int64)
 
 
-def begin_trace(folder: Path, setup: WorldSetup) -> Trace:
+def begin_trace(folder: Path, world: World, grid: Grid) -> Trace:
     """Write the map that the robots get into a folder, and begin the time series beside it."""
-    world = setup.world
     try:
-        save_map(setup.grid, folder / MAP_FILE)
+        save_map(grid, folder / MAP_FILE)
         ticks = TrajectoryWriter(folder / TRAJECTORY_FILE)
         trace = Trace(Journal(folder / SERIES_FILE), world.names, ticks)
     except OSError as cause:

@@ -37,7 +37,7 @@ from swarm_common.process.messages import (
 from swarm_common.process.pipes import EventWriter, MessageReader
 from swarm_common.process.standard_streams import FaultLog
 from swarm_recording.run_trace import TOPICS, RunTrace
-from swarm_sim.ros.build import WorldSetup, silent_notes
+from swarm_sim.ros.build import silent_notes
 from swarm_sim.ros.pacing import Rate, Throttle
 from swarm_sim.ros.report import Reporter
 from swarm_sim.ros.robots.barrier import Barrier
@@ -51,9 +51,11 @@ from swarm_sim.ros.services.run_state import RunState
 from swarm_sim.ros.settings import Settings
 from swarm_sim.ros.trace import Trace, begin_trace
 from swarm_sim.ros.viewing.scene_publisher import ScenePublisher
+from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.object_registry import ObjectRegistry
 from swarm_sim.world.request_checks import PlacementArea
 from swarm_sim.world.robot_registry import Arrival, RobotRegistry
+from swarm_sim.world.setup import WorldSetup
 from swarm_sim.world.world import Observation
 
 REPEAT_PERIOD = 0.25  # [s] of wall time after which the first tick is published again,
@@ -72,10 +74,16 @@ class WorldNode:
     """Runs the world in step with the robots. Use `run`, then `finish`."""
 
     def __init__(
-        self, setup: WorldSetup, settings: Settings, events: EventWriter, *, is_large: bool = False
+        self,
+        setup: WorldSetup,
+        world: ChangingWorld,
+        settings: Settings,
+        events: EventWriter,
+        *,
+        is_large: bool = False,
     ) -> None:
         """Create all topics; rclpy must be initialised."""
-        self._world = setup.world
+        self._world = world
         self._settings = settings
         self._events = events
         self._tick = 0
@@ -101,7 +109,7 @@ class WorldNode:
         self._trace: Trace | None = None
         self._replay: RunTrace | None = None
         if settings.trace_dir is not None:
-            self._trace = begin_trace(Path(settings.trace_dir), setup)
+            self._trace = begin_trace(Path(settings.trace_dir), world, setup.grid)
             self._replay = RunTrace(Path(settings.trace_dir))
         self._node = _create_node()
         self._faults = FaultLog("message")
@@ -115,21 +123,23 @@ class WorldNode:
         self._map.publish(grid)
         if self._replay is not None:
             self._replay.write(TOPICS["/map"], 0, serialize_message(grid))
-        self._reporter = Reporter(self._node, setup.world, self._barrier, events, self._replay)
+        self._reporter = Reporter(self._node, world, self._barrier, events, self._replay)
         foreigners = Foreigners(self._rejections, events)
         self._links = Links(
-            self._node, setup, settings, self._barrier, foreigners, is_large=is_large
+            self._node, world, settings, self._barrier, foreigners, is_large=is_large
         )
-        for name, urdf in zip(self._links.names, setup.urdfs, strict=True):
-            self._keep_description(name, urdf)
-        self._scenery = ScenePublisher(self._node, setup.scene, setup.world, self._replay)
+        for index, (robot, spec) in enumerate(zip(settings.robots, setup.specs, strict=True)):
+            urdf = setup.robots[spec.model].urdf
+            self._links.add(index, robot.name, spec, urdf)
+            self._keep_description(robot.name, urdf)
+        self._scenery = ScenePublisher(self._node, setup.scene, world, self._replay)
         self._robots = RobotRegistry(
-            setup.world, setup.grid, setup.poses_map, settings.spawn, settings.names
+            world, setup.grid, setup.starts, settings.spawn, settings.names
         )
-        objects = ObjectRegistry(setup.world, settings.names)
+        objects = ObjectRegistry(world, settings.names)
         reach = PlacementArea.of(setup.grid)
         self._entities = Entities(self._node, self._robots, objects, reach, self, self._rejections)
-        Inquiries(self._node, setup.world, self._robots, objects, self._rejections)
+        Inquiries(self._node, world, self._robots, objects, self._rejections)
         self._moves = Moves(self._node)
         self._state = RunState(is_paused=settings.paused)
         self._services = Control(self._node, self._state, speed, self._set_speed)

@@ -11,6 +11,7 @@ What a module imports of its folder stands above it:
     model_reader      Reads models for the world in a process of its own
     standstill        Robots that are told to drive, and never do
     world             The world in lockstep: observe at a tick, take commands, advance
+    setup             A world before it starts: scene, robots, starts and map
     changing_world    A world in which robots and things come, go and are moved
     object_placement  Whether an object may be put somewhere while robots drive
     robot_placement   Whether a robot may be put somewhere while others drive

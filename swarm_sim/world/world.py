@@ -28,7 +28,6 @@ from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sensors import IDEAL, SensorErrors
 from swarm_describe.robots.description import RobotModel
 from swarm_describe.robots.loading import open_robot, taken_for
-from swarm_describe.worlds.actors import VehicleSpec, WalkerSpec
 from swarm_describe.worlds.scene import GROUND_GAP, Body, Scene
 from swarm_sim.physics.actors import Vehicles, Walkers
 from swarm_sim.physics.drive import CommandBuffer, Odometer
@@ -63,8 +62,6 @@ class WorldConfig:
     radio: RadioConfig = field(default_factory=RadioConfig)
     realistic: bool = False  # sensors err as each robot's `sensors:` section says
     sensors: Mapping[str, Any] = field(default_factory=dict)  # in place of what it says
-    walkers: tuple[WalkerSpec, ...] | None = None  # None: those of the scene
-    vehicles: tuple[VehicleSpec, ...] | None = None  # None: those of the scene
 
     def __post_init__(self) -> None:
         if self.engine not in ENGINES:
@@ -138,11 +135,9 @@ class World:
         if models is None and (config.with_lidar or config.engine == "bullet"):
             models = {spec.model: open_robot(spec.model).model for spec in specs}
         models = models or {}
-        walkers = scene.walkers if config.walkers is None else config.walkers
-        self._walkers = Walkers(walkers, specs, poses, seed)
-        vehicles = scene.vehicles if config.vehicles is None else config.vehicles
+        self._walkers = Walkers(scene.walkers, specs, poses, seed)
         heights = (GROUND_GAP, max([spec.height for spec in specs], default=1.0))
-        self._objects = Objects(scene.loose, Vehicles(vehicles, specs, poses, seed), heights)
+        self._objects = Objects(scene.loose, Vehicles(scene.vehicles, specs, poses, seed), heights)
         self.scene, self._models = scene, dict(models)
         self.absent: set[int] = set()
         self.last_beacons: list[np.void | None] = [None] * len(specs)

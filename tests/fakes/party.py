@@ -1,5 +1,6 @@
 """Real navigators with goals of their own in a hall made of boxes, run by the bench."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -11,18 +12,21 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from swarm_bench.runs.episode import Episode, RunOptions
-from swarm_bench.runs.harness import Harness, InjectedFaults, Watcher
+from swarm_bench.runs.harness import Harness, Watcher
 from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose
+from swarm_common.model.robot_names import RobotNames
 from swarm_common.model.sites import Sites
 from swarm_describe.worlds.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
 from swarm_mission.itinerary import Itinerary
 from swarm_mission.leg import Stop
+from swarm_run.loop import InjectedFaults
 from swarm_run.record.run_record import RunRecord
 from swarm_sim.maps.draw_map import draw_world
 from swarm_sim.sensing.radio import RadioConfig
+from swarm_sim.world.setup import WorldSetup
 from swarm_sim.world.world import World, WorldConfig
 from tests.fakes.navigation import config, waffle, without_lidar
 
@@ -105,13 +109,18 @@ class Party:
         spec, parameters = waffle(), without_lidar(config(**self.changes))
         scene = scene_of(self.bars)
         grid = draw_world(scene)
-        world = World(
-            scene, [spec] * len(self.homes), list(self.homes),
-            WorldConfig(
+        setup = WorldSetup(
+            config=WorldConfig(
                 engine="planar", with_lidar=False, actuation_noise=0.02,
                 radio=RadioConfig(loss=self.loss, delay=self.delay),
             ),
-            self.seed,
+            seed=self.seed,
+            scene=dataclasses.replace(scene, sites=self.sites),
+            names=RobotNames().first(len(self.homes)),
+            specs=[spec] * len(self.homes),
+            starts=list(self.homes),
+            grid=grid,
+            robots={},
         )  # fmt: skip
         method = load_method(self.method)
         robots = [
@@ -119,10 +128,10 @@ class Party:
             for number, home in enumerate(self.homes, 1)
         ]
         routes = [
-            Itinerary([Stop(f"goal {k}", pose, 2) for k, pose in enumerate(poses, 1)], 0)
-            for poses in self.goals
+            [Stop(f"goal {k}", pose, 2) for k, pose in enumerate(poses, 1)] for poses in self.goals
         ]
-        return Episode(world, robots, routes, list(self.homes), frozenset(), grid)
+        itineraries = [Itinerary(route, 0) for route in routes]
+        return Episode(setup, setup.start(World), robots, itineraries, routes)
 
 
 def inside(grid: Grid, left: float, right: float, top: float) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from swarm_bench.runs.harness import InjectedFaults
+from swarm_run.loop import InjectedFaults
 from swarm_run.record.run_record import RunRecord
 from swarm_sim.maps.draw_map import draw_world
 from tests.fakes.party import Bar, Party, bars_of_room, draw_places, scene_of

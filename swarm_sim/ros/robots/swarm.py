@@ -16,7 +16,6 @@ from swarm_common.middleware.participants import Hubs
 from swarm_common.middleware.ros_poll import Waiter
 from swarm_common.model.beacon import Reception
 from swarm_common.model.records import RobotSpec, Twist, stamp_from_tick
-from swarm_sim.ros.build import WorldSetup
 from swarm_sim.ros.robots.barrier import Barrier
 from swarm_sim.ros.robots.foreign import Foreigners
 from swarm_sim.ros.robots.links import RobotLink
@@ -35,7 +34,7 @@ class Links:
     def __init__(
         self,
         node: Node,
-        setup: WorldSetup,
+        world: World,
         settings: Settings,
         barrier: Barrier,
         foreigners: Foreigners,
@@ -52,15 +51,12 @@ class Links:
         self._number_of = settings.names.number_of
         self._barrier = barrier
         self._foreigners = foreigners
-        robots = len(setup.specs)
-        self._hubs = Hubs(node, robots, is_large=is_large, with_gallery=True)
+        self._hubs = Hubs(node, len(world.specs), is_large=is_large, with_gallery=True)
         self._waiter = Waiter(node.context)
         self._links: list[RobotLink] = []
         self._hosts = Hosts(node)
         self._opened_at = self._answer_at = 0.0  # wall time of the tick, and of its last answer
-        self._world = setup.world
-        for index, entry in enumerate(settings.robots):
-            self.add(index, entry.name, setup.specs[index], setup.urdfs[index])
+        self._world = world
 
     @property
     def names(self) -> list[str]:

@@ -53,7 +53,7 @@ def test_a_broken_robot_on_anothers_start_is_refused(tmp_path):
             {"name": "Srobot2", "model": "turtlebot3_waffle"},
         ],
     }
-    start = build(parse_settings(config, "test")).poses_map[0]
+    start = build(parse_settings(config, "test"))[0].starts[0]
     config["robots"][1]["broken_at"] = [start.x + 0.1, start.y, 0.0]
     with pytest.raises(SwarmError, match="robots 1 and 2 would overlap at their start"):
         build(parse_settings(config, "test"))

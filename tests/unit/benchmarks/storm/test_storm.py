@@ -78,17 +78,17 @@ def test_a_failure_begins_and_ends_when_it_is_to():
 
 def test_only_contacts_in_which_a_robot_that_lives_moves_are_held_against_it():
     storm = calm(Fault(0, Failure.KILLED, 0, FOR_EVER))
-    storm._die(5)
+    storm.begin(5)
     storm._was_moving[:] = False
     storm._was_moving[[0, 1]] = True
     meetings = [("Srobot1", "Srobot3"), ("Srobot3",), ("Srobot1",), ("Srobot2", "Srobot3")]
-    storm._watch([Collision(names, "", 0.0, 0.0, 1.0) for names in meetings])
+    storm.on_contacts([Collision(names, "", 0.0, 0.0, 1.0) for names in meetings])
     assert [contact.robots for contact in storm.contacts] == [("Srobot2", "Srobot3")]
 
 
 def test_a_goal_that_lies_on_a_dead_robot_is_barred_and_not_owed():
     storm = calm(Fault(0, Failure.KILLED, 10, FOR_EVER))
-    storm._die(20)
+    storm.begin(20)
     goal = storm.episode.stops[1][0]
     assert storm._leads(storm._regions(storm._stuck()), 1, goal)
     storm.episode.world.place(0, goal.pose_map)
@@ -101,12 +101,12 @@ def test_crates_are_put_down_although_a_goal_is_barred_already_and_bar_no_other(
         crates=tuple(Crate(20, 0.4, 0.0) for _ in range(3)),
     )  # fmt: skip
     storm = Storm(StormOptions("pillars", 2), plan)
-    storm._die(11)
+    storm.begin(11)
     storm.episode.world.place(0, storm.episode.stops[1][0].pose_map)
     before = storm._led_to(storm._stuck())
     assert (1, 0) not in before
     for tick in range(20, 80, 10):
-        storm._die(tick)
+        storm.begin(tick)
     assert len(storm._crates) == 3
     assert storm._led_to([*storm._crates, *storm._stuck()]) == before
 

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from swarm_bench.runs.episode import RunOptions, build, nav_config
-from swarm_bench.runs.harness import Harness, InjectedFaults, run
+from swarm_bench.runs.harness import Harness, run
 from swarm_bench.runs.scenario import load_scenario
 from swarm_central.reservation import ReservationCentre
 from swarm_central.team import RobotReport
 from swarm_common.model.errors import ConfigError
+from swarm_run.loop import InjectedFaults
 
 SCENARIO = """
 world: doorway
@@ -109,8 +110,8 @@ def test_led_robots_stand_within_what_they_hold_while_the_centre_is_dead(tmp_pat
     while harness.advance():
         if episode.world.tick == 161:  # another one is started in its place
             episode.centre.team = ReservationCentre(
-                nav_config(chosen, episode.world.specs[0]), episode.world.specs, episode.grid,
-                episode.sites, first_command=70,
+                nav_config(chosen, episode.world.specs[0]), episode.world.specs, episode.setup.grid,
+                episode.setup.scene.sites, first_command=70,
             )  # fmt: skip
         if episode.world.tick in (62, 110, 160):
             places.append(np.array(episode.world.poses)[:, :2].copy())

@@ -9,13 +9,13 @@ import pytest
 
 from swarm_bench.execution.executor import executor
 from swarm_bench.runs.episode import RunOptions, build
-from swarm_bench.runs.harness import Harness, InjectedFaults, run
-from swarm_bench.runs.methods import Driver
+from swarm_bench.runs.harness import Harness, run
 from swarm_bench.runs.result import line_from_json
 from swarm_bench.runs.scenario import load_scenario
 from swarm_bench.suite.table import run_line
 from swarm_common.model.records import Pose
 from swarm_nav.core.goals import Output
+from swarm_run.loop import Driver, InjectedFaults
 from swarm_run.record.run_record import RunRecord
 from swarm_sim.world.world import World
 
@@ -167,8 +167,8 @@ def test_a_mute_robot_is_not_heard(tmp_path):
 def test_robots_of_the_scenario_that_are_dead_stand_where_it_says(tmp_path):
     scenario = load_scenario("dead_robot")
     harness = Harness(RunOptions(scenario=scenario, robots=3, engine="planar"))
-    assert harness.episode.dead == {2}
-    assert harness.episode.homes_map[2] == Pose(*scenario.dead[0])
+    assert list(harness.episode.setup.silent) == [2]
+    assert harness.episode.setup.starts[2] == Pose(*scenario.dead[0])
     assert harness.episode.itineraries[2].total == 0
     for _ in range(30):
         harness.advance()

@@ -19,10 +19,10 @@ def test_its_makespan_is_near_that_of_the_shortest_way(scenario, seed):
     harness = Harness(RunOptions(scenario=load_scenario(scenario), robots=1, seed=seed))
     result = harness.run()
     assert result.is_flawless
-    ways = WayTable(harness.episode.grid, CLEARANCE)
+    ways = WayTable(harness.episode.setup.grid, CLEARANCE)
     stops = [outcome.stop.pose_map for outcome in harness.episode.itineraries[0].outcomes]
     length = turns = 0.0
-    for start, goal in itertools.pairwise((harness.episode.homes_map[0], *stops)):
+    for start, goal in itertools.pairwise((harness.episode.setup.starts[0], *stops)):
         way, turned = ways.length_and_turns(start, goal)
         length, turns = length + way, turns + turned
     spec = waffle()

@@ -5,10 +5,11 @@ from pathlib import Path
 import pytest
 
 from swarm_bench.runs.episode import RunOptions, check
-from swarm_bench.runs.harness import Harness, InjectedFaults
+from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.result import line_from_json
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.errors import ConfigError
+from swarm_run.loop import InjectedFaults
 from swarm_run.record.run_record import RunRecord
 
 MISSION = """

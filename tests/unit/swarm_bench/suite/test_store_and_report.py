@@ -15,7 +15,7 @@ from swarm_bench.runs import inputs
 from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.origin import here
 from swarm_bench.runs.result_builder import identity
-from swarm_bench.runs.ros_run import result_of_report, run_on_graph, up_flags
+from swarm_bench.runs.ros_run import result_of_report, run_on_graph, spec_of
 from swarm_bench.suite.command import bench_app
 from swarm_bench.suite.report import traffic_report
 from swarm_bench.suite.selection import select, suite_sweeps
@@ -163,18 +163,16 @@ def test_the_suite_covers_every_scenario_and_method():
 
 def test_a_run_on_the_graph_gets_all_that_the_scenario_says(tmp_path):
     (options,) = select("dead_robot", [4], [2], engine="bullet", loss=0.1)
-    flags = up_flags(options, tmp_path)
-    pairs = dict(zip(flags[:-3:2], flags[1::2], strict=False))
-    assert pairs["--world"] == "slim_blockage"
-    assert (pairs["--swarm-size"], pairs["--seed"]) == ("4", "2")
+    spec = spec_of(options, tmp_path)
+    assert (spec.world, spec.swarm_size, spec.seed) == ("slim_blockage", 4, 2)
     text = (tmp_path / "params.yaml").read_text(encoding="utf-8")
     assert "radio.loss: 0.1" in text
     assert "actuation_noise: 0.02" in text
     assert "broken.Srobot4" in text
     (mixed,) = select("mixed_fleet", [5], [0], engine="bullet")
-    assert "--fleet" in up_flags(mixed, tmp_path)
+    assert spec_of(mixed, tmp_path).size == 5
     (people,) = select("walkers", [5], [0], engine="bullet")
-    up_flags(people, tmp_path)
+    spec_of(people, tmp_path)
     assert "people.yaml" in (tmp_path / "params.yaml").read_text(encoding="utf-8")
 
 

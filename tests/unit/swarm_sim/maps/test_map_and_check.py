@@ -150,7 +150,7 @@ def test_a_map_is_checked_at_the_height_of_the_robots_scan(monkeypatch):
     settings = Settings(
         world="crossing", robots=(RobotEntry("Srobot1", "turtlebot3_waffle"),), engine="planar"
     )
-    build.build(settings).world.close()
+    build.build(settings)[1].close()
     assert heights == [0.2]
 
 
@@ -173,22 +173,22 @@ def test_a_world_says_whose_lidar_does_not_meet_which_robots(broken, with_lidar,
         RobotEntry("Srobot2", "turtlebot3_waffle", spot),
     )
     for entries, count in ((robots, 1), (robots[:1], 0)):
-        setup = build.build(
+        setup, world = build.build(
             Settings(world="slim_blockage", robots=entries, engine="planar", with_lidar=with_lidar)
         )
-        setup.world.close()
+        world.close()
         said = [note for note in setup.scene.notes if note.endswith(end)]
         assert len(said) == count
-        assert list(setup.unseen) == (said if broken else [])
+        assert list(setup.unseen(0.26, build.BROKEN)) == (said if broken else [])
 
 
 def test_nothing_is_said_of_a_lone_robot_or_of_robots_that_allow_for_it():
     for count, margin, expected in ((1, 0.26, 0), (2, 0.26, 1), (2, 0.65, 0)):
         robots = tuple(RobotEntry(f"Srobot{k}", "carrier") for k in range(1, count + 1))
-        setup = build.build(
+        setup, world = build.build(
             Settings(world="crossing", robots=robots, engine="planar", body_margin=margin)
         )
-        setup.world.close()
+        world.close()
         assert len([note for note in setup.scene.notes if "0.64 or more" in note]) == expected
 
 

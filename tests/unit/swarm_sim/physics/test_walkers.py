@@ -24,8 +24,10 @@ ANN = WalkerSpec(name="Ann", path=((-2.0, 0.0), (2.0, 0.0)), start=0.0, pause=0.
 
 
 def make_world(engine: str, robots: list[Pose], *walkers: WalkerSpec, seed: int = 0) -> World:
-    config = WorldConfig(engine=engine, with_lidar=False, walkers=walkers)
-    return World(FIELD, [WAFFLE] * len(robots), robots, config, seed)
+    config = WorldConfig(engine=engine, with_lidar=False)
+    return World(
+        dataclasses.replace(FIELD, walkers=walkers), [WAFFLE] * len(robots), robots, config, seed
+    )
 
 
 def run(world: World, seconds: float, *twists: Twist) -> list[np.ndarray]:
@@ -112,8 +114,9 @@ def test_lidars_see_walkers_where_they_are():
     quiet = dataclasses.replace(WAFFLE.lidar, sigma=0.0)
     spec = dataclasses.replace(WAFFLE, lidar=quiet)
     walker = WalkerSpec(name="Ann", path=((2.0, -1.0), (2.0, 1.0)), start=1.0, pause=0.0)
-    config = WorldConfig(engine="planar", walkers=(walker,))
-    world = World(load_world("hall_12"), [spec] * 2, [Pose(0, 0, 0), Pose(0, 3, 0)], config)
+    scene = dataclasses.replace(load_world("hall_12"), walkers=(walker,))
+    config = WorldConfig(engine="planar")
+    world = World(scene, [spec] * 2, [Pose(0, 0, 0), Pose(0, 3, 0)], config)
     for tick in range(10):
         scan = world.observe()[0].scan
         if scan is not None:

@@ -51,7 +51,7 @@ def make_world(folder: Path, engine: str = "planar", lidar: bool = False) -> Cha
     file.write_text(FIELD, encoding="utf-8")
     robots = (RobotEntry("Srobot1", WAFFLE),)
     settings = Settings(world=str(file), robots=robots, engine=engine, with_lidar=lidar)
-    world = build(settings).world
+    _, world = build(settings)
     world.place(0, Pose(0.0, 0.0, 0.0))
     return world
 

@@ -23,8 +23,8 @@ FREE = Pose(3.0, 3.0, 1.0)
 
 def make_crew() -> RobotRegistry:
     robots = tuple(RobotEntry(f"Srobot{i}", WAFFLE) for i in (1, 2))
-    setup = build(Settings(world="slim_blockage", robots=robots, engine="planar"))
-    return RobotRegistry(setup.world, setup.grid, setup.poses_map, "")
+    setup, world = build(Settings(world="slim_blockage", robots=robots, engine="planar"))
+    return RobotRegistry(world, setup.grid, setup.starts, "")
 
 
 @pytest.fixture
@@ -57,22 +57,22 @@ def test_a_robot_gets_the_next_number_and_a_place_of_its_own(robots):
 def test_a_robot_comes_back_with_the_battery_that_its_fleet_gave_it():
     battery = parse_battery({name: BATTERY[name] for name in BATTERY if name != "initial"}, "")
     entries = (RobotEntry("Srobot1", WAFFLE, battery=battery), RobotEntry("Srobot2", WAFFLE))
-    setup = build(Settings(world="slim_blockage", robots=entries, engine="planar"))
-    robots = RobotRegistry(setup.world, setup.grid, setup.poses_map, "")
+    setup, world = build(Settings(world="slim_blockage", robots=entries, engine="planar"))
+    robots = RobotRegistry(world, setup.grid, setup.starts, "")
     for _ in range(100):
-        setup.world.step([Twist()] * 2, [None] * 2)
-    before = setup.world.verdict.robots["Srobot1"].battery
+        world.step([Twist()] * 2, [None] * 2)
+    before = world.verdict.robots["Srobot1"].battery
     assert before is not None
     assert before.energy_used == pytest.approx(50.0 / 3600.0)
     robots.remove("Srobot1")
     for _ in range(100):
-        setup.world.step([Twist()] * 2, [None] * 2)
+        world.step([Twist()] * 2, [None] * 2)
     assert spawn(robots, "Srobot1", False, WAFFLE, None).index == 0
-    assert setup.world.specs[0].battery == battery
-    assert setup.world.verdict.robots["Srobot1"].battery == before
+    assert world.specs[0].battery == battery
+    assert world.verdict.robots["Srobot1"].battery == before
     assert spawn(robots, "", False, WAFFLE, None).name == "Srobot3"
-    setup.world.step([Twist()] * 3, [None] * 3)
-    assert setup.world.verdict.robots["Srobot3"].battery is None
+    world.step([Twist()] * 3, [None] * 3)
+    assert world.verdict.robots["Srobot3"].battery is None
 
 
 def test_a_name_can_come_back_with_the_same_model_only(robots):
@@ -87,13 +87,13 @@ def test_a_name_can_come_back_with_the_same_model_only(robots):
 
 def test_a_robot_that_does_not_drive_does_not_come(tmp_path):
     robots = (RobotEntry("Srobot1", WAFFLE),)
-    setup = build(Settings(world="hall_12", robots=robots, engine="bullet"))
-    robots = RobotRegistry(setup.world, setup.grid, setup.poses_map, "")
+    setup, world = build(Settings(world="hall_12", robots=robots, engine="bullet"))
+    robots = RobotRegistry(world, setup.grid, setup.starts, "")
     heavy = link("base_link", box(0.4, 0.26, 0.1), inertial(6.0, 5000.0), xyz="0 0 0.1")
     own = Own(robot("heavy", [heavy, *pair(), caster("caster", -0.15), lidar()]))
     path = str(own.write(tmp_path))
     error = refused(lambda: spawn(robots, "", False, path, FREE))
-    setup.world.close()
+    world.close()
     assert error.reason is Reason.BAD_MODEL
     assert "Cause: inertia" in str(error)
     assert robots.robots == ["Srobot1"]
@@ -107,8 +107,8 @@ def test_names_that_no_robot_may_have(robots, name):
 def test_own_names_go_on_by_the_pattern_of_the_run():
     entries = tuple(RobotEntry(name, WAFFLE) for name in ("amr_beta", "amr_alpha"))
     settings = Settings(world="slim_blockage", robots=entries, engine="planar", pattern="agv{:02}")
-    setup = build(settings)
-    robots = RobotRegistry(setup.world, setup.grid, setup.poses_map, "", settings.names)
+    setup, world = build(settings)
+    robots = RobotRegistry(world, setup.grid, setup.starts, "", settings.names)
     error = refused(lambda: spawn(robots, "Srobot3", False, WAFFLE, FREE))
     assert error.reason is Reason.NAME_INVALID
     assert "expected amr_beta and amr_alpha, or agv03 to agv65535" in str(error)
