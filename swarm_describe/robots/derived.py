@@ -90,6 +90,7 @@ def _describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | 
     if steering is not None and asked.wheels is None and tags is None:
         faults.tell([f"{where}: {car_message(steering)}"])
     known = bool(faults)
+    text = ET.tostring(root, encoding="unicode")  # as the model is read: a fault is told once
     every = parse_urdf(text, where, None, finder, directory, asked.inertia, faults)
     train: DriveTrain | None = None
     try:

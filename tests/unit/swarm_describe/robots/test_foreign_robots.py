@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from swarm_common.model.errors import RobotModelError, SwarmError
 from swarm_describe.robots.drive_tags import is_omni, is_passive, words
@@ -489,3 +490,12 @@ def test_inertias_that_the_shapes_replace_are_not_checked(tmp_path):
     (folder / "robot.yaml").write_text(wrong.settings)
     assert (folder / "model.sdf").read_text() != SDF
     open_robot(folder)
+
+
+def test_a_mesh_of_implausible_size_is_told_once(tmp_path):
+    shape = trimesh.creation.box((300.0, 240.0, 80.0)).export(file_type="stl_ascii")
+    plate = link("plate", '<mesh filename="plate.stl"/>', inertial(1.0, 0.1))
+    own = two_wheels(*pair(), plate, joint("plate_joint", "base_link", "plate"))
+    with pytest.raises(RobotModelError, match="the mesh is 300 m long") as caught:
+        load_robot(Own(own.urdf, own.settings, {"plate.stl": shape}).write(tmp_path))
+    assert str(caught.value).count("300 m long") == 1
