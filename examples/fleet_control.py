@@ -13,24 +13,38 @@ from paho.mqtt.enums import CallbackAPIVersion
 
 PATH, PORT = Path(sys.argv[1]), int((*sys.argv, 1883)[2])
 STATIONS = yaml.safe_load(PATH.read_text(encoding="utf-8"))["stations"]
-WORK = {"actionType": "wait", "blockingType": "HARD",
-        "actionParameters": [{"key": "duration", "value": 2.0}]}  # fmt: skip
+WORK = {
+    "actionType": "wait",
+    "blockingType": "HARD",
+    "actionParameters": [{"key": "duration", "value": 2.0}],
+}
 todo: dict[str, list[str]] = {}  # stations that are left, by robot
 sent: dict[str, str] = {}  # latest order, by robot
 home: set[str] = set()  # robots that have nothing left to do
 
 
 def node(name: str, number: int, place: dict[str, float], *actions: dict) -> dict:
-    return {"nodeId": name, "sequenceId": number, "released": True, "actions": list(actions),
-            "nodePosition": {**place, "mapId": PATH.parent.name}}  # fmt: skip
+    return {
+        "nodeId": name,
+        "sequenceId": number,
+        "released": True,
+        "actions": list(actions),
+        "nodePosition": {**place, "mapId": PATH.parent.name},
+    }
 
 
 def order(state: dict, station: str) -> dict:
     sent[state["serialNumber"]] = name = f"{state['serialNumber']}-{station}-{state['headerId']}"
     here = {axis: state["agvPosition"][axis] for axis in "xy"}
     there = dict(zip(("x", "y", "theta"), STATIONS[station], strict=True))
-    edge = {"edgeId": f"to-{station}", "sequenceId": 1, "released": True, "actions": [],
-            "startNodeId": "here", "endNodeId": station}  # fmt: skip
+    edge = {
+        "edgeId": f"to-{station}",
+        "sequenceId": 1,
+        "released": True,
+        "actions": [],
+        "startNodeId": "here",
+        "endNodeId": station,
+    }
     nodes = [node("here", 0, here), node(station, 2, there, WORK | {"actionId": f"{name}-work"})]
     header = {key: state[key] for key in list(state)[:5]}
     return {**header, "orderId": name, "orderUpdateId": 0, "nodes": nodes, "edges": [edge]}

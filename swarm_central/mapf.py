@@ -92,9 +92,14 @@ class MapfCentre:
         self._terrain = terrain = terrain_for(grid, config.planner, config.costmap, body)
         stations = np.array([(p.x, p.y) for p in sites.stations.values()]).reshape(-1, 2)
         self.roadmap = build_roadmap(
-            terrain, self.config.spacing(body), self._room, timing,
-            slowest.max_vel_x, stations, self._reach,
-        )  # fmt: skip
+            terrain,
+            self.config.spacing(body),
+            self._room,
+            timing,
+            slowest.max_vel_x,
+            stations,
+            self._reach,
+        )
         self._speed = slowest.max_vel_x
         self.begin(len(specs))
         self._solver: ExternalSolver | None = None
@@ -170,11 +175,17 @@ class MapfCentre:
         for tick in range(2):
             reports = [
                 RobotReport(
-                    robot_id=number, tick=tick, pose_map=Pose(*ends[number - 1], 0.0), passed=0,
-                    heard=0, goal_id=1, goal_map=ends[2 - number], has_arrived=False,
+                    robot_id=number,
+                    tick=tick,
+                    pose_map=Pose(*ends[number - 1], 0.0),
+                    passed=0,
+                    heard=0,
+                    goal_id=1,
+                    goal_map=ends[2 - number],
+                    has_arrived=False,
                 )
                 for number in (1, 2)
-            ]  # fmt: skip
+            ]
             MapfCentre.observe(stage, tick, reports)
             MapfCentre.decide(stage)
 
@@ -278,9 +289,15 @@ class MapfCentre:
         self._is_joint = plan is not None
         if plan is None:
             plan = roll_out(
-                order, start, headings, locked, places, self.roadmap.costs, wishes,
+                order,
+                start,
+                headings,
+                locked,
+                places,
+                self.roadmap.costs,
+                wishes,
                 self.config.horizon,
-            )  # fmt: skip
+            )
             self._by_pibt += 1
         self._graph = DependencyGraph(plan)
         self._planned, self._is_stale = self._tick, False
@@ -314,9 +331,14 @@ class MapfCentre:
         if len(np.unique(goals)) < len(goals):
             return None
         found = Lacam(
-            self.roadmap, start, goals, headings=headings, locked=locked, closed=self._closed,
+            self.roadmap,
+            start,
+            goals,
+            headings=headings,
+            locked=locked,
+            closed=self._closed,
             may_rotate=False,
-        ).solve(self.config.expansions)  # fmt: skip
+        ).solve(self.config.expansions)
         steps = None if found is None else found.steps
         if steps is None or len(steps) < 2 or first_fault(steps, neighbors, may_rotate=False):
             self._failures += 1
@@ -400,10 +422,7 @@ class MapfCentre:
         if gap <= self._reach:
             return None
         share = (gap - self.stop_share * self._reach) / gap
-        return (
-            point[0] + share * (goal[0] - point[0]),
-            point[1] + share * (goal[1] - point[1]),
-        )
+        return (point[0] + share * (goal[0] - point[0]), point[1] + share * (goal[1] - point[1]))
 
     def _is_silent(self, robot: RobotProgress) -> bool:
         return self._tick - robot.report.tick > self.config.patience

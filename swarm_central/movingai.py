@@ -129,10 +129,18 @@ class ExternalSolver:
 
     def _run(self, folder: Path, result: Path, robots: int) -> None:
         command = [
-            str(self._program), "-m", str(folder / "roadmap.map"),
-            "-i", str(folder / "robots.scen"), "-N", str(robots),
-            "-t", f"{self._seconds:g}", "-o", str(result),
-        ]  # fmt: skip
+            str(self._program),
+            "-m",
+            str(folder / "roadmap.map"),
+            "-i",
+            str(folder / "robots.scen"),
+            "-N",
+            str(robots),
+            "-t",
+            f"{self._seconds:g}",
+            "-o",
+            str(result),
+        ]
         try:
             ended = run_limited(command, self._seconds + GRACE)
         except OSError as cause:

@@ -134,9 +134,11 @@ def _ranked(
             values[direction] = np.float32(np.inf)
             continue
         values[direction] = (
-            costs.turns[heading, direction] + costs.edges[here, direction]
-            + field[target, direction] + wishes.noise[robot, direction]
-        )  # fmt: skip
+            costs.turns[heading, direction]
+            + costs.edges[here, direction]
+            + field[target, direction]
+            + wishes.noise[robot, direction]
+        )
         if moves.now[target] >= 0:
             values[direction] += OCCUPIED
     targets[4] = here

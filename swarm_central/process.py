@@ -73,9 +73,12 @@ class CentralNode:
                 central_io.KIND, f"/{name}/{central_io.ORDERS}", ros_io.RELIABLE
             )
             self._node.create_subscription(
-                central_io.KIND, f"/{name}/{central_io.REPORT}", partial(self._receive, number),
-                ros_io.TICK_INPUT, raw=True,
-            )  # fmt: skip
+                central_io.KIND,
+                f"/{name}/{central_io.REPORT}",
+                partial(self._receive, number),
+                ros_io.TICK_INPUT,
+                raw=True,
+            )
         self.executor.add_node(self._node)
         self._is_met = False  # whether it and its robots hear each other
         self._meets_until = time.monotonic() + MEETING
@@ -90,7 +93,8 @@ class CentralNode:
             return
         self._awaited.add(number)
         if report.tick <= self._decided:
-            self._repeat(number, report.tick)
+            if report.tick == self._decided and number in self._said:
+                self._orders[number].publish(self._said[number])
             return
         if report.tick > self._tick:
             self._awaited &= {number, *self._reports} if self._reports else self._awaited
@@ -119,10 +123,6 @@ class CentralNode:
             orders.setdefault(order.robot_id, []).append(order.packed())
         for number, packed in orders.items():
             self._said[number] = central_io.orders_message(self._tick, packed)
-            self._orders[number].publish(self._said[number])
-
-    def _repeat(self, number: int, tick: int) -> None:
-        if tick == self._decided and number in self._said:
             self._orders[number].publish(self._said[number])
 
     def forget(self, name: str, *, is_gone: bool) -> None:

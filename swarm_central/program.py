@@ -42,9 +42,13 @@ def run_limited(command: Sequence[str], seconds: float) -> ProgramEnd:
     """
     parent = os.getpid()
     process = subprocess.Popen(
-        command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-        start_new_session=True, preexec_fn=lambda: die_with(parent),
-    )  # fmt: skip
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        preexec_fn=lambda: die_with(parent),
+    )
     assert process.stderr is not None
     with process.stderr as stream:
         try:
@@ -66,13 +70,9 @@ def _follow(pid: int, stderr: int, deadline: float) -> tuple[bool, bytes]:
             heard, is_open = (heard + data)[-MOST_KEPT:], bool(data)
         elif not is_open:
             time.sleep(min(left, 0.005))
-        has_ended = _has_ended(pid)
+        has_ended = os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
     deadline = time.monotonic() + CLEANUP_TIME
     while is_open and time.monotonic() < deadline and select.select([stderr], [], [], 0.0)[0]:
         data = os.read(stderr, MOST_KEPT)
         heard, is_open = (heard + data)[-MOST_KEPT:], bool(data)
     return has_ended, heard
-
-
-def _has_ended(pid: int) -> bool:
-    return os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None

@@ -221,9 +221,12 @@ def _compose(
             neighbors[vertex, direction] = number[row + dr, column + dc]
     edges = _edge_times(terrain, points, neighbors, spacing / speed)
     turns = np.array(
-        [[(0.0, timing.quarter, timing.half, timing.quarter)[(b - a) % 4] for b in range(4)]
-         for a in range(4)], np.float32,
-    )  # fmt: skip
+        [
+            [(0.0, timing.quarter, timing.half, timing.quarter)[(b - a) % 4] for b in range(4)]
+            for a in range(4)
+        ],
+        np.float32,
+    )
     lattice = terrain.lattice
     parked = _on_lattice(terrain, points, lattice.clearance) > HALL_DISTANCE
     if not parked.any():

@@ -1,4 +1,4 @@
-"""What others wrote: descriptions of robots and worlds, as a `RobotSpec` and a `Scene`.
+"""Descriptions of robots and worlds by others, as a `RobotSpec` and a `Scene`.
 
 Lower folders never import higher ones; the lowest stands first:
 

@@ -15,7 +15,7 @@ from msgspec import Meta
 from swarm_common.files.convert import located, read
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.schema import Count, Name, Schema, told
-from swarm_describe.worlds.scene import Box, Color, Cylinder
+from swarm_common.model.shapes import Box, Color, Cylinder
 
 SITE_KEYS = ("stations", "circuits", "spawn", "spawns", "places", "zones")
 WALL_COLOR: Color = (0.75, 0.75, 0.75, 1.0)
@@ -61,8 +61,7 @@ Length = Annotated[float, Meta(ge=1e-3, le=LIMIT)]
 NEAR = f"within {LIMIT:g} m, yaw in radians"
 Corner = Annotated[tuple[float, float], told(f"[x, y] {NEAR}", _is_place)]
 Place = Annotated[
-    tuple[float, ...],
-    told(f"[x, y] or [x, y, yaw] {NEAR}", _is_place, min_length=2, max_length=3),
+    tuple[float, ...], told(f"[x, y] or [x, y, yaw] {NEAR}", _is_place, min_length=2, max_length=3)
 ]
 Station = Annotated[
     tuple[float, float, float], told(f"a list of 3 numbers [x, y, yaw] {NEAR}", _is_place)

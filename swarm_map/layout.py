@@ -25,8 +25,8 @@ from scipy.spatial import Delaunay, QhullError
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import FREE, Grid
 from swarm_common.model.records import FloatArray, Pose
+from swarm_common.model.shapes import Box
 from swarm_common.model.sites import Sites
-from swarm_describe.worlds.scene import Box
 from swarm_map.floor_plan import LIMIT, FloorPlan, Thing, rounded
 
 MARGIN = 3.0  # [m] between the outermost nodes of a layout and the walls around them

@@ -29,12 +29,7 @@ from swarm_map.grid_map import load_grid_map
 from swarm_map.layout import layout_of, load_layout
 from swarm_map.plan_image import MAX_PIXELS, PlanScale, WallRaster, load_picture
 from swarm_map.preview import write_preview
-from swarm_map.remarks import (
-    close_stations,
-    size_of,
-    stations_in_words,
-    with_known_stations,
-)
+from swarm_map.remarks import close_stations, size_of, stations_in_words, with_known_stations
 from swarm_map.start import USUAL_SIZE, open_area, start_area, startable
 from swarm_map.world_writer import ROBOT, write_world
 from swarm_sim.maps.draw_map import SCAN_HEIGHT, draw_world, reach_of
@@ -144,8 +139,7 @@ def draw(
 def check(
     world: World,
     map_: Annotated[
-        Path | None,
-        typer.Argument(metavar="MAP", help="Map yaml.", show_default="none; see below"),
+        Path | None, typer.Argument(metavar="MAP", help="Map yaml.", show_default="none; see below")
     ] = None,
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Picture of the differences.")

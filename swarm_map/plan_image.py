@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Mask
-from swarm_describe.worlds.scene import Box
+from swarm_common.model.shapes import Box
 from swarm_map.floor_plan import WALL_COLOR, FloorPlan, Thing, rounded
 from swarm_map.station_list import FILE as STATIONS_FILE
 from swarm_map.station_list import StationMark, read_marks
@@ -60,10 +60,7 @@ def load_picture(path: Path, scale: PlanScale) -> FloorPlan:
     """Return the plan in a picture."""
     pixels = _pixels(path)[::-1].astype(np.int16)  # row 0 is the lowest y
     height, width = pixels.shape[:2]
-    left, low = scale.origin or (
-        -width * scale.resolution / 2.0,
-        -height * scale.resolution / 2.0,
-    )
+    left, low = scale.origin or (-width * scale.resolution / 2.0, -height * scale.resolution / 2.0)
     red, green, blue = np.moveaxis(pixels, 2, 0)
     walls = pixels.max(axis=2) < DARK
     if not walls.any():

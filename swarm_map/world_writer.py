@@ -14,9 +14,10 @@ import yaml
 from swarm_common.files.map_io import MAP_FILE, save_map
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.grid import COARSEST
+from swarm_common.model.shapes import Box, Cylinder
 from swarm_describe.robots.loading import load_robot
 from swarm_describe.worlds.reader import load_world
-from swarm_describe.worlds.scene import Box, Cylinder, Scene
+from swarm_describe.worlds.scene import Scene
 from swarm_describe.worlds.world_file import SITES_FILE, WORLD_FILE
 from swarm_map.floor_plan import FloorPlan, Thing
 from swarm_sim.maps.check import check_sites
@@ -105,17 +106,15 @@ def sites_text(sites: Mapping[str, Any]) -> str:
     for key, value in sites.items():
         if isinstance(value, dict) and key != "spawn":
             lines.append(f"{key}:")
-            lines += [f"  {_key(name)}: {_flow(item)}" for name, item in value.items()]
+            for name, item in value.items():
+                text = yaml.safe_dump(name, width=10_000, allow_unicode=True).partition("\n")[0]
+                lines.append(f"  {text}: {_flow(item)}")
         elif isinstance(value, list):
             lines.append(f"{key}:")
             lines += [f"  - {_flow(item)}" for item in value]
         else:
             lines.append(f"{key}: {_flow(value)}")
     return "\n".join(lines) + "\n"
-
-
-def _key(name: str) -> str:
-    return yaml.safe_dump(name, width=10_000, allow_unicode=True).partition("\n")[0]
 
 
 def _flow(value: object) -> str:

@@ -178,9 +178,15 @@ class Mission:
             for index, leg in enumerate(self.route):
                 key = f"{lap}/{index}"
                 draw = Draw(
-                    sites, home_map, tuple(homes_map), robot_id, self.spawn, seed, key,
+                    sites,
+                    home_map,
+                    tuple(homes_map),
+                    robot_id,
+                    self.spawn,
+                    seed,
+                    key,
                     names or RobotNames(),
-                )  # fmt: skip
+                )
                 stops += draw.stops(leg)
         if stops and self.start_spread and not first_lap:
             spread = random.Random(f"{seed}/{robot_id}/start").uniform(0.0, self.start_spread)

@@ -21,10 +21,17 @@ RELIABILITY = {
     "system_default": True, 0: True, "unknown": True, 3: True, "best_available": True, 4: True,
 }  # fmt: skip
 DURABILITY = {
-    "transient_local": True, 1: True, "volatile": False, 2: False,
-    "system_default": False, 0: False, "unknown": False, 3: False, "best_available": False,
+    "transient_local": True,
+    1: True,
+    "volatile": False,
+    2: False,
+    "system_default": False,
+    0: False,
+    "unknown": False,
+    3: False,
+    "best_available": False,
     4: False,
-}  # fmt: skip
+}
 HISTORY = {
     "keep_last": False, 1: False, "keep_all": True, 2: True,
     "system_default": False, 0: False, "unknown": False, 3: False,

@@ -250,7 +250,10 @@ def _items(
             fitting[channel.id] = _kind(channel, schema) == kinds[channel.topic]
         if fitting[channel.id]:
             is_packed = channel.message_encoding == CDR and message.data.startswith(ZSTD_MAGIC)
-            data = _unpacked_message(message.data) if is_packed else message.data
+            data = message.data
+            if is_packed:  # by rosbag2, message by message
+                unpacker = zstandard.ZstdDecompressor(max_window_size=LARGEST_WINDOW)
+                data = unpacker.decompressobj().decompress(data)
             yield Item(channel.topic, message.log_time, data)
 
 
@@ -370,9 +373,3 @@ def _kind(channel: Channel, schema: Schema | None) -> MessageKind:
     name = "" if schema is None else schema.name
     short = SHORT_TYPE.fullmatch(name)
     return MessageKind(f"{short[1]}/msg/{short[2]}" if short else name, channel.message_encoding)
-
-
-def _unpacked_message(data: bytes) -> bytes:
-    """Return a message as it was published; rosbag2 may compress each of them."""
-    unpacker = zstandard.ZstdDecompressor(max_window_size=LARGEST_WINDOW)
-    return unpacker.decompressobj().decompress(data)

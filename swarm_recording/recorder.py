@@ -52,9 +52,13 @@ class Recorder:
     """
 
     def __init__(
-        self, node: Node, source: TopicSource, tape: Tape, stamps: Stamps,
+        self,
+        node: Node,
+        source: TopicSource,
+        tape: Tape,
+        stamps: Stamps,
         losses: Losses | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Subscribe to everything.
 
         Args:

@@ -110,9 +110,13 @@ class Tape:
     """
 
     def __init__(
-        self, path: Path, about: Mapping[str, str], *,
-        compression: CompressionType = CompressionType.LZ4, has_metadata: bool = True,
-    ) -> None:  # fmt: skip
+        self,
+        path: Path,
+        about: Mapping[str, str],
+        *,
+        compression: CompressionType = CompressionType.LZ4,
+        has_metadata: bool = True,
+    ) -> None:
         """Begin a file.
 
         Args:

@@ -41,6 +41,7 @@ def differences(runs: Sequence[RunData]) -> tuple[list[list[str]], int]:
 def _options(run: RunData) -> dict[str, str]:
     report, config = run.report, run.config
     models = Counter(str(robot.get("model", "?")) for robot in config.get("robots", []))
+    places = {name: (pose.x, pose.y, pose.yaw) for name, pose in run.sites.stations.items()}
     found = {
         "world": _short(report.get("world") or config.get("world")),
         "robots": ", ".join(f"{count} {_short(model)}" for model, count in sorted(models.items()))
@@ -48,7 +49,7 @@ def _options(run: RunData) -> dict[str, str]:
         "mission": _short(report.get("mission")),
         SEED: str(report.get("seed", config.get("seed", ABSENT))),
         "map": _map(run),
-        "stations": _stations(run),
+        "stations": f"{len(places)}, {_digest(places)}",
     }
     found |= {
         name.replace("_", " "): _text(value)
@@ -76,11 +77,6 @@ def _map(run: RunData) -> str:
         return ABSENT
     height, width = (count * grid.resolution for count in grid.cells.shape)
     return f"{width:.1f} x {height:.1f} m, {_digest(grid.cells.tobytes().hex())}"
-
-
-def _stations(run: RunData) -> str:
-    places = {name: (pose.x, pose.y, pose.yaw) for name, pose in run.sites.stations.items()}
-    return f"{len(places)}, {_digest(places)}"
 
 
 def _parameters(run: RunData) -> dict[str, str]:

@@ -57,9 +57,13 @@ def add_verbs(verbs: Any) -> None:
     late = "Begin this late, in seconds"
     verb.add_argument("--start-offset", type=_seconds, default=0.0, help=late)
     verb.add_argument(
-        "--clock", type=_positive, nargs="?", const=CLOCK_RATE, metavar="HZ",
+        "--clock",
+        type=_positive,
+        nargs="?",
+        const=CLOCK_RATE,
+        metavar="HZ",
         help=f"Publish the bag's time on /clock, {CLOCK_RATE:g} times a second",
-    )  # fmt: skip
+    )
     for name in ("--disable-keyboard-controls", "--disable-loan-message"):
         add_flag(verb, name, help="No effect: there are none")
     verb.add_argument("--read-ahead-queue-size", type=int, metavar="N", help="No effect")

@@ -85,9 +85,7 @@ def run(arguments: Sequence[str]) -> int:
 def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     """Build the argument tree; only the module of the command in use is imported."""
     parser = argparse.ArgumentParser(
-        prog="ros2",
-        description="ros2 is an extensible command-line tool for ROS 2.",
-        epilog=EPILOG,
+        prog="ros2", description="ros2 is an extensible command-line tool for ROS 2.", epilog=EPILOG
     )
     parser.set_defaults(print_help=parser.print_help)
     commands = parser.add_subparsers(metavar="command")

@@ -23,9 +23,13 @@ def add_verbs(verbs: Any) -> None:
     verb.add_argument("--field", help="Echo a selected field of a message, e.g. pose.pose.position")
     add_flag(verb, "--full-length", "-f", help="Output all elements for arrays, bytes, and strings")
     verb.add_argument(
-        "--truncate-length", "-l", type=int, default=LONGEST, metavar="N",
+        "--truncate-length",
+        "-l",
+        type=int,
+        default=LONGEST,
+        metavar="N",
         help=f"The length to truncate arrays, bytes, and strings to (default: {LONGEST})",
-    )  # fmt: skip
+    )
     add_flag(verb, "--no-arr", help="Don't print array fields of messages")
     add_flag(verb, "--no-str", help="Don't print string fields of messages")
     add_flag(verb, "--flow-style", help="Print collections in one line")

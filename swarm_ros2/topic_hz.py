@@ -34,9 +34,13 @@ def add_verbs(verbs: Any) -> None:
         verb = add_verb(verbs, name, summary, _measure, topic_name=LISTENED)
         window = BANDWIDTH_WINDOW if name == "bw" else WINDOW
         verb.add_argument(
-            "--window", "-w", type=int, default=window, metavar="N",
+            "--window",
+            "-w",
+            type=int,
+            default=window,
+            metavar="N",
             help=f"Window size, in number of messages, for calculating it (default: {window})",
-        )  # fmt: skip
+        )
         if name == "hz":
             add_flag(verb, "--wall-time", help="Wall time is always used here")
         quality.add_arguments(verb, preset="sensor_data")
@@ -70,10 +74,7 @@ def _rate(window: int, _: Any, __: Node) -> tuple[Take, Report]:
 
 def _bandwidth(window: int, _: Any, __: Node) -> tuple[Take, Report]:
     meter = BandwidthMeter(window)
-    return (
-        lambda data: meter.add(time.monotonic(), data),
-        lambda: meter.report(time.monotonic()),
-    )
+    return (lambda data: meter.add(time.monotonic(), data), lambda: meter.report(time.monotonic()))
 
 
 def _delay(window: int, kind: Any, node: Node) -> tuple[Take, Report]:

@@ -32,14 +32,23 @@ def add_verbs(verbs: Any) -> None:
     times = "Publish this number of times and then exit"
     group.add_argument("-t", "--times", type=int, default=0, help=times)
     verb.add_argument(
-        "-w", "--wait-matching-subscriptions", type=int, default=None, metavar="N", dest="wait",
+        "-w",
+        "--wait-matching-subscriptions",
+        type=int,
+        default=None,
+        metavar="N",
+        dest="wait",
         help="Wait until finding the specified number of matching subscriptions. Defaults to 1"
         ' when using "-1"/"--once"/"--times", otherwise defaults to 0',
-    )  # fmt: skip
+    )
     verb.add_argument(
-        "--max-wait-time-secs", type=_positive, default=math.inf, metavar="N", dest="patience",
+        "--max-wait-time-secs",
+        type=_positive,
+        default=math.inf,
+        metavar="N",
+        dest="patience",
         help="Give up waiting for matching subscriptions after N seconds (default: never)",
-    )  # fmt: skip
+    )
     verb.add_argument("-n", "--node-name", help="Name of the created publishing node")
     alive = "Keep publishing node alive for N seconds after the last msg (default: 0.1)"
     verb.add_argument("--keep-alive", metavar="N", type=_positive, default=0.1, help=alive)

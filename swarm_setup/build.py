@@ -160,9 +160,13 @@ def _lock(folder: Path) -> Iterator[None]:
 
 
 def _build(
-    missing: list[InterfacePackage], trees: dict[str, Path], ready: tuple[Path, ...],
-    tools: compiling.Toolchain, *, quiet: bool,
-) -> None:  # fmt: skip
+    missing: list[InterfacePackage],
+    trees: dict[str, Path],
+    ready: tuple[Path, ...],
+    tools: compiling.Toolchain,
+    *,
+    quiet: bool,
+) -> None:
     """Build packages and put each one's results into its tree in the cache."""
     tools = replace(tools, prefixes=(*ready, *tools.prefixes))
     count = TextColumn("{task.completed}/{task.total}")

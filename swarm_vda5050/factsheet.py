@@ -70,10 +70,7 @@ def factsheet(spec: RobotSpec, offered: Mapping[str, ActionOffer], major: int) -
         },
         "agvGeometry": {
             "envelopes2d": [
-                {
-                    "set": "footprint",
-                    "polygonPoints": [{"x": x, "y": y} for x, y in spec.footprint],
-                }
+                {"set": "footprint", "polygonPoints": [{"x": x, "y": y} for x, y in spec.footprint]}
             ]
         },
         "loadSpecification": {"loadPositions": [""], "loadSets": []},

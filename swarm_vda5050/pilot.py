@@ -100,9 +100,13 @@ class Pilot:
         self._note = note
         self._names = names
         self.robot = RobotCommander(
-            node, self.name, self._receive_status, with_feedback=False, door=door,
+            node,
+            self.name,
+            self._receive_status,
+            with_feedback=False,
+            door=door,
             watches_swarm=False,
-        )  # fmt: skip
+        )
         self._speed = node.create_publisher(
             SpeedLimit, f"/{self.name}/speed_limit", ros_io.RELIABLE
         )
@@ -209,7 +213,11 @@ class Pilot:
             return
         while (report := self._steps.take()) is not None:
             self._hear_broker()
-            ended = [each for each in report.ended if self._is_mine(each.goal)]
+            ended = [
+                each
+                for each in report.ended
+                if self._task is not None and self._task.goal_id == each.goal
+            ]
             if not self._is_silent and (ended or self._messages or report.tick % STATUS_TICKS == 0):
                 self._decide(report, ended)
             limit, mask = self._told
@@ -220,9 +228,6 @@ class Pilot:
         found = [self.robot.offers(name, kind) for name, kind in ACTIONS.items()]
         self._is_ready = all(found)
         return self._is_ready
-
-    def _is_mine(self, goal: bytes) -> bool:
-        return self._task is not None and self._task.goal_id == goal
 
     def _decide(self, report: TickReport, ended: list[EndedGoal]) -> None:
         """Receive the state of the robot and what the fleet control has sent, then drive."""
@@ -544,9 +549,13 @@ def _essence(state: VehicleState) -> VehicleState:
     information = tuple(replace(info, info_description=None) for info in state.information)
     charge = replace(state.battery_state, battery_charge=0.0)
     return replace(
-        state, agv_position=None, velocity=None, distance_since_last_node=None,
-        battery_state=charge, information=information,
-    )  # fmt: skip
+        state,
+        agv_position=None,
+        velocity=None,
+        distance_since_last_node=None,
+        battery_state=charge,
+        information=information,
+    )
 
 
 def _information(status: RobotStatus, names: Container[str]) -> tuple[Info, ...]:

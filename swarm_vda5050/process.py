@@ -129,11 +129,17 @@ class VehicleFleet:
         if battery is not None:  # that of a fleet
             spec = replace(spec, battery=msgspec.convert(battery, BatterySpec))
         self._pilots[name] = Pilot(
-            self._node, identity, spec, self._ground, self._address,
-            door=self._door, is_realistic=self._config["realistic"], names=self._pilots,
+            self._node,
+            identity,
+            spec,
+            self._ground,
+            self._address,
+            door=self._door,
+            is_realistic=self._config["realistic"],
+            names=self._pilots,
             note=lambda text: self._events.write(Note(text)),
             rejections=self._rejections if self._config["is_in_step"] else None,
-        )  # fmt: skip
+        )
 
 
 def ground_of(config: dict[str, Any]) -> DrivingArea:

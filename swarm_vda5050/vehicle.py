@@ -104,10 +104,7 @@ class Vehicle:
     """
 
     def __init__(
-        self,
-        ground: DrivingArea,
-        offered: Mapping[str, ActionOffer] = OFFERED,
-        radius: float = 0.0,
+        self, ground: DrivingArea, offered: Mapping[str, ActionOffer] = OFFERED, radius: float = 0.0
     ) -> None:
         """Begin without an order.
 

@@ -233,9 +233,15 @@ class Sheet:
         self.draw.polygon(self.pixels(points), (*color, alpha))
 
     def text(
-        self, x: float, y: float, text: str, size: int, color: RGB, weight: str = "",
+        self,
+        x: float,
+        y: float,
+        text: str,
+        size: int,
+        color: RGB,
+        weight: str = "",
         anchor: str = "la",
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Write; in pixels of the finished frame."""
         place = FINER * x, FINER * y
         self.draw.text(place, text, color, font(size, weight), anchor=anchor)

@@ -107,7 +107,7 @@ class ScaleRow:
 
 
 class Figure(NamedTuple):
-    """What is shown of runs."""
+    """Figure of runs, as tables show it."""
 
     of: Callable[[ScaleResult], float | None]
     digits: int = 0

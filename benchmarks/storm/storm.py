@@ -22,7 +22,8 @@ from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.methods import load_method
 from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.breaches import Collision
-from swarm_describe.worlds.scene import Body, Box, Part, transform_from_xyz_rpy
+from swarm_common.model.shapes import Box, Part, transform_from_xyz_rpy
+from swarm_describe.worlds.scene import Body
 from swarm_mission.itinerary import Itinerary
 from swarm_mission.leg import Stop
 from swarm_run.loop import InjectedFaults

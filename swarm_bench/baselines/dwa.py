@@ -12,15 +12,10 @@ import math
 
 import numpy as np
 
-from swarm_bench.baselines import dwa_kernels as kernels
+from swarm_bench.baselines import kernels
 from swarm_bench.baselines.base import Baseline
 from swarm_bench.baselines.planning import PathTrack, robot_costs, waypoint
-from swarm_common.model.records import (
-    CONTROL_PERIOD,
-    Pose,
-    Twist,
-    wrap_angle,
-)
+from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist, wrap_angle
 from swarm_nav.control.dwa_kernels import Limits, Velocity
 from swarm_nav.core.goals import PlanError
 from swarm_nav.planning.distance_kernels import Place

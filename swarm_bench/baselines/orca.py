@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_bench.baselines import dwa_kernels as kernels
+from swarm_bench.baselines import kernels
 from swarm_bench.baselines.base import Baseline
 from swarm_bench.baselines.outlines import wall_outlines
 from swarm_bench.baselines.planning import PathTrack, robot_costs, waypoint
@@ -175,13 +175,7 @@ def _simulator(grid: Grid, radius: float, max_speed: float) -> Any:
             "method orca needs the package pyrvo; install it: pip install pyrvo"
         ) from None
     simulator = pyrvo.RVOSimulator(
-        CONTROL_PERIOD,
-        NEIGHBOR_DISTANCE,
-        MAX_NEIGHBORS,
-        HORIZON,
-        WALL_HORIZON,
-        radius,
-        max_speed,
+        CONTROL_PERIOD, NEIGHBOR_DISTANCE, MAX_NEIGHBORS, HORIZON, WALL_HORIZON, radius, max_speed
     )
     for outline in wall_outlines(grid):
         simulator.add_obstacle(outline.tolist())

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_bench.baselines import sight_kernels
+from swarm_bench.baselines import kernels
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Pose
 from swarm_common.process.libm import exp
@@ -143,7 +143,7 @@ def waypoint(
     """
     points = np.ascontiguousarray(track.ahead(distance))
     terrain = planner.terrain
-    index = sight_kernels.farthest_in_sight(
+    index = kernels.farthest_in_sight(
         points, pose.x, pose.y, clearance, SIGHT_SLACK, Field(terrain.distance, terrain.frame)
     )
     return float(points[index, 0]), float(points[index, 1])

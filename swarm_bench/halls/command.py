@@ -36,8 +36,7 @@ swarm-bench halls --seeds 0-19 --jobs 2 --json halls.jsonl
 def halls(
     seeds: Annotated[str, typer.Option(help="Seeds like 0-199 or 1,5,7.")] = "0-199",
     robots: Annotated[
-        str | None,
-        typer.Option(help="Swarm sizes like 20,50.", show_default="by the seed"),
+        str | None, typer.Option(help="Swarm sizes like 20,50.", show_default="by the seed")
     ] = None,
     mission: Annotated[
         str, typer.Option(help="random order, pipeline, roam, swap; drawn: by the seed.")

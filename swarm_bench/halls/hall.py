@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from swarm_common.model.records import Pose
+from swarm_common.model.shapes import Box, Part, transform_from_xyz_rpy
 from swarm_common.model.sites import Sites
 from swarm_describe.worlds.actors import WalkerSpec
-from swarm_describe.worlds.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
+from swarm_describe.worlds.scene import Body, Scene
 
 SIDES = (10.0, 30.0)  # [m] of a hall
 DOORS = (0.8, 2.0)  # [m] wide

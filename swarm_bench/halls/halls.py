@@ -34,11 +34,7 @@ TIME_LIMIT = 3600.0  # [s]
 
 
 def hall_runs(
-    seeds: Sequence[int],
-    sizes: Sequence[int],
-    mission: str,
-    trouble: str,
-    **common: Any,
+    seeds: Sequence[int], sizes: Sequence[int], mission: str, trouble: str, **common: Any
 ) -> list[RunOptions]:
     """Return the run of each seed and size.
 

@@ -30,13 +30,7 @@ from swarm_bench.study.experiments import (
 from swarm_bench.study.lines import StudyLine, store_of
 from swarm_bench.study.page import markdown, page
 from swarm_bench.study.runner import line_text, run_one
-from swarm_bench.study.tuning import (
-    choose,
-    load_chosen,
-    load_tuning,
-    tuning_runs,
-    write_chosen,
-)
+from swarm_bench.study.tuning import choose, load_chosen, load_tuning, tuning_runs, write_chosen
 from swarm_bench.suite.command import Cluster, Jobs, Shard, bench_app, keeping, new_console
 from swarm_bench.suite.selection import check_jobs, parse_time
 from swarm_common.model.errors import ConfigError
@@ -63,8 +57,7 @@ def study(
         bool, typer.Option("--estimate", help="Run nothing; print the time needed.")
     ] = False,
     experiments: Annotated[
-        Path | None,
-        typer.Option(help="Folder of experiments.", show_default="params/study"),
+        Path | None, typer.Option(help="Folder of experiments.", show_default="params/study")
     ] = None,
     folder: Annotated[Path, typer.Option(help="Folder of raw lines and study.html.")] = Path(
         "study"
@@ -73,13 +66,9 @@ def study(
         "docs/study.md"
     ),
     most: Annotated[
-        int | None,
-        typer.Option(help="Runs to add; another call goes on.", show_default="all"),
+        int | None, typer.Option(help="Runs to add; another call goes on.", show_default="all")
     ] = None,
-    budget: Annotated[
-        str | None,
-        typer.Option(help="Time to end in, like 60min."),
-    ] = None,
+    budget: Annotated[str | None, typer.Option(help="Time to end in, like 60min.")] = None,
     jobs: Jobs = 1,
     cluster: Cluster = None,
     shard: Shard = None,
@@ -204,9 +193,7 @@ def fitting(runs: Sequence[StudyRun], rates: Rates, seconds: float) -> list[Stud
 
 
 def _print_estimates(
-    experiments: Mapping[str, Experiment],
-    tuning: Sequence[StudyRun],
-    rates: Rates,
+    experiments: Mapping[str, Experiment], tuning: Sequence[StudyRun], rates: Rates
 ) -> None:
     editions = {
         "full": runs_of(experiments, quick=False),

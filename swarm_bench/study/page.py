@@ -6,12 +6,7 @@ import html
 from collections.abc import Iterator, Mapping, Sequence
 
 from swarm_bench.runs.methods import METHODS
-from swarm_bench.study.experiments import (
-    Experiment,
-    Settings,
-    runs_of,
-    settings_text,
-)
+from swarm_bench.study.experiments import Experiment, Settings, runs_of, settings_text
 from swarm_bench.study.lines import StudyLine
 from swarm_bench.study.tables import (
     CellRuns,

@@ -46,16 +46,13 @@ JsonLines = Annotated[
     keeping("--json", help="File of JSON lines to add to; runs in it are not repeated."),
 ]
 Cluster = Annotated[
-    str | None,
-    running(help="Dask cluster: local, tcp://HOST:8786 or slurm:nodes=4."),
+    str | None, running(help="Dask cluster: local, tcp://HOST:8786 or slurm:nodes=4.")
 ]
 Shard = Annotated[
-    str | None,
-    running(help=f"Share of the runs, like 2/8; {AUTO}: of a Slurm array."),
+    str | None, running(help=f"Share of the runs, like 2/8; {AUTO}: of a Slurm array.")
 ]
 Document = Annotated[
-    Path,
-    keeping("-o", "--output", help="Document whose part `suite` to write, or a new one."),
+    Path, keeping("-o", "--output", help="Document whose part `suite` to write, or a new one.")
 ]
 Settings = Annotated[
     list[str] | None,
@@ -91,8 +88,7 @@ def bench() -> None:
 def traffic(
     scenario: Annotated[str, typer.Option(help="Names or files, comma-separated, or all.")] = "all",
     robots: Annotated[
-        str | None,
-        typer.Option(help="Swarm sizes like 20,50.", show_default="the scenario's"),
+        str | None, typer.Option(help="Swarm sizes like 20,50.", show_default="the scenario's")
     ] = None,
     seeds: Annotated[
         str, typer.Option(help=f"Seeds like 0-19 or 1,5,7; {SUITE}: as many as the scenario says.")
@@ -100,8 +96,7 @@ def traffic(
     loss: Annotated[float | None, world_as(help="Share of beacons that are lost.")] = None,
     delay: Annotated[float | None, world_as(help="Delay of beacons, in s.")] = None,
     engine: Annotated[
-        str | None,
-        world_as(help="planar or bullet.", show_default="planar; bullet with --ros"),
+        str | None, world_as(help="planar or bullet.", show_default="planar; bullet with --ros")
     ] = None,
     lidar: Annotated[
         bool | None,
@@ -183,8 +178,7 @@ def report_traffic(
     files: Annotated[list[Path], typer.Argument(help="Files of `swarm-bench traffic --json`.")],
     output: Document,
     machine: Annotated[
-        str,
-        typer.Option(help="Machine of the measurement.", show_default="this one"),
+        str, typer.Option(help="Machine of the measurement.", show_default="this one")
     ] = "",
 ) -> None:
     """Write the tables of runs that were made before."""
@@ -206,8 +200,7 @@ def _write_report(results: Sequence[RunRecord], output: Path, machine: str) -> N
 
 
 def run_and_exit(
-    sweeps: Sequence[RunSweep],
-    write: Callable[[list[RunRecord]], None] = lambda _: None,
+    sweeps: Sequence[RunSweep], write: Callable[[list[RunRecord]], None] = lambda _: None
 ) -> None:
     """Check and run sweeps, print the table, and exit with `MISSED` unless all runs are flawless.
 

@@ -1,4 +1,4 @@
-"""What commands to a running swarm share: their node, and completions by TAB.
+"""The node of a command that works with a running swarm, and completions by TAB.
 
 Completions are read from the latest run here; nothing is asked of a running swarm: a shell must
 not wait for DDS.

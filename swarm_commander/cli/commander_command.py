@@ -21,13 +21,7 @@ from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import FLEET_COMMANDS
 from swarm_common.process.signals import SignalCounter
 from swarm_mission.itinerary import Itinerary, NextGoal, StopOutcome
-from swarm_mission.mission import (
-    Mission,
-    load_mission,
-    mission_names,
-    single_goal,
-    usual_mission,
-)
+from swarm_mission.mission import Mission, load_mission, mission_names, single_goal, usual_mission
 from swarm_run.domain import domain_id, patience_for
 from swarm_run.robots.discovery import (
     find_robots,
@@ -77,12 +71,10 @@ def command(
         ),
     ] = None,
     goal: Annotated[
-        tuple[float, float, float] | None,
-        _goal(help="X Y YAW in the map, instead of a mission."),
+        tuple[float, float, float] | None, _goal(help="X Y YAW in the map, instead of a mission.")
     ] = None,
     to: Annotated[
-        str | None,
-        _goal(autocompletion=stations, help="Name of a station, instead of a mission."),
+        str | None, _goal(autocompletion=stations, help="Name of a station, instead of a mission.")
     ] = None,
     seed: Annotated[int, _goal(help="Seed of the order of the stations.")] = 0,
     all_: Annotated[bool, typer.Option("--all", help="Drive every robot.")] = False,

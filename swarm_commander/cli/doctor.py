@@ -109,6 +109,7 @@ def look(environment: Mapping[str, str] = os.environ) -> Facts:
         stale = tuple(stale_interfaces())
     except SwarmError as error:
         wrong = str(error)
+    kernels = Path(environment.get("NUMBA_CACHE_DIR") or cache_base() / NAME / "kernels")
     return Facts(
         cpus=len(os.sched_getaffinity(0)),
         load=os.getloadavg()[0],
@@ -124,7 +125,7 @@ def look(environment: Mapping[str, str] = os.environ) -> Facts:
         wrong_interfaces=wrong,
         has_compiler=any(shutil.which(name) for name in ("g++", "c++", "clang++")),
         is_compiled=is_compiled(),
-        cache=_kernel_cache(environment),
+        cache=kernels if can_be_written(kernels) else None,
         shm=shutil.disk_usage(SHM).free / 2**20 if SHM.is_dir() else 0.0,
         own_dds=_own_dds(environment),
     )
@@ -286,12 +287,6 @@ def _own_dds(environment: Mapping[str, str]) -> str:
         return name
     scope = environment.get(DISCOVERY_RANGE, "LOCALHOST")
     return "" if scope in ("LOCALHOST", "SYSTEM_DEFAULT") else DISCOVERY_RANGE
-
-
-def _kernel_cache(environment: Mapping[str, str]) -> Path | None:
-    """Return the folder of compiled kernels, None if it cannot be written."""
-    folder = Path(environment.get("NUMBA_CACHE_DIR") or cache_base() / NAME / "kernels")
-    return folder if can_be_written(folder) else None
 
 
 STYLES = {Level.GOOD: "green", Level.WARNING: "yellow", Level.ERROR: "bold red"}

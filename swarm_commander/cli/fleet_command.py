@@ -52,8 +52,7 @@ ANSWER_LIMIT = 60.0  # [s] of wall time for it to answer; it does between two ti
 ACTIVE_LIMIT = 60.0  # [s] of wall time for a new navigator to be there
 
 fleet_app = typer.Typer(
-    rich_markup_mode="rich",
-    help="Add, remove and move robots and objects of a running swarm.",
+    rich_markup_mode="rich", help="Add, remove and move robots and objects of a running swarm."
 )
 
 

@@ -29,12 +29,7 @@ from swarm_commander.run.terminal import complain
 from swarm_commander.viewers.layouts import write_foxglove, write_rviz
 from swarm_common.middleware import ros_env
 from swarm_common.middleware.secret import own_secret
-from swarm_common.model.breaches import (
-    breach_lines,
-    broken_lines,
-    recording_lines,
-    shortened,
-)
+from swarm_common.model.breaches import breach_lines, broken_lines, recording_lines, shortened
 from swarm_common.model.engines import BULLET, NO_WHEELS, usual_engine
 from swarm_common.model.run_words import SERIES_FIELDS
 from swarm_common.process.home import log_to

@@ -62,12 +62,7 @@ class HostedNavigators(Navigators):
         description = compose(
             self._id,
             edition(),
-            {
-                "world": spec.world,
-                "seed": spec.seed,
-                "robot": spec.model,
-                "swarm_size": spec.size,
-            },
+            {"world": spec.world, "seed": spec.seed, "robot": spec.model, "swarm_size": spec.size},
             self._trees,
             Path(self._plan.copy_of(str(sites))) if sites is not None else None,
             {robot["name"]: robot["peers"] for robot in self._robots if robot["peers"]},

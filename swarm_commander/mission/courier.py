@@ -258,17 +258,30 @@ class CourierProcess:
         self._robots: dict[str, OrderRobot] = {}
         for name, robot in config["robots"].items():
             courier = Courier(
-                name, Pose(*robot["home"]), stations, retries=mission.retries,
-                capacity=mission.orders.capacity, bids_for_all=mission.orders.dispatch != CLAIM,
-            )  # fmt: skip
+                name,
+                Pose(*robot["home"]),
+                stations,
+                retries=mission.retries,
+                capacity=mission.orders.capacity,
+                bids_for_all=mission.orders.dispatch != CLAIM,
+            )
             client = RobotCommander(
-                node, name, partial(self._on_status, name), with_feedback=False, door=door,
+                node,
+                name,
+                partial(self._on_status, name),
+                with_feedback=False,
+                door=door,
                 watches_swarm=False,
-            )  # fmt: skip
+            )
             self._robots[name] = OrderRobot(
-                client, courier, ways, robot["speed"], node, rejections,
+                client,
+                courier,
+                ways,
+                robot["speed"],
+                node,
+                rejections,
                 is_in_step=config["is_in_step"],
-            )  # fmt: skip
+            )
         self._channel = channel
         self._floor = FloorUse()
         self._events = events

@@ -80,8 +80,7 @@ class MaskEntry(FilterInfo, kw_only=True):
 
 
 Mask = Annotated[
-    MapFile | MaskEntry,
-    told("a map file, or {mask: FILE, type: ..., base: ..., multiplier: ...}"),
+    MapFile | MaskEntry, told("a map file, or {mask: FILE, type: ..., base: ..., multiplier: ...}")
 ]
 
 

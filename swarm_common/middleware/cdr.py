@@ -27,14 +27,7 @@ from swarm_common.middleware.cdr_layout import (
     read_stamp,
 )
 from swarm_common.middleware.rejections import RejectedError
-from swarm_common.model.records import (
-    Odometry,
-    Pose,
-    Scan,
-    Twist,
-    stamp_from_tick,
-    tick_from_stamp,
-)
+from swarm_common.model.records import Odometry, Pose, Scan, Twist, stamp_from_tick, tick_from_stamp
 
 LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 MOST_DISTANCE = 1e5  # [m] that any sensor of ours measures

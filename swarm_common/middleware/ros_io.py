@@ -14,11 +14,7 @@ from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import (
-    Point32,
-    PoseStamped,
-    TransformStamped,
-)
+from geometry_msgs.msg import Point32, PoseStamped, TransformStamped
 from geometry_msgs.msg import Pose as PoseMsg
 from nav_msgs.msg import OccupancyGrid, Path
 from numpy.typing import NDArray

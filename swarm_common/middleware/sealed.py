@@ -62,13 +62,7 @@ class Sealer:
         body = json.dumps(content)
         seal = _seal(self._secret, self._kind, run, self._sender, self._number, body)
         return json.dumps(
-            {
-                "run": run,
-                "sender": self._sender,
-                "number": self._number,
-                "body": body,
-                "seal": seal,
-            }
+            {"run": run, "sender": self._sender, "number": self._number, "body": body, "seal": seal}
         )
 
 

@@ -75,13 +75,7 @@ class TickActionServer:
     """Accepts goals at once and ends them with `finish`, between two ticks."""
 
     def __init__(
-        self,
-        node: Node,
-        kind: Any,
-        name: str,
-        consider: Consider,
-        begin: Begin,
-        cancel: Cancel,
+        self, node: Node, kind: Any, name: str, consider: Consider, begin: Begin, cancel: Cancel
     ) -> None:
         """Create the server; it ends with the node.
 

@@ -44,9 +44,17 @@ class RobotReport:
         """Return the message."""
         pose = self.pose_map
         return REPORT.pack(
-            self.robot_id, self.tick, pose.x, pose.y, pose.yaw, self.passed, self.heard,
-            self.goal_id, *self.goal_map, self.has_arrived,
-        )  # fmt: skip
+            self.robot_id,
+            self.tick,
+            pose.x,
+            pose.y,
+            pose.yaw,
+            self.passed,
+            self.heard,
+            self.goal_id,
+            *self.goal_map,
+            self.has_arrived,
+        )
 
 
 def unpack_report(data: bytes) -> RobotReport:
@@ -111,12 +119,7 @@ def unpack_order(data: bytes) -> TeamOrder:
     length = sum(math.dist(*ends) for ends in itertools.pairwise(((0.0, 0.0), *points)))
     if not length <= LONGEST:
         raise ValueError(f"{length:g} m of way")
-    return TeamOrder(
-        robot_id=robot_id,
-        number=number,
-        first=first,
-        points_map=points,
-    )
+    return TeamOrder(robot_id=robot_id, number=number, first=first, points_map=points)
 
 
 class Coordination(StrEnum):

@@ -172,11 +172,7 @@ def _unlike(value: object, asked: Any, steps: Steps) -> Misfit:
     return Misfit(steps, f"is {shown(value)}; expected {_words(asked)}{limit}")
 
 
-SCALARS: dict[type, type] = {
-    inspect.IntType: int,
-    inspect.FloatType: float,
-    inspect.BoolType: bool,
-}
+SCALARS: dict[type, type] = {inspect.IntType: int, inspect.FloatType: float, inspect.BoolType: bool}
 TEXTS = (inspect.StrType, inspect.LiteralType, inspect.EnumType)
 _NUMBERS = (inspect.IntType, inspect.FloatType)
 KEYED = (inspect.StructType, inspect.DataclassType, inspect.TypedDictType)

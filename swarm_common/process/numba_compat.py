@@ -41,9 +41,15 @@ from swarm_common.process.private_parts import require
 
 # https://docs.python.org/3/library/pickle.html#pickle.UnpicklingError names these, "but not only".
 UNREADABLE = (
-    AttributeError, EOFError, ImportError, KeyError, IndexError, TypeError, ValueError,
+    AttributeError,
+    EOFError,
+    ImportError,
+    KeyError,
+    IndexError,
+    TypeError,
+    ValueError,
     pickle.UnpicklingError,
-)  # fmt: skip
+)
 IMPORT = re.compile(r"^(?:from|import) (swarm_[\w.]+)(?: import (\([^)]*\)|.*))?", re.MULTILINE)
 DIGEST = re.compile("[0-9a-f]{16}")  # name of the place of a module's kernels
 MOST_KEPT = 200  # places; one edition has 34

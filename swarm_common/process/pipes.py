@@ -86,10 +86,7 @@ class StartedProcess(Generic[Kind]):
     """
 
     def __init__(
-        self,
-        about: str,
-        decoder: msgspec.json.Decoder[Kind],
-        arguments: list[str] | None = None,
+        self, about: str, decoder: msgspec.json.Decoder[Kind], arguments: list[str] | None = None
     ) -> None:
         """Read the configuration; from now on SIGTERM only sets `is_stopping`.
 

@@ -52,7 +52,8 @@ def read_xml(data: bytes) -> XmlFile:
     except (expat.ExpatError, LookupError, ValueError):  # of the text, or of its encoding
         if b"<!ENTITY" in data or b"\0" in data or b"<" not in data:
             raise
-    whole = _tree(_mended(_decoded(data)).encode())
+    mended = TOKEN.sub(_token, _decoded(data))  # well-formed; the lines stay where they are
+    whole = _tree(f"<all>{mended}</all>".encode())
     if len(whole) != 1:
         names = ", ".join(f"<{child.tag}>" for child in whole) or "none"
         raise ValueError(f"malformed XML: outermost elements: {names}; expected one")
@@ -83,11 +84,6 @@ def _decoded(data: bytes) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
         return data.decode("latin-1")
-
-
-def _mended(text: str) -> str:
-    """Return well-formed XML with one element around all; the lines stay where they are."""
-    return f"<all>{TOKEN.sub(_token, text)}</all>"
 
 
 def _token(match: re.Match[str]) -> str:

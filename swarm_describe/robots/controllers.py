@@ -23,18 +23,18 @@ CONTROL = re.compile("ros2?_?control", re.IGNORECASE)  # in the name of a plugin
 PARAMETERS = "ros__parameters"
 PREFIX = re.compile(r"\$\([^)]*\)|\$\{[^}]*\}|<[^>]*>")  # of a joint, filled in by a launch file
 SIDES = ("left", "right")
-# value of a RobotSpec -> names of a controller's parameters, and by what they are multiplied
-VALUES: dict[str, tuple[tuple[str, float], ...]] = {
-    "wheel_separation": (("wheel_separation", 1.0),),
-    "wheel_base": (("wheel_base", 1.0), ("wheelbase", 1.0)),
-    "wheel_radius": (("wheel_radius", 1.0), ("kinematics.wheels_radius", 1.0)),
-    "lever": (("kinematics.sum_of_robot_center_projection_on_X_Y_axis", 1.0),),
-    "max_vel_x": (("linear.x.max_velocity", 1.0),),
-    "max_vel_y": (("linear.y.max_velocity", 1.0),),
-    "max_vel_theta": (("angular.z.max_velocity", 1.0),),
-    "acc_lim_x": (("linear.x.max_acceleration", 1.0),),
-    "acc_lim_y": (("linear.y.max_acceleration", 1.0),),
-    "acc_lim_theta": (("angular.z.max_acceleration", 1.0),),
+# value of a RobotSpec -> names of a controller's parameters
+VALUES: dict[str, tuple[str, ...]] = {
+    "wheel_separation": ("wheel_separation",),
+    "wheel_base": ("wheel_base", "wheelbase"),
+    "wheel_radius": ("wheel_radius", "kinematics.wheels_radius"),
+    "lever": ("kinematics.sum_of_robot_center_projection_on_X_Y_axis",),
+    "max_vel_x": ("linear.x.max_velocity",),
+    "max_vel_y": ("linear.y.max_velocity",),
+    "max_vel_theta": ("angular.z.max_velocity",),
+    "acc_lim_x": ("linear.x.max_acceleration",),
+    "acc_lim_y": ("linear.y.max_acceleration",),
+    "acc_lim_theta": ("angular.z.max_acceleration",),
 }
 MULTIPLIERS = {
     "wheel_separation": ("wheel_separation_multiplier",),
@@ -137,10 +137,10 @@ def _tags(drive: str, values: Mapping[str, Any], source: str, notes: list[str]) 
     left, right = ([*_joints(values, side)] for side in SIDES)
     read: dict[str, float] = {}
     for name, keys in VALUES.items():
-        for key, factor in keys:
+        for key in keys:
             number = _number(values, key, source, notes)
             if number is not None and name not in read and _is_in_force(values, key):
-                read[name] = factor * number
+                read[name] = number
         for key in MULTIPLIERS.get(name, ()):
             if name in read:
                 read[name] *= _number(values, key, source, notes) or 1.0

@@ -24,12 +24,7 @@ from swarm_describe.robots.controllers import Controllers, read_controllers
 from swarm_describe.robots.description import Origin, RobotModel, parse_urdf
 from swarm_describe.robots.drive_tags import DriveTags
 from swarm_describe.robots.drive_train import DriveTrain, car_message, find_drive
-from swarm_describe.robots.gazebo_tags import (
-    RaySensor,
-    read_drive,
-    read_ray_sensors,
-    read_steering,
-)
+from swarm_describe.robots.gazebo_tags import RaySensor, read_drive, read_ray_sensors, read_steering
 from swarm_describe.robots.grammar import description_notes
 from swarm_describe.robots.lidar_choice import choose_lidar
 from swarm_describe.robots.source import RobotSource
@@ -102,7 +97,11 @@ def _describe(source: RobotSource, asked: Asked, faults: Faults) -> Described | 
     based = _with_base(root, center)
     moving = () if train is None else (*train.left, *train.right)
     model = parse_urdf(based, where, moving, finder, directory, asked.inertia, faults)
-    faults.tell(_body_faults(model, where))
+    faults.tell(
+        f"{where}: link {group.name} has no mass; give it an <inertial> or a <collision>"
+        for group in model.groups
+        if group.mass <= 0.0
+    )
     values: dict[str, Any] = {}
     origins: dict[str, Origin] = {}
     doubts: dict[str, str] = {}
@@ -258,12 +257,6 @@ def _rename_link(root: ET.Element, old: str, new: str) -> None:
             is_link = element.tag in ("link", "parent", "child", "gazebo")
             if is_link and element.get(name) == old:
                 element.set(name, new)
-
-
-def _body_faults(model: RobotModel, where: str) -> Iterator[str]:
-    for group in model.groups:
-        if group.mass <= 0.0:
-            yield f"{where}: link {group.name} has no mass; give it an <inertial> or a <collision>"
 
 
 def _of_train(train: DriveTrain) -> dict[str, Any]:

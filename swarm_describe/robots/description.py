@@ -235,14 +235,11 @@ class _Builder:
             if joint.parent != name:
                 continue
             group_from_child = group_from_link @ _origin(joint.origin)
-            if self._is_moving(joint):
+            if joint.type in MOVING and (self._moving is None or joint.name in self._moving):
                 self._drafts.append(self._draft_of(joint, group_from_child, index))
                 self._walk(joint.child, len(self._drafts) - 1, np.eye(4))
             else:
                 self._walk(joint.child, index, group_from_child)
-
-    def _is_moving(self, joint: Any) -> bool:
-        return joint.type in MOVING and (self._moving is None or joint.name in self._moving)
 
     def _draft_of(self, joint: Any, parent_from_group: Transform, parent: int) -> _Draft:
         length = math.hypot(*joint.axis)

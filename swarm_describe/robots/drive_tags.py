@@ -67,14 +67,10 @@ class DriveTags:
 
 def drive_of(name: str) -> str | None:
     """Return the drive that a name of a plugin or controller means, None if it means none."""
-    said = words(name)
-    return next((drive for key, drive in MEANINGS if _holds(said, key)), None)
+    said = f" {' '.join(words(name))} "
+    return next((drive for key, drive in MEANINGS if f" {' '.join(key)} " in said), None)
 
 
 def is_steered(name: str) -> bool:
     """Return whether a plugin or controller steers wheels."""
     return drive_of(name) is None and any(word in STEERED for word in words(name))
-
-
-def _holds(said: tuple[str, ...], key: tuple[str, ...]) -> bool:
-    return any(said[start : start + len(key)] == key for start in range(len(said)))

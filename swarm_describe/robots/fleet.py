@@ -109,8 +109,8 @@ def load_fleet(name_or_path: str | Path) -> Fleet:
     """
     path = _fleet_path(name_or_path)
     file = read(path, FleetFile)
-    crews = [_members(group, f"{path}: groups[{i}]", path) for i, group in enumerate(file.groups)]
-    rows = zip_longest(*crews) if file.order == "mixed" else crews
+    groups = [_members(group, f"{path}: groups[{i}]", path) for i, group in enumerate(file.groups)]
+    rows = zip_longest(*groups) if file.order == "mixed" else groups
     members = tuple(member for row in rows for member in row if member is not None)
     names = _names_of_fleet(file.names, members, f"{path}: names")
     return Fleet(members, names, file.external or ())

@@ -13,51 +13,25 @@ from swarm_common.model.shapes import Transform
 from swarm_describe.files.values import number_in, pose_of
 from swarm_describe.robots.drive_tags import DriveTags, drive_of, is_steered
 
-LEFT = (
-    "left_joint", "leftJoint", "leftFrontJoint", "leftRearJoint", "front_left_joint",
-    "back_left_joint", "rear_left_joint", "left_front_joint", "left_rear_joint",
-    "frontLeftJoint", "rearLeftJoint", "backLeftJoint",
-)  # fmt: skip
+LEFT = tuple(
+    """
+    left_joint leftJoint leftFrontJoint leftRearJoint front_left_joint back_left_joint
+    rear_left_joint left_front_joint left_rear_joint frontLeftJoint rearLeftJoint backLeftJoint
+    """.split()
+)
 RIGHT = tuple(name.replace("left", "right").replace("Left", "Right") for name in LEFT)
-# value of a RobotSpec -> names of plugin parameters, and by what they are multiplied
-VALUES: dict[str, tuple[tuple[str, float], ...]] = {
-    # those that RMF's slotcar has for itself: base_width, tire_radius, nominal_...
-    "wheel_separation": (
-        ("wheel_separation", 1.0),
-        ("wheelSeparation", 1.0),
-        ("base_width", 1.0),
-    ),
-    "wheel_base": (("wheelbase", 1.0), ("wheel_base", 1.0)),
-    "wheel_radius": (
-        ("wheel_radius", 1.0),
-        ("wheelRadius", 1.0),
-        ("wheel_diameter", 0.5),
-        ("wheelDiameter", 0.5),
-        ("tire_radius", 1.0),
-    ),
-    # <max_velocity> and <max_acceleration> limit both motions
-    "max_vel_x": (
-        ("max_linear_velocity", 1.0),
-        ("max_velocity", 1.0),
-        ("nominal_drive_speed", 1.0),
-    ),
-    "max_vel_theta": (
-        ("max_angular_velocity", 1.0),
-        ("max_velocity", 1.0),
-        ("nominal_turn_speed", 1.0),
-    ),
-    "acc_lim_x": (
-        ("max_linear_acceleration", 1.0),
-        ("max_acceleration", 1.0),
-        ("max_wheel_acceleration", 1.0),
-        ("wheelAcceleration", 1.0),
-        ("nominal_drive_acceleration", 1.0),
-    ),
-    "acc_lim_theta": (
-        ("max_angular_acceleration", 1.0),
-        ("max_acceleration", 1.0),
-        ("nominal_turn_acceleration", 1.0),
-    ),
+# value of a RobotSpec -> names of plugin parameters; a diameter counts half
+# RMF's slotcar has base_width, tire_radius and nominal_...; <max_velocity> and <max_acceleration>
+# limit both motions
+VALUES = {
+    "wheel_separation": "wheel_separation wheelSeparation base_width",
+    "wheel_base": "wheelbase wheel_base",
+    "wheel_radius": "wheel_radius wheelRadius wheel_diameter wheelDiameter tire_radius",
+    "max_vel_x": "max_linear_velocity max_velocity nominal_drive_speed",
+    "max_vel_theta": "max_angular_velocity max_velocity nominal_turn_speed",
+    "acc_lim_x": "max_linear_acceleration max_acceleration "
+    "max_wheel_acceleration wheelAcceleration nominal_drive_acceleration",
+    "acc_lim_theta": "max_angular_acceleration max_acceleration nominal_turn_acceleration",
 }
 # Parameters of these plugins that concern topics, frames, forces and the like.
 OF_NO_CONCERN = re.compile(
@@ -71,13 +45,14 @@ OF_NO_CONCERN = re.compile(
 STEERING = "steering"  # parameter of RMF's slotcar
 RAY_SENSORS = ("ray", "gpu_ray", "lidar", "gpu_lidar")
 ROUNDED = 0.005  # [rad] by which a full turn may be less: 6.28, or 3.14 to either side
-OTHER_SENSORS = (
-    "air_pressure", "air_speed", "altimeter", "boundingbox_camera", "camera", "contact", "custom",
-    "depth", "depth_camera", "force_torque", "gps", "imu", "logical_camera", "magnetometer",
-    "multicamera", "navsat", "rfid", "rfidtag", "rgbd", "rgbd_camera", "segmentation", "sonar",
-    "segmentation_camera", "thermal", "thermal_camera", "wide_angle_camera", "wideanglecamera",
-    "wireless_receiver", "wireless_transmitter",
-)  # fmt: skip
+OTHER_SENSORS = tuple(
+    """
+    air_pressure air_speed altimeter boundingbox_camera camera contact custom depth depth_camera
+    force_torque gps imu logical_camera magnetometer multicamera navsat rfid rfidtag rgbd
+    rgbd_camera segmentation sonar segmentation_camera thermal thermal_camera wide_angle_camera
+    wideanglecamera wireless_receiver wireless_transmitter
+    """.split()
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,9 +78,9 @@ def read_drive(root: ET.Element, where: str, notes: list[str]) -> DriveTags | No
             continue
         values: dict[str, float] = {}
         for value, names in VALUES.items():
-            for tag, factor in names:
+            for tag in names.split():
                 if value not in values and (number := _number(plugin, tag, where)) is not None:
-                    values[value] = factor * number
+                    values[value] = (0.5 if "iameter" in tag else 1.0) * number
         left, right = _texts(plugin, LEFT), _texts(plugin, RIGHT)
         if drive == "differential" and len(left) > 1:
             drive = "skid"
@@ -128,7 +103,7 @@ def plugin_name(plugin: ET.Element) -> str:
 
 def _unknown(plugin: ET.Element, name: str) -> Iterator[str]:
     """Yield a note on each parameter that drive plugins do not have."""
-    known = {*LEFT, *RIGHT, *(tag for names in VALUES.values() for tag, _ in names)}
+    known = {*LEFT, *RIGHT, *" ".join(VALUES.values()).split()}
     for child in plugin:
         is_foreign = "}" in str(child.tag)  # of another namespace
         if child.tag not in known and not is_foreign and not OF_NO_CONCERN.fullmatch(child.tag):

@@ -124,7 +124,7 @@ def spec_of(
     Args:
         name: Name of the model unless its values have one.
         values: Values known so far; without all of `REQUIRED` the others are checked all the same.
-        where: File that messages name.
+        where: File whose values these are, in messages.
         faults: Receives what is wrong; the messages name file and key.
     """
     sides = {
@@ -167,10 +167,7 @@ def check_footprint(points: tuple[tuple[float, float], ...], what: str) -> None:
 
 
 def parse_battery(
-    data: object,
-    where: str,
-    base: BatterySpec | None = None,
-    error: type[SwarmError] = ConfigError,
+    data: object, where: str, base: BatterySpec | None = None, error: type[SwarmError] = ConfigError
 ) -> BatterySpec:
     """Return a battery; keys that are missing are those of `base`, that of the robot's model."""
     known = {} if base is None else dataclasses.asdict(base)

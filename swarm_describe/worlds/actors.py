@@ -6,21 +6,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 from msgspec import Meta
 
-from swarm_common.files.convert import convert, located, read
+from swarm_common.files.convert import located, read
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.schema import (
-    Name,
-    NotNegative,
-    Point,
-    Positive,
-    Schema,
-    check_fields,
-    shown,
-)
+from swarm_common.model.schema import Name, NotNegative, Point, Positive, Schema, check_fields
 
 ACTORS_FILE = "actors.yaml"
 MAX_SPEED = 2.0  # [m/s] of a walker or a vehicle
@@ -93,22 +85,30 @@ class Actors:
 class ActorsFile(Schema):
     """Content of the file; an actor without a name gets one by its number."""
 
-    walkers: Any = None
-    forklifts: Any = None
+    walkers: tuple[WalkerSpec, ...] | None = None
+    forklifts: tuple[VehicleSpec, ...] | None = None
 
 
 def load_actors(path: str | Path) -> Actors:
     """Return the actors in a file with lists `walkers:` and `forklifts:`."""
-    file = read(Path(path), ActorsFile)
-    walkers = parse_walkers(file.walkers or [], f"{path}: walkers")
-    vehicles = _named(file.forklifts or [], VehicleSpec, f"{path}: forklifts")
-    check_names([*walkers, *vehicles], str(path))
-    return Actors(walkers, vehicles)
+    file = read(Path(path), ActorsFile, prepare=_with_names)
+    actors = Actors(file.walkers or (), file.forklifts or ())
+    check_names([*actors.walkers, *actors.vehicles], str(path))
+    return actors
 
 
-def parse_walkers(value: object, where: str) -> tuple[WalkerSpec, ...]:
-    """Return the walkers in a YAML list; each item needs `path`, all else has a default."""
-    return _named(value, WalkerSpec, where)
+def _with_names(data: dict[str, Any]) -> dict[str, Any]:
+    return {
+        kind: [
+            {"name": f"{kind.removesuffix('s')}_{number}"} | item
+            if isinstance(item, dict)
+            else item
+            for number, item in enumerate(items, 1)
+        ]
+        if isinstance(items, list)
+        else items
+        for kind, items in data.items()
+    }
 
 
 def check_names(specs: Sequence[WalkerSpec | VehicleSpec], where: str) -> None:
@@ -121,22 +121,6 @@ def check_names(specs: Sequence[WalkerSpec | VehicleSpec], where: str) -> None:
     for name in names:
         if names.count(name) > 1:
             raise ConfigError(f"{where}: the name '{name}' occurs twice")
-
-
-Spec = TypeVar("Spec", WalkerSpec, VehicleSpec)
-_DEFAULT_NAMES: dict[type, str] = {WalkerSpec: "walker", VehicleSpec: "forklift"}
-
-
-def _named(value: object, kind: type[Spec], where: str) -> tuple[Spec, ...]:
-    if not isinstance(value, list):
-        raise ConfigError(f"{where} is {shown(value)}; expected a list, each item with a path")
-    specs = []
-    for index, item in enumerate(value):
-        usual = {"name": f"{_DEFAULT_NAMES[kind]}_{index + 1}"}
-        data = usual | item if isinstance(item, dict) else item
-        specs.append(convert(data, kind, f"{where}[{index}]"))
-    check_names(specs, where)
-    return tuple(specs)
 
 
 def _check_path(path: Loop) -> None:

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from swarm_common.model.errors import DescriptionError, WorldError
-from swarm_common.model.shapes import inverse_of
+from swarm_common.model.shapes import Mesh, MeshFile, Part, Shape, Transform, Visual, inverse_of
 from swarm_describe.files.meshes import hull_of, load_mesh
 from swarm_describe.files.values import floats_of, text_of
 from swarm_describe.worlds.frames import OWN_NAMES, SEPARATOR, Scope, base_of
 from swarm_describe.worlds.models import Model, WorldState
-from swarm_describe.worlds.scene import Body, Mesh, MeshFile, Part, Shape, Transform, Visual
+from swarm_describe.worlds.scene import Body
 from swarm_describe.worlds.shapes import EMPTY, is_known, material_color, shape_of
 from swarm_describe.worlds.source import Source
 

@@ -38,7 +38,9 @@ def on_floor(scene: Scene) -> Scene:
     if not len(surfaces):
         return scene
     heights = _heights(_places(scene.sites), surfaces)
-    height = _commonest(heights)
+    height = float(np.median(heights))
+    if (np.abs(heights - height) <= SAME).mean() <= MOST:
+        return scene
     corners = triangles_of(scene.fixed)[:, :, :2].reshape(-1, 2)
     lattice = _lattice(corners.min(axis=0), corners.max(axis=0))
     spread = np.abs(_heights(lattice, surfaces) - height) <= SAME
@@ -81,12 +83,6 @@ def _heights(points: FloatArray, surfaces: FloatArray) -> FloatArray:
         is_over = (u >= -1e-9) & (v >= -1e-9) & (u + v <= 1.0 + 1e-9)
         heights[is_over] = np.maximum(heights[is_over], triangle[:, 2].max())
     return heights
-
-
-def _commonest(heights: FloatArray) -> float:
-    """Return the height that more than `MOST` of the places have; 0 without such a one."""
-    middle = float(np.median(heights))
-    return middle if (np.abs(heights - middle) <= SAME).mean() > MOST else 0.0
 
 
 def _places(sites: Sites) -> FloatArray:

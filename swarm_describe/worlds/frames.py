@@ -6,8 +6,8 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 
 from swarm_common.model.errors import DescriptionError, close_names
+from swarm_common.model.shapes import Transform
 from swarm_describe.files.values import pose_of, text_of, transform_of
-from swarm_describe.worlds.scene import Transform
 
 OWN_NAMES = ("", "__model__", "world", "__root__")  # of a scope's own frame
 SEPARATOR = "::"

@@ -194,7 +194,8 @@ def account_for(element: ET.Element, kind: str, where: str, source: Source, dept
             names[tag, child.get("name", "")] += tag in NAMED or kind == "state"
             inner = KINDS.get((kind, tag), tag)
             if inner:
-                account_for(child, inner, _name_of(child, where), source, depth + 1)
+                name = f" '{child.get('name')}'" if child.get("name") else ""
+                account_for(child, inner, f"<{tag}>{name} of {where}", source, depth + 1)
         elif tag not in known.quiet and kind != "geometry":  # whose shapes are refused when read
             close = close_names(tag, known.known, most=1)
             advice = f"did you mean <{close[0]}>?" if close else "it has no place there"
@@ -215,11 +216,6 @@ def _reject(child: ET.Element, what: str, advice: str, kind: str, source: Source
     if kind not in ("sdf", "world"):
         raise cause
     source.break_off(child.get("name") or f"<{child.tag}>", cause)
-
-
-def _name_of(child: ET.Element, where: str) -> str:
-    name = child.get("name")
-    return f"<{child.tag}> '{name}' of {where}" if name else f"<{child.tag}> of {where}"
 
 
 def _check_text(element: ET.Element, where: str, source: Source) -> None:

@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from swarm_common.model.errors import DescriptionError, WorldError
-from swarm_common.model.shapes import inverse_of
+from swarm_common.model.shapes import Transform, inverse_of
 from swarm_describe.files.values import flag_of, floats_of, pose_of, text_of, transform_of
 from swarm_describe.worlds.frames import SEPARATOR, Scope, base_of
 from swarm_describe.worlds.grammar import account_for
-from swarm_describe.worlds.scene import Transform
 from swarm_describe.worlds.source import NEWEST, Source, parse_sdf, parse_xml, version_of
 
 MAX_DEPTH = 24  # of models in models
@@ -50,16 +49,12 @@ def models_in(
         except DescriptionError as cause:
             if trail:  # the model around it is unusable
                 raise
-            source.break_off(_called(child), cause)
+            names = (text_of(child, "name"), child.get("name"), text_of(child, "uri"), "model")
+            source.break_off(next(filter(None, names)), cause)
             continue
         if model is not None:
             models.append(model)
     return models
-
-
-def _called(element: ET.Element) -> str:
-    """Return the name by which a user knows a model that cannot be read."""
-    return text_of(element, "name") or element.get("name") or text_of(element, "uri") or "model"
 
 
 def _child(
@@ -136,16 +131,11 @@ def _override(model: Model, include: ET.Element) -> None:
     """Let an `<include>` have its say about pose and the like."""
     if include.find("static") is not None:
         model.is_static = flag_of(include, "static")
-    if include.find("pose") is not None:
+    if (pose := include.find("pose")) is not None:
         where = f"the <include> of {model.name}"
-        model.outer_pose = (pose_of(include, where), _relative_to(include))
+        model.outer_pose = (pose_of(include, where), pose.get("relative_to", ""))
     model.placement = text_of(include, "placement_frame", model.placement)
     model.is_merged = include.get("merge", "false").lower() in ("true", "1")
-
-
-def _relative_to(element: ET.Element) -> str:
-    pose = element.find("pose")
-    return "" if pose is None else pose.get("relative_to", "")
 
 
 def _enter(model: Model, scope: Scope) -> None:

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from swarm_common.model.records import FloatArray
-from swarm_describe.worlds.scene import Body, Box, Cylinder, Hull, Mesh, Part, Plane, Shape, Sphere
+from swarm_common.model.shapes import Box, Cylinder, Hull, Mesh, Part, Plane, Shape, Sphere
+from swarm_describe.worlds.scene import Body
 
 INSET = 0.001  # [m] by which a body must be inside sideways
 RIM = 12  # points that stand for a round rim
@@ -17,7 +18,8 @@ RIM = 12  # points that stand for a round rim
 def overlaps(bodies: Sequence[Body]) -> dict[str, str]:
     """Return a sentence by name of each model with a body inside a shape of another one."""
     found: dict[str, str] = {}
-    clouds = [_cloud(body) for body in bodies]
+    far = np.full((1, 3), np.inf)  # what a ground plane has for points
+    clouds = [np.vstack([points_of(p, body) for p in body.parts] or [far]) for body in bodies]
     boxes = np.array([[c.min(axis=0), c.max(axis=0)] for c in clouds]).reshape(-1, 2, 3)
     for outer in bodies:
         for part in outer.parts:
@@ -58,12 +60,6 @@ def _holds(part: Part, body: Body, points: FloatArray) -> bool:
     else:
         return False
     return bool(inside.all())
-
-
-def _cloud(body: Body) -> FloatArray:
-    """Return points (n, 3) whose hull is around a body; far away for a ground plane."""
-    clouds = [points_of(part, body) for part in body.parts]
-    return np.vstack(clouds) if clouds else np.full((1, 3), np.inf)
 
 
 def points_of(part: Part, body: Body) -> FloatArray:

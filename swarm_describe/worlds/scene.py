@@ -5,28 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from swarm_common.model.shapes import (
-    Box,
-    Color,
-    Cylinder,
-    Hull,
-    Mesh,
-    MeshFile,
-    Part,
-    Plane,
-    Shape,
-    Sphere,
-    Transform,
-    Visual,
-    transform_from_xyz_rpy,
-)
+from swarm_common.model.shapes import Part, Transform, Visual
 from swarm_common.model.sites import Sites
 from swarm_describe.worlds.actors import VehicleSpec, WalkerSpec
 
-__all__ = [
-    "Body", "Box", "Color", "Cylinder", "Hull", "Mesh", "MeshFile", "Part", "Plane", "Scene",
-    "Shape", "Sphere", "Transform", "Visual", "transform_from_xyz_rpy",
-]  # fmt: skip
 GROUND_GAP = 0.005  # [m] above ground from which something is an obstacle
 
 

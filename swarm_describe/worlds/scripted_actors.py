@@ -6,9 +6,9 @@ import math
 import xml.etree.ElementTree as ET
 
 from swarm_common.model.errors import ConfigError, WorldError
+from swarm_common.model.shapes import Box
 from swarm_describe.files.values import floats_of, transform_of
 from swarm_describe.worlds.actors import MAX_SPEED, Actors, VehicleSpec, WalkerSpec
-from swarm_describe.worlds.scene import Box
 from swarm_describe.worlds.shapes import shape_of
 from swarm_describe.worlds.source import Source
 

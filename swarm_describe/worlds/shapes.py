@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from swarm_common.model.errors import WorldError
+from swarm_common.model.shapes import Box, Color, Cylinder, Mesh, Plane, Shape, Sphere
 from swarm_describe.files.values import color_of, floats_of, sizes_of
-from swarm_describe.worlds.scene import Box, Color, Cylinder, Mesh, Plane, Shape, Sphere
 
 EMPTY = "empty"
 # Colours of the materials that Gazebo brings along, by the end of their names.

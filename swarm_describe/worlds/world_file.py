@@ -53,9 +53,12 @@ def _world_of_fuel(uri: str) -> Path:
         )
     folders = list(name.cached(home_folder(), os.environ))
     files = [
-        file for folder in folders if folder.is_dir() for file in sorted(folder.iterdir())
+        file
+        for folder in folders
+        if folder.is_dir()
+        for file in sorted(folder.iterdir())
         if file.suffix in WORLD_ENDINGS
-    ]  # fmt: skip
+    ]
     if not files:
         raise ConfigError(
             f"'{uri}' was not downloaded: looked for {folders[0]}; get it with "

@@ -79,7 +79,7 @@ class StreamEntry(Schema, rename={"origins": "from", "targets": "to"}):
 
 
 class OrderFile(Schema):
-    """What a mission file says of orders."""
+    """Orders of a mission file."""
 
     orders: tuple[StreamEntry, ...] | None = None
     groups: dict[str, Names] | None = None

@@ -56,11 +56,15 @@ class OrderRun:
         }
         self.couriers = {
             name: Courier(
-                name, home, stations, retries=retries, capacity=plan.capacity,
+                name,
+                home,
+                stations,
+                retries=retries,
+                capacity=plan.capacity,
                 bids_for_all=is_central,
             )
             for name, home in homes_map.items()
-        }  # fmt: skip
+        }
         self.book = OrderBook(plan.dispatch, remarks)
         self.floor = FloorUse()
         self._dispatcher = None if dispatcher is None else DispatcherAgent(dispatcher)

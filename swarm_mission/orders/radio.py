@@ -21,12 +21,7 @@ class OrderRadio:
     """Keeps the messages in transit."""
 
     def __init__(
-        self,
-        loss: float = 0.0,
-        delay: float = 0.0,
-        seed: int = 0,
-        *,
-        senders: Sequence[str] = (),
+        self, loss: float = 0.0, delay: float = 0.0, seed: int = 0, *, senders: Sequence[str] = ()
     ) -> None:
         """Begin with nothing in transit.
 

@@ -145,10 +145,15 @@ class StationAgent:
             self._open[order.id] = _Entry(order)
             self.events.append(
                 OrderEvent(
-                    OrderEventKind.CREATED, order.created, order.id, self.name, target=order.target,
-                    priority=order.priority, due=order.due,
+                    OrderEventKind.CREATED,
+                    order.created,
+                    order.id,
+                    self.name,
+                    target=order.target,
+                    priority=order.priority,
+                    due=order.due,
                 )
-            )  # fmt: skip
+            )
             self._next = next(self._coming, None)
             self._is_news = True
 

@@ -178,13 +178,20 @@ def _link(library: Library, objects: list[Path], build: Path, tools: Toolchain) 
     ]
     run_tool(
         [
-            tools.cxx, "-shared", "-o", str(target),
-            f"-Wl,-soname,{target.name}", f"-Wl,-rpath,{library.rpath}",
-            *map(str, objects), *(f"-L{folder}" for folder in folders),
-            "-Wl,--no-as-needed", *(f"-l{name}" for name in library.needs),
-            "-Wl,--as-needed", *(f"-l{name}" for name in names),
+            tools.cxx,
+            "-shared",
+            "-o",
+            str(target),
+            f"-Wl,-soname,{target.name}",
+            f"-Wl,-rpath,{library.rpath}",
+            *map(str, objects),
+            *(f"-L{folder}" for folder in folders),
+            "-Wl,--no-as-needed",
+            *(f"-l{name}" for name in library.needs),
+            "-Wl,--as-needed",
+            *(f"-l{name}" for name in names),
         ]
-    )  # fmt: skip
+    )
 
 
 def run_tool(command: list[str]) -> None:

@@ -38,15 +38,12 @@ def check_map(
     """
     difference = compare(scene, grid, height, reach)
     if not difference.agrees():
+        # what a user calls a world: its name if it is ours, else its file
+        world = scene.name if map_path(scene.name).is_file() else scene.file
         raise MapError(
             f"the map does not show world '{scene.name}': {difference.describe()}"
-            f"; redraw it: swarm-map draw {_world(scene)} -o maps/"
+            f"; redraw it: swarm-map draw {world} -o maps/"
         )
-
-
-def _world(scene: Scene) -> str:
-    """Return what a user calls a world: its name if it is ours, else its file."""
-    return scene.name if map_path(scene.name).is_file() else str(scene.file)
 
 
 def check_sites(scene: Scene, spec: RobotSpec, used: Collection[str] | None = None) -> list[str]:

@@ -125,8 +125,11 @@ def _in_the_way(area: SpawnArea, section: Section, sites: Sites, spec: RobotSpec
     zones = keepout_distance(points, sites) <= need
     taken["keepout zones"] = int(zones.sum())
     taken[f"stations, from which {kept}"] = int((~_site_clearance(points, sites)).sum())
-    worst = [f"{name} ({count} of {len(points)} places)"
-             for name, count in taken.most_common(NAMED) if count]  # fmt: skip
+    worst = [
+        f"{name} ({count} of {len(points)} places)"
+        for name, count in taken.most_common(NAMED)
+        if count
+    ]
     return f"; in the way: {', '.join(worst)}" if worst else ""
 
 

@@ -19,8 +19,9 @@ from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.errors import WorldError
 from swarm_common.model.grid import COARSEST, OCCUPIED, Grid
 from swarm_common.model.records import FloatArray
+from swarm_common.model.shapes import Mesh
 from swarm_describe.worlds.raw_triangles import cuts, points_along, triangles_between, triangles_of
-from swarm_describe.worlds.scene import Body, Mesh, Scene
+from swarm_describe.worlds.scene import Body, Scene
 from swarm_sim.maps.draw_map import Reach
 from swarm_sim.maps.map_difference import MapDifference, grown
 from swarm_sim.maps.raster import draw_grid, draw_on

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from swarm_common.model.records import FloatArray
+from swarm_common.model.shapes import Box, Part, transform_from_xyz_rpy
 from swarm_describe.worlds.actors import VehicleSpec, WalkerSpec
-from swarm_describe.worlds.scene import Body, Box, Part, transform_from_xyz_rpy
+from swarm_describe.worlds.scene import Body
 from swarm_sim.physics.scripted_paths import ScriptedPaths
 from swarm_sim.physics.vehicle_kernels import drive, heading_at
 from swarm_sim.physics.walker_kernels import RobotStates, walk

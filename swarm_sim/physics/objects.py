@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray
-from swarm_describe.worlds.scene import Body, Transform
+from swarm_common.model.shapes import Transform
+from swarm_describe.worlds.scene import Body
 from swarm_sim.physics.actors import Vehicles
 from swarm_sim.scene.section import Section, convex_hull, section_between
 
@@ -89,14 +90,11 @@ class Objects:
             pieces = section_between([body], *self.heights).outlines()
             if pieces:
                 hull = convex_hull(np.vstack(pieces))
-                rows = np.linspace(0, len(hull) - 1e-9, MAX_CORNERS).astype(np.int64)
-                packed[index] = hull[rows] if len(hull) > MAX_CORNERS else _padded(hull)
+                few = np.linspace(0, len(hull) - 1e-9, MAX_CORNERS).astype(np.int64)
+                padded = np.minimum(np.arange(MAX_CORNERS), len(hull) - 1)
+                packed[index] = hull[few if len(hull) > MAX_CORNERS else padded]
         return packed
 
     def section(self, height: float) -> Section:
         """Return the section of the objects at a height."""
         return section_between(self.bodies(), height, height)
-
-
-def _padded(hull: FloatArray) -> FloatArray:
-    return np.vstack([hull, np.repeat(hull[-1:], MAX_CORNERS - len(hull), axis=0)])

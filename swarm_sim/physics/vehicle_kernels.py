@@ -69,12 +69,7 @@ def heading_at(path: FloatArray, arcs: FloatArray, arc: float, direction: float)
 
 
 @njit(cache=True)
-def meets(
-    corners: FloatArray,
-    robots: RobotStates,
-    touches: IntArray,
-    step: int,
-) -> bool:
+def meets(corners: FloatArray, robots: RobotStates, touches: IntArray, step: int) -> bool:
     """Return whether a rectangle meets robots; note which in `touches`.
 
     Args:
@@ -100,12 +95,7 @@ def meets(
 
 
 @njit(cache=True)
-def bars(
-    roomy: FloatArray,
-    present: FloatArray,
-    bare: FloatArray,
-    robots: RobotStates,
-) -> bool:
+def bars(roomy: FloatArray, present: FloatArray, bare: FloatArray, robots: RobotStates) -> bool:
     """Return whether a robot that stands is in the way of a vehicle.
 
     One that is too near already bars only what would run into it, so that the vehicle gets away.

@@ -127,12 +127,7 @@ def go_on(
 
 
 @njit(cache=True)
-def is_barred(
-    here: FloatArray,
-    ahead: FloatArray,
-    radius: float,
-    robots: RobotStates,
-) -> bool:
+def is_barred(here: FloatArray, ahead: FloatArray, radius: float, robots: RobotStates) -> bool:
     """Return whether a robot that stands is in the way of a walker's next step.
 
     Robots count as discs in which they can turn; one that is too near already bars nobody who

@@ -33,9 +33,13 @@ class Reporter:
     """The topic /sim/verdict, and events for swarm-up."""
 
     def __init__(
-        self, node: Node, world: World, barrier: Barrier, events: EventWriter,
+        self,
+        node: Node,
+        world: World,
+        barrier: Barrier,
+        events: EventWriter,
         replay: RunTrace | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Create the topic.
 
         Args:

@@ -51,11 +51,7 @@ class Trace:
         self._journal.write(robots=list(self._names), near_mm=round(NEAR * THOUSANDTHS))
 
     def observe(
-        self,
-        tick: int,
-        poses: FloatArray,
-        clearances: FloatArray,
-        absent: Collection[int] = (),
+        self, tick: int, poses: FloatArray, clearances: FloatArray, absent: Collection[int] = ()
     ) -> None:
         """Record a tick.
 

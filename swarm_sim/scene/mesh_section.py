@@ -21,7 +21,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from swarm_common.model.records import FloatArray, IntArray
-from swarm_describe.worlds.scene import Mesh, Transform
+from swarm_common.model.shapes import Mesh, Transform
 from swarm_sim.scene.mesh_kernels import crossings, roofed
 from swarm_sim.scene.polygon_pieces import convex_pieces
 

@@ -13,7 +13,8 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from swarm_common.model.records import FloatArray
-from swarm_describe.worlds.scene import Body, Box, Cylinder, Hull, Mesh, Shape, Sphere, Transform
+from swarm_common.model.shapes import Box, Cylinder, Hull, Mesh, Shape, Sphere, Transform
+from swarm_describe.worlds.scene import Body
 
 RIM_POINTS = 24  # corners that stand for the rim of a cylinder that is not upright
 UPRIGHT = 1.0 - 1e-9

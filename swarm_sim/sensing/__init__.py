@@ -3,7 +3,6 @@
 What a module imports of its folder stands above it:
 
     drift           Uncertainty of a robot's odometry
-    visibility      Robots that the LiDARs of others hardly see
     motion_sensors  Wheel encoders and IMUs of all robots: their readings of a motion, with errors
     radio_kernels   Numba kernels of the radio: who hears whom, and what they receive
     lidar_kernels   Numba kernels of the LiDAR: rays, segments, discs, noise

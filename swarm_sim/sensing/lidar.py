@@ -1,15 +1,21 @@
-"""The LiDARs of all robots: the section of the world at each scan plane, and when scans are due."""
+"""The LiDARs of all robots: the section of the world at each scan plane, and when scans are due.
+
+A LiDAR cuts all bodies at one height, so that it may hardly see some robots: `overlooked`.
+"""
 
 from __future__ import annotations
 
+import math
 from collections import deque
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from swarm_common.model.records import FloatArray, LidarSpec, RobotSpec, Scan
 from swarm_common.model.sensors import IDEAL, LidarErrors, SensorErrors
+from swarm_describe.robots.description import RobotModel
 from swarm_describe.worlds.scene import Body, Scene
 from swarm_sim.physics.objects import Objects
 from swarm_sim.scene.randomness import hash_words, normal, uniform
@@ -303,3 +309,34 @@ def moved(poses: FloatArray, points: FloatArray) -> FloatArray:
 
 def _owners(arrays: Sequence[FloatArray]) -> NDArray[np.int64]:
     return np.repeat(np.arange(len(arrays)), [len(array) for array in arrays]).astype(np.int64)
+
+
+def overlooked(
+    seers: Sequence[RobotSpec],
+    others: Sequence[RobotSpec],
+    models: Mapping[str, RobotModel],
+    margin: float,
+) -> Iterator[str]:
+    """Yield a sentence on each model of which another one's LiDAR sees nothing, or too little."""
+    bodies = {other: models[other.model].bodies() for other in dict.fromkeys(others)}
+    for seer in dict.fromkeys(seers):
+        for other, parts in bodies.items():
+            height = seer.lidar.z
+            hidden = _reach_beyond(section_between(parts, height, height), other)
+            lidar = f"the LiDAR of a {seer.model}, {height:.2f} m above the ground,"
+            if math.isinf(hidden):
+                yield f"{lidar} does not meet a {other.model}"
+            elif hidden > margin:
+                enough = math.ceil(hidden * 100) / 100
+                yield (
+                    f"{lidar} meets a {other.model} {hidden:.2f} m inside of its outline only "
+                    f"(unless costmap.unknown_body_margin is {enough:g} or more)"
+                )
+
+
+def _reach_beyond(section: Section, robot: RobotSpec) -> float:
+    """Return the distance [m] from a section to the corner farthest from it, inf if it is empty."""
+    seen = shapely.union_all([shapely.Polygon(outline) for outline in section.outlines()])
+    if seen.is_empty:
+        return math.inf
+    return float(shapely.distance(seen, shapely.points(robot.footprint)).max())

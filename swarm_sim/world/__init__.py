@@ -9,7 +9,6 @@ What a module imports of its folder stands above it:
     zone_watch        Ground truth about zones: who was in a keepout zone, or too fast
     verdict           Ground truth: collisions, clearances, distances, hash of trajectories
     model_reader      Reads models for the world in a process of its own
-    standstill        Robots that are told to drive, and never do
     world             The world in lockstep: observe at a tick, take commands, advance
     setup             A world before it starts: scene, robots, starts and map
     changing_world    A world in which robots and things come, go and are moved

@@ -15,7 +15,7 @@ from swarm_common.model.records import FloatArray, Pose, RobotSpec, Twist
 from swarm_common.model.shapes import Transform
 from swarm_describe.robots.description import RobotModel
 from swarm_describe.worlds.scene import Body
-from swarm_sim.sensing.visibility import overlooked
+from swarm_sim.sensing.lidar import overlooked
 from swarm_sim.world.world import World
 
 PARKED = 1e6  # [m] from the origin

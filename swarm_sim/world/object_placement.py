@@ -9,9 +9,9 @@ import numpy as np
 import shapely
 
 from swarm_common.model.errors import WorldError
-from swarm_common.model.shapes import Transform, transform_from_xyz_rpy
+from swarm_common.model.shapes import Sphere, Transform, transform_from_xyz_rpy
 from swarm_describe.worlds.overlaps import points_of
-from swarm_describe.worlds.scene import Body, Sphere
+from swarm_describe.worlds.scene import Body
 from swarm_sim.scene.section import section_between
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.robot_placement import claim_gap

@@ -140,8 +140,7 @@ class ObjectRegistry:
             number += 1
         if not rename:
             raise RefusedError(
-                Reason.NAME_TAKEN,
-                f"there is a '{name}' already; '{name}_{number}' would be free",
+                Reason.NAME_TAKEN, f"there is a '{name}' already; '{name}_{number}' would be free"
             )
         return f"{name}_{number}"
 

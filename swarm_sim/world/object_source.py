@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from swarm_common.model.errors import DescriptionError, WorldError
-from swarm_common.model.shapes import inverse_of
+from swarm_common.model.shapes import Part, Plane, inverse_of
 from swarm_describe.files.model_paths import ModelPaths
 from swarm_describe.files.packages import PackageFinder
 from swarm_describe.files.xacro_io import expand
@@ -19,7 +19,7 @@ from swarm_describe.worlds.bodies import bodies_of, convex, welded
 from swarm_describe.worlds.frames import Scope
 from swarm_describe.worlds.grammar import account_for
 from swarm_describe.worlds.models import WorldState, model_file, models_in
-from swarm_describe.worlds.scene import Body, Part, Plane
+from swarm_describe.worlds.scene import Body
 from swarm_describe.worlds.source import Source, check_sdf, is_xacro, parse_sdf, parse_text
 from swarm_sim.world.request_checks import Reason, RefusedError
 
@@ -99,9 +99,9 @@ def _read(data: bytes, where: Path, beside: Path, source: Source) -> Body:
         return _of_urdf(data.decode(), where)
     if root.tag != SDF:
         raise RefusedError(
-            Reason.BAD_FORMAT, f"{where}: the outermost element is <{root.tag}>; expected <sdf> "
-            "or <robot>",
-        )  # fmt: skip
+            Reason.BAD_FORMAT,
+            f"{where}: the outermost element is <{root.tag}>; expected <sdf> or <robot>",
+        )
     if is_xacro(root):
         if not where.is_file():
             raise WorldError(f"{where}: {FROM_FILES}")

@@ -210,8 +210,7 @@ class RobotRegistry:
         inside = self._grid.contains(pose.x, pose.y)
         if not inside or self._grid.cells[row, column] != FREE:
             raise RefusedError(
-                Reason.BAD_PLACE,
-                f"the map shows no free space at ({pose.x:.2f}, {pose.y:.2f})",
+                Reason.BAD_PLACE, f"the map shows no free space at ({pose.x:.2f}, {pose.y:.2f})"
             )
 
     def _free_place(self, spec: RobotSpec) -> Pose:

@@ -14,7 +14,7 @@ from swarm_describe.robots.loading import Robot
 from swarm_describe.worlds.scene import Scene
 from swarm_sim.maps.draw_map import Reach, draw_world, with_touchable
 from swarm_sim.maps.spawn import Start, check_apart, deal_places
-from swarm_sim.sensing.visibility import overlooked
+from swarm_sim.sensing.lidar import overlooked
 from swarm_sim.world.world import World, WorldConfig
 
 W = TypeVar("W", bound=World)

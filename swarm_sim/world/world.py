@@ -41,8 +41,7 @@ from swarm_sim.sensing.lidar import Lidars
 from swarm_sim.sensing.motion_sensors import Imu, MotionSensors
 from swarm_sim.sensing.radio import Radio, RadioConfig
 from swarm_sim.world.batteries import Batteries
-from swarm_sim.world.standstill import Standstill
-from swarm_sim.world.verdict import Judge, Verdict
+from swarm_sim.world.verdict import Judge, Standstill, Verdict
 from swarm_sim.world.zone_watch import ZoneWatch
 
 ENGINES = ("bullet", "planar")

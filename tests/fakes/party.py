@@ -18,8 +18,9 @@ from swarm_bench.runs.scenario import Scenario
 from swarm_common.model.grid import OCCUPIED, Grid
 from swarm_common.model.records import Pose
 from swarm_common.model.robot_names import RobotNames
+from swarm_common.model.shapes import Box, Part, transform_from_xyz_rpy
 from swarm_common.model.sites import Sites
-from swarm_describe.worlds.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
+from swarm_describe.worlds.scene import Body, Scene
 from swarm_mission.itinerary import Itinerary
 from swarm_mission.leg import Stop
 from swarm_run.loop import InjectedFaults

@@ -11,8 +11,9 @@ import numpy as np
 from swarm_common.model.beacon import reception_of
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import Pose
+from swarm_common.model.shapes import Box, Part, transform_from_xyz_rpy
 from swarm_common.model.sites import Sites
-from swarm_describe.worlds.scene import Body, Box, Part, Scene, transform_from_xyz_rpy
+from swarm_describe.worlds.scene import Body, Scene
 from swarm_nav.behaviour.navigator import Navigator
 from swarm_nav.core.config import NavConfig
 from swarm_nav.core.goals import Goal, GoalEnded, GoalKind, Outcome, Output

@@ -17,9 +17,10 @@ from hypothesis import strategies as st
 
 from swarm_common.files.sites_io import load_sites
 from swarm_common.model.errors import SwarmError
+from swarm_common.model.shapes import Mesh
 from swarm_describe.worlds.grammar import KINDS, RULES
 from swarm_describe.worlds.reader import read_world
-from swarm_describe.worlds.scene import Body, Mesh
+from swarm_describe.worlds.scene import Body
 from swarm_map.floor_plan import load_plan
 from swarm_map.world_writer import sdf_text, sites_text
 from tests.fuzz.byte_mutation import FUZZ

@@ -6,7 +6,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from swarm_describe.worlds.scene import Body, Box, Cylinder, Hull, Mesh, Part, Shape, Sphere
+from swarm_common.model.shapes import Box, Cylinder, Hull, Mesh, Part, Shape, Sphere
+from swarm_describe.worlds.scene import Body
 
 FloatArray = NDArray[np.float64]
 TURN = 0.0123  # [rad] off the axes, so that no ray runs along a wall on the lattice

@@ -20,12 +20,7 @@ from launch.actions import (
 from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
 
-from swarm_run.launch_arguments import (
-    check_arguments,
-    launch_arguments,
-    misspelt,
-    options_of,
-)
+from swarm_run.launch_arguments import check_arguments, launch_arguments, misspelt, options_of
 
 CALL = "import sys; from swarm_commander.cli.main import swarm_up; sys.exit(swarm_up())"
 

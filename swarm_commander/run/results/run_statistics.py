@@ -130,7 +130,9 @@ class GivenGoals:
             self._failed_map, self._failed_at = self._place_map, now
             self._failed_began_at = self._began_at
             new = tries_failed - self._tries_failed
-            self.misses += [(_place_name(self._place_map), now, reason)] * new
+            failed = self._failed_map
+            place = "its goal" if failed is None else f"({failed[0]:g}, {failed[1]:g})"
+            self.misses += [(place, now, reason)] * new
         if reached > self.reached and self._place_map is not None:
             self.ends.append((now, now - self._began_at))
         if goal_map is not None and (is_settled or goal_map != self._place_map):
@@ -148,10 +150,6 @@ class GivenGoals:
         if self._failed_map is None or now - self._failed_at > REPEAT_TIME:
             return False
         return math.dist(goal_map, self._failed_map) < SAME_GOAL
-
-
-def _place_name(place_map: tuple[float, float] | None) -> str:
-    return "its goal" if place_map is None else f"({place_map[0]:g}, {place_map[1]:g})"
 
 
 @dataclass(slots=True)

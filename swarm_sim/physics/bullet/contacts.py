@@ -30,12 +30,7 @@ class Contacts:
         approaches: Pairs closer than NEAR_MISS.
     """
 
-    def __init__(
-        self,
-        client: int,
-        specs: Sequence[RobotSpec],
-        robots: Sequence[int],
-    ) -> None:
+    def __init__(self, client: int, specs: Sequence[RobotSpec], robots: Sequence[int]) -> None:
         """Prepare the arrays of the robots; `surround` has to follow."""
         self._client = client
         self._robots = list(robots)

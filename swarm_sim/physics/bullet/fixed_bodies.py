@@ -9,9 +9,9 @@ import numpy as np
 import pybullet
 
 from swarm_common.model.records import FloatArray
-from swarm_common.model.shapes import Transform
+from swarm_common.model.shapes import Mesh, Transform
 from swarm_describe.worlds.raw_triangles import tiles_between, triangles_of
-from swarm_describe.worlds.scene import Body, Mesh
+from swarm_describe.worlds.scene import Body
 from swarm_sim.physics.bullet.collision_shapes import add_multi_body, position_quaternion
 from swarm_sim.scene.section import section_between
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import FloatArray
-from swarm_common.model.shapes import transform_from_xyz_rpy
-from swarm_describe.worlds.scene import GROUND_GAP, Body, Mesh, Plane, Transform
+from swarm_common.model.shapes import Mesh, Plane, Transform, transform_from_xyz_rpy
+from swarm_describe.worlds.scene import GROUND_GAP, Body
 from swarm_sim.physics.bullet.collision_shapes import add_multi_body, position_quaternion
 from swarm_sim.physics.bullet.fixed_bodies import (
     GROUND,

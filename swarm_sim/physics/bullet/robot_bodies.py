@@ -21,8 +21,8 @@ import pybullet
 
 from swarm_common.model.errors import RobotModelError
 from swarm_common.model.records import FloatArray, Pose, RobotSpec
+from swarm_common.model.shapes import Transform
 from swarm_describe.robots.description import RigidGroup, RobotModel
-from swarm_describe.worlds.scene import Transform
 from swarm_sim.physics.bullet.collision_shapes import BallLink, add_multi_body
 from swarm_sim.physics.bullet.fixed_bodies import (
     GROUND,

@@ -16,9 +16,9 @@ import numpy as np
 
 from swarm_common.model.outline import placed_corners
 from swarm_common.model.records import FloatArray, RobotSpec
+from swarm_common.model.shapes import Part, Sphere, Transform
 from swarm_describe.robots.description import RigidGroup
 from swarm_describe.robots.tyres import tyre_of
-from swarm_describe.worlds.scene import Part, Sphere, Transform
 
 Ball = tuple[FloatArray, float]  # centre in base_footprint, radius [m]
 

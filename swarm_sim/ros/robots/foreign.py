@@ -39,21 +39,21 @@ class Foreigners:
             self._known.add((topic, node))
             self._events.write(ForeignPublisher(topic, node))
 
-    def look(self, seats: Sequence[tuple[Node, str]], *, is_free_run: bool) -> None:
+    def look(self, nodes: Sequence[tuple[Node, str]], *, is_free_run: bool) -> None:
         """Check for foreign publishers that have sent nothing yet; each time at a few robots.
 
         Args:
-            seats: World's node and name of each robot that is there.
+            nodes: World's node and name of each robot that is there.
             is_free_run: Whether anybody may command robots.
         """
-        for _ in range(min(AT_A_TIME, len(seats))):
-            self._next = (self._next + 1) % len(seats)
-            node, robot = seats[self._next]
+        for _ in range(min(AT_A_TIME, len(nodes))):
+            self._next = (self._next + 1) % len(nodes)
+            node, robot = nodes[self._next]
             self._look_at(node, f"/{robot}", OURS, WORLD_SPACE)
             if not is_free_run:
                 self._look_at(node, f"/{robot}", ROBOTS, f"/{robot}/{NAVIGATOR}")
-        if seats:
-            self._look_at(seats[0][0], "", ("map",), WORLD_SPACE)
+        if nodes:
+            self._look_at(nodes[0][0], "", ("map",), WORLD_SPACE)
 
     def _look_at(self, node: Node, space: str, topics: Sequence[str], rightful: str) -> None:
         """Check topics of nodes whose names begin like the rightful one's."""

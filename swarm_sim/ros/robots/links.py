@@ -105,7 +105,8 @@ class RobotLink:
         self._scan_writer = cdr.ScanWriter("base_scan", spec.lidar.period_ticks * CONTROL_PERIOD)
         self._supply = spec.battery
         self._create_publishers(node, gallery, f"/{name}")
-        self._publish_description(urdf)
+        self._description.publish(String(data=urdf))
+        self._tf_static.publish(TFMessage(transforms=fixed_transforms(self._joints)))
         kind: Any = TwistStamped if settings.cmd_vel_stamped else TwistMsg
         self._command_reader = cdr.CommandReader()
         self._read_command = (
@@ -136,9 +137,13 @@ class RobotLink:
             self._battery = make(BatteryState, f"{space}/{ros_io.BATTERY}", ros_io.RELIABLE)
             sensed.append(self._battery)
         shown = (
-            self._truth, self._joint_states, self._imu, self._tf, self._tf_static,
+            self._truth,
+            self._joint_states,
+            self._imu,
+            self._tf,
+            self._tf_static,
             self._description,
-        )  # fmt: skip
+        )
         self._publishers = [(node, sensed), (gallery, [*shown])]
 
     def move_out(self) -> None:
@@ -166,10 +171,6 @@ class RobotLink:
             lambda who: self._foreigners.ignore(topic, who),
             is_shared=is_free_run,
         )
-
-    def _publish_description(self, urdf: str) -> None:
-        self._description.publish(String(data=urdf))
-        self._tf_static.publish(TFMessage(transforms=fixed_transforms(self._joints)))
 
     def poll_viewers(self) -> bool:
         """See which topics for viewers have a subscriber; return whether the truth has more.

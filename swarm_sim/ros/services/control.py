@@ -20,10 +20,7 @@ from swarm_sim.ros.services.run_state import MOST_STEPS, Answer, RunState
 SPEED = "speed"
 NOT_NOW = f"pause first; steps are 1 to {MOST_STEPS}, all that are under way included"
 SLOWEST, FASTEST = 0.001, 1000.0  # [times real time]
-STATES = {
-    SimulationState.STATE_STOPPED: "stopped",
-    SimulationState.STATE_QUITTING: "quitting",
-}
+STATES = {SimulationState.STATE_STOPPED: "stopped", SimulationState.STATE_QUITTING: "quitting"}
 
 
 class Control:

@@ -121,7 +121,7 @@ class Inquiries:
         response.info = self._info_of(request.entity)
 
     def _measure(self, response: Any, request: Any) -> None:
-        response.bounds = _bounds(self._box_of(request.entity))
+        response.bounds = _bounds(_box(self._points(request.entity)))
 
     def _list_poses(self, response: Any, request: Any) -> None:
         response.poses = [
@@ -194,9 +194,6 @@ class Inquiries:
             return (points - place[:3, 3]) @ place[:3, :3]
         spec = self._world.specs[self._robots.robot(name)]
         return np.array([(x, y, z) for x, y in spec.footprint for z in (0.0, spec.height)])
-
-    def _box_of(self, name: str) -> Box:
-        return _box(self._points(name))
 
     def _box_in_map(self, name: str) -> Box:
         if name in self._objects.names:

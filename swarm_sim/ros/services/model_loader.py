@@ -125,9 +125,7 @@ class ModelLoader:
         with other:
             words = ("swarm_sim.world.model_reader", str(other.fileno()), str(os.getpid()))
             self._process = subprocess.Popen(
-                start.command(*words),
-                stdin=subprocess.DEVNULL,
-                pass_fds=(other.fileno(),),
+                start.command(*words), stdin=subprocess.DEVNULL, pass_fds=(other.fileno(),)
             )
 
     def _fate(self) -> str:

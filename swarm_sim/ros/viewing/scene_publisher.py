@@ -157,7 +157,9 @@ class Movers:
         shown = {marker.id for marker in objects}
         gone = sorted(self._shown - shown)
         self._shown = shown
-        return [*markers, *objects, *(_deleted(number, tick) for number in gone)]
+        header = ros_io.header(tick, "map")
+        deleted = [Marker(header=header, ns="object", id=n, action=Marker.DELETE) for n in gone]
+        return [*markers, *objects, *deleted]
 
 
 def walker_marker(number: int, disc: FloatArray, tick: int) -> Marker:
@@ -167,7 +169,3 @@ def walker_marker(number: int, disc: FloatArray, tick: int) -> Marker:
     marker.pose.position.z = 0.5 * WALKER_HEIGHT
     set_scale(marker, 2.0 * disc[2], 2.0 * disc[2], WALKER_HEIGHT)
     return marker
-
-
-def _deleted(number: int, tick: int) -> Marker:
-    return Marker(header=ros_io.header(tick, "map"), ns="object", id=number, action=Marker.DELETE)

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from swarm_bench.baselines import dwa_kernels
+from swarm_bench.baselines import kernels
 from swarm_bench.baselines.orca import OFFSET, OrcaDriver
 from swarm_bench.baselines.planning import PathTrack, plain_planner, robot_costs
 from swarm_bench.runs.episode import RunOptions
@@ -26,8 +26,8 @@ from swarm_nav.planning.search_kernels import WALL
 METHODS = ("dwa", "orca")
 HALL = Grid(np.zeros((160, 160), np.int8), 0.05, -4.0, -4.0)
 LIMITS = Limits(0.26, 1.82, 1.0, 3.2)
-SAMPLES = dwa_kernels.WindowSamples(8, 21)
-SCALES = dwa_kernels.Weights(0.4, 1.0, 0.8, 0.15, 0.3)
+SAMPLES = kernels.WindowSamples(8, 21)
+SCALES = kernels.Weights(0.4, 1.0, 0.8, 0.15, 0.3)
 START = Place(0.0, 0.0, 0.0)
 RADIUS = 0.26
 
@@ -71,13 +71,13 @@ def test_opposing_robots_in_a_corridor_may_get_stuck_but_do_not_touch(method):
 # DWA
 
 
-def random_scene(seed: int) -> dwa_kernels.Obstacles:
+def random_scene(seed: int) -> kernels.Obstacles:
     rng = np.random.default_rng(seed)
     discs = np.column_stack((rng.uniform(-1.2, 1.2, (6, 2)), np.full(6, 0.24)))
     points = rng.uniform(-1.2, 1.2, (5, 2))
     start = np.hypot(discs[:, 0], discs[:, 1]) > 0.24 + RADIUS
     away = np.hypot(points[:, 0], points[:, 1]) > 0.05 + RADIUS
-    return dwa_kernels.Obstacles(
+    return kernels.Obstacles(
         np.full((160, 160), 9.0), Frame(-4.0, -4.0, 0.05), discs[start], points[away], 0.05
     )
 
@@ -89,10 +89,10 @@ def test_a_robot_can_stop_before_it_touches_anything(seed):
     speed, turn = rng.uniform(0.0, 0.1), rng.uniform(-1.0, 1.0)
     target = tuple(rng.uniform(-1.0, 1.0, 2))
     path = np.array(((0.0, 0.0), target))
-    v, w, score = dwa_kernels.best_twist(
+    v, w, score = kernels.best_twist(
         START, Velocity(speed, turn), target, LIMITS, SAMPLES, RADIUS, scene, path, SCALES, 15
     )
-    if score == -dwa_kernels.FAR:
+    if score == -kernels.FAR:
         return
     way, yaw = v * 0.1 + v * v / 2.0, 0.0
     x = y = 0.0
@@ -100,15 +100,15 @@ def test_a_robot_can_stop_before_it_touches_anything(seed):
         step = min(0.005, way)
         yaw += w * step / v
         x, y, way = x + step * math.cos(yaw), y + step * math.sin(yaw), way - step
-        assert dwa_kernels.gap(x, y, RADIUS, scene) > -0.01
+        assert kernels.gap(x, y, RADIUS, scene) > -0.01
 
 
 def test_the_window_is_what_the_drive_can_reach_in_a_period():
-    scene = dwa_kernels.Obstacles(
+    scene = kernels.Obstacles(
         np.full((160, 160), 9.0), Frame(-4.0, -4.0, 0.05), np.zeros((0, 3)), np.zeros((0, 2)), 0.05
     )
     path = np.array(((0.0, 0.0), (1.0, 0.0)))
-    v, w, _ = dwa_kernels.best_twist(
+    v, w, _ = kernels.best_twist(
         START, Velocity(0.05, 0.3), (1.0, 0.0), LIMITS, SAMPLES, RADIUS, scene, path, SCALES, 15
     )
     assert v == pytest.approx(0.15)

@@ -1,13 +1,22 @@
 """Reading of the people in a world, and the check of their paths."""
 
+import json
+from pathlib import Path
+
 import pytest
 
 from swarm_common.model.errors import ConfigError, UnknownNameError
-from swarm_describe.worlds.actors import WalkerSpec, load_actors, parse_walkers
+from swarm_describe.worlds.actors import Actors, WalkerSpec, load_actors
 from swarm_describe.worlds.reader import load_world
 from swarm_sim.maps.check import check_walkers
 
 LINE = [[0.0, 0.0], [2.0, 0.0]]
+
+
+def actors_of(folder: Path, walkers: object) -> Actors:
+    path = folder / "actors.yaml"
+    path.write_text(json.dumps({"walkers": walkers}))
+    return load_actors(path)
 
 
 def test_a_walker_needs_only_a_path(tmp_path):
@@ -38,19 +47,19 @@ def test_a_walker_needs_only_a_path(tmp_path):
         (7, r"walkers\[0\] is 7"),
     ],
 )
-def test_impossible_walkers_are_refused(item, message):
+def test_impossible_walkers_are_refused(item, message, tmp_path):
     with pytest.raises(ConfigError, match=message) as caught:
-        parse_walkers([item], "f.yaml: walkers")
-    assert str(caught.value).startswith("f.yaml: walkers")
+        actors_of(tmp_path, [item])
+    assert str(caught.value).startswith(f"{tmp_path / 'actors.yaml'}, line 1: walkers")
 
 
-def test_unknown_keys_and_repeated_names_are_refused():
+def test_unknown_keys_and_repeated_names_are_refused(tmp_path):
     with pytest.raises(UnknownNameError, match="did you mean 'speed'"):
-        parse_walkers([{"path": LINE, "sped": 1}], "here")
+        actors_of(tmp_path, [{"path": LINE, "sped": 1}])
     with pytest.raises(ConfigError, match="'walker_2' occurs twice"):
-        parse_walkers([{"path": LINE, "name": "walker_2"}, {"path": LINE}], "here")
+        actors_of(tmp_path, [{"path": LINE, "name": "walker_2"}, {"path": LINE}])
     with pytest.raises(ConfigError, match="expected a list"):
-        parse_walkers({"path": LINE}, "here")
+        actors_of(tmp_path, {"path": LINE})
 
 
 def test_a_path_through_a_wall_is_refused():

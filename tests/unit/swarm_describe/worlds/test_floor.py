@@ -8,10 +8,11 @@ import trimesh
 
 from swarm_common.model.errors import WorldError
 from swarm_common.model.records import Pose, Twist
+from swarm_common.model.shapes import Box, Mesh, Part
 from swarm_describe.robots.loading import load_robot
 from swarm_describe.worlds.floor import on_floor
 from swarm_describe.worlds.reader import load_world
-from swarm_describe.worlds.scene import Body, Box, Mesh, Part, Scene
+from swarm_describe.worlds.scene import Body, Scene
 from swarm_describe.worlds.world_file import world_names
 from swarm_sim.maps.draw_map import draw_world, reach_of
 from swarm_sim.maps.spawn import spawn_poses

@@ -10,8 +10,9 @@ import trimesh
 
 from swarm_common.model.errors import WorldError
 from swarm_common.model.grid import OCCUPIED
+from swarm_common.model.shapes import Hull, Mesh, MeshFile
 from swarm_describe.worlds.reader import load_world
-from swarm_describe.worlds.scene import Body, Hull, Mesh, MeshFile, Scene
+from swarm_describe.worlds.scene import Body, Scene
 from swarm_sim.maps.draw_map import draw_world
 from swarm_sim.scene.section import section_between
 from tests.fakes.scenes import read_bodies, section_at

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from swarm_common.model.errors import UnknownNameError, WorldError
+from swarm_common.model.shapes import Box, Cylinder, Sphere, transform_from_xyz_rpy
 from swarm_describe.worlds.reader import load_world
-from swarm_describe.worlds.scene import Box, Cylinder, Sphere, transform_from_xyz_rpy
 from swarm_describe.worlds.world_file import world_names
 from swarm_sim.scene.section import convex_hull, section_between
 from tests.fakes.scenes import read_bodies, section_at

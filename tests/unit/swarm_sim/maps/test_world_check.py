@@ -10,16 +10,9 @@ import trimesh
 
 from swarm_common.model.engines import BULLET, check_engine
 from swarm_common.model.errors import WorldError
+from swarm_common.model.shapes import Box, Cylinder, Part, Sphere, transform_from_xyz_rpy
 from swarm_describe.worlds.reader import load_world
-from swarm_describe.worlds.scene import (
-    Body,
-    Box,
-    Cylinder,
-    Part,
-    Scene,
-    Sphere,
-    transform_from_xyz_rpy,
-)
+from swarm_describe.worlds.scene import Body, Scene
 from swarm_describe.worlds.world_file import world_names
 from swarm_sim.maps import world_check
 from swarm_sim.maps.spawn import wall_distance

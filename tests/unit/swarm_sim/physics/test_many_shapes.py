@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from swarm_common.model.errors import RobotModelError
-from swarm_common.model.shapes import Part
+from swarm_common.model.shapes import Box, Cylinder, Part, Sphere
 from swarm_describe.robots.loading import open_robot
-from swarm_describe.worlds.scene import Body, Box, Cylinder, Scene, Sphere
+from swarm_describe.worlds.scene import Body, Scene
 from swarm_sim.maps.world_check import differences
 from swarm_sim.physics.trial import check_trial
 from tests.fakes.own_robots import LIMITS, ball, box, inertial, joint, link, wheel

@@ -11,10 +11,11 @@ from msgspec.structs import replace
 
 from swarm_common.model.errors import ConfigError, WorldError
 from swarm_common.model.records import Pose, Twist
+from swarm_common.model.shapes import Box, Mesh, Part, transform_from_xyz_rpy
 from swarm_describe.robots.loading import load_robot
 from swarm_describe.worlds.actors import VehicleSpec, load_actors
 from swarm_describe.worlds.reader import load_world
-from swarm_describe.worlds.scene import Body, Box, Mesh, Part, Scene, transform_from_xyz_rpy
+from swarm_describe.worlds.scene import Body, Scene
 from swarm_sim.maps.check import check_vehicles
 from swarm_sim.world.changing_world import ChangingWorld
 from swarm_sim.world.world import World, WorldConfig

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from swarm_common.model.errors import RobotModelError
+from swarm_common.model.shapes import Box, Sphere
 from swarm_describe.robots.description import parse_urdf
 from swarm_describe.robots.loading import load_robot, open_robot
 from swarm_describe.robots.source import robot_names
-from swarm_describe.worlds.scene import Box, Sphere
 from swarm_sim.scene.section import section_between
 
 URDF = """<robot name="r">

@@ -3,7 +3,7 @@
 import pytest
 
 from swarm_describe.robots.loading import load_robot, open_robot
-from swarm_sim.sensing.visibility import overlooked
+from swarm_sim.sensing.lidar import overlooked
 
 BURGER, WAFFLE, TWO, FOUR = (
     "turtlebot3_burger", "turtlebot3_waffle", "linorobot2_2wd", "linorobot2_4wd",

@@ -8,7 +8,7 @@ from swarm_common.model.records import Pose, Twist
 from swarm_common.model.shapes import Box, Part
 from swarm_describe.robots.loading import load_robot
 from swarm_describe.worlds.scene import Body, Scene
-from swarm_sim.world.standstill import Standstill
+from swarm_sim.world.verdict import Standstill
 from swarm_sim.world.world import World, WorldConfig
 
 
