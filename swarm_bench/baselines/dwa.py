@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from swarm_bench.baselines import kernels
+from swarm_bench.baselines import baseline_kernels as kernels
 from swarm_bench.baselines.base import Baseline
 from swarm_bench.baselines.planning import PathTrack, robot_costs, waypoint
 from swarm_common.model.records import CONTROL_PERIOD, Pose, Twist, wrap_angle

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_bench.baselines import kernels
+from swarm_bench.baselines import baseline_kernels as kernels
 from swarm_bench.baselines.base import Baseline
 from swarm_bench.baselines.outlines import wall_outlines
 from swarm_bench.baselines.planning import PathTrack, robot_costs, waypoint

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_bench.baselines import kernels
+from swarm_bench.baselines import baseline_kernels as kernels
 from swarm_common.model.grid import Grid
 from swarm_common.model.records import FloatArray, Pose
 from swarm_common.process.libm import exp

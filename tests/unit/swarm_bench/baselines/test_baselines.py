@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from swarm_bench.baselines import kernels
+from swarm_bench.baselines import baseline_kernels as kernels
 from swarm_bench.baselines.orca import OFFSET, OrcaDriver
 from swarm_bench.baselines.planning import PathTrack, plain_planner, robot_costs
 from swarm_bench.runs.episode import RunOptions
