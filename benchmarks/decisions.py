@@ -16,17 +16,14 @@ import numpy as np
 import typer
 
 from benchmarks.app import Robots, benchmarks_app
-from swarm_bench.runs.episode import RunOptions, build
+from swarm_bench.runs.episode import RunOptions
 from swarm_bench.runs.harness import Harness
 from swarm_bench.runs.scenario import check_size
 from swarm_bench.suite.command import new_console
 from swarm_bench.suite.selection import select
 from swarm_bench.tables import BenchTable, number
-from swarm_common.model.beacon import Reception
 from swarm_common.model.errors import ConfigError
-from swarm_common.model.records import Odometry
 from swarm_nav.core.goals import Output
-from swarm_run.loop import Driver
 
 WARM_TICKS = 30  # at the start, in which kernels are loaded and all robots plan
 CLASS_WIDTH = 10  # neighbours
@@ -50,53 +47,36 @@ COLUMNS: dict[str, Callable[[DecisionRow], str]] = {
 }
 
 
-class Stopwatch:
-    """Wraps a driver; records neighbours heard and CPU time [ns] of each tick."""
+class _Timed(Harness):
+    """Brains decide one by one; records neighbours heard and CPU time [ns] of each decision."""
 
-    def __init__(self, driver: Driver) -> None:
-        self.heard: list[int] = []
-        self.durations: list[int] = []
-        self._driver = driver
-        self._started = 0
-        self.on_scan = driver.on_scan
-        self.on_battery = driver.on_battery
-        self.set_goal = driver.set_goal
-        self.status = driver.status
+    def __init__(self, options: RunOptions) -> None:
+        super().__init__(options, times_all=True)
+        self.decisions: list[tuple[int, int]] = []
 
-    def on_odom(self, odom: Odometry) -> None:
-        """Begin a tick: pass the odometry on."""
-        self._started = time.thread_time_ns()
-        self._driver.on_odom(odom)
-
-    def on_reception(self, reception: Reception) -> None:
-        """Receive the beacons of this tick."""
-        self.heard.append(len(reception.rows))
-        self._driver.on_reception(reception)
-
-    def tick(self, tick: int) -> Output:
-        """End a tick: let the driver decide."""
-        output = self._driver.tick(tick)
-        self.durations.append(time.thread_time_ns() - self._started)
+    def _timed(self, index: int, tick: int) -> Output:
+        started = time.thread_time_ns()
+        output = super()._timed(index, tick)
+        heard = len(self.observed[index].reception.rows)
+        self.decisions.append((heard, time.thread_time_ns() - started))
         return output
 
 
 def measure_decisions(options: RunOptions, ticks: int) -> list[DecisionRow]:
     """Run some ticks and return what decisions cost, by ascending number of neighbours."""
-    episode = build(options)
-    watches = [Stopwatch(driver) for driver in episode.drivers]
-    episode.drivers[:] = watches
-    harness = Harness(options, episode=episode)
+    harness = _Timed(options)
     try:
         for _ in range(WARM_TICKS + ticks):
+            if harness.world.tick == WARM_TICKS:
+                harness.decisions.clear()
             if not harness.advance():
                 break
     finally:
-        episode.world.close()
-    heard = np.concatenate([watch.heard[WARM_TICKS:] for watch in watches]).astype(np.int64)
-    times = np.concatenate([watch.durations[WARM_TICKS:] for watch in watches]) / 1e6
+        harness.world.close()
+    heard, times = np.array(harness.decisions).T
     rows = []
     for least in np.unique(heard // CLASS_WIDTH * CLASS_WIDTH):
-        of_class = times[(heard >= least) & (heard < least + CLASS_WIDTH)]
+        of_class = times[(heard >= least) & (heard < least + CLASS_WIDTH)] / 1e6
         median, high = np.percentile(of_class, (50, 99))
         rows.append(DecisionRow(int(least), len(of_class), float(median), float(high)))
     return rows

@@ -8,15 +8,12 @@ What a module imports of its folder stands above it:
     domain            One swarm per ROS domain, since two would have the same names; its owner takes
                       requests
     listing           What `swarm-up --list` shows: worlds, missions, robots and fleets
-    flat              Parameters under dotted names, as ROS 2 counts them, and nested, as files have
-                      them
     host_options      Options of a run on several hosts, checked once
     loop              The loop of a run in one process: all robots sense, decide, act
     fleet_link        How the robots reach a fleet control of another maker
     spec              The one description of a run: `RunSpec`
-    world_params      The section `/world:` of a --params file: radio, engine, broken robots
-    params            Parameter files of the navigators: defaults, the robot's data, the user's
-                      overrides
+    params            Parameter files: defaults, the robot's data, the user's overrides for
+                      navigators and world
     plan              Everything that is checked and loaded before a run starts a single process
     flags             The command line of `swarm-up`, made from the description
     launch_arguments  The options of `swarm-up` as arguments of a ROS 2 launch file

@@ -1,26 +1,53 @@
-"""Parameter files of the navigators: defaults, the robot's data, the user's overrides."""
+"""Parameter files: defaults, the robot's data, the user's overrides for navigators and world."""
 
 from __future__ import annotations
 
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from swarm_common.files.params_io import SECTION, Flat, flatten, is_for, read_parameter_file
+from swarm_common.files.convert import convert, updated
+from swarm_common.files.params_io import (
+    SECTION,
+    Flat,
+    flatten,
+    is_for,
+    nest,
+    read_parameter_file,
+    typed,
+)
+from swarm_common.files.resources import share_directory
 from swarm_common.model.errors import ConfigError, UnknownNameError
 from swarm_common.model.records import Pose, RobotSpec
 from swarm_common.model.robot_parameters import robot_parameters
-from swarm_run.flat import nest, typed
-from swarm_run.world_params import WORLD_NODES, WorldParams, parse_world
+from swarm_common.model.schema import PoseNumbers
+from swarm_common.model.sensors import IDEAL
 
 NODE = "navigator"
 EVERY_NAVIGATOR = "/*/navigator"  # section whose values win, as it comes last
+WORLD_NODES = ("world", "sim/world")  # how a section may name it
+BROKEN = "broken."
+SENSORS = "sensors"
 CENTRAL = "central"  # how a section names the centre
+
+
+@dataclass(frozen=True, slots=True)
+class WorldParams:
+    """Parameters of the world that the user wants."""
+
+    values: Mapping[str, Any] = field(default_factory=dict)  # by dotted name
+    broken_map: Mapping[str, Pose] = field(default_factory=dict)  # of robots without a navigator
+    sensors: Mapping[str, Any] = field(default_factory=dict)  # errors in place of the models'
+
+    def settings(self) -> dict[str, Any]:
+        """Return the values as the world process takes them."""
+        values = nest({name: value for name, value in self.values.items() if value != ""})
+        return values | ({SENSORS: dict(self.sensors)} if self.sensors else {})
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,36 +76,21 @@ class ParameterSource:
         return message
 
 
+@dataclass(frozen=True, slots=True)
 class Overrides:
-    """The user's --params file: per pattern of node names, some parameters.
+    """The user's --params file, checked: per pattern of node names, some parameters."""
 
-    Attributes:
-        world: Its section about the world.
-        central: Its section about a centre, which the centre itself checks.
-        sections: Parameters by dotted name, per pattern of node names, in the order of the file.
-        source: The file and what it sets, for messages.
-    """
+    # parameters by dotted name, per pattern of node names, in the order of the file
+    sections: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    world: WorldParams = field(default_factory=WorldParams)  # its section about the world
+    path: str = ""  # of the file
+    central: Mapping[str, Any] = field(default_factory=dict)  # parameters of a centre, unchecked
 
-    def __init__(
-        self,
-        sections: Mapping[str, Mapping[str, Any]],
-        world: WorldParams | None = None,
-        path: Path = Path(),
-        central: Mapping[str, Any] | None = None,
-    ) -> None:
-        """Keep the sections of a file that has been checked.
-
-        Args:
-            sections: Parameters by dotted name, per pattern of node names, in the order of the
-                file.
-            world: None for the defaults.
-            central: Parameters of a centre by name, unchecked.
-        """
-        self.world = world or WorldParams()
-        self.central = dict(central or {})
-        self.sections = dict(sections)
-        names = {pattern: tuple(values) for pattern, values in sections.items()}
-        self.source = ParameterSource(str(path), names)
+    @property
+    def source(self) -> ParameterSource:
+        """The file and what it sets, for messages."""
+        names = {pattern: tuple(values) for pattern, values in self.sections.items()}
+        return ParameterSource(self.path, names)
 
     def followed_by(self, parameters: Mapping[str, Any], known: Mapping[str, Any]) -> Overrides:
         """Return these and then parameters of all navigators, by dotted name.
@@ -91,7 +103,7 @@ class Overrides:
         """
         last = {name: typed(name, value, known, "parameters") for name, value in parameters.items()}
         sections = {**self.sections, EVERY_NAVIGATOR: last}
-        return Overrides(sections, self.world, Path(self.source.path or "parameters"), self.central)
+        return replace(self, sections=sections, path=self.path or "parameters")
 
     def for_robot(self, robot: str) -> Flat:
         """Return the parameters that the file sets for a robot; later sections win."""
@@ -131,7 +143,41 @@ def load_overrides(path: Path, robots: list[str], known: Mapping[str, Any]) -> O
         sections[pattern] = {
             name: typed(name, value, known, where) for name, value in values.items()
         }
-    return Overrides(sections, world, path, central)
+    return Overrides(sections, world or WorldParams(), str(path), central)
+
+
+def default_world_parameters() -> dict[str, Any]:
+    """Return the world's parameters with their defaults, from `params/world.yaml`."""
+    return read_parameter_file(share_directory("params") / "params" / "world.yaml")["/world"]
+
+
+def parse_world(body: Mapping[str, Any], robots: Sequence[str], where: str) -> WorldParams:
+    """Return the world's parameters.
+
+    Args:
+        body: Parameters in the section, nested or by dotted name.
+
+    Raises:
+        ConfigError: If a name is unknown or a value has the wrong type.
+    """
+    known = default_world_parameters()
+    values: dict[str, Any] = {}
+    broken: dict[str, Pose] = {}
+    flat = flatten(body, where)
+    of_sensors = {name: value for name, value in flat.items() if name.startswith(f"{SENSORS}.")}
+    sensors = nest(of_sensors).get(SENSORS, {})
+    updated(IDEAL, sensors, f"{where}: {SENSORS}")
+    for name, value in flat.items():
+        if name in of_sensors:
+            continue
+        if not name.startswith(BROKEN):
+            values[name] = typed(name, value, known, where)
+            continue
+        robot = name.removeprefix(BROKEN)
+        if robot not in robots:
+            raise UnknownNameError("robot", robot, robots, f"{where}: broken")
+        broken[robot] = Pose(*convert(value, PoseNumbers, f"{where}: {name}"))
+    return WorldParams(values, broken, sensors)
 
 
 def robot_parameter_file(

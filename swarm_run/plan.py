@@ -29,18 +29,17 @@ from swarm_describe.worlds.world_file import find_world
 from swarm_mission.energy import check_energy
 from swarm_mission.leg import Stop
 from swarm_mission.mission import Mission, load_mission, mission_path
-from swarm_mission.orders.demand import check_demand
+from swarm_mission.orders.demand import measured_demand
 from swarm_mission.orders.dispatch import CLAIM, DISPATCHER, load_dispatcher
 from swarm_mission.orders.order import OrderPlan
 from swarm_mission.orders.order_file import times_files
-from swarm_mission.orders.way_lengths import WayLengths
 from swarm_run.params import (
     Overrides,
+    default_world_parameters,
     load_overrides,
     robot_parameter_file,
 )
 from swarm_run.spec import DRIVES, RunSpec
-from swarm_run.world_params import default_world_parameters
 
 WORLD_FILE = "world.sdf"
 SITES_FILE = "sites.yaml"
@@ -51,36 +50,21 @@ COURIERS = 30  # processes at most; then several robots share one, as DDS has fe
 
 @dataclass(frozen=True, slots=True)
 class RunPlan:
-    """The checked input of a run.
-
-    Attributes:
-        spec: Description of the run.
-        world: World file.
-        map: Map of the user or of a world that comes with us; None to draw it from the world.
-        sites_path: Its sites file; None if there is none beside it.
-        sites: Its contents.
-        fleet: Model of each robot.
-        mission: What the robots are to do, if anything.
-        defaults: Parameters of the navigators by dotted name.
-        overrides: Parameters that the user gave.
-        copies: Copies of files that processes read again when they are restarted, by the file's
-            name as
-            the user gave it; see `with_copies`.
-        remarks: What may end badly, a sentence each.
-    """
+    """The checked input of a run."""
 
     spec: RunSpec
-    world: Path
-    map: Path | None
-    sites_path: Path | None
-    sites: Sites
-    fleet: Fleet
-    mission: Mission | None
+    world: Path  # file
+    map: Path | None  # of the user or of a world that comes with us; None to draw it
+    sites_path: Path | None  # None if there is none beside the world
+    sites: Sites  # its contents
+    fleet: Fleet  # model of each robot
+    mission: Mission | None  # what the robots are to do, if anything
     stations: tuple[str, ...] | None  # that robots are sent to; None where missions do not say
-    defaults: dict[str, Any]
-    overrides: Overrides
+    defaults: dict[str, Any]  # parameters of the navigators by dotted name
+    overrides: Overrides  # parameters that the user gave
+    # copies of files that restarted processes read again, by the file's name as the user gave it
     copies: Mapping[str, str] = field(default_factory=dict)
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()  # what may end badly, a sentence each
 
     def with_copies(self, folder: Path) -> RunPlan:
         """Return this plan with copies of sites and missions, which nobody edits during the run."""
@@ -475,7 +459,7 @@ def check_plan(spec: RunSpec) -> RunPlan:
     if map_file is not None:
         load_map(map_file)
     defaults = default_parameters()
-    overrides = Overrides({})
+    overrides = Overrides()
     if spec.params is not None:
         overrides = load_overrides(Path(spec.params), spec.robot_names, defaults)
         without = {*overrides.world.broken_map, *spec.driven_by_users}
@@ -546,10 +530,7 @@ def _check_orders(plan: RunPlan) -> list[str]:
         )
     load_dispatcher(orders.dispatch)
     grid = None if plan.map is None else plan.sites.zones.mark(load_map(plan.map).upright())
-    stations = {name: plan.sites.stations[name] for name in orders.stations}
-    ways = WayLengths(stations, grid, min(spec.inscribed_radius for spec in specs))
-    fastest = max(spec.max_vel_x for spec in specs)
-    return check_demand(orders, ways.between, fastest, len(plan.alive))
+    return measured_demand(orders, plan.sites, grid, specs, len(plan.alive))[1]
 
 
 def _check_energy(plan: RunPlan) -> list[str]:

@@ -17,7 +17,6 @@ Modules, lower ones first:
     goal           A goal on its way
     backend        What runs a swarm, seen from `Swarm`
     bench          All in this process, without ROS
-    child          The process that runs a swarm for a program
     graph          A process for each robot, seen over ROS
     external       A robot that a node of one's own drives
     robot          One robot

@@ -124,7 +124,7 @@ class GraphBackend:
 
     def _start_child(self, spec: RunSpec, lock: DomainLock) -> subprocess.Popen[bytes]:
         child = subprocess.Popen(
-            start.command("swarm_workbench.child", str(self._folder), str(lock.fileno())),
+            start.command("swarm_commander.cli.child", str(self._folder), str(lock.fileno())),
             pass_fds=(lock.fileno(),),
             stdin=subprocess.PIPE,
             stdout=self._console,

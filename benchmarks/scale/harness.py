@@ -92,7 +92,7 @@ def measure(job: dict[str, Any]) -> dict[str, Any]:
         verdict = episode.world.verdict
     finally:
         episode.world.close()
-    ticks = np.asarray(harness.durations, np.float64)[WARM_TICKS * job["robots"] :]
+    ticks = np.asarray(getattr(harness, "durations", ()), np.float64)[WARM_TICKS * job["robots"] :]
     return {
         "start_up": start_up,
         "sim_time": verdict.sim_time - first,

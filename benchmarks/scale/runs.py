@@ -23,8 +23,7 @@ from benchmarks.scale.result import ScaleResult
 from swarm_bench.execution.store import Store
 from swarm_bench.execution.sweep import Sweep
 from swarm_bench.runs.episode import RunOptions, check
-from swarm_bench.runs.machine import machine_line
-from swarm_bench.runs.origin import commit_of
+from swarm_bench.runs.origin import commit_of, machine_line
 from swarm_bench.runs.ros_run import last_lines
 from swarm_bench.tables import number
 from swarm_common.model.errors import SwarmError

@@ -21,7 +21,7 @@ from swarm_bench.capacity.findings import (
     knee_sentence,
     reason_sentence,
 )
-from swarm_bench.runs.machine import machine_line
+from swarm_bench.runs.origin import machine_line
 from swarm_bench.statistics import Interval
 from swarm_bench.tables import BenchTable
 from swarm_common.model.errors import ConfigError

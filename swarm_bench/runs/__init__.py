@@ -5,12 +5,10 @@ What a module imports of its folder stands above it:
     document           Parts of a document that a command writes, between two lines that mark them
     invariant_kernels  The smallest gap between held tubes, in every tick
     inputs             What runs are made from: read once, hashed, sent to other processes
-    machine            The machine that something was measured on, in one line
     origin             Where a result comes from: code, inputs, machine
     methods            What drives a robot in the bench: our navigator, or a baseline
     scenario           Scenarios: the rows of the traffic suite
     invariant          No two robots hold space nearer to each other than their radii
-    pose_error         How well the robots of a run know where they are
     result             Lines of a result file: a run's record, or why there is none
     ground_truth       Standing, circles and deadlocks as the simulator sees them
     orders             Orders in the bench: goals come from what stations and robots agree on

@@ -13,7 +13,7 @@ from typing import Any
 
 from swarm_bench.runs.inputs import read_once
 from swarm_bench.runs.methods import METHODS, OF_NAVIGATORS, load_method, load_team
-from swarm_bench.runs.orders import BenchOrders, demand_remarks, make_orders, measure_ways
+from swarm_bench.runs.orders import BenchOrders, make_orders
 from swarm_bench.runs.scenario import Scenario
 from swarm_central.link import Centre, delay_ticks
 from swarm_central.movingai import check_program
@@ -33,14 +33,14 @@ from swarm_mission.itinerary import Itinerary
 from swarm_mission.leg import Stop
 from swarm_mission.mission import Mission, load_mission
 from swarm_mission.orders.courier import Courier
+from swarm_mission.orders.demand import measured_demand
 from swarm_mission.orders.dispatch import load_dispatcher
 from swarm_mission.orders.radio import OrderRadio
 from swarm_nav.core.config import NavConfig, config_from_parameters
 from swarm_nav.core.plugins import BRAIN, check_plugins, own_plugins
 from swarm_nav.traffic.conditions import Conditions, conditions
 from swarm_run.loop import Driver
-from swarm_run.params import Overrides, load_overrides
-from swarm_run.world_params import WorldParams
+from swarm_run.params import Overrides, WorldParams, load_overrides
 from swarm_sim.maps.draw_map import Reach, reach_of
 from swarm_sim.maps.world_check import checked
 from swarm_sim.sensing.radio import RadioConfig
@@ -56,29 +56,19 @@ from swarm_sim.world.world import World, WorldConfig
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunOptions:
-    """One run of a scenario.
-
-    Attributes:
-        scenario: Scenario that is run.
-        robots: Swarm size.
-        seed: Seed of everything random.
-        method: What drives the robots.
-        engine: Physics: planar or bullet.
-        parameters: Parameters of the navigators, by dotted name, in place of the defaults.
-        sections: Parameters per pattern of node names; `parameters` win.
-        realistic: Whether sensors err as the robots' models say and navigators localise by AMCL.
-        central: Parameters of a centre, by name, in place of its defaults.
-    """
+    """One run of a scenario."""
 
     scenario: Scenario
-    robots: int
-    seed: int = 0
-    method: str = "ours"
-    engine: str = "planar"
+    robots: int  # swarm size
+    seed: int = 0  # of everything random
+    method: str = "ours"  # what drives the robots
+    engine: str = "planar"  # physics: planar or bullet
+    # of the navigators, by dotted name, in place of the defaults
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    # the same per pattern of node names; `parameters` win
     sections: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    realistic: bool = False
-    central: Mapping[str, Any] = field(default_factory=dict)
+    realistic: bool = False  # sensors err as the models say, and navigators localise by AMCL
+    central: Mapping[str, Any] = field(default_factory=dict)  # parameters of a centre, by name
 
 
 @dataclass(slots=True)
@@ -110,14 +100,14 @@ def check(options: RunOptions) -> list[str]:
     setup, mission = prepare(options)
     specs, sites = setup.specs, setup.scene.sites
     plan = mission.orders if mission is not None else None
-    remarks = []
+    remarks = list[str]()
     if plan is None:
         routes = [_route(mission, setup, options, index) for index in range(len(specs))]
         named = zip(setup.names, specs, strict=True), zip(setup.names, routes, strict=True)
         check_energy(dict(named[0]), dict(named[1]), sites, setup.scene.name)
     else:
         load_dispatcher(plan.dispatch)
-        remarks = demand_remarks(plan, measure_ways(plan, sites, setup.grid, specs), specs)
+        _, remarks = measured_demand(plan, sites, setup.grid, specs, len(specs))
     heights = [spec.lidar.z for spec in specs]
     checked(setup.scene, heights, reach_of(specs), with_physics=options.engine == "bullet")
     load_method(options.method)

@@ -6,11 +6,9 @@ import dataclasses
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 from swarm_bench.runs.episode import RunOptions, check, prepare, specs_of
 from swarm_bench.runs.inputs import Gathered, digest_of, gather
-from swarm_bench.runs.scenario import Scenario
 
 PLUGIN = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")  # module:Class
 # Fields of a scenario whose content is hashed, or that decide nothing in one run.
@@ -31,7 +29,11 @@ def gathered(options: RunOptions, load: Callable[[RunOptions], str]) -> tuple[st
     """
     found = gather(lambda: load(options), lambda dispatch: plugins_of(options, dispatch))
     scenario = options.scenario
-    plain = {name: value for name, value in _fields(scenario) if name not in NOT_HASHED}
+    plain = {
+        field.name: getattr(scenario, field.name)
+        for field in dataclasses.fields(scenario)
+        if field.name not in NOT_HASHED
+    }
     rest = (
         plain, scenario.limit_of(options.robots), specs_of(options), options.robots, options.method,
         options.engine, options.realistic, sorted(options.parameters.items()),
@@ -61,7 +63,3 @@ def plugins_of(options: RunOptions, dispatch: str) -> Iterator[str]:
     for value in values:
         if isinstance(value, str) and PLUGIN.fullmatch(value):
             yield value
-
-
-def _fields(scenario: Scenario) -> list[tuple[str, Any]]:
-    return [(item.name, getattr(scenario, item.name)) for item in dataclasses.fields(scenario)]

@@ -9,8 +9,9 @@ for the robot that is at its goal. Robots that wait for each other are a circle 
 from __future__ import annotations
 
 import math
+from array import array
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,9 @@ from swarm_common.model.grid import Grid
 from swarm_common.model.records import CONTROL_PERIOD, FloatArray, Pose, wrap_angle
 from swarm_mission.wait_graph import WaitGraph
 from swarm_mission.way_table import WayTable
+from swarm_nav.interfaces import Reserving
+from swarm_run.loop import Driver
+from swarm_run.record.figures import percentiles
 from swarm_run.record.run_record import GroundTruth, StationShare
 
 EVERY = 10  # ticks between two looks
@@ -211,3 +215,29 @@ class GroundTruthWatch:
             self._occupied[name] += period
         for name in occupied | approached:
             self._approached[name] += period
+
+
+class PoseErrors:
+    """Distances [m] of estimated poses from the true ones, of all robots in all ticks so far."""
+
+    def __init__(self) -> None:
+        self._values = array("f")
+
+    def note(self, drivers: Sequence[Driver], truth_map: FloatArray, dead: Collection[int]) -> None:
+        """Record the pose errors of a tick.
+
+        Args:
+            drivers: What decides for each robot; only those that reserve space are asked.
+            truth_map: True poses (n, 3) in map.
+            dead: Indices of the robots that do nothing.
+        """
+        for index, driver in enumerate(drivers):
+            if index not in dead and isinstance(driver, Reserving):
+                pose = driver.services.pose_map
+                self._values.append(
+                    float(np.hypot(pose.x - truth_map[index, 0], pose.y - truth_map[index, 1]))
+                )
+
+    def figures(self) -> dict[str, float] | None:
+        """Return `median`, `p95` and `max` [m]; None if nobody was asked."""
+        return percentiles(self._values, median=50, p95=95, max=100) if self._values else None

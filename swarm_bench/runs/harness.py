@@ -13,10 +13,9 @@ from typing import Protocol, cast
 import numpy as np
 
 from swarm_bench.runs.episode import Episode, RunOptions, build
-from swarm_bench.runs.ground_truth import GroundTruthWatch
+from swarm_bench.runs.ground_truth import GroundTruthWatch, PoseErrors
 from swarm_bench.runs.invariant import Invariant
 from swarm_bench.runs.orders import BenchOrders
-from swarm_bench.runs.pose_error import PoseErrors
 from swarm_bench.runs.result_builder import compose_result
 from swarm_central.link import Centre
 from swarm_common.model.beacon import BEACON_DTYPE, BeaconArray, empty_beacons

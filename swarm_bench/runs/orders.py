@@ -5,13 +5,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Collection, Mapping, Sequence
 
-from swarm_common.model.grid import Grid
-from swarm_common.model.records import FloatArray, RobotSpec
-from swarm_common.model.sites import Sites
+from swarm_common.model.records import FloatArray
 from swarm_mission.itinerary import NextGoal
 from swarm_mission.mission import Mission
 from swarm_mission.orders.courier import Courier
-from swarm_mission.orders.demand import check_demand
+from swarm_mission.orders.demand import measured_demand
 from swarm_mission.orders.floor_use import SAMPLE_TICKS
 from swarm_mission.orders.order import OrderPlan
 from swarm_mission.orders.order_run import OrderRun
@@ -38,8 +36,7 @@ def make_orders(
     """
     sites, specs = setup.scene.sites, setup.specs
     homes = dict(zip(setup.names, setup.starts, strict=True))
-    ways = measure_ways(plan, sites, setup.grid, specs)
-    remarks = demand_remarks(plan, ways, specs)
+    ways, remarks = measured_demand(plan, sites, setup.grid, specs, len(specs))
     run = OrderRun(
         plan, homes, sites.stations, radio, seed, retries=mission.retries, remarks=remarks
     )
@@ -49,24 +46,6 @@ def make_orders(
         for robot, spec in zip(robots, specs, strict=True)
     ]
     return BenchOrders(run, robots, dict(zip(homes, senses, strict=True)))
-
-
-def measure_ways(
-    plan: OrderPlan, sites: Sites, grid: Grid, specs: Sequence[RobotSpec]
-) -> WayLengths:
-    """Return the ways to all stations of the orders, for the slimmest robot."""
-    stations = {name: sites.stations[name] for name in plan.stations}
-    return WayLengths(stations, grid, min(spec.inscribed_radius for spec in specs))
-
-
-def demand_remarks(plan: OrderPlan, ways: WayLengths, specs: Sequence[RobotSpec]) -> list[str]:
-    """Return what may end badly, a sentence each.
-
-    Raises:
-        ConfigError: If no swarm can serve the orders.
-    """
-    fastest = max(spec.max_vel_x for spec in specs)
-    return check_demand(plan, ways.between, fastest, len(specs))
 
 
 class OrderSenses:

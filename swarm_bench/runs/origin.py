@@ -8,10 +8,12 @@ import platform
 import subprocess
 from pathlib import Path
 
-from swarm_bench.runs.machine import processor
+import psutil
+
 from swarm_common.process.compiled_code import edition
 from swarm_run.record.run_record import ResultOrigin
 
+CPU_INFO = Path("/proc/cpuinfo")
 # Packages whose code decides what a run of the bench is.
 DECIDING = (
     "swarm_common", "swarm_describe", "swarm_nav", "swarm_mission", "swarm_sim", "swarm_central",
@@ -54,3 +56,24 @@ def commit_of(folder: Path) -> str:
         return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return ""
+
+
+def machine_line() -> str:
+    """Return processor, cores and Python of this machine."""
+    cores = psutil.cpu_count(logical=False) or psutil.cpu_count() or 1
+    threads = psutil.cpu_count() or cores
+    return f"{processor()}, {cores} cores, {threads} threads, Python {platform.python_version()}"
+
+
+@functools.cache
+def processor() -> str:
+    """Return the model of this machine's processor."""
+    try:
+        lines = CPU_INFO.read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    for line in lines:
+        name, _, value = line.partition(":")
+        if name.strip() == "model name":
+            return value.strip()
+    return platform.machine()

@@ -15,7 +15,7 @@ from rich.console import Console
 from swarm_bench.execution.executor import AUTO, executor, share_of
 from swarm_bench.execution.sweep import bar
 from swarm_bench.runs.document import check_part, replace_part
-from swarm_bench.runs.machine import machine_line
+from swarm_bench.runs.origin import machine_line
 from swarm_bench.runs.result import FailedRun
 from swarm_bench.suite.report import traffic_report
 from swarm_bench.suite.selection import (

@@ -7,6 +7,7 @@ What a module imports of its folder stands above it:
     command_node       The node of a command that works with a running swarm; completions
     doctor             Is this machine fit for a swarm of some size? If not, what to change
     session            A session of `swarm-up`: from a checked plan to report and exit code
+    child              The process that runs a swarm for a program, and ends with it
     thing_request      The request with which `swarm-commander spawn` adds an object to the world
     commander_command  The command `swarm-commander`: drives robots of a running swarm
     fleet_command      `swarm-commander spawn`, `remove`, `move`, `list` and the like

@@ -13,10 +13,9 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from swarm_common.files.params_io import SECTION, Flat, flatten
+from swarm_common.files.params_io import SECTION, Flat, flatten, nest
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.robot_names import DEFAULT, RobotNames
-from swarm_run.flat import nest
 from swarm_run.params import NODE, ParameterSource
 
 SITES = "sites"  # the one parameter that is a path on the world's host

@@ -5,16 +5,38 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from swarm_common.model.errors import ConfigError
+from swarm_common.model.grid import Grid
+from swarm_common.model.records import RobotSpec
+from swarm_common.model.sites import Sites
 from swarm_mission.orders.order import OrderPlan
+from swarm_mission.orders.way_lengths import WayLengths
 
 HOUR = 3600.0  # [s]
 MOST_ROBOTS = 200  # of any swarm
 Way = Callable[[str, str], float]  # [m] from a station to another
+
+
+def measured_demand(
+    plan: OrderPlan, sites: Sites, grid: Grid | None, specs: Sequence[RobotSpec], robots: int
+) -> tuple[WayLengths, list[str]]:
+    """Return the ways to all stations of the orders for the slimmest robot, and `check_demand`.
+
+    Args:
+        grid: Upright map; None where it is not known.
+        robots: Number of robots that take orders.
+
+    Raises:
+        ConfigError: If no swarm can serve the orders.
+    """
+    stations = {name: sites.stations[name] for name in plan.stations}
+    ways = WayLengths(stations, grid, min(spec.inscribed_radius for spec in specs))
+    fastest = max(spec.max_vel_x for spec in specs)
+    return ways, check_demand(plan, ways.between, fastest, robots)
 
 
 def check_demand(plan: OrderPlan, way: Way, speed: float, robots: int) -> list[str]:

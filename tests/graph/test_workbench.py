@@ -89,7 +89,7 @@ def _drive_and_fail(folder: Path) -> None:
         assert done == [("Srobot1", "reached")]
         assert "driving" in [row[2] for row in np.asarray(swarm.states).tolist()]
         goal = robot.go_to("unload")
-        child = next(p for p in _processes(folder) if "swarm_workbench.child" in p.cmdline())
+        child = next(p for p in _processes(folder) if "swarm_commander.cli.child" in p.cmdline())
         child.kill()
         start = time.monotonic()
         with pytest.raises(SwarmError, match="the swarm has ended"):

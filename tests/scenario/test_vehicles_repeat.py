@@ -123,7 +123,7 @@ def run(folder: Path, pack: int) -> str:
         )  # fmt: skip
         lock = DomainLock(domain)
         up = subprocess.Popen(
-            start.command("swarm_workbench.child", str(folder), str(lock.fileno())), cwd=folder,
+            start.command("swarm_commander.cli.child", str(folder), str(lock.fileno())), cwd=folder,
             stdin=subprocess.PIPE, stdout=log, stderr=log, pass_fds=(lock.fileno(),),
             env=os.environ | {"PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": str(domain)},
         )  # fmt: skip

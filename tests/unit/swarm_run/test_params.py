@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 import yaml
 
-from swarm_common.files.params_io import default_parameters, flatten
+from swarm_common.files.params_io import default_parameters, flatten, nest
 from swarm_common.model.engines import BULLET
 from swarm_common.model.errors import ConfigError
 from swarm_common.model.records import Pose
@@ -14,9 +14,13 @@ from swarm_common.model.robot_parameters import robot_from_parameters, robot_par
 from swarm_common.model.sensors import IDEAL
 from swarm_describe.robots.fleet import limits_of
 from swarm_describe.robots.loading import load_robot
-from swarm_run.flat import nest
-from swarm_run.params import load_overrides, robot_parameter_file, write_parameter_file
-from swarm_run.world_params import WorldParams, default_world_parameters
+from swarm_run.params import (
+    WorldParams,
+    default_world_parameters,
+    load_overrides,
+    robot_parameter_file,
+    write_parameter_file,
+)
 from swarm_sim.ros.settings import Settings, parse_settings
 from swarm_sim.sensing.radio import RadioConfig
 

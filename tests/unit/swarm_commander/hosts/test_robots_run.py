@@ -17,9 +17,8 @@ from swarm_commander.run.results.progress import Progress
 from swarm_commander.run.results.run_statistics import RunStatistics
 from swarm_commander.run.rundir import create_run_folder
 from swarm_commander.run.supervision import Supervision
-from swarm_common.files.params_io import default_parameters
+from swarm_common.files.params_io import default_parameters, nest
 from swarm_common.process import messages as say
-from swarm_run.flat import nest
 from swarm_run.params import load_overrides
 
 ROBOTS = ("Srobot1", "Srobot2")

@@ -50,7 +50,7 @@ def test_a_navigator_does_not_learn_how_its_sensors_err():
 
 
 def test_the_world_section_of_a_parameter_file_overrides_all_robots():
-    from swarm_run.world_params import parse_world
+    from swarm_run.params import parse_world
 
     params = parse_world({"sensors": {"lidar": {"dropout": 0.2}}, "wall_limit": 3.0}, [], "p.yaml")
     assert params.settings() == {"wall_limit": 3.0, "sensors": {"lidar": {"dropout": 0.2}}}

@@ -12,6 +12,9 @@ import signal
 import sys
 import threading
 
+import typer
+
+from swarm_commander.cli.session import start
 from swarm_run.command_line import run_app
 from swarm_run.domain import DomainLock
 from swarm_run.spec import RunSpec
@@ -29,10 +32,6 @@ def main() -> int:
     lock = DomainLock.of(int(sys.argv[2]))
     del sys.argv[1:]  # the first is the folder of the run, for people who list processes
     threading.Thread(target=_end_with, args=(sys.stdin.fileno(),), daemon=True).start()
-
-    import typer
-
-    from swarm_commander.cli.session import start
 
     app = typer.Typer(add_completion=False)
 
