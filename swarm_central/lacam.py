@@ -22,19 +22,12 @@ Bound = tuple[tuple[int, int], ...]  # robots and the vertices that they must ta
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
-    """Result of the search.
+    """Result of the search."""
 
-    Attributes:
-        steps: (k + 1, n) vertices of all robots, step by step.
-        cost: Moves and waits of all robots that are not at their goals to stay ("sum of loss").
-        is_best: Whether the search ended since there is nothing better.
-        expansions: Joint places that were made.
-    """
-
-    steps: NDArray[np.int32]
-    cost: int
-    is_best: bool
-    expansions: int
+    steps: NDArray[np.int32]  # (k + 1, n) vertices of all robots, step by step
+    cost: int  # moves and waits of all robots that are not at their goals to stay ("sum of loss")
+    is_best: bool  # whether the search ended since there is nothing better
+    expansions: int  # joint places that were made
 
 
 @dataclass(eq=False, slots=True)

@@ -30,21 +30,14 @@ class FaultKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class PlanFault:
-    """The first rule that a plan breaks, and where.
+    """The first rule that a plan breaks, and where."""
 
-    Attributes:
-        kind: The rule.
-        step: Row of the plan in which robots are where they must not be, from 0.
-        robots: Columns of the robots that break it, the lowest first.
-        source: Vertex of the first of these before the step; for START and GOAL where it has to be.
-        target: Vertex of the first of these in the step.
-    """
-
-    kind: FaultKind
-    step: int
-    robots: tuple[int, ...]
+    kind: FaultKind  # the rule
+    step: int  # row of the plan in which robots are where they must not be, from 0
+    robots: tuple[int, ...]  # columns of the robots that break it, the lowest first
+    # vertex of the first of these before the step; for START and GOAL where it has to be
     source: int
-    target: int
+    target: int  # vertex of the first of these in the step
 
 
 def first_fault(

@@ -19,15 +19,10 @@ CLEANUP_TIME = 0.2  # [s] for the last words of a program that has ended
 
 @dataclass(frozen=True, slots=True)
 class ProgramEnd:
-    """Result of a program.
+    """Result of a program."""
 
-    Attributes:
-        code: Exit code, negative for a signal; None if it was killed at its limit.
-        complaint: Last line on stderr; empty without one.
-    """
-
-    code: int | None
-    complaint: str
+    code: int | None  # exit code, negative for a signal; None if it was killed at its limit
+    complaint: str  # last line on stderr; empty without one
 
 
 def run_limited(command: Sequence[str], seconds: float) -> ProgramEnd:

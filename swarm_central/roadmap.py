@@ -47,21 +47,13 @@ class Costs(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Roadmap:
-    """Places where robots may stop, and straight ways between neighbours.
+    """Places where robots may stop, and straight ways between neighbours."""
 
-    Attributes:
-        points: (V, 2) [m] in map.
-        cells: (V, 2) column and row of each vertex on the lattice.
-        costs: For kernels.
-        parking: (V,) whether a robot that waits stands out of the lanes.
-        spacing: [m] of the lattice.
-    """
-
-    points: FloatArray
-    cells: NDArray[np.int64]
-    costs: Costs
-    parking: NDArray[np.bool_]
-    spacing: float
+    points: FloatArray  # (V, 2) [m] in map
+    cells: NDArray[np.int64]  # (V, 2) column and row of each vertex on the lattice
+    costs: Costs  # for kernels
+    parking: NDArray[np.bool_]  # (V,) whether a robot that waits stands out of the lanes
+    spacing: float  # [m] of the lattice
 
     def in_reach(self, x: float, y: float, terrain: Terrain, room: float) -> NDArray[np.int64]:
         """Return the vertices near a point to which a straight line is clear, the nearest first.

@@ -11,14 +11,11 @@ MOST_TOLD = 20  # circles that are listed one by one, the longest ones
 
 @dataclass(slots=True)
 class WaitGraph:
-    """Edges from each robot to the robot that it waits for, at most one from each.
+    """Edges from each robot to the robot that it waits for, at most one from each."""
 
-    Attributes:
-        edges: At present, by the name of the robot that waits.
-        lasting: Circles that are over: (robots, since [s], duration [s]).
-    """
-
+    # at present, by the name of the robot that waits
     edges: dict[str, str] = field(default_factory=dict)
+    # circles that are over: (robots, since [s], duration [s])
     lasting: list[tuple[tuple[str, ...], float, float]] = field(default_factory=list)
     _since: dict[tuple[str, ...], float] = field(default_factory=dict)
 

@@ -24,19 +24,13 @@ class ActionScope(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ActionOffer:
-    """One action that robots offer.
+    """One action that robots offer."""
 
-    Attributes:
-        scopes: Where it may stand.
-        about: For people, in the factsheet.
-        required: Parameters that it needs, with their type in the factsheet.
-        optional: Parameters that it may have.
-    """
-
-    scopes: tuple[ActionScope, ...]
-    about: str
+    scopes: tuple[ActionScope, ...]  # where it may stand
+    about: str  # for people, in the factsheet
+    # parameters that it needs, with their type in the factsheet
     required: dict[str, str] = field(default_factory=dict)
-    optional: dict[str, str] = field(default_factory=dict)
+    optional: dict[str, str] = field(default_factory=dict)  # parameters that it may have
 
 
 _ON_WAY = (ActionScope.NODE, ActionScope.EDGE)

@@ -82,17 +82,11 @@ _SHEET_TO_3 = {  # names of 3.0 in factsheets
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """Who a robot is for the fleet control.
+    """Who a robot is for the fleet control."""
 
-    Attributes:
-        manufacturer: In topics and headers.
-        serial: Name of the robot.
-        version: `2.1` or `3.0`.
-    """
-
-    manufacturer: str
-    serial: str
-    version: str
+    manufacturer: str  # in topics and headers
+    serial: str  # name of the robot
+    version: str  # `2.1` or `3.0`
 
     @property
     def major(self) -> int:
@@ -125,13 +119,9 @@ class Identity:
 
 @dataclass(slots=True)
 class Dialect:
-    """Reads and writes the messages of one robot.
+    """Reads and writes the messages of one robot."""
 
-    Attributes:
-        identity: Identity of the robot.
-    """
-
-    identity: Identity
+    identity: Identity  # identity of the robot
     _sent: dict[str, int] = field(default_factory=dict)  # headerIds, by topic
 
     def read(self, topic: str, data: bytes) -> Header:

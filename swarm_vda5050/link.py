@@ -22,21 +22,13 @@ PASSWORD = "SWARM_VDA5050_PASSWORD"  # variable that holds it
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where the broker is, and who we are for it.
+    """Where the broker is, and who we are for it."""
 
-    Attributes:
-        host: Name or address.
-        port: TCP port.
-        user: Empty for none.
-        is_secure: Whether to use TLS.
-        ca: File of the certificates to trust; empty for the system's.
-    """
-
-    host: str
-    port: int
-    user: str = ""
-    is_secure: bool = False
-    ca: str = ""
+    host: str  # name or address
+    port: int  # TCP port
+    user: str = ""  # empty for none
+    is_secure: bool = False  # whether to use TLS
+    ca: str = ""  # file of the certificates to trust; empty for the system's
 
     def __str__(self) -> str:
         return f"{'mqtts' if self.is_secure else 'mqtt'}://{self.host}:{self.port}"

@@ -30,16 +30,12 @@ def anywhere(x: float, y: float) -> str:
 
 @dataclass(frozen=True, slots=True)
 class DrivingArea:
-    """Where robots may drive.
+    """Where robots may drive."""
 
-    Attributes:
-        map_id: Id of the only map.
-        obstacle_at: Returns what is in the way at a place x, y [m]; empty if it is free.
-        grid: The map.
-    """
-
-    map_id: str
+    map_id: str  # id of the only map
+    # returns what is in the way at a place x, y [m]; empty if it is free
     obstacle_at: Callable[[float, float], str] = anywhere
+    # the map
     grid: Grid = field(default_factory=lambda: Grid(np.zeros((1, 1), np.int8), 1.0, 0.0, 0.0))
 
 

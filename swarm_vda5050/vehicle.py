@@ -53,23 +53,15 @@ MOST_USED = 10_000  # orders and instant actions that are remembered: none is do
 
 @dataclass(frozen=True, slots=True)
 class RobotSenses:
-    """State of the robot as its vehicle receives it.
+    """State of the robot as its vehicle receives it."""
 
-    Attributes:
-        now: Simulated time [s].
-        pose_map: Where the robot is.
-        is_standing: Whether it stands and has no goal.
-        is_by_hand: Whether somebody drives it by hand.
-        is_charging: Whether current flows into its battery; None without a battery.
-        utc: Time at which releases of zones are compared with their end.
-    """
-
-    now: float
-    pose_map: Pose
-    is_standing: bool = True
-    is_by_hand: bool = False
+    now: float  # simulated time [s]
+    pose_map: Pose  # where the robot is
+    is_standing: bool = True  # whether it stands and has no goal
+    is_by_hand: bool = False  # whether somebody drives it by hand
+    # whether current flows into its battery; None without a battery
     is_charging: bool | None = None
-    utc: datetime = LONG_AGO
+    utc: datetime = LONG_AGO  # time at which releases of zones are compared with their end
 
 
 class DriveLeg(NamedTuple):

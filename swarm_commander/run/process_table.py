@@ -70,24 +70,16 @@ LEADS = VITAL | RESTARTED  # robots do nothing without it
 
 @dataclass(frozen=True, slots=True)
 class Process:
-    """One line of the table.
+    """One line of the table."""
 
-    Attributes:
-        name: Name of the process; several of a line have a suffix, like `station_2`.
-        module: Python module that it runs.
-        wanted: Returns the configuration of each process that is wanted when the world is built;
-            None for one that its kind of run starts itself.
-        group: Group that CPU time and memory count to; empty: not measured.
-        traits: What its end means, and what it hears.
-        silence: [s] of silence after which it hangs and is killed.
-    """
-
-    name: str
-    module: str
+    name: str  # name of the process; several of a line have a suffix, like `station_2`
+    module: str  # Python module that it runs
+    # returns the configuration of each process that is wanted when the world is built; None for one
+    # that its kind of run starts itself
     wanted: Callable[[Start], Configs] | None = None
-    group: str = ""
-    traits: Trait = Trait.NONE
-    silence: float = math.inf
+    group: str = ""  # group that CPU time and memory count to; empty: not measured
+    traits: Trait = Trait.NONE  # what its end means, and what it hears
+    silence: float = math.inf  # [s] of silence after which it hangs and is killed
 
     @property
     def may_refuse(self) -> bool:

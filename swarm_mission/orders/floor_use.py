@@ -30,17 +30,12 @@ class _Sample:
 
 @dataclass(slots=True)
 class FloorUse:
-    """Adds up samples of robots.
+    """Adds up samples of robots."""
 
-    Attributes:
-        robots: Times by robot.
-        first: Tick of the first sample; None before it.
-        last: Tick of the latest.
-    """
-
+    # times by robot
     robots: defaultdict[str, RobotShares] = field(default_factory=lambda: defaultdict(RobotShares))
-    first: int | None = None
-    last: int = 0
+    first: int | None = None  # tick of the first sample; None before it
+    last: int = 0  # tick of the latest
     _latest: dict[str, _Sample] = field(default_factory=dict)
     _entries: defaultdict[tuple[int, int], int] = field(default_factory=lambda: defaultdict(int))
     _times: defaultdict[tuple[int, int], float] = field(default_factory=lambda: defaultdict(float))

@@ -21,16 +21,11 @@ class Fairness(msgspec.Struct, frozen=True):
     A goal's duration is the simulated time from the tick at which its robot was free to set off
     for it (the end of the goal before and the pause there) to the tick in which it was reached,
     with all tries, holding and waiting.
-
-    Attributes:
-        median: [s] over all goals of all robots.
-        worst: [s] the longest.
-        ratio: worst / median: 1 if all goals took equally long.
     """
 
-    median: float | None
-    worst: float | None
-    ratio: float | None
+    median: float | None  # [s] over all goals of all robots
+    worst: float | None  # [s] the longest
+    ratio: float | None  # worst / median: 1 if all goals took equally long
 
 
 class Waiting(msgspec.Struct, frozen=True):

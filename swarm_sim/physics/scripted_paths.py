@@ -23,15 +23,10 @@ Spec = TypeVar("Spec", bound=WalkerSpec | VehicleSpec)
 
 
 class ScriptedPaths(ABC, Generic[Spec]):
-    """Everybody of one kind on their closed paths.
+    """Everybody of one kind on their closed paths."""
 
-    Attributes:
-        words: Words that draw the random numbers of starts and of pauses.
-        search_step: [m] along a path when looking for a place that is free of robots.
-    """
-
-    words: tuple[int, int]
-    search_step: float
+    words: tuple[int, int]  # words that draw the random numbers of starts and of pauses
+    search_step: float  # [m] along a path when looking for a place that is free of robots
 
     def __init__(
         self,

@@ -28,17 +28,11 @@ class Child(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ProcessSpec:
-    """One line of the table.
+    """One line of the table."""
 
-    Attributes:
-        name: For messages and the log file.
-        argv: Command.
-        grace: [s] of wall time to end in when asked to, before it is killed.
-    """
-
-    name: str
-    argv: tuple[str, ...]
-    grace: float = 5.0
+    name: str  # for messages and the log file
+    argv: tuple[str, ...]  # command
+    grace: float = 5.0  # [s] of wall time to end in when asked to, before it is killed
 
 
 class ChildState(Enum):

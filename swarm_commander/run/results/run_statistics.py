@@ -154,40 +154,30 @@ class GivenGoals:
 
 @dataclass(slots=True)
 class RobotStatistics:
-    """Statistics of one robot.
-
-    Attributes:
-        restarts: Times that its navigator was restarted.
-        left: Whether it was removed from the world.
-        is_broken: Whether its mission says that it stands still, without a navigator.
-        goal: Name of the goal under way; empty without one.
-        since: Simulated time [s] at which it entered its state.
-        ends: Time and duration [s] of each goal that was reached.
-        counts: By the report's names, see `COUNTS`.
-        meters: What its navigators counted.
-        given: Goals from outside, of a run without a mission.
-        battery: Charge by capacity; None without a battery.
-    """
+    """Statistics of one robot."""
 
     active: bool = False
     died: bool = False
-    restarts: int = 0
-    left: bool = False
-    is_broken: bool = False
+    restarts: int = 0  # times that its navigator was restarted
+    left: bool = False  # whether it was removed from the world
+    is_broken: bool = False  # whether its mission says that it stands still, without a navigator
     state: str = ""
     detail: str = ""
-    since: float = 0.0
+    since: float = 0.0  # simulated time [s] at which it entered its state
     hold_time: float = 0.0
     wait_time: float = 0.0
     sent: int = 0
     reached: int = 0
     failed: int = 0
-    goal: str = ""
+    goal: str = ""  # name of the goal under way; empty without one
+    # time and duration [s] of each goal that was reached
     ends: list[tuple[float, float]] = field(default_factory=list)
+    # by the report's names, see `COUNTS`
     counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTS.values(), 0))
-    meters: Meters = field(default_factory=Meters)
+    meters: Meters = field(default_factory=Meters)  # what its navigators counted
+    # goals from outside, of a run without a mission
     given: GivenGoals = field(default_factory=GivenGoals)
-    battery: float | None = None
+    battery: float | None = None  # charge by capacity; None without a battery
 
     def drop_goal(self) -> None:
         """Forget the current goal."""
@@ -196,52 +186,34 @@ class RobotStatistics:
 
 @dataclass(slots=True)
 class RunStatistics:
-    """Statistics of all robots; `apply` receives every event.
+    """Statistics of all robots; `apply` receives every event."""
 
-    Attributes:
-        robots: By name.
-        has_mission: Whether goals are counted from our mission; else from what robots report.
-        total: Goals of the mission; 0 while unknown.
-        is_done: Whether the mission is over.
-        sim_time: [s] latest known.
-        is_paused: Whether the world stands still, as somebody wants it to.
-        real_time_factor: Latest known.
-        robot_robot: Collision episodes so far.
-        robot_world: Likewise.
-        last_goal_time: [s] of simulated time at which the latest goal was settled.
-        collisions_seen: Contact episodes in order of time.
-        misses: Goals given up, in order of time.
-        rejected: Inputs that the doors of the processes turned away, by kind.
-        foreign: Topics with the names of nodes that should not publish there.
-        waits: Who waits for whom.
-        conditions: What the map has room for, as the navigators say.
-        unseen: Whose LiDAR sees too little of broken robots, as the world says.
-        orders: What became of the mission's orders; None if it has none.
-        floors: How floor and robots' time are used, by number of the courier.
-        stations_left: Stations whose orders are not all done.
-        centre: What the centre has cost since it was started last; empty without one.
-    """
-
-    robots: dict[str, RobotStatistics]
-    has_mission: bool
-    total: int = 0
-    is_done: bool = False
-    sim_time: float = 0.0
-    is_paused: bool = False
-    real_time_factor: float = 0.0
-    robot_robot: int = 0
-    robot_world: int = 0
-    last_goal_time: float = math.nan
+    robots: dict[str, RobotStatistics]  # by name
+    has_mission: bool  # whether goals are counted from our mission; else from what robots report
+    total: int = 0  # goals of the mission; 0 while unknown
+    is_done: bool = False  # whether the mission is over
+    sim_time: float = 0.0  # [s] latest known
+    is_paused: bool = False  # whether the world stands still, as somebody wants it to
+    real_time_factor: float = 0.0  # latest known
+    robot_robot: int = 0  # collision episodes so far
+    robot_world: int = 0  # likewise
+    last_goal_time: float = math.nan  # [s] of simulated time at which the latest goal was settled
+    # contact episodes in order of time
     collisions_seen: list[Collision] = field(default_factory=list)
-    misses: list[MissedGoal] = field(default_factory=list)
+    misses: list[MissedGoal] = field(default_factory=list)  # goals given up, in order of time
+    # inputs that the doors of the processes turned away, by kind
     rejected: Counter[str] = field(default_factory=Counter)
+    # topics with the names of nodes that should not publish there
     foreign: list[tuple[str, str]] = field(default_factory=list)
-    waits: WaitGraph = field(default_factory=WaitGraph)
-    conditions: ConditionsChecked | None = None
+    waits: WaitGraph = field(default_factory=WaitGraph)  # who waits for whom
+    conditions: ConditionsChecked | None = None  # what the map has room for, as the navigators say
+    # whose LiDAR sees too little of broken robots, as the world says
     unseen: list[str] = field(default_factory=list)
-    orders: OrderBook | None = None
+    orders: OrderBook | None = None  # what became of the mission's orders; None if it has none
+    # how floor and robots' time are used, by number of the courier
     floors: dict[int, dict[str, Any]] = field(default_factory=dict)
-    stations_left: set[str] = field(default_factory=set)
+    stations_left: set[str] = field(default_factory=set)  # stations whose orders are not all done
+    # what the centre has cost since it was started last; empty without one
     centre: dict[str, float] = field(default_factory=dict)
 
     @classmethod
