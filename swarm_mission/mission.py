@@ -210,9 +210,6 @@ def usual_mission(sites: Sites, where: str) -> Mission:
 
     Otherwise all stations in random order, or the place with the robot's number; then home.
 
-    Args:
-        where: Source of the sites, for the message.
-
     Raises:
         ConfigError: If the world has nothing to go to.
     """
@@ -257,9 +254,6 @@ def _folder() -> Path:
 
 def load_mission(name_or_path: str) -> Mission:
     """Return a mission of `params/missions` by name, or one from the user's own file.
-
-    Args:
-        name_or_path: Name of a mission, or a path that ends in `.yaml` or has a folder.
 
     Raises:
         ConfigError: If there is no such mission or something in it is wrong.

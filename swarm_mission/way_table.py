@@ -71,7 +71,6 @@ class WayTable:
         """Return (2,) the unit vector along the shortest way to a goal.
 
         Args:
-            goal: In map.
             x: [m] in map.
             y: [m] in map.
         """

@@ -197,11 +197,6 @@ class RunPlan:
     ) -> dict[str, Any]:
         """Return the parameter file of a robot that was spawned while the run goes on.
 
-        Args:
-            number: From 1, the id in its beacons.
-            initial_pose_map: Where it stands at the start.
-            map_sha256: Digest of the only map that it is to take from /map; empty for any.
-
         Raises:
             SwarmError: If there is no such model.
         """
@@ -362,9 +357,6 @@ class RunPlan:
     def runner_config(self, homes_map: list[Pose]) -> dict[str, Any]:
         """Return the configuration of the mission process.
 
-        Args:
-            homes_map: Where each robot starts, broken ones included.
-
         Returns:
             Configuration as `mission.runner` reads it.
         """
@@ -395,9 +387,6 @@ class RunPlan:
 
     def vda5050_config(self, map_file: Path) -> dict[str, Any]:
         """Return the configuration of the process that makes vehicles of VDA 5050 of the robots.
-
-        Args:
-            map_file: File of the map that the robots have.
 
         Returns:
             Configuration as `swarm_vda5050.process` reads it.

@@ -45,11 +45,7 @@ class OrderFault(Enum):
         return self.value[0] if major == 2 else self.value[2]
 
     def level_in(self, major: int) -> str:
-        """Return the errorLevel of a version.
-
-        Args:
-            major: 2 or 3.
-        """
+        """Return the errorLevel of a version."""
         return self.value[1] if major == 2 else self.value[3]
 
 

@@ -262,11 +262,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc]
     metadata = METADATA
 
     def __init__(self, robots: int = 4, world: str = "doorway", **options: Any) -> None:
-        """Read world and robot.
-
-        Args:
-            options: Options as for `SwarmEnv`.
-        """
+        """Read world and robot."""
         self._env = SwarmEnv(robots, world, **options)
         self._name = self._env.possible_agents[0]
         self.observation_space = self._env.observation_space(self._name)

@@ -155,19 +155,11 @@ class Row:
         return min(self._values(name), default=None)
 
     def most(self, name: str) -> float | None:
-        """Return the largest value of a field in any run, None if no run has one.
-
-        Args:
-            name: A field of `RunRecord`.
-        """
+        """Return the largest value of a field in any run, None if no run has one."""
         return max(self._values(name), default=None)
 
     def median(self, name: str) -> float | None:
-        """Return the median over the runs of a field, None if no run has one.
-
-        Args:
-            name: A field of `RunRecord`.
-        """
+        """Return the median over the runs of a field, None if no run has one."""
         values = self._values(name)
         return statistics.median(values) if values else None
 

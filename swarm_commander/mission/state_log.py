@@ -95,7 +95,6 @@ class StateLog:
         """Note what became of a goal.
 
         Args:
-            robot: Name of the robot, like `Srobot3`.
             outcome: `sent`, `reached` or `failed`.
             t: Simulated time [s].
             duration: [s] that the stop took, with all tries; 0 when it is sent.

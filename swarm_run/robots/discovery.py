@@ -85,9 +85,6 @@ def read_sites(node: Node, robot: str) -> tuple[Sites, str]:
 def read_number(node: Node, robot: str) -> int:
     """Return a robot's number; if its navigator is another's, that of the usual name.
 
-    Args:
-        node: Node that asks; it is spun here.
-
     Raises:
         ConfigError: If the navigator does not answer.
     """
@@ -97,9 +94,6 @@ def read_number(node: Node, robot: str) -> int:
 
 def read_home(node: Node, robot: str) -> Pose | None:
     """Return where a robot was started [map frame]; None if its navigator does not know.
-
-    Args:
-        node: Node that asks; it is spun here.
 
     Raises:
         ConfigError: If the navigator does not answer.
@@ -118,7 +112,6 @@ def robot_on_mission(node: Node, robots: Sequence[str]) -> str | None:
     to be discovered: it may be later than the robot itself.
 
     Args:
-        node: Node that asks; it is spun here.
         robots: Names of the robots to ask about.
 
     Returns:
@@ -154,7 +147,6 @@ def read_parameters(node: Node, robot: str, names: list[str]) -> list[ParameterV
     """Return parameters of a navigator; empty if one of them is not declared.
 
     Args:
-        node: Node that asks; it is spun here.
         names: Names of the parameters, like `initial_pose.x`.
 
     Returns:

@@ -57,18 +57,11 @@ class GoalClient:
         return self._send.call_async(request)
 
     def request_result(self, goal_id: UUID) -> Future:
-        """Ask for a goal's result; the future's response has `status` and `result`.
-
-        Args:
-            goal_id: Chosen by the client, before the goal is sent.
-        """
+        """Ask for a goal's result; the future's response has `status` and `result`."""
         return self._result.call_async(self._kind.Impl.GetResultService.Request(goal_id=goal_id))
 
     def request_cancel(self, goal_id: UUID) -> Future:
         """Ask for a goal's end.
-
-        Args:
-            goal_id: Chosen by the client, before the goal is sent.
 
         Returns:
             Future of the response, a CancelGoal.Response.
@@ -81,18 +74,13 @@ class GoalClient:
         """Call `take` with each feedback on a goal.
 
         Args:
-            goal_id: Chosen by the client, before the goal is sent.
             take: Called with the feedback message, from the callbacks of the node. Needs
                 `with_feedback`.
         """
         self._listeners[bytes(goal_id.uuid)] = take
 
     def forget(self, goal_id: UUID) -> None:
-        """Stop the callbacks of a goal.
-
-        Args:
-            goal_id: Chosen by the client, before the goal is sent.
-        """
+        """Stop the callbacks of a goal."""
         self._listeners.pop(bytes(goal_id.uuid), None)
 
     def _pass_on(self, message: Any) -> None:

@@ -71,7 +71,6 @@ def others(node: Node, name: str) -> str:
 
     Args:
         node: Node whose view of the ROS graph counts; it is not spun.
-        name: Namespace of the robot, like `Srobot3`.
     """
     robots = robots_in_graph(node)
     if not robots or name in robots:

@@ -72,20 +72,13 @@ class NavigatorSupervisor:
         return pause
 
     def on_fork(self, name: str) -> None:
-        """Note that the fork server has started a navigator.
-
-        Args:
-            name: Name of the robot, like `Srobot3`.
-        """
+        """Note that the fork server has started a navigator."""
         self._asked.pop(name, None)
         if name in self.down:
             self._starting[name] = self._clock()
 
     def on_active(self, name: str) -> bool:
         """Note that a navigator is active.
-
-        Args:
-            name: Name of the robot, like `Srobot3`.
 
         Returns:
             Whether it is one that had died.
@@ -107,21 +100,13 @@ class NavigatorSupervisor:
         return names
 
     def kill(self, name: str) -> None:
-        """End a navigator that hangs.
-
-        Args:
-            name: Name of the robot, like `Srobot3`.
-        """
+        """End a navigator that hangs."""
         if name in self.params and name not in self.given_up:
             self._asked[name] = self._clock()
             self._tell(KillNavigator(name))
 
     def restart(self, name: str) -> None:
-        """Restart a navigator at the user's request, in any state.
-
-        Args:
-            name: Name of the robot, like `Srobot3`.
-        """
+        """Restart a navigator at the user's request, in any state."""
         if name in self.given_up:
             self.given_up.discard(name)
             self.down.add(name)
@@ -133,11 +118,7 @@ class NavigatorSupervisor:
             self.kill(name)
 
     def remove(self, name: str) -> None:
-        """Forget a robot that was taken out of the world.
-
-        Args:
-            name: Name of the robot, like `Srobot3`.
-        """
+        """Forget a robot that was taken out of the world."""
         for names in (self.down, self.given_up):
             names.discard(name)
         self.params.pop(name, None)

@@ -124,28 +124,16 @@ class UsageMeter:
         self._groups.setdefault(group, Usage()).sample(processes)
 
     def sample_memory(self, group: str, processes: Iterable[psutil.Process]) -> None:
-        """Read the memory of a group, once, at the end of a run.
-
-        Args:
-            group: `world`, `navigators`, `operator` or an onlooker's name.
-        """
+        """Read the memory of a group, once, at the end of a run."""
         self._memory_mb[group] = memory_mb(processes)
 
     def private_mb(self, group: str) -> float | None:
-        """Return the median private memory of a group's processes [MB]; None if unknown.
-
-        Args:
-            group: `world`, `navigators`, `operator` or an onlooker's name.
-        """
+        """Return the median private memory of a group's processes [MB]; None if unknown."""
         sizes = self._memory_mb.get(group)
         return statistics.median(private for private, _ in sizes) if sizes else None
 
     def memory_mb(self, group: str) -> float | None:
-        """Return the memory of a group [MB], each shared page counted once; None if unknown.
-
-        Args:
-            group: `world`, `navigators`, `operator` or an onlooker's name.
-        """
+        """Return the memory of a group [MB], each shared page counted once; None if unknown."""
         sizes = self._memory_mb.get(group)
         if sizes:
             return sum(share for _, share in sizes)
@@ -163,20 +151,12 @@ class UsageMeter:
         return dict(self._groups)
 
     def cpu(self, group: str) -> float:
-        """Return the CPU seconds of a group since `mark`.
-
-        Args:
-            group: `world`, `navigators`, `operator` or an onlooker's name.
-        """
+        """Return the CPU seconds of a group since `mark`."""
         usage = self._groups.get(group, Usage())
         return usage.cpu - self._baseline.get(group, 0.0)
 
     def rss_mb(self, group: str) -> float:
-        """Return the largest resident memory of a group [MB]; shared pages count in each.
-
-        Args:
-            group: `world`, `navigators`, `operator` or an onlooker's name.
-        """
+        """Return the largest resident memory of a group [MB]; shared pages count in each."""
         return self._groups.get(group, Usage()).rss_mb
 
 
